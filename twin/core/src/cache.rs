@@ -1,0 +1,138 @@
+//! Decoded instructions, kept by address.
+//!
+//! Two stores: code that changes only by announcement (flash) is found by its index and used without a look at the memory; code at
+//! any other address (RAM) is used only if the memory still holds the half-words that it was decoded from.
+
+use std::ops::Range;
+
+use crate::instruction::Instruction;
+
+/// Half-words of a page of [`Cache::pages`].
+const PAGE: usize = 128;
+/// Entries for code outside of the announced range. A power of two.
+const CHECKED: usize = 256;
+
+/// A decoded instruction and its size.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
+pub struct Decoded {
+    pub instruction: Instruction,
+    /// Bytes: 2 or 4; 0 if nothing is known of an address.
+    pub size: u8,
+}
+
+impl Decoded {
+    const NOTHING: Decoded = Decoded { instruction: Instruction::Undefined, size: 0 };
+}
+
+/// Half-words and the instruction that they encode.
+#[derive(Clone, Copy, Debug)]
+struct Checked {
+    address: u32,
+    word: u32,
+    decoded: Decoded,
+}
+
+/// The two stores.
+#[derive(Clone, Debug, Default)]
+pub struct Cache {
+    base: u32,
+    pages: Vec<Option<Box<[Decoded; PAGE]>>>,
+    checked: Vec<Option<Checked>>,
+}
+
+impl Cache {
+    /// A cache for code that changes only by announcement in `code`.
+    pub fn new(code: &Range<u32>) -> Self {
+        let half_words = code.len() / 2;
+        Cache { base: code.start, pages: vec![None; half_words.div_ceil(PAGE)], checked: vec![None; CHECKED] }
+    }
+
+    /// The instruction at an address whose content changes only by announcement; its size is 0 if it is not known.
+    #[inline]
+    pub fn get(&self, address: u32) -> Decoded {
+        let index = (address.wrapping_sub(self.base) >> 1) as usize;
+        match self.pages.get(index / PAGE) {
+            Some(Some(page)) => page[index % PAGE],
+            _ => Decoded::NOTHING,
+        }
+    }
+
+    /// Keeps an instruction; of addresses outside of the range it keeps nothing.
+    pub fn put(&mut self, address: u32, decoded: Decoded) {
+        let index = (address.wrapping_sub(self.base) >> 1) as usize;
+        if let Some(page) = self.pages.get_mut(index / PAGE) {
+            page.get_or_insert_with(|| Box::new([Decoded::NOTHING; PAGE]))[index % PAGE] = decoded;
+        }
+    }
+
+    /// Returns whether the content of an address changes only by announcement.
+    pub fn covers(&self, address: u32) -> bool {
+        (address.wrapping_sub(self.base) >> 1) as usize / PAGE < self.pages.len()
+    }
+
+    /// Forgets the instructions that begin in `range` or reach into it.
+    pub fn invalidate(&mut self, range: Range<u32>) {
+        // A 32-bit instruction that begins one half-word before reaches into the range.
+        let first = (range.start & !1).saturating_sub(2);
+        for address in (first..range.end).step_by(2) {
+            let index = (address.wrapping_sub(self.base) >> 1) as usize;
+            if let Some(Some(page)) = self.pages.get_mut(index / PAGE) {
+                page[index % PAGE] = Decoded::NOTHING;
+            }
+        }
+    }
+
+    /// The instruction made of `word` at `address`, if it was decoded last at its place.
+    #[inline]
+    pub fn get_checked(&self, address: u32, word: u32) -> Option<Decoded> {
+        self.checked[place(address)]
+            .filter(|entry| entry.address == address && entry.word == word)
+            .map(|entry| entry.decoded)
+    }
+
+    /// Keeps the instruction that `word` at `address` encodes.
+    pub fn put_checked(&mut self, address: u32, word: u32, decoded: Decoded) {
+        self.checked[place(address)] = Some(Checked { address, word, decoded });
+    }
+}
+
+/// All caches are equal: they change how fast a core runs, never what it does.
+impl PartialEq for Cache {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+fn place(address: u32) -> usize {
+    (address >> 1) as usize % CHECKED
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOP: Decoded = Decoded { instruction: Instruction::Barrier, size: 4 };
+
+    #[test]
+    fn invalidate_drops_instructions_that_reach_into_the_range() {
+        let mut cache = Cache::new(&(0x0800_0000..0x0800_1000));
+        for address in [0x0800_0100, 0x0800_0102, 0x0800_0104, 0x0800_0108] {
+            cache.put(address, NOP);
+        }
+        cache.invalidate(0x0800_0104..0x0800_0108);
+        assert!(cache.get(0x0800_0100).size == 4);
+        assert!(cache.get(0x0800_0102).size == 0, "its second half-word lies in the range");
+        assert!(cache.get(0x0800_0104).size == 0);
+        assert!(cache.get(0x0800_0108).size == 4);
+    }
+
+    #[test]
+    fn checked_entry_with_other_content_is_not_found() {
+        let mut cache = Cache::new(&(0..0));
+        cache.put_checked(0x2000_0000, 0xF3BF_8F4F, NOP);
+        assert!(cache.get_checked(0x2000_0000, 0xF3BF_8F4F).is_some());
+        assert!(cache.get_checked(0x2000_0000, 0xF3BF_8F4E).is_none());
+        assert!(cache.get_checked(0x2000_0200, 0xF3BF_8F4F).is_none());
+    }
+}

@@ -1,0 +1,42 @@
+//! Branches to the content of a register, and table branches (A7.7.19, A7.7.20, A7.7.185).
+
+use crate::bus::{Bus, Width};
+use crate::core::{Core, Raised};
+use crate::registers::EPSR_T;
+
+impl Core {
+    /// A branch whose target says in bit 0 that it is Thumb code. Without the bit the next instruction raises INVSTATE.
+    pub(super) fn branch_to_address(&mut self, target: u32) {
+        if target & 1 == 0 {
+            self.epsr &= !EPSR_T;
+        }
+        self.branch(target);
+    }
+
+    /// As [`Core::branch_to_address`]; in Handler mode a target from F000_0000h on returns from the exception (B1.5.8).
+    #[inline]
+    pub(crate) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, target: u32) -> Result<(), Raised> {
+        if target >> 28 == 0xF && self.ipsr != 0 {
+            return self.exception_return(bus, target);
+        }
+        self.branch_to_address(target);
+        Ok(())
+    }
+
+    pub(super) fn table_branch<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        half: bool,
+        rn: u8,
+        rm: u8,
+    ) -> Result<(), Raised> {
+        let (base, index, privileged) = (self.reg(rn), self.reg(rm), self.is_privileged());
+        let offset = if half {
+            self.read(bus, base.wrapping_add(index << 1), Width::Half, privileged)?
+        } else {
+            self.read(bus, base.wrapping_add(index), Width::Byte, privileged)?
+        };
+        self.branch(self.r[15].wrapping_add(offset * 2));
+        Ok(())
+    }
+}

@@ -1,0 +1,334 @@
+//! The FPU: registers, access, context and instructions (A2.5, B1.4.7, B1.5.7, B3.2.20 to B3.2.24).
+
+use crate::bus::{Bus, Width};
+use crate::core::{Core, Raised};
+use crate::cycles;
+use crate::exception::{BUS_FAULT, DEBUG_MONITOR, MEM_MANAGE, Trap};
+use crate::float::{Float, Rounding, SIGN};
+use crate::instruction::{FpAccumulate, FpBinary, FpConvert, FpUnary, Instruction as I};
+use crate::registers::Flags;
+
+/// Bits of FPSCR that are there.
+pub const FPSCR_BITS: u32 = 0xF7C0_009F;
+/// Modes in FPSCR and FPDSCR: AHP, DN, FZ, RMode.
+const MODES: u32 = 0x07C0_0000;
+/// FPCCR: automatic and lazy preservation of the context, and the conditions of a deferred stacking.
+const ASPEN: u32 = 1 << 31;
+const LSPEN: u32 = 1 << 30;
+const MONRDY: u32 = 1 << 8;
+const BFRDY: u32 = 1 << 6;
+const MMRDY: u32 = 1 << 5;
+const HFRDY: u32 = 1 << 4;
+const THREAD: u32 = 1 << 3;
+const USER: u32 = 1 << 1;
+const LSPACT: u32 = 1;
+/// Words of a frame that hold FPU registers: S0 to S15 and FPSCR.
+pub const FRAME_WORDS: u32 = 17;
+
+/// Registers of the FPU.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fpu {
+    pub s: [u32; 32],
+    pub fpscr: u32,
+    pub fpccr: u32,
+    pub fpcar: u32,
+    pub fpdscr: u32,
+}
+
+impl Default for Fpu {
+    fn default() -> Self {
+        Fpu { s: [0; 32], fpscr: 0, fpccr: ASPEN | LSPEN, fpcar: 0, fpdscr: 0 }
+    }
+}
+
+impl Fpu {
+    fn get(&self, reg: u8) -> u32 {
+        self.s[usize::from(reg & 31)]
+    }
+
+    fn set(&mut self, reg: u8, value: u32) {
+        self.s[usize::from(reg & 31)] = value;
+    }
+
+    pub fn set_fpccr(&mut self, value: u32) {
+        self.fpccr = value & (ASPEN | LSPEN | MONRDY | BFRDY | MMRDY | HFRDY | THREAD | USER | LSPACT);
+    }
+
+    pub fn set_fpdscr(&mut self, value: u32) {
+        self.fpdscr = value & MODES;
+    }
+
+    /// Returns whether exception entry leaves the stacking to the next FPU instruction.
+    pub fn defers_stacking(&self) -> bool {
+        self.fpccr & LSPEN != 0
+    }
+
+    /// Defers the stacking to the next FPU instruction. `ready`: bits of FPCCR for handlers that could run now.
+    pub fn defer(&mut self, address: u32, thread: bool, user: bool, ready: u32) {
+        self.fpcar = address & !7;
+        let kept = self.fpccr & (ASPEN | LSPEN);
+        let origin = if thread { THREAD } else { 0 };
+        let rights = if user { USER } else { 0 };
+        self.fpccr = kept | ready | origin | rights | LSPACT;
+    }
+
+    /// On a return: answers `true` if the stacking never happened, so that the registers still hold their values.
+    pub fn keep_deferred(&mut self) -> bool {
+        let deferred = self.fpccr & LSPACT != 0;
+        self.fpccr &= !LSPACT;
+        deferred
+    }
+
+    /// The words of a frame.
+    pub fn frame(&self) -> [u32; FRAME_WORDS as usize] {
+        std::array::from_fn(|word| if word < 16 { self.s[word] } else { self.fpscr })
+    }
+
+    pub fn set_frame(&mut self, words: &[u32; FRAME_WORDS as usize]) {
+        self.s[..16].copy_from_slice(&words[..16]);
+        self.fpscr = words[16] & FPSCR_BITS;
+    }
+}
+
+impl Core {
+    /// Refuses the FPU to code that CPACR does not permit it.
+    pub(crate) fn check_fpu(&mut self) -> Result<(), Raised> {
+        if self.scb.permits_fpu(self.is_privileged()) {
+            Ok(())
+        } else {
+            Err(self.raise(Trap::NO_COPROCESSOR))
+        }
+    }
+
+    /// FPCCR bits of the fault handlers that could run at the current priority.
+    pub(crate) fn handlers_ready(&self) -> u32 {
+        let current = self.execution_priority();
+        let ready = |exception, bit| {
+            if self.nvic.enabled.contains(exception) && self.priority(exception) < current { bit } else { 0 }
+        };
+        let hard_fault = if current > -1 { HFRDY } else { 0 };
+        ready(DEBUG_MONITOR, MONRDY) | ready(BUS_FAULT, BFRDY) | ready(MEM_MANAGE, MMRDY) | hard_fault
+    }
+
+    /// Begins an FPU instruction: checks access, completes a deferred stacking, starts a new context (ExecuteFPCheck).
+    fn begin_fp<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
+        self.check_fpu()?;
+        if self.fpu.fpccr & LSPACT != 0 {
+            let privileged = self.fpu.fpccr & USER == 0;
+            self.spent += FRAME_WORDS * cycles::ACCESS;
+            let words = self.fpu.frame();
+            for (word, at) in words.into_iter().zip((self.fpu.fpcar..).step_by(4)) {
+                self.stack_word(bus, at, word, privileged).map_err(|_| self.raise_lazy())?;
+            }
+            self.fpu.fpccr &= !LSPACT;
+        }
+        if self.fpu.fpccr & ASPEN != 0 && !self.control.fp_active {
+            self.fpu.fpscr = self.fpu.fpscr & !MODES | self.fpu.fpdscr;
+            self.control.fp_active = true;
+        }
+        Ok(())
+    }
+
+    fn raise_lazy(&mut self) -> Raised {
+        let trap = match self.raised {
+            Some(Trap::DataBus(address)) => Trap::LazyBus(address),
+            _ => Trap::LazyAccess,
+        };
+        self.raise(trap)
+    }
+
+    /// Runs an FPU instruction.
+    #[inline(never)]
+    pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
+        self.begin_fp(bus)?;
+        match *instruction {
+            I::FpBinary { op, d, n, m } => self.fp_binary(op, d, n, m),
+            I::FpAccumulate { op, d, n, m } => self.fp_accumulate(op, d, n, m),
+            I::FpUnary { op, d, m } => self.fp_unary(op, d, m),
+            I::FpImmediate { d, value } => self.fpu.set(d, value),
+            I::FpCompare { quiet_raises, zero, d, m } => {
+                let operand = if zero { 0 } else { self.fpu.get(m) };
+                let a = self.fpu.get(d);
+                let nzcv = self.float(|float| float.compare(a, operand, quiet_raises));
+                self.fpu.fpscr = self.fpu.fpscr & !(0xF << 28) | nzcv << 28;
+            }
+            I::FpConvert { op, d, m } => self.fp_convert(op, d, m),
+            I::FpMoveCore { to_core, rt, n } => match to_core {
+                true => self.set_reg(rt, self.fpu.get(n)),
+                false => self.fpu.set(n, self.reg(rt)),
+            },
+            I::FpMovePair { to_core, rt, rt2, m } => {
+                self.spent += cycles::FP_MOVE_PAIR;
+                if to_core {
+                    self.set_reg(rt, self.fpu.get(m));
+                    self.set_reg(rt2, self.fpu.get(m + 1));
+                } else {
+                    self.fpu.set(m, self.reg(rt));
+                    self.fpu.set(m + 1, self.reg(rt2));
+                }
+            }
+            I::FpStatusRead { rt: 15 } => {
+                let Flags { q, ge, .. } = self.flags;
+                self.flags = Flags { q, ge, ..Flags::from_bits(self.fpu.fpscr) };
+            }
+            I::FpStatusRead { rt } => self.set_reg(rt, self.fpu.fpscr),
+            I::FpStatusWrite { rt } => self.fpu.fpscr = self.reg(rt) & FPSCR_BITS,
+            I::FpLoad { d, count, rn, offset } => {
+                let base = if rn == 15 { self.r[15] & !3 } else { self.reg(rn) };
+                return self.fp_load(bus, d, count, base.wrapping_add_signed(i32::from(offset)));
+            }
+            I::FpStore { d, count, rn, offset } => {
+                let address = self.reg(rn).wrapping_add_signed(i32::from(offset));
+                return self.fp_store(bus, d, count, address);
+            }
+            I::FpLoadMultiple { d, count, rn, decrement, writeback } => {
+                let (address, base) = self.fp_block(rn, count, decrement);
+                self.fp_load(bus, d, count, address)?;
+                if writeback {
+                    self.set_reg(rn, base);
+                }
+            }
+            I::FpStoreMultiple { d, count, rn, decrement, writeback } => {
+                let (address, base) = self.fp_block(rn, count, decrement);
+                self.fp_store(bus, d, count, address)?;
+                if writeback {
+                    self.set_reg(rn, base);
+                }
+            }
+            // `FpUndefined`; all others are integer instructions, which do not come here.
+            _ => return Err(self.raise(Trap::UNDEFINED)),
+        }
+        Ok(())
+    }
+
+    /// Runs an operation in the modes of FPSCR and keeps its flags.
+    fn float<T>(&mut self, operation: impl FnOnce(&mut Float) -> T) -> T {
+        let mut float = Float::new(self.fpu.fpscr);
+        let result = operation(&mut float);
+        self.fpu.fpscr |= float.flags;
+        result
+    }
+
+    fn fp_binary(&mut self, op: FpBinary, d: u8, n: u8, m: u8) {
+        let (n, m) = (self.fpu.get(n), self.fpu.get(m));
+        if op == FpBinary::Div {
+            self.spent += cycles::FP_DIVIDE;
+        }
+        let result = self.float(|float| match op {
+            FpBinary::Add => float.add(n, m),
+            FpBinary::Sub => float.sub(n, m),
+            FpBinary::Mul => float.mul(n, m),
+            FpBinary::NegMul => float.mul(n, m) ^ SIGN,
+            FpBinary::Div => float.div(n, m),
+        });
+        self.fpu.set(d, result);
+    }
+
+    fn fp_accumulate(&mut self, op: FpAccumulate, d: u8, n: u8, m: u8) {
+        let (base, n, m) = (self.fpu.get(d), self.fpu.get(n), self.fpu.get(m));
+        self.spent += cycles::FP_ACCUMULATE;
+        let result = self.float(|float| match op {
+            FpAccumulate::Fma => float.mul_add(base, n, m),
+            FpAccumulate::Fms => float.mul_add(base, n ^ SIGN, m),
+            FpAccumulate::Fnma => float.mul_add(base ^ SIGN, n ^ SIGN, m),
+            FpAccumulate::Fnms => float.mul_add(base ^ SIGN, n, m),
+            FpAccumulate::Mla => {
+                let product = float.mul(n, m);
+                float.add(base, product)
+            }
+            FpAccumulate::Mls => {
+                let product = float.mul(n, m) ^ SIGN;
+                float.add(base, product)
+            }
+            FpAccumulate::Nmla => {
+                let product = float.mul(n, m) ^ SIGN;
+                float.add(base ^ SIGN, product)
+            }
+            FpAccumulate::Nmls => {
+                let product = float.mul(n, m);
+                float.add(base ^ SIGN, product)
+            }
+        });
+        self.fpu.set(d, result);
+    }
+
+    fn fp_unary(&mut self, op: FpUnary, d: u8, m: u8) {
+        let m = self.fpu.get(m);
+        let result = match op {
+            FpUnary::Mov => m,
+            FpUnary::Abs => m & !SIGN,
+            FpUnary::Neg => m ^ SIGN,
+            FpUnary::Sqrt => {
+                self.spent += cycles::FP_DIVIDE;
+                self.float(|float| float.sqrt(m))
+            }
+        };
+        self.fpu.set(d, result);
+    }
+
+    fn fp_convert(&mut self, op: FpConvert, d: u8, m: u8) {
+        let (m, old) = (self.fpu.get(m), self.fpu.get(d));
+        let integer = |value: u32, signed, word| match (signed, word) {
+            (true, true) => i64::from(value as i32),
+            (false, true) => i64::from(value),
+            (true, false) => i64::from(value as i16),
+            (false, false) => i64::from(value & 0xFFFF),
+        };
+        let result = self.float(|float| match op {
+            FpConvert::FromInteger { signed } => float.fixed_to_single(integer(m, signed, true), 0),
+            FpConvert::ToInteger { signed, to_zero } => {
+                let rounding = if to_zero { Rounding::ToZero } else { float.rounding };
+                float.single_to_fixed(m, signed, 32, 0, rounding) as u32
+            }
+            FpConvert::FromFixed { signed, word, fraction } => {
+                float.rounding = Rounding::Nearest;
+                float.fixed_to_single(integer(m, signed, word), fraction)
+            }
+            FpConvert::ToFixed { signed, word, fraction } => {
+                float.single_to_fixed(m, signed, if word { 32 } else { 16 }, fraction, Rounding::ToZero)
+                    as u32
+            }
+            FpConvert::FromHalf { top } => float.half_to_single(if top { m >> 16 } else { m & 0xFFFF }),
+            FpConvert::ToHalf { top: false } => old & 0xFFFF_0000 | float.single_to_half(m),
+            FpConvert::ToHalf { top: true } => old & 0xFFFF | float.single_to_half(m) << 16,
+        });
+        self.fpu.set(d, result);
+    }
+
+    /// Lowest address of a load or store multiple, and what the base holds afterwards.
+    fn fp_block(&self, rn: u8, count: u8, decrement: bool) -> (u32, u32) {
+        let (base, size) = (self.reg(rn), 4 * u32::from(count));
+        if decrement {
+            (base.wrapping_sub(size), base.wrapping_sub(size))
+        } else {
+            (base, base.wrapping_add(size))
+        }
+    }
+
+    fn fp_load<B: Bus>(&mut self, bus: &mut B, d: u8, count: u8, address: u32) -> Result<(), Raised> {
+        self.check_alignment(address, Width::Word, true)?;
+        let privileged = self.is_privileged();
+        let mut loaded = [0; 32];
+        for (value, at) in
+            loaded.iter_mut().zip((0..count).map(|word| address.wrapping_add(4 * u32::from(word))))
+        {
+            *value = self.read(bus, at, Width::Word, privileged)?;
+        }
+        let first = usize::from(d);
+        let count = usize::from(count);
+        if let Some(registers) = self.fpu.s.get_mut(first..first + count) {
+            registers.copy_from_slice(&loaded[..count]);
+        }
+        Ok(())
+    }
+
+    fn fp_store<B: Bus>(&mut self, bus: &mut B, d: u8, count: u8, address: u32) -> Result<(), Raised> {
+        self.check_alignment(address, Width::Word, true)?;
+        let privileged = self.is_privileged();
+        for word in 0..count {
+            let at = address.wrapping_add(4 * u32::from(word));
+            self.write(bus, at, Width::Word, self.fpu.get(d + word), privileged)?;
+        }
+        Ok(())
+    }
+}

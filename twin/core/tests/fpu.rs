@@ -1,0 +1,157 @@
+//! Context of the FPU: access, lazy and immediate stacking, modes of a new context (DDI 0403E B1.5.7).
+
+mod board;
+
+use board::{Board, CODE, RAM, STACK};
+use twin_core::Width;
+
+const CPACR: u32 = 0xE000_ED88;
+const SHCSR: u32 = 0xE000_ED24;
+const CFSR: u32 = 0xE000_ED28;
+const FPCCR: u32 = 0xE000_EF34;
+const FPCAR: u32 = 0xE000_EF38;
+const FPDSCR: u32 = 0xE000_EF3C;
+const LSPACT: u32 = 1;
+const NOP: u16 = 0xBF00;
+const BX_LR: u16 = 0x4770;
+/// VADD.F32 s0, s1, s2
+const VADD: [u16; 2] = [0xEE30, 0x0A81];
+
+/// A board whose program runs VADD first; interrupt 0 is enabled.
+fn with_fpu(handler: &[u16]) -> Board {
+    let mut board = Board::new(&[VADD[0], VADD[1], NOP, NOP]);
+    board.store(CPACR, 0x00F0_0000);
+    board.store(0xE000_E100, 1);
+    board.handler(16, handler);
+    board.set(|registers| {
+        for (register, value) in registers.s.iter_mut().zip(1_u16..) {
+            *register = f32::from(value).to_bits();
+        }
+    });
+    board
+}
+
+#[test]
+fn context_without_fpu_instructions_has_a_basic_frame() {
+    let mut board = with_fpu(&[BX_LR]);
+    board.core.set_irq(0, true);
+    assert_eq!((board.steps(1).r[13], board.registers().r[14]), (STACK - 0x20, 0xFFFF_FFF9));
+}
+
+#[test]
+fn lazy_entry_reserves_room_and_stores_nothing() {
+    let mut board = with_fpu(&[BX_LR]);
+    board.step();
+    board.core.set_irq(0, true);
+    board.memory.accesses.clear();
+    assert_eq!(board.step().cycles, 12);
+    assert_eq!((board.registers().r[13], board.registers().r[14]), (STACK - 0x68, 0xFFFF_FFE9));
+    assert_eq!(board.memory.accesses.iter().filter(|(_, _, write)| *write).count(), 8);
+    assert_eq!(board.load(FPCCR) & LSPACT, 1);
+    assert_eq!(board.load(FPCAR), STACK - 0x48);
+    board.core.set_irq(0, false);
+    assert_eq!(board.step().cycles, 12);
+    assert_eq!((board.registers().r[13], board.registers().s[0]), (STACK, 5.0_f32.to_bits()));
+    assert_eq!(board.load(FPCCR) & LSPACT, 0);
+}
+
+#[test]
+fn first_fpu_instruction_of_a_handler_stores_the_registers() {
+    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
+    board.step();
+    let before = board.registers();
+    board.core.set_irq(0, true);
+    board.step();
+    board.core.set_irq(0, false);
+    board.set(|registers| registers.s[1] = 100.0_f32.to_bits());
+    // The handler's own register change is stored, and comes back.
+    assert_eq!(board.step().cycles, 1 + 17);
+    assert_eq!(board.word(STACK - 0x48), before.s[0]);
+    assert_eq!(board.word(STACK - 0x48 + 4), 100.0_f32.to_bits());
+    assert_eq!(board.registers().s[0], 103.0_f32.to_bits());
+    assert_eq!(board.load(FPCCR) & LSPACT, 0);
+    assert_eq!(board.step().cycles, 12 + 17);
+    assert_eq!(board.registers().s[0], before.s[0]);
+    assert_eq!(board.registers().r, before.r);
+}
+
+#[test]
+fn immediate_stacking_stores_at_entry() {
+    let mut board = with_fpu(&[BX_LR]);
+    board.store(FPCCR, 1 << 31);
+    board.step();
+    board.core.set_irq(0, true);
+    assert_eq!(board.step().cycles, 12 + 17);
+    assert_eq!(board.word(STACK - 0x48), 5.0_f32.to_bits());
+    assert_eq!(board.load(FPCCR), 1 << 31);
+}
+
+#[test]
+fn handler_begins_with_the_default_modes() {
+    // VMRS r4, FPSCR
+    let mut board = with_fpu(&[0xEEF1, 0x4A10, BX_LR]);
+    board.store(FPDSCR, u32::MAX);
+    assert_eq!(board.load(FPDSCR), 0x07C0_0000);
+    board.step();
+    board.set(|registers| registers.fpscr = 0xF000_0001);
+    board.core.set_irq(0, true);
+    board.steps(2);
+    assert_eq!(board.registers().r[4], 0xF7C0_0001);
+    board.core.set_irq(0, false);
+    board.step();
+    assert_eq!(board.registers().fpscr, 0xF000_0001);
+}
+
+#[test]
+fn refused_lazy_store_raises_lsperr() {
+    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
+    board.store(SHCSR, 7 << 16);
+    board.store(0xE000_E400, 0x80);
+    board.step();
+    board.core.set_irq(0, true);
+    board.step();
+    board.store(FPCAR, 0x6000_0000);
+    board.step();
+    assert_eq!(board.core.exception(), 5);
+    assert_eq!(board.load(CFSR), 1 << 13);
+    assert_eq!(board.load(FPCCR) & LSPACT, 1, "it is tried again");
+}
+
+#[test]
+fn unprivileged_code_may_be_refused_the_fpu() {
+    // MSR control, r2; VADD
+    let mut board = Board::new(&[0xF382, 0x8814, VADD[0], VADD[1]]);
+    board.store(CPACR, 0x0050_0000);
+    board.store(SHCSR, 7 << 16);
+    board.set(|registers| registers.r[2] = 1);
+    board.steps(2);
+    assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 19));
+}
+
+#[test]
+fn comparison_moves_its_flags_to_apsr() {
+    // VCMP.F32 s0, s1; VMRS APSR_nzcv, FPSCR
+    let mut board = with_fpu(&[]);
+    board.memory.poke_code(CODE, &[0xEEB4, 0x0A60, 0xEEF1, 0xFA10]);
+    board.core.invalidate(CODE..CODE + 8);
+    let registers = board.steps(2);
+    assert_eq!(registers.xpsr & 0xF000_0000, 1 << 31, "1 is less than 2");
+}
+
+#[test]
+fn loads_and_stores_of_many_registers_need_alignment() {
+    // VLDM r0!, {s4-s7}
+    let mut board = with_fpu(&[]);
+    board.memory.poke_code(CODE, &[0xECB0, 0x2A04, NOP]);
+    board.core.invalidate(CODE..CODE + 8);
+    for word in 0..4 {
+        board.memory.poke(RAM + 0x100 + 4 * word, Width::Word, 7 + word);
+    }
+    let mut unaligned = board.clone();
+    board.set(|registers| registers.r[0] = RAM + 0x100);
+    let registers = board.steps(1);
+    assert_eq!((registers.r[0], &registers.s[4..8]), (RAM + 0x110, &[7, 8, 9, 10][..]));
+    unaligned.set(|registers| registers.r[0] = RAM + 0x102);
+    unaligned.step();
+    assert_eq!(unaligned.load(CFSR), 1 << 24);
+}
