@@ -459,7 +459,7 @@ fn waits_of_the_bus_count() {
 }
 
 #[test]
-fn changed_code_runs_at_once_in_ram_and_after_invalidate_in_flash() {
+fn changed_code_runs_at_once_in_ram_and_in_flash_if_invalidated() {
     let mut board = Board::new(&[0x2001, 0xE7FD]); // MOVS r0, #1; B .-2
     board.memory.poke_code(RAM + 0x100, &[0x2001]);
     board.set(|registers| registers.r[15] = RAM + 0x100);
