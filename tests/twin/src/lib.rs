@@ -50,8 +50,9 @@
 //!   says. Mass erase, programming by double words; wear; what a
 //!   read-out protection withholds from a probe.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), ageing of crystals.
-//! * Stop and Standby: a WFI or WFE with SLEEPDEEP stops the board with an error. The window watchdog, brown-out.
-//! * A debugger that freezes timers with the core: [`board::EmulatedBoard::halt`] refuses.
+//! * Stop and Standby: a WFI or WFE with SLEEPDEEP stops the board with an error. The window watchdog.
+//! * A debugger that freezes timers with the core: [`board::EmulatedBoard::halt`] refuses. It freezes the independent watchdog and the
+//!   CAN controllers.
 //! * Time stamps, tampers, outputs, calibrations and the 12-hour format of the RTC.
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.

@@ -14,7 +14,6 @@ pub enum Width {
 impl Width {
     /// Number of bytes: 1, 2 or 4.
     #[must_use]
-    #[inline]
     pub const fn bytes(self) -> u32 {
         match self {
             Width::Byte => 1,
@@ -36,7 +35,6 @@ pub trait Bus {
     /// Announces the next instruction, exception entry or reset. All accesses up to the next call belong to it.
     ///
     /// `cycle` is the cycle at which it begins.
-    #[inline]
     fn begin(&mut self, cycle: u64) {
         let _ = cycle;
     }
@@ -48,7 +46,6 @@ pub trait Bus {
     fn fetch(&mut self, address: u32) -> Result<u16, BusError>;
 
     /// Counts the fetch of a half-word in [`Config::code`](crate::Config::code) that the core has decoded before.
-    #[inline]
     fn refetch(&mut self, address: u32) {
         let _ = address;
     }
@@ -57,7 +54,6 @@ pub trait Bus {
     ///
     /// A cache in front of the memory may show outdated lines. While it does, return `false`: the core then fetches and decodes each
     /// instruction anew and keeps nothing of it.
-    #[inline]
     fn is_settled(&self) -> bool {
         true
     }
@@ -72,7 +68,6 @@ pub trait Bus {
     ///
     /// # Errors
     /// [`BusError`] if nothing answers. The core raises a HardFault with VECTTBL.
-    #[inline]
     fn vector(&mut self, address: u32) -> Result<u32, BusError> {
         self.load(address, Width::Word)
     }
@@ -84,13 +79,11 @@ pub trait Bus {
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError>;
 
     /// Returns the cycles that the accesses since the last call had to wait, and forgets them.
-    #[inline]
     fn take_waits(&mut self) -> u32 {
         0
     }
 
     /// Asks [`Core::run`](crate::Core::run) to return after the current instruction.
-    #[inline]
     fn yields(&self) -> bool {
         false
     }

@@ -49,7 +49,6 @@ impl Cache {
     }
 
     /// The instruction at an address whose content changes only by announcement; its size is 0 if it is not known.
-    #[inline]
     pub fn get(&self, address: u32) -> Decoded {
         let index = (address.wrapping_sub(self.base) >> 1) as usize;
         match self.pages.get(index / PAGE) {
@@ -84,7 +83,6 @@ impl Cache {
     }
 
     /// The instruction made of `word` at `address`, if it was decoded last at its place.
-    #[inline]
     pub fn get_checked(&self, address: u32, word: u32) -> Option<Decoded> {
         self.checked[place(address)]
             .filter(|entry| entry.address == address && entry.word == word)

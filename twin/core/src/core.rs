@@ -297,7 +297,6 @@ impl Core {
         }
     }
 
-    #[inline]
     pub(crate) fn finish<B: Bus>(&mut self, bus: &mut B) -> Step {
         let cycles = self.spent + bus.take_waits();
         self.cycle += u64::from(cycles);
@@ -305,7 +304,6 @@ impl Core {
     }
 
     /// Handles reset, exceptions and sleep before the next instruction. Answers `true` if that took the step.
-    #[inline(never)]
     fn attend<B: Bus>(&mut self, bus: &mut B) -> bool {
         if self.reset_pending {
             self.reset_sequence(bus);
@@ -331,7 +329,6 @@ impl Core {
     }
 
     /// Reads the instruction at `pc` from the memory.
-    #[inline(never)]
     fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32, decoded: &mut Decoded) -> Result<(), Raised> {
         let first = self.fetch_half(bus, pc)?;
         let wide = decode::is_wide(first);
@@ -361,7 +358,6 @@ impl Core {
     }
 
     /// Runs an instruction while EPSR holds more than T: in an IT block, in the middle of a load or store multiple, or without T.
-    #[inline(never)]
     fn execute_in_state<B: Bus>(&mut self, bus: &mut B, decoded: &Decoded) -> Result<(), Raised> {
         use Instruction::{Breakpoint, LoadMultiple, StoreMultiple};
         let before = self.epsr;
@@ -401,7 +397,6 @@ impl Core {
     }
 
     /// As [`Core::execute`], which is part of [`Core::step`] for speed.
-    #[inline(never)]
     fn execute_out_of_line<B: Bus>(&mut self, bus: &mut B, instruction: &Instruction) -> Result<(), Raised> {
         self.execute(bus, instruction)
     }

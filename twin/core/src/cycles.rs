@@ -40,7 +40,6 @@ pub const RESET: u32 = 2;
 pub const IDLE: u32 = 1;
 
 /// SDIV, UDIV: 2 to 12 in all, fewer the closer the leading bits of the operands are (table 3-1). Takes magnitudes.
-#[inline]
 pub const fn divide(dividend: u32, divisor: u32) -> u32 {
     let quotient_bits = (divisor.leading_zeros() + 1).saturating_sub(dividend.leading_zeros());
     if divisor == 0 || dividend < divisor { 1 } else { 1 + (quotient_bits * 10).div_ceil(32) }

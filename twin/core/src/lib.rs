@@ -58,6 +58,11 @@
 //! - Not there: ITM, FPB, TPIU, comparators and profiling counters of the DWT, DCRSR and DCRDR, vector catch and stepping in DEMCR,
 //!   DISFPCA and DISOOFP in ACTLR, CCR.BFHFNMIGN. A program that accesses them stops with [`Stop::Unmodelled`].
 //! - UNPREDICTABLE encodings stop the core with [`Stop::Unpredictable`], or raise a UsageFault where [`Config::unpredictable`] says so.
+//!
+//! # Inlining
+//!
+//! Each inlining attribute in this crate was kept because the row `core.host_instructions` of `cargo xtask bench` gets worse without it.
+
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 

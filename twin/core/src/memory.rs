@@ -29,7 +29,6 @@ pub fn bit_band(address: u32) -> Option<(u32, u32)> {
 
 impl Core {
     /// Loads with the given rights; the bits above `width` are zero.
-    #[inline]
     pub(crate) fn read<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -45,7 +44,6 @@ impl Core {
     }
 
     /// Stores the low bits of `value` with the given rights.
-    #[inline]
     pub(crate) fn write<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -62,7 +60,6 @@ impl Core {
     }
 
     /// Returns whether an access goes to the bus as it is.
-    #[inline]
     fn is_plain(&self, address: u32, width: Width) -> bool {
         address & (width.bytes() - 1) == 0
             && address & ALIAS_MASK != ALIAS

@@ -30,7 +30,6 @@ pub struct Flags {
 
 impl Flags {
     /// Sets N and Z from a result.
-    #[inline]
     pub fn set_nz(&mut self, result: u32) {
         self.n = result >> 31 == 1;
         self.z = result == 0;
@@ -60,7 +59,6 @@ impl Flags {
     }
 
     /// Returns whether a condition of four bits holds (A7.3).
-    #[inline]
     pub fn pass(self, condition: u8) -> bool {
         let holds = match condition >> 1 {
             0 => self.z,
@@ -210,13 +208,11 @@ impl Core {
             if self.uses_process_stack() { (process & !3, main & !3) } else { (main & !3, process & !3) };
     }
 
-    #[inline]
     pub(crate) fn reg(&self, reg: u8) -> u32 {
         self.r[usize::from(reg & 15)]
     }
 
     /// Writes a register other than PC. The low two bits of SP stay zero (B1.4.1).
-    #[inline]
     pub(crate) fn set_reg(&mut self, reg: u8, value: u32) {
         let mask = if reg == 13 { !3 } else { !0 };
         self.r[usize::from(reg & 15)] = value & mask;

@@ -13,23 +13,29 @@ const TARGET_DIR: &str = "target/bench/build";
 /// # Errors
 /// When the package does not compile.
 pub fn build(package: &str) -> anyhow::Result<PathBuf> {
+    compile(&["--package", package], package)
+}
+
+/// Builds an example of a package of the workspace as `--release` has it; returns its program.
+///
+/// # Errors
+/// When the example does not compile.
+pub fn build_example(package: &str, example: &str) -> anyhow::Result<PathBuf> {
+    compile(&["--package", package, "--example", example], &format!("examples/{example}"))
+}
+
+/// `program`: its path below `release`.
+fn compile(what: &[&str], program: &str) -> anyhow::Result<PathBuf> {
     let target_dir = support::project::path(TARGET_DIR);
     let mut cargo = Command::new("cargo");
-    cargo.current_dir(support::project::path("")).args([
-        "build",
-        "--release",
-        "--locked",
-        "--quiet",
-        "--package",
-        package,
-    ]);
-    cargo.arg("--target-dir").arg(&target_dir);
+    cargo.current_dir(support::project::path("")).args(["build", "--release", "--locked", "--quiet"]);
+    cargo.args(what).arg("--target-dir").arg(&target_dir);
     for flags in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_RUSTFLAGS"] {
         cargo.env_remove(flags);
     }
     let status = cargo.status().context("cannot run cargo")?;
-    ensure!(status.success(), "{package} cannot be built ({status})");
-    Ok(target_dir.join("release").join(package))
+    ensure!(status.success(), "{program} cannot be built ({status})");
+    Ok(target_dir.join("release").join(program))
 }
 
 /// How many instructions a program takes from its start to its end.

@@ -11,6 +11,7 @@ use can_wire::time::Time;
 
 use super::clocks::Clock;
 use super::flight::{BoardCount, Flight};
+use super::line::Line;
 use super::meaning::{Meaning, NmtState, Scope};
 use super::narrator::Narrator;
 use super::observer::Observer;
@@ -148,14 +149,19 @@ pub fn plan() -> Plan {
     }
 }
 
+/// Observer and story after the records of a flight.
+fn watched(plan: &Plan, records: &[Occurrence]) -> (Observer, Vec<Line>) {
+    let (mut observer, mut narrator) = (Observer::new(plan), Narrator::new(plan));
+    let story = records.iter().flat_map(|record| narrator.narrate(record, &observer.on(record))).collect();
+    observer.conclude(plan.end);
+    (observer, story)
+}
+
 /// The flight.
 pub fn flight() -> Flight {
     let plan = plan();
-    let mut observer = Observer::new(&plan);
-    let mut narrator = Narrator::new(&plan);
     let records = records();
-    let story = records.iter().flat_map(|record| narrator.narrate(record, &observer.on(record))).collect();
-    observer.conclude(plan.end);
+    let (observer, story) = watched(&plan, &records);
     let answers = records.iter().filter(|record| {
         let Happening::Frame(seen) = &record.what else { return false };
         matches!(seen.meaning, Some(Meaning::Telemetry { .. }))

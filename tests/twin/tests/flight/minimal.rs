@@ -20,7 +20,7 @@ const MINIMAL: u8 = 5;
 const SELECTIVE: u8 = 6;
 
 /// From the end of a request to the end of its telemetry, on a bus that is free: 200 us for the processor of the slave, 135 us for
-/// the longest frame on its way and 135 us for the telemetry itself (docs/architecture.md).
+/// the longest frame on its way and 135 us for the telemetry itself.
 const TELEMETRY_DELAY: Time = Time::from_us(470);
 /// Commands, requests and replies of another slave that may go first.
 const QUEUEING: Time = Time::from_us(3 * 135);

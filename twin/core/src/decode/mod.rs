@@ -16,7 +16,6 @@ use crate::cache::Decoded;
 use crate::instruction::{Instruction, Reg, Shift, ShiftKind};
 
 /// Returns whether the first half-word begins a 32-bit instruction (A5.1).
-#[inline]
 pub fn is_wide(first: u16) -> bool {
     first >= 0xE800
 }

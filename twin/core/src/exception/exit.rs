@@ -31,7 +31,6 @@ struct Frame {
 
 impl Core {
     /// Returns from the current exception as `value`, an EXC_RETURN, says.
-    #[inline(never)]
     pub(crate) fn exception_return<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<(), Raised> {
         if value & ONES != ONES {
             return Err(self.raise(Trap::Unpredictable));

@@ -71,7 +71,6 @@ impl Trap {
 
 impl Core {
     /// Turns the cause that ended the instruction at `pc` into an exception or a stop.
-    #[inline(never)]
     pub(crate) fn take_trap<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<(), Stop> {
         self.r[15] = pc;
         let exception = match self.raised.take().unwrap_or(Trap::UNDEFINED) {

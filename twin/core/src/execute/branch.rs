@@ -14,7 +14,6 @@ impl Core {
     }
 
     /// As [`Core::branch_to_address`]; in Handler mode a target from F000_0000h on returns from the exception (B1.5.8).
-    #[inline]
     pub(crate) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, target: u32) -> Result<(), Raised> {
         if target >> 28 == 0xF && self.ipsr != 0 {
             return self.exception_return(bus, target);

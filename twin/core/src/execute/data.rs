@@ -4,7 +4,6 @@ use crate::core::Core;
 use crate::instruction::{Alu, Shift, ShiftKind};
 
 /// Sum, carry and overflow of two words and a carry (A2.2.1).
-#[inline]
 pub fn add_with_carry(a: u32, b: u32, carry: bool) -> (u32, bool, bool) {
     let (partial, first) = a.overflowing_add(b);
     let (sum, second) = partial.overflowing_add(u32::from(carry));
@@ -79,7 +78,6 @@ impl Core {
         }
     }
 
-    #[inline]
     fn logical(&mut self, s: bool, rd: u8, result: u32, carry: bool) {
         self.set_reg(rd, result);
         if s {
@@ -87,7 +85,6 @@ impl Core {
         }
     }
 
-    #[inline]
     fn arithmetic(&mut self, s: bool, rd: u8, a: u32, b: u32, carry: bool) {
         if s {
             let sum = self.sum(a, b, carry);
@@ -97,14 +94,12 @@ impl Core {
         }
     }
 
-    #[inline]
     fn test(&mut self, result: u32, carry: bool) {
         self.flags.set_nz(result);
         self.flags.c = carry;
     }
 
     /// Adds and sets all flags.
-    #[inline]
     fn sum(&mut self, a: u32, b: u32, carry: bool) -> u32 {
         let (sum, carry, overflow) = add_with_carry(a, b, carry);
         self.flags.set_nz(sum);

@@ -138,7 +138,6 @@ impl Core {
     }
 
     /// Runs an FPU instruction.
-    #[inline(never)]
     pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
         self.begin_fp(bus)?;
         match *instruction {

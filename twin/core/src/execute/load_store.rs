@@ -9,7 +9,6 @@ const PC: u8 = 15;
 
 impl Core {
     /// Address of the access, and what the base holds afterwards.
-    #[inline]
     fn indexed(&self, index: Index, rn: u8, offset: i16) -> (u32, u32) {
         let base = self.reg(rn);
         let moved = base.wrapping_add_signed(i32::from(offset));
@@ -39,7 +38,6 @@ impl Core {
         self.set_loaded(bus, rt, address, value)
     }
 
-    #[inline]
     pub(super) fn load_to<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -52,7 +50,6 @@ impl Core {
     }
 
     /// A load to PC branches; from an unaligned address it is UNPREDICTABLE.
-    #[inline]
     fn set_loaded<B: Bus>(&mut self, bus: &mut B, rt: u8, address: u32, value: u32) -> Result<(), Raised> {
         if rt != PC {
             self.set_reg(rt, value);
@@ -64,7 +61,6 @@ impl Core {
         }
     }
 
-    #[inline]
     fn load_sized<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -81,7 +77,6 @@ impl Core {
         }
     }
 
-    #[inline]
     pub(super) fn store<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -100,7 +95,6 @@ impl Core {
         Ok(())
     }
 
-    #[inline]
     pub(super) fn store_sized<B: Bus>(
         &mut self,
         bus: &mut B,

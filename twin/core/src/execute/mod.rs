@@ -84,7 +84,6 @@ impl Core {
     }
 
     /// The instructions that programs contain less often.
-    #[inline(never)]
     fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
         match *instruction {
             I::Undefined => return Err(self.raise(Trap::UNDEFINED)),
@@ -160,7 +159,6 @@ impl Core {
     }
 
     /// A taken branch within Thumb code (BranchWritePC in the manual).
-    #[inline]
     pub(crate) fn branch(&mut self, target: u32) {
         self.next = target & !1;
         self.spent += cycles::REFILL;

@@ -87,7 +87,7 @@ impl Debug {
         self.zero = cycle.wrapping_sub(u64::from(count));
     }
 
-    /// The core slept or was halted for so many cycles: the counter stood still.
+    /// Stops the counter for `cycles` that have passed while the core slept or was halted.
     pub fn skip(&mut self, cycles: u64) {
         self.zero = self.zero.wrapping_add(cycles);
     }

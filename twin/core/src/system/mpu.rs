@@ -65,13 +65,11 @@ pub struct Mpu {
 }
 
 impl Mpu {
-    #[inline]
     pub fn is_enabled(&self) -> bool {
         self.control & CTRL_ENABLE != 0
     }
 
     /// Returns whether an access is permitted. `negative`: the execution priority is that of HardFault, NMI or FAULTMASK.
-    #[inline]
     pub fn permits(&self, address: u32, access: Access, privileged: bool, negative: bool) -> bool {
         let applies = self.is_enabled() && !(negative && self.control & CTRL_HFNMIENA == 0);
         if !applies || PRIVATE.contains(&address) {

@@ -14,7 +14,6 @@ pub const PRIORITY_BITS: u8 = 0xF0;
 pub struct Exceptions([u32; EXCEPTIONS / 32]);
 
 impl Exceptions {
-    #[inline]
     pub fn contains(self, exception: u16) -> bool {
         self.0[usize::from(exception) / 32] >> (exception % 32) & 1 == 1
     }

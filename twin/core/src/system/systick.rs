@@ -28,7 +28,6 @@ impl SysTick {
     }
 
     /// The cycle at which the timer pends its exception; `u64::MAX` for never.
-    #[inline]
     pub fn deadline(&self) -> u64 {
         self.deadline
     }
@@ -43,7 +42,7 @@ impl SysTick {
         true
     }
 
-    /// The timer stood still for so many cycles up to now.
+    /// Stops the timer for `cycles` that have passed up to now.
     pub fn skip(&mut self, cycles: u64) {
         self.at += cycles;
         self.plan();

@@ -3,6 +3,7 @@
 //! A new area is a file here that ends in `pub const AREA: Area`, and its name in the two lists below.
 
 mod bound;
+mod core;
 mod crowd;
 mod demo;
 mod failover;
@@ -44,6 +45,7 @@ pub struct Area {
 pub const ALL: &[Area] = &[
     size::AREA,
     instructions::AREA,
+    core::AREA,
     rx::AREA,
     load::AREA,
     master::AREA,

@@ -5,8 +5,6 @@
 
 use super::{at, frame};
 use crate::flight::{BoardCount, Flight};
-use crate::narrator::Narrator;
-use crate::observer::Observer;
 use crate::plan::{BoardPlan, CutPlan, Plan};
 use crate::record::{Bus, Happening, MASTER, Node, Occurrence, SECOND_MASTER};
 use can_wire::time::Time;
@@ -95,11 +93,8 @@ fn records() -> Vec<Occurrence> {
 /// The flight.
 pub fn flight() -> Flight {
     let plan = plan();
-    let mut observer = Observer::new(&plan);
-    let mut narrator = Narrator::new(&plan);
     let records = records();
-    let story = records.iter().flat_map(|record| narrator.narrate(record, &observer.on(record))).collect();
-    observer.conclude(plan.end);
+    let (observer, story) = super::watched(&plan, &records);
     let boards = plan.boards.iter().map(|board| {
         let commands = observer.nodes()[&board.node].tc_due as u32;
         let counters = Some(Counters { commands, ..Counters::default() });
