@@ -262,6 +262,17 @@ impl<const N: usize> Manager<N> {
         }
     }
 
+    /// Takes a frame of another node with the COB-ID of the master's heartbeat.
+    pub fn on_rival(&mut self) {
+        self.trial.on_rival();
+    }
+
+    /// Notes that no other node sends the heartbeat of the master any more, on either bus.
+    pub fn on_rivals_silent(&mut self, now: Instant) {
+        self.trial.on_rivals_silent();
+        self.peers.recheck(now);
+    }
+
     /// Takes the state of a controller. `failed`: it went bus-off too often.
     pub fn on_health(&mut self, bus: Bus, health: Health, failed: bool, now: Instant) {
         let unacknowledged = health.state == ErrorState::Passive && health.last_error == LastError::Ack;

@@ -20,6 +20,11 @@ impl Rivals {
         Bus::ALL.into_iter().find(|bus| self.last[*bus].take_if(|last| *last + silence <= now).is_some())
     }
 
+    /// Returns whether no collision is open on either bus.
+    pub fn are_silent(&self) -> bool {
+        Bus::ALL.into_iter().all(|bus| self.last[bus].is_none())
+    }
+
     /// Returns when to poll next.
     pub fn deadline(&self, silence: Duration) -> Option<Instant> {
         Bus::ALL.into_iter().filter_map(|bus| self.last[bus]).min().map(|last| last + silence)

@@ -3,12 +3,15 @@
 use super::peers::NodeSet;
 use crate::types::{Bus, Instant, PerBus};
 
-/// One try at a time, and from each bus none again while the same slaves stay silent there, unless it was a success.
+/// One try at a time, and from each bus none again while the same slaves stay silent there. Exceptions: the try was a
+/// success, or another node sent the heartbeat of the master during it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Trial {
     running: Option<Running>,
     /// Slaves that were silent on this bus when it was left for the last try.
     tried: PerBus<Option<NodeSet>>,
+    /// Another node sent the heartbeat of the master during the last try from this bus.
+    disturbed: PerBus<bool>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,7 +25,11 @@ struct Running {
 
 impl Trial {
     pub const fn new() -> Trial {
-        Trial { running: None, tried: PerBus { nominal: None, redundant: None } }
+        Trial {
+            running: None,
+            tried: PerBus { nominal: None, redundant: None },
+            disturbed: PerBus { nominal: false, redundant: false },
+        }
     }
 
     /// Returns whether the other bus may be tried while these slaves are silent on `bus`.
@@ -34,6 +41,23 @@ impl Trial {
     pub fn begin(&mut self, bus: Bus, silent: NodeSet, heard: u32, verdict: Instant) {
         self.running = Some(Running { from: bus, heard, verdict });
         self.tried[bus] = Some(silent);
+        self.disturbed[bus] = false;
+    }
+
+    /// Notes a heartbeat of the master from another node: it may keep slaves on the bus that was left.
+    pub fn on_rival(&mut self) {
+        if let Some(running) = self.running {
+            self.disturbed[running.from] = true;
+        }
+    }
+
+    /// Notes that no other node sends the heartbeat of the master any more: a disturbed try may be repeated.
+    pub fn on_rivals_silent(&mut self) {
+        for bus in Bus::ALL {
+            if core::mem::take(&mut self.disturbed[bus]) {
+                self.tried[bus] = None;
+            }
+        }
     }
 
     /// Ends the trial: the bus changes for another reason.

@@ -4,7 +4,7 @@
 
 use ecss_can::redundancy::{Action, Manager, SwitchCause};
 
-use crate::bench::{NOMINAL, REDUNDANT, node};
+use crate::bench::{NOMINAL, REDUNDANT, ms, node};
 use crate::manager::{decisions, hear, started, switched};
 
 /// From `from` to before `to` slaves `here` are heard on the active bus and `there` on the other one, every 20 ms.
@@ -82,6 +82,37 @@ fn a_bus_that_serves_all_is_found_again_after_a_tie() {
     let done = fly(&mut manager, 1_340, 1_980, &[3, 4, 5], &[2]);
     assert_eq!(done, [(1_980, switched(REDUNDANT, SwitchCause::Tried))]);
     assert_eq!(fly(&mut manager, 1_980, 20_000, &[2, 3, 4, 5], &[]), []);
+}
+
+/// Given a tie that another node caused: it sent the heartbeat of the master and kept slave 2 on the bus that was left. When
+/// that node is silent, then the same try is made again.
+///
+/// Verifies: ECSS 8.3.3b
+#[test]
+fn a_try_that_a_rival_disturbed_is_repeated() {
+    let mut manager = tried();
+    fly(&mut manager, 1_340, 1_500, &[3, 4, 5], &[2]);
+    manager.on_rival();
+    let done = fly(&mut manager, 1_500, 1_980, &[3, 4, 5], &[2]);
+    assert_eq!(done, [(1_980, switched(REDUNDANT, SwitchCause::Tried))]);
+    assert_eq!(fly(&mut manager, 1_980, 4_000, &[2, 3, 4], &[5]), [], "the rival is not silent yet");
+    manager.on_rivals_silent(ms(4_000));
+    let done = fly(&mut manager, 4_000, 4_020, &[2, 3, 4], &[5]);
+    assert_eq!(done, [(4_000, switched(NOMINAL, SwitchCause::Tried))]);
+    assert_eq!(fly(&mut manager, 4_020, 20_000, &[2, 3, 4, 5], &[]), []);
+}
+
+/// Given a tie without another node that sends the heartbeat of the master. When such a node comes later and is silent again,
+/// then no try is repeated: one forged heartbeat does not change the bus.
+#[test]
+fn a_rival_after_a_try_does_not_repeat_it() {
+    let mut manager = tried();
+    let done = fly(&mut manager, 1_340, 1_980, &[3, 4, 5], &[2]);
+    assert_eq!(done, [(1_980, switched(REDUNDANT, SwitchCause::Tried))]);
+    assert_eq!(fly(&mut manager, 1_980, 4_000, &[2, 3, 4], &[5]), []);
+    manager.on_rival();
+    manager.on_rivals_silent(ms(4_000));
+    assert_eq!(fly(&mut manager, 4_000, 20_000, &[2, 3, 4], &[5]), []);
 }
 
 #[test]

@@ -250,7 +250,11 @@ impl Station for Master {
         while let Some(action) = self.manager.poll(now) {
             self.act(action, now);
         }
-        while self.rivals.poll(now, PARAMETERS.quiet_time()).is_some() {}
+        while self.rivals.poll(now, PARAMETERS.quiet_time()).is_some() {
+            if self.rivals.are_silent() {
+                self.manager.on_rivals_silent(now);
+            }
+        }
         if self.manager.is_announced() {
             let bus = self.manager.active();
             for (frame, expires) in self.held.drain(..) {
@@ -274,6 +278,7 @@ impl Station for Master {
         self.manager.on_frame(bus, node, now);
         if id == CobId::heartbeat(NodeId::MASTER) {
             self.rivals.on_heartbeat(bus, now);
+            self.manager.on_rival();
             self.on_other_master(bus, now);
         } else if let Some(claim) = self.claim(frame) {
             self.on_claim(bus, &claim, now);

@@ -149,6 +149,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Takes the master's heartbeat COB-ID in a frame of another node.
     fn on_rival(&mut self, bus: Bus, at: Instant, out: &mut Out) {
         self.services.buses.ignored(bus);
+        self.manager.on_rival();
         if self.rivals.on_heartbeat(bus, at) {
             self.services.raise(ErrorCode::CAN_ID_COLLISION, [bus.bdefault(), 0, 0, 0, 0]);
             self.services.next = Instant::ZERO;
@@ -162,6 +163,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
             self.services.next = Instant::ZERO;
             out.event(MasterEvent::SecondMasterSilent { bus });
+            if self.rivals.are_silent() {
+                self.manager.on_rivals_silent(until);
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use campaign::{World, fly};
 
 /// What was wrong, and the script.
-const SCRIPTS: [(&str, &str); 11] = [
+const SCRIPTS: [(&str, &str); 15] = [
     (
         "the master did not go back to a bus that had served more slaves",
         "run seed=1 slaves=5 length=60000000\n\
@@ -68,6 +68,30 @@ const SCRIPTS: [(&str, &str); 11] = [
         "run seed=1 masters=2 slaves=2 length=60000000\n\
          short at=8000000 bus=redundant place=6\n\
          short at=16000000 lasts=300000 bus=nominal place=6\n",
+    ),
+    (
+        "a stranger kept slaves on the nominal bus while the master tried the other one, which counted as failed",
+        "run seed=1 slaves=3 selective=1 length=60000000\n\
+         foreign-master at=18000000 bus=nominal node=1 value=5 times=7 every=100000\n\
+         disconnect at=17100000 bus=nominal node=2\n",
+    ),
+    (
+        "the same, with four slaves and a slower stranger",
+        "run seed=1 slaves=4 selective=1 length=60000000\n\
+         foreign-master at=14000000 bus=nominal node=1 value=5 times=5 every=300000\n\
+         disconnect at=13600000 bus=nominal node=5\n",
+    ),
+    (
+        "the same, with six slaves",
+        "run seed=1 slaves=6 selective=1 length=60000000\n\
+         foreign-master at=11000000 bus=nominal node=1 value=5 times=7 every=200000\n\
+         disconnect at=10700000 bus=nominal node=7\n",
+    ),
+    (
+        "the same, with the stranger a second after the stub was lost",
+        "run seed=1 slaves=4 selective=1 length=60000000\n\
+         disconnect at=16000000 bus=nominal node=5\n\
+         foreign-master at=17000000 bus=nominal node=1 value=5 times=4 every=200000\n",
     ),
 ];
 
