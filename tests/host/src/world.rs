@@ -100,10 +100,10 @@ impl Sent {
 }
 
 impl Controllers for Plugs {
-    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
+    fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller)) {
         match self.ports.get_mut(node) {
-            Some(port) => port,
-            None => &mut self.rogue,
+            Some(port) => visit(port),
+            None => visit(&mut self.rogue),
         }
     }
 

@@ -164,24 +164,18 @@ impl BoardClock {
         PclkTick::new(self.stretch.numerator * clocks.apb1_divider, self.stretch.denominator)
     }
 
-    /// Lets `cycles` pass.
-    pub fn advance(&mut self, cycles: u32) {
-        let cycle = self.now.cycle + u64::from(cycles);
-        if cycle >= self.stretch.end.cycle {
-            return self.go_to(cycle);
-        }
-        let total = self.remainder + u64::from(cycles) * self.stretch.numerator;
-        self.now.time += Time(total / self.stretch.denominator);
-        self.remainder = total % self.stretch.denominator;
-        self.now.cycle = cycle;
-    }
-
     /// Lets cycles pass until `time` is reached, not one more.
     pub fn advance_to(&mut self, time: Time) {
-        if time > self.now.time {
-            let stretch = self.stretch_at(time);
-            self.advance_to_cycle(stretch.start.cycle + stretch.cycles_to(time));
+        self.advance_to_cycle(self.cycle_reaching(time));
+    }
+
+    /// The first cycle that does not begin before `time`; the present one if `time` is past.
+    pub fn cycle_reaching(&self, time: Time) -> u64 {
+        if time <= self.now.time {
+            return self.now.cycle;
         }
+        let stretch = self.stretch_at(time);
+        stretch.start.cycle + stretch.cycles_to(time)
     }
 
     /// Lets cycles pass until the cycle count is `cycle`.
@@ -263,7 +257,7 @@ mod tests {
         let mut clock = BoardClock::new(Crystal::ppm(0.0));
         clock.set(AT_168_MHZ);
         for _ in 0..168 {
-            clock.advance(1_000_000);
+            clock.advance_to_cycle(clock.now().cycle + 1_000_000);
         }
         assert_eq!(clock.now().time, Time::from_ms(1000));
     }
@@ -274,7 +268,7 @@ mod tests {
         let mut clock = BoardClock::new(Crystal::ppm(50.0));
         clock.set(AT_168_MHZ);
         for _ in 0..168_000 {
-            clock.advance(1000);
+            clock.advance_to_cycle(clock.now().cycle + 1000);
         }
         assert_eq!(clock.now().time, Time(335_983_200));
     }
@@ -285,7 +279,7 @@ mod tests {
         small.set(AT_168_MHZ);
         let mut large = small.clone();
         for _ in 0..12_345 {
-            small.advance(7);
+            small.advance_to_cycle(small.now().cycle + 7);
         }
         large.advance_to_cycle(12_345 * 7);
         assert_eq!(small.now(), large.now());
@@ -333,7 +327,7 @@ mod tests {
         large.advance_to_cycle(20_000_000);
         let mut small = lively();
         for _ in 0..20_000_000 / 625 {
-            small.advance(625);
+            small.advance_to_cycle(small.now().cycle + 625);
         }
         assert_eq!((small.now(), small.remainder), (large.now(), large.remainder));
         let mut sleeper = lively();

@@ -32,7 +32,7 @@ pub enum GuestEvent {
 }
 
 /// The controller. On its wire it comes after all boards.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Guest {
     timing: BitTiming,
     presence: Presence,

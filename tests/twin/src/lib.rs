@@ -64,13 +64,13 @@
 mod accelerator;
 pub mod board;
 pub mod bxcan;
+mod chip;
 pub mod clock;
-pub mod cpu;
 pub mod crystal;
 pub mod devices;
 pub mod guest;
 pub mod image;
-pub mod link;
+mod memory;
 pub mod mmio;
 pub mod model;
 pub mod peripherals;

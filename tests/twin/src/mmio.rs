@@ -1,50 +1,29 @@
 //! What a CPU meets outside its own memories: widths, instants, refusals.
 
 use can_wire::time::Time;
+pub use twin_core::Width;
 
-/// Width of one access.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Width {
-    /// 8 bits.
-    Byte,
-    /// 16 bits.
-    Half,
-    /// 32 bits.
-    Word,
+/// Returns the bits of a word that an access at its low end touches.
+pub(crate) const fn mask(width: Width) -> u32 {
+    match width {
+        Width::Byte => 0xFF,
+        Width::Half => 0xFFFF,
+        Width::Word => u32::MAX,
+    }
 }
 
-impl Width {
-    /// Bytes of the access.
-    pub const fn bytes(self) -> u32 {
-        match self {
-            Width::Byte => 1,
-            Width::Half => 2,
-            Width::Word => 4,
-        }
-    }
+/// Returns the word that results from storing `value` at `address` into one that held `old`.
+pub(crate) const fn merge(width: Width, address: u32, old: u32, value: u32) -> u32 {
+    let shift = 8 * (address & 3);
+    old & !(mask(width) << shift) | value << shift
+}
 
-    /// The bits of a word that an access at its low end touches.
-    pub const fn mask(self) -> u32 {
-        match self {
-            Width::Byte => 0xFF,
-            Width::Half => 0xFFFF,
-            Width::Word => u32::MAX,
-        }
-    }
-
-    /// The word that results from storing `value` at `address` into one that held `old`.
-    pub const fn merge(self, address: u32, old: u32, value: u32) -> u32 {
-        let shift = 8 * (address & 3);
-        old & !(self.mask() << shift) | value << shift
-    }
-
-    /// The word that a bridge makes of a store to APB: the byte or half-word in all its places.
-    pub const fn duplicate(self, value: u32) -> u32 {
-        match self {
-            Width::Byte => value * 0x0101_0101,
-            Width::Half => value * 0x0001_0001,
-            Width::Word => value,
-        }
+/// Returns the word that a bridge makes of a store to APB: the byte or half-word in all its places.
+pub(crate) const fn duplicate(width: Width, value: u32) -> u32 {
+    match width {
+        Width::Byte => value * 0x0101_0101,
+        Width::Half => value * 0x0001_0001,
+        Width::Word => value,
     }
 }
 
@@ -72,6 +51,23 @@ pub enum Refusal {
     DeepSleep,
     /// Level 2 of the read-out protection.
     Irrevocable,
+    /// The core has this system register, the model has not.
+    SystemRegister,
+    /// The architecture does not define what the instruction does (DDI 0403E, "UNPREDICTABLE").
+    Unpredictable {
+        /// Its encoding: the half-word, or the first half-word above the second.
+        word: u32,
+    },
+}
+
+/// An access that the board refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RefusedAccess {
+    /// Address of the access.
+    pub address: u32,
+    /// A store, not a load.
+    pub write: bool,
+    pub refusal: Refusal,
 }
 
 impl std::fmt::Display for Refusal {
@@ -84,6 +80,8 @@ impl std::fmt::Display for Refusal {
             Refusal::Irrevocable => {
                 "level 2 of the read-out protection can never be left: it is not modelled"
             }
+            Refusal::SystemRegister => "the model of the core does not have this system register or value",
+            Refusal::Unpredictable { .. } => "the architecture does not define what this instruction does",
             Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
         })
     }

@@ -1,21 +1,16 @@
-//! A board's CAN connector: what a wire talks to.
-
-use std::sync::{Arc, MutexGuard};
+//! A board's CAN connector, as its wire sees it.
 
 use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use crate::board::Plug;
-use crate::bxcan::Side;
-use crate::link::Link;
+use crate::bxcan::{Registers, Side};
 use crate::peripherals::Peripherals;
 
-/// One controller of one board behind its pins and a transceiver. Without power, clock or pins nobody is there, nor behind a
-/// transceiver that is not selected.
-#[derive(Debug)]
+/// One transceiver of one board on its bus.
+#[derive(Clone, Debug)]
 pub(crate) struct BoardPort {
-    link: Arc<Link>,
     /// Number of the board.
     pub(crate) board: usize,
     plug: Plug,
@@ -24,8 +19,8 @@ pub(crate) struct BoardPort {
 }
 
 impl BoardPort {
-    pub(crate) fn new(link: Arc<Link>, board: usize, plug: Plug) -> Self {
-        BoardPort { link, board, plug, changes: Vec::new() }
+    pub(crate) fn new(board: usize, plug: Plug) -> Self {
+        BoardPort { board, plug, changes: Vec::new() }
     }
 
     /// The controller behind the transceiver, if it is selected.
@@ -37,39 +32,51 @@ impl BoardPort {
     pub(crate) fn drain_changes(&mut self, edge: impl FnMut((Time, bool))) {
         self.changes.drain(..).for_each(edge);
     }
+}
 
-    /// The peripherals of a board whose controller is connected here.
-    fn connected(&self) -> Option<MutexGuard<'_, Peripherals>> {
-        let peripherals = self.link.peripherals();
-        let is_selected =
-            self.plug.selected_by.is_none_or(|(pin, level)| peripherals.pin_level(pin) == level);
-        is_selected.then_some(peripherals)
+/// A port with the peripherals of its board. Without power, clock or pins there is no controller, nor behind a transceiver that is
+/// not selected.
+#[derive(Debug)]
+pub(crate) struct LivePort<'a> {
+    pub port: &'a mut BoardPort,
+    pub peripherals: &'a mut Peripherals,
+}
+
+impl LivePort<'_> {
+    fn is_selected(&self) -> bool {
+        let selects = |(pin, level)| self.peripherals.pin_level(pin) == level;
+        self.port.plug.selected_by.is_none_or(selects)
+    }
+
+    /// The controller that is connected here.
+    fn connected(&self) -> Option<&Registers> {
+        self.is_selected().then(|| self.peripherals.can_registers(self.port.plug.controller)).flatten()
     }
 }
 
-impl Controller for BoardPort {
+impl Controller for LivePort<'_> {
     fn attachment(&self) -> Option<Attachment> {
-        self.connected()?.can_line(self.plug.controller)?.attachment()
+        self.connected()?.attachment()
     }
 
     /// One that has another wire, too.
     fn brings(&self) -> Option<ErrorCounters> {
-        self.plug.selected_by?;
-        Some(self.connected()?.can_line(self.plug.controller)?.error_counters())
+        self.port.plug.selected_by?;
+        Some(self.connected()?.error_counters())
     }
 
     fn request_at(&self) -> Option<Time> {
-        self.connected()?.can_line(self.plug.controller)?.request_at()
+        self.connected()?.request_at()
     }
 
     fn contend(&self, at: Time) -> Option<WireFrame> {
-        self.connected()?.can_line(self.plug.controller)?.contend(at)
+        self.connected()?.contend(at)
     }
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
         // A frame that ends after the controller left its pins is not its business any more.
-        if let Some(mut peripherals) = self.connected()
-            && let Some(mut line) = peripherals.can_line(self.plug.controller)
+        if self.is_selected()
+            && let Some(mut line) = self.peripherals.can_line(self.port.plug.controller)
         {
             line.on_wire(at, event);
         }
@@ -80,11 +87,12 @@ impl Controller for BoardPort {
     }
 
     fn on_line(&mut self, changes: &[(Time, bool)]) {
-        let Some(mut peripherals) = self.connected() else { return };
-        if let Some(mut line) = peripherals.can_line(self.plug.controller) {
+        if !self.is_selected() {
+            return;
+        }
+        if let Some(mut line) = self.peripherals.can_line(self.port.plug.controller) {
             line.on_line(changes);
         }
-        drop(peripherals);
-        self.changes.extend(changes);
+        self.port.changes.extend(changes);
     }
 }

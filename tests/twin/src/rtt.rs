@@ -6,8 +6,8 @@ use std::fmt;
 use can_wire::time::Time;
 use defmt_decoder::DecodeError;
 
-use crate::cpu::Cpu;
 use crate::image::Image;
+use crate::memory::Memory;
 
 /// Severity of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -60,7 +60,7 @@ const BLOCK_IF_FULL: u32 = 2;
 const END_OF_FRAME: u8 = 0;
 
 /// The probe's end of the log of one board.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Rtt {
     control_block: Option<u32>,
     /// The program writes text, not defmt.
@@ -83,7 +83,7 @@ impl Rtt {
     }
 
     /// The program starts again: half a frame will not be finished.
-    pub fn reset(&mut self, cpu: &mut dyn Cpu) {
+    pub(crate) fn reset(&mut self, memory: &mut Memory) {
         if self.is_text && !self.pending.is_empty() {
             // The line ends here; it is shown with the next.
             self.pending.push(b'\n');
@@ -93,37 +93,37 @@ impl Rtt {
         }
         // The start-up code clears one index before the other. Between them, what was read would look unread.
         if let Some(block) = self.control_block
-            && is_set_up(cpu, block)
+            && is_set_up(memory, block)
         {
             for index in [WRITE, READ] {
-                let _ = cpu.write_memory(block + index, &[0; 4]);
+                let _ = memory.copy_in(block + index, &[0; 4]);
             }
         }
     }
 
     /// The probe asks the program to wait for it, as probe-rs does, and is pulled: it takes nothing any more.
-    pub fn pull(&mut self, cpu: &mut dyn Cpu) {
+    pub(crate) fn pull(&mut self, memory: &mut Memory) {
         self.pulled = true;
         if let Some(block) = self.control_block {
             // Fails only where the control block is not in RAM, and then no program waits.
-            let _ = cpu.write_memory(block + FLAGS, &BLOCK_IF_FULL.to_le_bytes());
+            let _ = memory.copy_in(block + FLAGS, &BLOCK_IF_FULL.to_le_bytes());
         }
     }
 
     /// Takes what the program wrote since the last call.
-    pub fn drain(&mut self, cpu: &mut dyn Cpu, image: &Image, at: Time, lines: &mut Vec<Line>) {
+    pub(crate) fn drain(&mut self, memory: &mut Memory, image: &Image, at: Time, lines: &mut Vec<Line>) {
         let Some(block) = self.control_block.filter(|_| !self.pulled) else { return };
-        let (write, read) = (word(cpu, block + WRITE), word(cpu, block + READ));
+        let (write, read) = (word(memory, block + WRITE), word(memory, block + READ));
         if write == read {
             return;
         }
-        let (buffer, size) = (word(cpu, block + BUFFER), word(cpu, block + BUFFER + 4));
-        if !is_set_up(cpu, block) || write >= size || read >= size {
+        let (buffer, size) = (word(memory, block + BUFFER), word(memory, block + BUFFER + 4));
+        if !is_set_up(memory, block) || write >= size || read >= size {
             return;
         }
         let mut ring = vec![0; size as usize];
-        if cpu.read_memory(buffer, &mut ring).is_err()
-            || cpu.write_memory(block + READ, &write.to_le_bytes()).is_err()
+        if memory.copy_out(buffer, &mut ring).is_err()
+            || memory.copy_in(block + READ, &write.to_le_bytes()).is_err()
         {
             return;
         }
@@ -174,18 +174,14 @@ impl Rtt {
 }
 
 /// Whether the program has made its control block since power-on.
-fn is_set_up(cpu: &dyn Cpu, block: u32) -> bool {
+fn is_set_up(memory: &Memory, block: u32) -> bool {
     let mut magic = [0; MAGIC.len()];
-    cpu.read_memory(block, &mut magic).is_ok() && magic == *MAGIC
+    memory.copy_out(block, &mut magic).is_ok() && magic == *MAGIC
 }
 
-fn word(cpu: &dyn Cpu, address: u32) -> u32 {
-    let mut bytes = [0; 4];
-    // The control block of a sound image lies in RAM; anything else reads as an empty channel.
-    match cpu.read_memory(address, &mut bytes) {
-        Ok(()) => u32::from_le_bytes(bytes),
-        Err(_) => 0,
-    }
+/// The control block of a sound image lies in RAM; anything else reads as an empty channel.
+fn word(memory: &Memory, address: u32) -> u32 {
+    memory.word_at(address).unwrap_or(0)
 }
 
 fn level(level: defmt_parser::Level) -> Level {

@@ -18,7 +18,7 @@ use crate::board::{AccessError, BoardConfig, EmulatedBoard};
 use crate::bxcan::Side;
 use crate::guest::{Guest, GuestEvent, Presence};
 use crate::peripherals::Pin;
-use crate::port::BoardPort;
+use crate::port::{BoardPort, LivePort};
 use crate::rtt::Level;
 pub use crate::wiring::{Bus, Wiring};
 
@@ -88,7 +88,7 @@ pub struct WireRecord {
 }
 
 /// Boards on their wires.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Spacecraft {
     now: Time,
     quantum: Time,
@@ -105,14 +105,20 @@ pub struct Spacecraft {
 }
 
 struct OnWire<'a> {
+    boards: &'a mut [EmulatedBoard],
     ports: &'a mut [BoardPort],
     guests: &'a mut [Guest],
 }
 
 impl Controllers for OnWire<'_> {
-    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
-        let boards = self.ports.len();
-        if node < boards { &mut self.ports[node] } else { &mut self.guests[node - boards] }
+    fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller)) {
+        match self.ports.get_mut(node) {
+            Some(port) => {
+                let peripherals = self.boards[port.board].peripherals_mut();
+                visit(&mut LivePort { port, peripherals });
+            }
+            None => visit(&mut self.guests[node - self.ports.len()]),
+        }
     }
 }
 
@@ -150,7 +156,7 @@ impl Spacecraft {
         for plug in fittings.plugs() {
             let bus = plug.bus;
             assert!(self.guests[bus as usize].is_empty(), "boards come before guests");
-            self.ports[bus as usize].push(BoardPort::new(board.link().clone(), id.0, plug));
+            self.ports[bus as usize].push(BoardPort::new(id.0, plug));
             let wire = &mut self.wires[bus as usize];
             let node = match fittings.transceiver {
                 Some(transceiver) => wire.attach_through(position_m, transceiver),
@@ -321,7 +327,8 @@ impl Spacecraft {
     /// Lets a wire catch up.
     fn advance_wire(&mut self, bus: Bus, until: Time) {
         let (ports, guests) = (&mut self.ports[bus as usize], &mut self.guests[bus as usize]);
-        self.wires[bus as usize].advance(until, &mut OnWire { ports, guests });
+        let boards = &mut self.boards;
+        self.wires[bus as usize].advance(until, &mut OnWire { boards, ports, guests });
         for port in ports {
             let (board, side) = (&mut self.boards[port.board], port.controller());
             port.drain_changes(|(at, level)| board.can_rx_edge(side, at, level));

@@ -43,7 +43,7 @@ pub enum Effect {
 }
 
 /// What is under way to the nodes of a segment.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Arrivals {
     /// Of each node.
     lines: Vec<Line>,
@@ -55,7 +55,7 @@ pub(crate) struct Arrivals {
 }
 
 /// Level changes of drivers on their way to one node.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Line {
     /// When, the level, whose. Equal instants: what makes a line dominant comes first, so that a hand-over between two drivers
     /// is no pulse.

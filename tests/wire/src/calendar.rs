@@ -3,7 +3,7 @@
 use crate::fine::Fine;
 
 /// An instant of each of several, and the earliest of all.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Earliest {
     at: Vec<Fine>,
     /// The earliest, and whose it is: of several, the first.
@@ -48,7 +48,7 @@ impl Earliest {
 }
 
 /// Plans of the members of a segment, in their order.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Calendar {
     /// When each does something by itself.
     own: Earliest,

@@ -26,7 +26,7 @@ const ERROR_FRAME: u64 = 14;
 const FLAG: u64 = 6;
 
 /// A frame under way whose rest is known.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Flight {
     /// The nodes are as they were here.
     from: Fine,
@@ -58,7 +58,7 @@ impl Flight {
 }
 
 /// A node at the beginning of its intermission.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Landing {
     node: NodeIndex,
     clock: BitClock,
@@ -262,13 +262,7 @@ impl Segment {
                 }
                 _ => return None,
             };
-            let mut waits = || {
-                stage
-                    .controllers
-                    .controller(node)
-                    .request_at()
-                    .is_some_and(|request| Fine::from_time(request) <= arrival)
-            };
+            let mut waits = || stage.request_at(node).is_some_and(|request| request <= arrival);
             if !silent && (babbles || waits()) {
                 return None;
             }
@@ -470,11 +464,7 @@ impl Segment {
                 node != flight.transmitter
                     && self.cursor <= arrival
                     && !stage.nodes[node].mac.is_silent()
-                    && stage
-                        .controllers
-                        .controller(node)
-                        .request_at()
-                        .is_some_and(|at| Fine::from_time(at) <= arrival)
+                    && stage.request_at(node).is_some_and(|request| request <= arrival)
             })
     }
 

@@ -15,7 +15,7 @@ use crate::node::Drivers;
 use crate::stage::{Ledger, Stage};
 
 /// How a segment is being computed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Mode {
     Still,
     Bits(Arrivals),
@@ -23,7 +23,7 @@ pub(crate) enum Mode {
 }
 
 /// One connected piece of a wire.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Segment {
     /// Nodes on this piece in the order of their place.
     pub(crate) members: Vec<NodeIndex>,
@@ -218,8 +218,7 @@ impl Segment {
     /// Somebody else's SOF has passed at `node`: with a frame that waited when it began, it takes part.
     fn join(&mut self, node: NodeIndex, sof: Fine, at: Fine, stage: &mut Stage) {
         let babbles = stage.nodes[node].condition.babbles.is_some();
-        let mut waits =
-            || stage.controllers.controller(node).request_at().is_some_and(|at| Fine::from_time(at) <= sof);
+        let mut waits = || stage.request_at(node).is_some_and(|request| request <= sof);
         if self.replaying || !babbles && !waits() {
             return;
         }

@@ -15,7 +15,7 @@ use crate::waveform::Recorder;
 use crate::wire::Controllers;
 
 /// What observers are told.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Observed {
     pub(crate) records: Vec<Observation>,
     /// Without their busy time.
@@ -134,7 +134,7 @@ impl Stage<'_> {
         if about_frame && babbled {
             return;
         }
-        self.controllers.controller(node).on_wire(time, &event);
+        self.controllers.with(node, |controller| controller.on_wire(time, &event));
     }
 
     /// `node` entered an arbitration whose SOF was at `sof`; it shows at `at`.
@@ -146,7 +146,7 @@ impl Stage<'_> {
             recorder.event(node, sof.floor(), WireEvent::Started);
         }
         if self.nodes[node].condition.babbles.is_none() {
-            self.controllers.controller(node).on_wire(sof.floor(), &WireEvent::Started);
+            self.controllers.with(node, |controller| controller.on_wire(sof.floor(), &WireEvent::Started));
         }
     }
 
@@ -216,8 +216,13 @@ impl Stage<'_> {
         if self.nodes[node].condition.babbles.is_some() {
             return Some(idle_from.max(cursor));
         }
-        let request = self.controllers.controller(node).request_at()?;
-        Some(Fine::from_time(request).max(idle_from).max(cursor)).filter(|&at| at != Fine::NEVER)
+        let request = self.request_at(node)?;
+        Some(request.max(idle_from).max(cursor)).filter(|&at| at != Fine::NEVER)
+    }
+
+    /// Earliest instant from which a frame of `node` waits for transmission.
+    pub(crate) fn request_at(&mut self, node: NodeIndex) -> Option<Fine> {
+        self.controllers.with(node, |controller| controller.request_at()).map(Fine::from_time)
     }
 
     /// The frame with which `node` enters an arbitration at `at`.
@@ -225,7 +230,7 @@ impl Stage<'_> {
         let attachment = self.nodes[node].mac.attachment.filter(|attachment| !attachment.silent)?;
         let frame = match self.nodes[node].condition.babbles {
             Some(frame) => frame,
-            None => self.controllers.controller(node).contend(at.floor())?,
+            None => self.controllers.with(node, |controller| controller.contend(at.floor()))?,
         };
         let bit = attachment.timing.bit();
         let babbled = self.nodes[node].condition.babbles.is_some();

@@ -113,8 +113,8 @@ pub struct Bench {
 struct OnWire<'a>(&'a mut [Station]);
 
 impl Controllers for OnWire<'_> {
-    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
-        &mut self.0[node]
+    fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller)) {
+        visit(&mut self.0[node]);
     }
 }
 

@@ -27,13 +27,25 @@ use crate::waveform::{Recorder, Waveform};
 
 /// The controllers of one wire, by index of attachment.
 pub trait Controllers {
-    /// The controller that was attached as `node`.
-    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller;
+    /// Lends the controller that was attached as `node` to `visit`, once.
+    fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller));
 
     /// Whether a controller takes part in another way, watches its line or not, or has another frame waiting than when this was asked
     /// last, for another reason than what the wire told it about a frame. `false` saves the wire from asking all of them.
     fn have_changed(&mut self) -> bool {
         true
+    }
+}
+
+impl dyn Controllers + '_ {
+    /// Returns the result of `work` on the controller that was attached as `node`.
+    ///
+    /// # Panics
+    /// When [`Controllers::visit`] lends no controller.
+    pub(crate) fn with<R>(&mut self, node: NodeIndex, work: impl FnOnce(&mut dyn Controller) -> R) -> R {
+        let (mut work, mut result) = (Some(work), None);
+        self.visit(node, &mut |controller| result = work.take().map(|work| work(controller)));
+        result.expect("a controller for every node")
     }
 }
 
@@ -68,7 +80,7 @@ enum Planned {
 }
 
 /// One bus.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Wire {
     config: WireConfig,
     now: Time,
@@ -218,7 +230,7 @@ impl Wire {
         self.run_to(until, changed, controllers);
         for node in 0..if self.is_watched { self.nodes.len() } else { 0 } {
             if !self.nodes[node].changes.is_empty() {
-                controllers.controller(node).on_line(&self.nodes[node].changes);
+                controllers.with(node, |controller| controller.on_line(&self.nodes[node].changes));
                 self.nodes[node].changes.clear();
             }
         }
@@ -305,10 +317,11 @@ impl Wire {
 
     /// Sees whether a controller came, went or changed, at the latest at `until`.
     fn look_at(&mut self, node: NodeIndex, until: Time, controllers: &mut dyn Controllers) {
-        let controller = controllers.controller(node);
-        self.nodes[node].watches = controller.watches_line();
+        let (watches, attachment) =
+            controllers.with(node, |controller| (controller.watches_line(), controller.attachment()));
+        self.nodes[node].watches = watches;
         let condition = self.nodes[node].condition;
-        let attachment = controller.attachment().and_then(|attachment| condition.bends(attachment));
+        let attachment = attachment.and_then(|attachment| condition.bends(attachment));
         let before = self.nodes[node].mac.attachment;
         let is_same = |before: Attachment, now: Attachment| {
             before.since == now.since && before.power_cycle == now.power_cycle
@@ -324,7 +337,7 @@ impl Wire {
                 if before.is_some() {
                     self.set_attachment(node, None, controllers);
                 }
-                if let Some(asked) = controllers.controller(node).attachment() {
+                if let Some(asked) = controllers.with(node, |controller| controller.attachment()) {
                     self.plan(asked.since.clamp(self.now, until), Planned::Join(node, asked));
                 }
             }
@@ -386,7 +399,7 @@ impl Wire {
         controllers: &mut dyn Controllers,
     ) {
         let segment = self.segment_of(node);
-        let brought = controllers.controller(node).brings();
+        let brought = controllers.with(node, |controller| controller.brings());
         self.with_stage(segment, controllers, |segment, stage| {
             segment.wake(stage);
             let at = segment.cursor;

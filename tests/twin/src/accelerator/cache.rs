@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::LINE;
 
 /// `N` lines, any of them for any line of flash.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Cache<const N: usize> {
     /// Line of flash in each place, when it was last used, and what it shows if flash no longer holds that.
     places: [Place; N],

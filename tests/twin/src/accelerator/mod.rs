@@ -22,8 +22,6 @@ mod cache;
 mod tests;
 
 use std::ops::Range;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use cache::Cache;
 
@@ -63,116 +61,93 @@ pub(crate) enum Purpose {
     Vector,
 }
 
-/// The accelerator of one board. One thread uses it; see [`Link`](crate::link::Link).
-#[derive(Debug)]
+/// The accelerator of one board.
+#[derive(Clone, Debug)]
 pub(crate) struct Accelerator {
     timing: FlashTiming,
-    /// Line of the last fetch: a further one in it costs nothing and changes nothing.
-    current: AtomicU32,
     /// Cycles that the core had to wait since they were last taken.
-    waits: AtomicU32,
+    waits: u32,
     /// A cache may hold a line that flash no longer holds.
-    stale: AtomicBool,
-    lines: Mutex<Lines>,
+    is_stale: bool,
+    lines: Lines,
 }
 
 impl Accelerator {
     /// For a flash of `bytes`, as after a reset.
     pub fn new(timing: FlashTiming, bytes: u32) -> Self {
-        Accelerator {
-            timing,
-            current: AtomicU32::new(NO_LINE),
-            waits: AtomicU32::new(0),
-            stale: AtomicBool::new(false),
-            lines: Mutex::new(Lines::new(bytes / LINE)),
-        }
+        Accelerator { timing, waits: 0, is_stale: false, lines: Lines::new(bytes / LINE) }
     }
 
-    fn lines(&self) -> std::sync::MutexGuard<'_, Lines> {
-        self.lines.lock().expect("no panic under this lock")
-    }
-
-    /// Counts the core's read at `offset` of flash in an instruction that began at `cycle`. The stale bytes of the line,
-    /// if a cache answers with such.
+    /// Counts the core's read at `offset` of flash in an instruction that began at `cycle`.
     #[inline]
-    pub fn read(
-        &self,
-        access: Purpose,
-        offset: u32,
-        cycle: impl FnOnce() -> u64,
-    ) -> Option<[u8; LINE as usize]> {
-        if self.timing == FlashTiming::Ideal {
-            return None;
-        }
+    pub fn count(&mut self, purpose: Purpose, offset: u32, cycle: u64) {
         let line = offset / LINE;
-        if access != Purpose::Fetch || self.current.load(Ordering::Relaxed) != line {
-            self.count(access, line, cycle());
+        // A further fetch from the line in use costs nothing and changes nothing.
+        if purpose == Purpose::Fetch && self.lines.current == line || self.timing == FlashTiming::Ideal {
+            return;
         }
-        if self.stale.load(Ordering::Relaxed) { self.lines().stale(access, line) } else { None }
-    }
-
-    fn count(&self, access: Purpose, line: u32, cycle: u64) {
-        let so_far = self.waits.load(Ordering::Relaxed);
-        let now = cycle + u64::from(so_far);
-        let mut lines = self.lines();
-        let waited = match access {
-            Purpose::Fetch => lines.fetch(now, line),
+        let now = cycle + u64::from(self.waits);
+        self.waits += match purpose {
+            Purpose::Fetch => self.lines.fetch(now, line),
             Purpose::Vector => {
-                lines.fetch(now, line);
+                self.lines.fetch(now, line);
                 0
             }
-            Purpose::Load => lines.load(now, line),
+            Purpose::Load => self.lines.load(now, line),
         };
-        self.current.store(lines.current, Ordering::Relaxed);
-        self.waits.store(so_far + waited, Ordering::Relaxed);
+    }
+
+    /// Counts the core's read at `offset` of flash in an instruction that began at `cycle`. Returns the line that a cache shows in place
+    /// of the content of flash.
+    pub fn read(&mut self, purpose: Purpose, offset: u32, cycle: u64) -> Option<[u8; LINE as usize]> {
+        self.count(purpose, offset, cycle);
+        let shows_old = self.is_stale && self.timing != FlashTiming::Ideal;
+        shows_old.then(|| self.lines.stale(purpose, offset / LINE)).flatten()
+    }
+
+    /// Returns whether a cache may hold a line that flash no longer holds.
+    pub fn is_stale(&self) -> bool {
+        self.is_stale
     }
 
     /// Cycles that the core had to wait since the last call.
     #[inline]
-    pub fn take_waits(&self) -> u32 {
-        let waits = self.waits.load(Ordering::Relaxed);
-        if waits != 0 {
-            self.waits.store(0, Ordering::Relaxed);
-        }
-        waits
+    pub fn take_waits(&mut self) -> u32 {
+        std::mem::take(&mut self.waits)
     }
 
     /// FLASH_ACR was written.
-    pub fn set(&self, acr: u32) {
-        let mut lines = self.lines();
-        lines.set(if self.timing == FlashTiming::Unaccelerated { acr & LATENCY } else { acr });
-        self.follow(&lines);
+    pub fn set(&mut self, acr: u32) {
+        self.lines.set(if self.timing == FlashTiming::Unaccelerated { acr & LATENCY } else { acr });
+        self.look_for_stale_lines();
     }
 
     /// A reset of the chip.
-    pub fn reset(&self) {
-        let mut lines = self.lines();
-        *lines = Lines::new(lines.instructions.flash_lines());
-        self.waits.store(0, Ordering::Relaxed);
-        self.follow(&lines);
+    pub fn reset(&mut self) {
+        self.lines = Lines::new(self.lines.instructions.flash_lines());
+        self.waits = 0;
+        self.look_for_stale_lines();
     }
 
     /// Flash is about to hold `new` instead of `old` at `range`, which is made of whole lines. Programming writes through
     /// the data cache, erasing does not (RM0090 3.5.2).
-    pub fn change(&self, range: Range<u32>, old: &[u8], new: &[u8], erased: bool) {
-        let mut lines = self.lines();
-        lines.instructions.keep(&range, old);
+    pub fn change(&mut self, range: Range<u32>, old: &[u8], new: &[u8], erased: bool) {
+        self.lines.instructions.keep(&range, old);
         if erased {
-            lines.data.keep(&range, old);
+            self.lines.data.keep(&range, old);
         } else {
-            lines.data.write_through(&range, old, new);
+            self.lines.data.write_through(&range, old, new);
         }
-        self.follow(&lines);
+        self.look_for_stale_lines();
     }
 
-    fn follow(&self, lines: &Lines) {
-        self.current.store(lines.current, Ordering::Relaxed);
-        self.stale.store(lines.instructions.is_stale() || lines.data.is_stale(), Ordering::Relaxed);
+    fn look_for_stale_lines(&mut self) {
+        self.is_stale = self.lines.instructions.is_stale() || self.lines.data.is_stale();
     }
 }
 
 /// Lines of flash and when they are there.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Lines {
     acr: u32,
     instructions: Cache<64>,

@@ -5,12 +5,15 @@ use std::fmt;
 use can_wire::time::Time;
 
 use super::{EmulatedBoard, State};
-use crate::link::RefusedAccess;
-use crate::mmio::Refusal;
+use crate::mmio::{Refusal, RefusedAccess};
 use crate::peripherals::name;
 
 /// The system control register, which holds SLEEPDEEP (DDI 0403 B3.2.7).
 const SCR: u32 = 0xE000_ED10;
+/// Bytes from the base of a stack frame to the return address (DDI 0403E B1.5.6).
+const FRAME_PC: u32 = 0x18;
+/// Bit of EXC_RETURN: the frame is on the process stack (B1.5.8).
+const ON_PROCESS_STACK: u32 = 1 << 2;
 
 /// What the program asked for and nobody could give. The board stops there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,11 +41,24 @@ impl fmt::Display for AccessError {
         let AccessError { board, at, pc, function, address, register, write, refusal } = self;
         let us = at.as_us();
         let function = function.as_ref().map_or(String::new(), |name| format!(" in {name}"));
-        if *refusal == Refusal::DeepSleep {
-            return write!(f, "{board}: WFI or WFE at {pc:08X}h{function} after {us} us: {refusal}");
+        match refusal {
+            Refusal::DeepSleep => {
+                return write!(f, "{board}: WFI or WFE at {pc:08X}h{function} after {us} us: {refusal}");
+            }
+            Refusal::Unpredictable { word } => {
+                return write!(
+                    f,
+                    "{board}: UNPREDICTABLE instruction {word:X}h at {pc:08X}h{function} after {us} us: {refusal}"
+                );
+            }
+            _ => {}
         }
         let kind = if *write { "store to" } else { "load from" };
-        let register = register.as_deref().unwrap_or("a reserved address");
+        let unnamed = match refusal {
+            Refusal::SystemRegister => "a system register of the core",
+            _ => "a reserved address",
+        };
+        let register = register.as_deref().unwrap_or(unnamed);
         let instruction = format!("the instruction at {pc:08X}h{function}");
         write!(f, "{board}: {kind} {register} ({address:08X}h) by {instruction} after {us} us: {refusal}")
     }
@@ -51,16 +67,30 @@ impl fmt::Display for AccessError {
 impl std::error::Error for AccessError {}
 
 impl EmulatedBoard {
+    /// Returns the address to which the exception just entered will return: after a fault, the instruction that caused it.
+    fn return_address(&self) -> Option<u32> {
+        let registers = self.core.registers();
+        // In Handler mode R13 is the main stack pointer.
+        let is_on_process_stack = registers.r[14] & ON_PROCESS_STACK != 0;
+        let frame = if is_on_process_stack { registers.other_sp } else { registers.r[13] };
+        self.chip.memory.word_at(frame.wrapping_add(FRAME_PC))
+    }
+
     /// Stops at an access that was refused.
     pub(super) fn refuse(&mut self, refused: RefusedAccess) -> AccessError {
-        let pc = self.cpu.return_address().unwrap_or(u32::MAX);
+        let pc = self.return_address().unwrap_or(u32::MAX);
         self.stop_at(pc, refused)
     }
 
     /// Stops at a WFI or WFE that would enter Stop or Standby.
     pub(super) fn refuse_deep_sleep(&mut self) -> AccessError {
         let refused = RefusedAccess { address: SCR, write: false, refusal: Refusal::DeepSleep };
-        self.stop_at(self.cpu.pc(), refused)
+        self.stop_at(self.core.pc(), refused)
+    }
+
+    /// Stops before an instruction that the core does not execute.
+    pub(super) fn refuse_instruction(&mut self, refused: RefusedAccess) -> AccessError {
+        self.stop_at(self.core.pc(), refused)
     }
 
     fn stop_at(&mut self, pc: u32, RefusedAccess { address, write, refusal }: RefusedAccess) -> AccessError {

@@ -26,7 +26,7 @@ pub enum HaltError {
 impl EmulatedBoard {
     /// A debugger sets C_DEBUGEN: the program can read it, and a BKPT of the program halts it. Until power goes away.
     pub fn attach_debugger(&mut self) {
-        self.cpu.enable_debug();
+        self.core.attach_debugger();
     }
 
     /// A debugger halts the core. Peripherals go on, but for what the program freezes: IWDG by DBG_IWDG_STOP, a CAN controller
@@ -39,13 +39,13 @@ impl EmulatedBoard {
         if self.state != State::Running {
             return Err(HaltError::NotRunning(board));
         }
-        let (frozen, frozen2) = self.link.peripherals().unmodelled_freezes();
+        let (frozen, frozen2) = self.chip.peripherals.unmodelled_freezes();
         if (frozen, frozen2) != (0, 0) {
             return Err(HaltError::Unmodelled { board, frozen, frozen2 });
         }
         self.state = State::Halted;
         let now = self.now();
-        self.link.peripherals().halt(now);
+        self.chip.peripherals.halt(now);
         self.refresh();
         Ok(())
     }
@@ -54,9 +54,9 @@ impl EmulatedBoard {
     pub fn go_on(&mut self) {
         if self.state == State::Halted {
             self.state = State::Running;
-            self.cpu.skip_to(self.clock.now().cycle);
+            self.core.skip_to(self.chip.clock.now().cycle);
             let now = self.now();
-            self.link.peripherals().go_on(now);
+            self.chip.peripherals.go_on(now);
             self.refresh();
         }
     }

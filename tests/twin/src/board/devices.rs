@@ -1,34 +1,10 @@
-//! What is soldered to a board beside the chip, and the memory that DMA reaches.
-
-use std::ops::Range;
+//! Devices beside the chip.
 
 use can_wire::time::Time;
 
 use super::EmulatedBoard;
-use crate::cpu::Cpu;
 use crate::devices::{I2cDevice, SpiDevice};
-use crate::model::FLASH_BASE;
-use crate::peripherals::{Pin, Ram, Sent};
-
-/// The SRAM that DMA reaches; CCM hangs on the core's data bus alone.
-const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
-
-/// Where CCM begins, above flash.
-const CCM: u32 = 0x1000_0000;
-
-/// The memory ports of the DMA controllers.
-pub(super) struct DmaMemory<'a>(pub &'a mut dyn Cpu);
-
-impl Ram for DmaMemory<'_> {
-    fn load(&self, address: u32, bytes: &mut [u8]) -> bool {
-        let reaches = SRAM.contains(&address) || (FLASH_BASE..CCM).contains(&address);
-        reaches && self.0.read_memory(address, bytes).is_ok()
-    }
-
-    fn store(&mut self, address: u32, bytes: &[u8]) -> bool {
-        SRAM.contains(&address) && self.0.write_memory(address, bytes).is_ok()
-    }
-}
+use crate::peripherals::{Pin, Sent};
 
 /// A word that left a board on TX of a serial port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,12 +26,9 @@ fn place(kind: &str, number: u8, most: u8) -> usize {
 }
 
 impl EmulatedBoard {
-    /// The chip and the sensor of [`Fittings::thermometer`](super::Fittings::thermometer) get warmer or colder: °C.
+    /// The chip and the devices on its I2C buses get warmer or colder: °C.
     pub fn set_temperature(&mut self, celsius: f64) {
-        self.link.peripherals().set_temperature(celsius);
-        if let Some(thermometer) = &self.thermometer {
-            thermometer.set_temperature(celsius);
-        }
+        self.chip.peripherals.set_temperature(celsius);
     }
 
     /// Wires a device with its pull-ups to I2C`bus`, 1 to 3.
@@ -63,7 +36,8 @@ impl EmulatedBoard {
     /// # Panics
     /// When there is no such bus: a mistake in a test, not an input.
     pub fn attach_i2c(&mut self, bus: u8, device: impl I2cDevice + 'static) {
-        self.link.peripherals().attach_i2c(self.clock.now().cycle, place("I2C", bus, 3), Box::new(device));
+        let cycle = self.chip.clock.now().cycle;
+        self.chip.peripherals.attach_i2c(cycle, place("I2C", bus, 3), Box::new(device));
         self.refresh();
     }
 
@@ -72,7 +46,7 @@ impl EmulatedBoard {
     /// # Panics
     /// When there is no such bus: a mistake in a test, not an input.
     pub fn detach_i2c(&mut self, bus: u8) {
-        self.link.peripherals().detach_i2c(place("I2C", bus, 3));
+        self.chip.peripherals.detach_i2c(place("I2C", bus, 3));
         self.refresh();
     }
 
@@ -81,8 +55,8 @@ impl EmulatedBoard {
     /// # Panics
     /// When there is no such bus: a mistake in a test, not an input.
     pub fn attach_spi(&mut self, bus: u8, device: impl SpiDevice + 'static, select: Option<Pin>) {
-        let (cycle, bus) = (self.clock.now().cycle, place("SPI", bus, 3));
-        self.link.peripherals().attach_spi(cycle, bus, Box::new(device), select);
+        let (cycle, bus) = (self.chip.clock.now().cycle, place("SPI", bus, 3));
+        self.chip.peripherals.attach_spi(cycle, bus, Box::new(device), select);
         self.refresh();
     }
 
@@ -91,8 +65,8 @@ impl EmulatedBoard {
     /// # Panics
     /// When there is no such interface: a mistake in a test, not an input.
     pub fn put_serial(&mut self, usart: u8, baud: u32, bytes: &[u8]) {
-        let (cycle, usart) = (self.clock.now().cycle, place("USART", usart, 6));
-        self.link.peripherals().put_serial(cycle, usart, baud, bytes);
+        let (cycle, usart) = (self.chip.clock.now().cycle, place("USART", usart, 6));
+        self.chip.peripherals.put_serial(cycle, usart, baud, bytes);
         self.refresh();
     }
 
@@ -104,7 +78,7 @@ impl EmulatedBoard {
     /// Keeps what left on TX.
     pub(super) fn keep_serial(&mut self, sent: Vec<Sent>, hclk: u64) {
         self.serial.extend(sent.into_iter().map(|Sent { cycle, usart, data, bit }| SerialWord {
-            at: self.clock.time_at(cycle),
+            at: self.chip.clock.time_at(cycle),
             usart: usart as u8 + 1,
             data,
             baud: (hclk / bit) as u32,

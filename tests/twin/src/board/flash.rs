@@ -7,7 +7,7 @@ use can_wire::time::Time;
 
 use super::EmulatedBoard;
 use crate::accelerator::LINE;
-use crate::cpu::NotMemory;
+use crate::memory::NotMemory;
 use crate::model::FLASH_BASE;
 use crate::peripherals::Change;
 
@@ -33,7 +33,7 @@ struct UnderWay {
 }
 
 /// Operations and what is to befall them.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct FlashCare {
     under_way: Option<UnderWay>,
     /// After how many operations power fails, and what remains.
@@ -44,6 +44,11 @@ impl FlashCare {
     /// The cycle at which the board has to look after the flash.
     pub(super) fn event(&self) -> u64 {
         self.under_way.map_or(u64::MAX, |operation| operation.cycle)
+    }
+
+    /// Returns whether an operation is under way.
+    pub(super) fn is_busy(&self) -> bool {
+        self.under_way.is_some()
     }
 }
 
@@ -60,12 +65,14 @@ impl EmulatedBoard {
     /// # Errors
     /// [`NotMemory`] when the range leaves flash.
     pub fn write_flash(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
-        self.cpu.write_flash(address, bytes)
+        let changed = self.chip.memory.program(address, bytes)?;
+        self.core.invalidate(changed);
+        Ok(())
     }
 
     /// Programs the option bytes from outside, as a debug probe does: bits as in FLASH_OPTCR.
     pub fn set_option_bytes(&mut self, optcr: u32) {
-        self.link.peripherals().flash().set_options(optcr);
+        self.chip.peripherals.flash_mut().set_options(optcr);
     }
 
     /// Whether the core waits for the flash.
@@ -73,12 +80,12 @@ impl EmulatedBoard {
         let flash_bytes = self.config.model.part.flash_bytes();
         // Flash answers at zero too.
         let in_flash = |pc: u32| pc < flash_bytes || (FLASH_BASE..FLASH_BASE + flash_bytes).contains(&pc);
-        self.flash.under_way.is_some() && in_flash(self.cpu.pc())
+        self.flash.is_busy() && in_flash(self.core.pc())
     }
 
-    /// Follows what the program started; `ends` is the end of the operation under way.
-    pub(super) fn follow_flash(&mut self, operation: Option<&(Change, Time)>, clocks_changed: bool) {
-        let Some((change, ends)) = operation else { return };
+    /// Follows the operation that the program started.
+    pub(super) fn follow_flash(&mut self, clocks_changed: bool) {
+        let Some((change, ends)) = self.chip.peripherals.flash().operation() else { return };
         if self.flash.under_way.is_none() {
             match change {
                 Change::Program { .. } => self.counters.flash_programs += 1,
@@ -99,7 +106,7 @@ impl EmulatedBoard {
         }
         if let Some(under_way) = &mut self.flash.under_way {
             debug_assert_eq!(under_way.ends, *ends, "one operation at a time");
-            under_way.cycle = self.clock.cycle_at(under_way.event) + 1;
+            under_way.cycle = self.chip.clock.cycle_at(under_way.event) + 1;
         }
     }
 
@@ -119,12 +126,12 @@ impl EmulatedBoard {
 
     /// A reset or a loss of power meets the operation under way, if any: nobody knows what remains.
     pub(super) fn interrupt_flash(&mut self) {
-        self.leave_flash(Remains::Mixed(self.clock.now().cycle));
+        self.leave_flash(Remains::Mixed(self.chip.clock.now().cycle));
     }
 
     fn leave_flash(&mut self, remains: Remains) {
         self.flash.under_way = None;
-        let Some(change) = self.link.peripherals().flash().finish(remains == Remains::New) else { return };
+        let Some(change) = self.chip.peripherals.flash_mut().finish(remains == Remains::New) else { return };
         if change == Change::Options {
             return;
         }
@@ -134,7 +141,7 @@ impl EmulatedBoard {
         let address = FLASH_BASE + range.start;
         let in_flash = "an operation stays within the memory";
         let mut old = vec![0; range.len()];
-        self.cpu.read_memory(address, &mut old).expect(in_flash);
+        self.chip.memory.copy_out(address, &mut old).expect(in_flash);
         let mut new = old.clone();
         let changed = change.range();
         change.apply(&mut new[(changed.start - range.start) as usize..(changed.end - range.start) as usize]);
@@ -143,8 +150,8 @@ impl EmulatedBoard {
             Remains::New => new,
             Remains::Mixed(seed) => mixed(&old, &new, seed),
         };
-        self.link.accelerator().change(range, &old, &content, matches!(change, Change::Erase(_)));
-        self.cpu.write_flash(address, &content).expect(in_flash);
+        self.chip.accelerator.change(range, &old, &content, matches!(change, Change::Erase(_)));
+        self.write_flash(address, &content).expect(in_flash);
     }
 }
 

@@ -13,23 +13,20 @@ impl EmulatedBoard {
         if !self.is_powered() {
             return;
         }
-        let link = self.link.clone();
-        let mut peripherals = link.peripherals();
         for (side, idle) in [Side::Can1, Side::Can2].into_iter().zip(idle) {
-            let heard = match peripherals.can_line(side).and(idle) {
+            let heard = match self.chip.peripherals.can_registers(side).and(idle) {
                 None => Activity::Nothing,
                 Some(true) => Activity::Idle,
                 Some(false) => Activity::Busy,
             };
-            peripherals.can().hear(side, heard);
+            self.chip.peripherals.can_mut().hear(side, heard);
             let reason = match heard {
-                Activity::Nothing => peripherals.unconnected_can(side, idle.is_some()),
+                Activity::Nothing => self.chip.peripherals.unconnected_can(side, idle.is_some()),
                 _ => None,
             };
             self.warn_of(side, now, reason);
         }
-        peripherals.can().poll(now);
-        drop(peripherals);
+        self.chip.peripherals.can_mut().poll(now);
         self.refresh();
     }
 

@@ -1,8 +1,8 @@
 //! Power, the oscillator and the reset pin of a board.
 
+use twin_core::{Config, Core};
+
 use super::{EmulatedBoard, State};
-use crate::cpu;
-use crate::model::FLASH_BASE;
 use crate::peripherals::ResetCause;
 
 impl EmulatedBoard {
@@ -17,8 +17,9 @@ impl EmulatedBoard {
             self.drain();
             self.interrupt_flash();
             self.state = State::Off;
-            self.link.peripherals().reset(self.clock.now().time, ResetCause::PowerOn);
-            self.link.accelerator().reset();
+            let now = self.now();
+            self.chip.peripherals.reset(now, ResetCause::PowerOn);
+            self.chip.accelerator.reset();
         }
     }
 
@@ -34,7 +35,7 @@ impl EmulatedBoard {
     /// without power.
     pub fn brown_out(&mut self) {
         if self.is_powered() {
-            let (watched, _) = self.link.peripherals().flash().watches();
+            let (watched, _) = self.chip.peripherals.flash().watches();
             self.power(false);
             self.restore(if watched { ResetCause::BrownOut } else { ResetCause::PowerOn });
         }
@@ -42,11 +43,13 @@ impl EmulatedBoard {
 
     /// Power comes back to flash with its content and RAM without.
     fn restore(&mut self, cause: ResetCause) {
-        let part = self.config.model.part;
-        let mut flash = vec![0; part.flash_bytes() as usize];
-        self.cpu.read_memory(FLASH_BASE, &mut flash).expect("the whole flash");
-        self.cpu = cpu::stm32f4(part, &flash, self.link.clone());
-        self.link.peripherals().delay_hse(self.clock.now().time + self.config.fittings.hse_delay);
+        self.chip.memory.lose_power();
+        self.core = Core::new(Config::stm32f4(self.config.model.part.flash_bytes()));
+        self.core.advance_to(self.chip.clock.now().cycle);
+        self.lines = [0; 3];
+        self.nmi = false;
+        let started = self.now() + self.config.fittings.hse_delay;
+        self.chip.peripherals.delay_hse(started);
         self.start(cause);
     }
 
@@ -55,12 +58,12 @@ impl EmulatedBoard {
     /// # Panics
     /// When the program did not start the clock security system: a chip without clock is not modelled.
     pub fn fail_oscillator(&mut self) {
-        self.link.peripherals().fail_hse();
+        self.chip.peripherals.fail_hse();
         self.refresh();
     }
 
     /// The oscillator works again: it starts when the program next switches it on.
     pub fn mend_oscillator(&mut self) {
-        self.link.peripherals().set_hse(true);
+        self.chip.peripherals.set_hse(true);
     }
 }

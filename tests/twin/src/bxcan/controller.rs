@@ -249,6 +249,26 @@ impl Registers {
         })
     }
 
+    /// Earliest instant from which a frame waits.
+    pub fn request_at(&self) -> Option<Time> {
+        if self.silent() {
+            return None;
+        }
+        let at = self.mailboxes.request_at()?.max(self.on_bus_since);
+        self.may_send(at).then_some(at)
+    }
+
+    /// The frame that it would send in an arbitration that begins at `at`.
+    pub fn contend(&self, at: Time) -> Option<WireFrame> {
+        let allowed = !self.silent() && self.may_send(at);
+        allowed.then(|| self.mailboxes.contend(at, self.mcr(MCR_TXFP))).flatten()
+    }
+
+    /// TEC and REC.
+    pub fn error_counters(&self) -> ErrorCounters {
+        self.errors.counters()
+    }
+
     /// Comes back from bus-off after 128 sequences of 11 recessive bits.
     fn recovers(&self) -> bool {
         self.mcr(MCR_ABOM) || self.recovery_asked

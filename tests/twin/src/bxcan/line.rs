@@ -1,6 +1,6 @@
 //! A controller on its wire, and the internal wire of loopback.
 
-use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
+use can_wire::controller::{Attachment, Controller, WireEvent};
 use can_wire::encode::encode;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
@@ -26,16 +26,11 @@ impl Controller for Line<'_> {
     }
 
     fn request_at(&self) -> Option<Time> {
-        if self.registers.silent() {
-            return None;
-        }
-        let at = self.registers.mailboxes.request_at()?.max(self.registers.on_bus_since);
-        self.registers.may_send(at).then_some(at)
+        self.registers.request_at()
     }
 
     fn contend(&self, at: Time) -> Option<WireFrame> {
-        let allowed = !self.registers.silent() && self.registers.may_send(at);
-        allowed.then(|| self.registers.mailboxes.contend(at, self.registers.mcr(MCR_TXFP))).flatten()
+        self.registers.contend(at)
     }
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
@@ -79,11 +74,6 @@ impl Controller for Line<'_> {
 }
 
 impl Line<'_> {
-    /// TEC and REC.
-    pub fn error_counters(&self) -> ErrorCounters {
-        self.registers.errors.counters()
-    }
-
     /// Runs loopback up to `now`, RM0090 32.5.2: what is sent is received, acknowledge errors are ignored.
     ///
     /// The frames stay inside: that they also appear on CANTX without LBKM's silent companion is not modelled. Their

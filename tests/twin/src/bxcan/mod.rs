@@ -43,7 +43,8 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 pub use clock::PclkTick;
-use controller::{Mode, Registers};
+use controller::Mode;
+pub(crate) use controller::Registers;
 use filter::FilterBlock;
 pub use line::Line;
 use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
@@ -266,6 +267,11 @@ impl BxcanPair {
     /// Levels of the interrupt lines of `side`.
     pub fn irq(&self, side: Side) -> IrqLines {
         self.controllers[side as usize].irq()
+    }
+
+    /// The state of a controller.
+    pub(crate) fn registers(&self, side: Side) -> &Registers {
+        &self.controllers[side as usize]
     }
 
     /// The controller as its wire sees it.

@@ -3,8 +3,6 @@
 //! Modelled: the pointer, the four registers with their power-on values, shutdown. A conversion takes no time: the register
 //! follows the temperature at once, unless the sensor is shut down. The output OS is not wired.
 
-use std::sync::{Arc, Mutex, MutexGuard};
-
 use super::I2cDevice;
 
 /// Registers by pointer (table 5): Temp, Conf, Thyst, Tos.
@@ -22,14 +20,9 @@ const LIMIT_BITS: u16 = 0xFF80;
 const THYST_AT_POWER_ON: u16 = 0x4B00;
 const TOS_AT_POWER_ON: u16 = 0x5000;
 
-/// The sensor. A clone is another handle to the same sensor.
+/// The sensor.
 #[derive(Clone, Debug)]
 pub struct Lm75 {
-    state: Arc<Mutex<State>>,
-}
-
-#[derive(Debug)]
-struct State {
     address: u8,
     temperature_c: f64,
     temp: u16,
@@ -54,28 +47,10 @@ impl Lm75 {
             (0x48..=0x4F).contains(&address),
             "an LM75 has one of the addresses 48h to 4Fh, not {address:02X}h"
         );
-        Lm75 { state: Arc::new(Mutex::new(State::new(address, temperature_c))) }
-    }
-
-    /// The temperature from now on, °C.
-    pub fn set_temperature(&self, celsius: f64) {
-        let mut state = self.state();
-        state.temperature_c = celsius;
-        state.convert();
-    }
-
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().expect("no panic under this lock")
-    }
-}
-
-impl State {
-    /// After power-on.
-    fn new(address: u8, temperature_c: f64) -> Self {
         let (thyst, tos) = (THYST_AT_POWER_ON, TOS_AT_POWER_ON);
-        let mut state = State { address, temperature_c, temp: 0, conf: 0, thyst, tos, pointer: 0, bytes: 0 };
-        state.convert();
-        state
+        let mut sensor = Lm75 { address, temperature_c, temp: 0, conf: 0, thyst, tos, pointer: 0, bytes: 0 };
+        sensor.convert();
+        sensor
     }
 
     /// Eleven bits, two's complement, 0.125 °C each, in the upper bits (section 7.4.3).
@@ -98,42 +73,43 @@ impl State {
 
 impl I2cDevice for Lm75 {
     fn start(&mut self, address: u8, _read: bool) -> bool {
-        let mut state = self.state();
-        state.bytes = 0;
-        address == state.address
+        self.bytes = 0;
+        address == self.address
     }
 
     fn write(&mut self, byte: u8) -> bool {
-        let mut state = self.state();
         let high = |limit: u16| limit & 0x00FF | u16::from(byte) << 8;
         let low = |limit: u16| (limit & 0xFF00 | u16::from(byte)) & LIMIT_BITS;
-        match (state.bytes, state.pointer) {
-            (0, _) => state.pointer = byte & 0b11,
+        match (self.bytes, self.pointer) {
+            (0, _) => self.pointer = byte & 0b11,
             (1, CONF) => {
-                state.conf = byte & CONF_BITS;
-                state.convert();
+                self.conf = byte & CONF_BITS;
+                self.convert();
             }
-            (1, THYST) => state.thyst = high(state.thyst),
-            (2, THYST) => state.thyst = low(state.thyst),
-            (1, TOS) => state.tos = high(state.tos),
-            (2, TOS) => state.tos = low(state.tos),
+            (1, THYST) => self.thyst = high(self.thyst),
+            (2, THYST) => self.thyst = low(self.thyst),
+            (1, TOS) => self.tos = high(self.tos),
+            (2, TOS) => self.tos = low(self.tos),
             // Temp is read-only.
             _ => {}
         }
-        state.bytes += 1;
+        self.bytes += 1;
         true
     }
 
     fn read(&mut self) -> u8 {
-        let mut state = self.state();
-        let byte = state.register()[state.bytes % 2];
-        state.bytes += 1;
+        let byte = self.register()[self.bytes % 2];
+        self.bytes += 1;
         byte
     }
 
     fn power_on(&mut self) {
-        let mut state = self.state();
-        *state = State::new(state.address, state.temperature_c);
+        *self = Lm75::new(self.address, self.temperature_c);
+    }
+
+    fn set_temperature(&mut self, celsius: f64) {
+        self.temperature_c = celsius;
+        self.convert();
     }
 }
 

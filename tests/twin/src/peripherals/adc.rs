@@ -46,7 +46,7 @@ const SENSOR_AT_25_C_V: f64 = 0.76;
 const SENSOR_V_PER_C: f64 = 0.0025;
 
 /// ADC1 and the common registers.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Adc {
     sr: u32,
     cr1: u32,

@@ -198,7 +198,7 @@ pub struct Transfer {
 }
 
 /// The controller.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Dma {
     streams: [Stream; 8],
     controller: usize,

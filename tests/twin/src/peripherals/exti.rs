@@ -4,7 +4,7 @@
 //! 16 and 18 to 21 (PVD, USB, Ethernet, tamper) take software triggers only. Event mode (EMR) is stored without effect.
 
 /// EXTI registers: IMR, EMR, RTSR, FTSR, SWIER, PR.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Exti {
     words: [u32; 6],
 }
@@ -73,7 +73,7 @@ impl Exti {
 }
 
 /// SYSCFG: MEMRMP, PMC, EXTICR1..4, CMPCR.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Syscfg {
     words: [u32; 9],
 }

@@ -67,7 +67,7 @@ pub struct PinChange {
 }
 
 /// One port.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Gpio {
     port: usize,
     /// MODER, OTYPER, OSPEEDR, PUPDR, -, ODR, -, LCKR, AFRL, AFRH.

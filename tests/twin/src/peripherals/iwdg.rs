@@ -20,7 +20,7 @@ const FULL: u32 = 0xFFF;
 const UPDATE_CYCLES: u64 = 5;
 
 /// The registers; all times are virtual time, not the core's.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Iwdg {
     lsi_hz: u64,
     writable: bool,

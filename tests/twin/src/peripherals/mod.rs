@@ -31,8 +31,8 @@ mod timers;
 use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
-use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
-use crate::mmio::{Now, Refusal, Width};
+use crate::bxcan::{BxcanPair, Line, PclkTick, Registers, Side};
+use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
 use crate::model::{FLASH_BASE, Model, Part};
 use adc::Adc;
 use dma::Dma;
@@ -99,7 +99,7 @@ pub(crate) struct TimedChange {
 }
 
 /// All peripherals of one board.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Peripherals {
     part: Part,
     package_pins: u32,
@@ -284,7 +284,7 @@ impl Peripherals {
             },
         };
         let value = value.ok_or(Refusal::Unmodelled)?;
-        Ok(value >> (8 * (address & 3)) & width.mask())
+        Ok(value >> (8 * (address & 3)) & mask(width))
     }
 
     /// A store by the core; `value` above `width` is zero.
@@ -298,10 +298,10 @@ impl Peripherals {
         let (block, offset) = self.select(address, width, true)?;
         let word = offset & !3;
         let value = match self.kept(now, block, word) {
-            Some(old) => width.merge(address, old, value),
+            Some(old) => merge(width, address, old, value),
             // Timers look at the width of the access.
             None if matches!(block, Block::Tim2 | Block::Tim3 | Block::Tim5 | Block::Timer(_)) => value,
-            None => width.duplicate(value),
+            None => duplicate(width, value),
         };
         if matches!((block, word), (Block::Flash, ACR)) && value & PRFTEN != 0 && self.lacks_prefetch() {
             return Err(Refusal::Misuse);
@@ -485,13 +485,19 @@ impl Peripherals {
     }
 
     /// The flash interface.
-    pub(crate) fn flash(&mut self) -> &mut Flash {
+    pub(crate) fn flash(&self) -> &Flash {
+        &self.flash
+    }
+
+    /// The flash interface, to change it.
+    pub(crate) fn flash_mut(&mut self) -> &mut Flash {
         &mut self.flash
     }
 
-    /// The chip's temperature from now on, °C.
+    /// The temperature of the chip and of the devices on its I2C buses from now on, °C.
     pub fn set_temperature(&mut self, celsius: f64) {
         self.adc.set_temperature(celsius);
+        self.interfaces.set_temperature(celsius);
     }
 
     fn exti_inputs(&self) -> u32 {
@@ -556,14 +562,28 @@ impl Peripherals {
     }
 
     /// The two CAN controllers.
-    pub fn can(&mut self) -> &mut BxcanPair {
+    pub fn can(&self) -> &BxcanPair {
+        &self.can
+    }
+
+    /// The two CAN controllers, to change them.
+    pub fn can_mut(&mut self) -> &mut BxcanPair {
         &mut self.can
     }
 
     /// The controller as its wire sees it: `None` while it has no clock or its pins do not carry it.
     pub fn can_line(&mut self, side: Side) -> Option<Line<'_>> {
+        self.is_can_connected(side).then(|| self.can.line(side))
+    }
+
+    /// The state of a controller, under the conditions of [`Peripherals::can_line`].
+    pub(crate) fn can_registers(&self, side: Side) -> Option<&Registers> {
+        self.is_can_connected(side).then(|| self.can.registers(side))
+    }
+
+    fn is_can_connected(&self, side: Side) -> bool {
         let routed = can_pins::are_routed(&self.gpio, self.package_pins, side);
-        (routed && self.is_can_clocked(side) && !self.is_can_frozen(side)).then(|| self.can.line(side))
+        routed && self.is_can_clocked(side) && !self.is_can_frozen(side)
     }
 
     /// Why a controller that takes part reaches no bus; `None` when it does, and while it does not take part. `wired`: a bus

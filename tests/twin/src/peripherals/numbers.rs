@@ -3,7 +3,7 @@
 use super::Clocks;
 
 /// CRC unit (RM0090 chapter 4): polynomial 04C1 1DB7h over words, highest bit first.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Crc {
     dr: u32,
     idr: u32,
@@ -44,7 +44,7 @@ impl Crc {
 }
 
 /// Random number generator of the F405 (RM0090 chapter 24). Its numbers follow from the board's serial number.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Rng {
     serial: u32,
     state: u64,

@@ -114,7 +114,7 @@ pub struct Clocks {
 }
 
 /// The registers.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Rcc {
     model: Model,
     words: [u32; WORDS],

@@ -11,7 +11,7 @@ const CAN_STOP: [u32; 2] = [1 << 25, 1 << 26];
 
 /// PWR, RM0090 chapter 5 (F405), RM0390 chapter 5 (F446). The regulator reaches its scale and over-drive at once; Stop
 /// and Standby are not modelled.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Pwr {
     part: Part,
     cr: u32,
@@ -78,7 +78,7 @@ impl Pwr {
 }
 
 /// DBGMCU, RM0090 38.16: what stands still while a debugger halts the core.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Dbgmcu {
     words: [u32; 4],
 }

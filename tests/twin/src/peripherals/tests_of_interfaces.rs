@@ -138,7 +138,7 @@ fn what_a_serial_port_lacks_is_refused() {
 }
 
 /// Answers with the complement; notes the mode.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Complement;
 
 impl SpiDevice for Complement {
@@ -316,7 +316,7 @@ fn the_option_bytes_start_the_watchdog() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(0x1FFF_C000), 0xFFFF_AAED);
     assert_eq!(bench.try_write(0x1FFF_C000, 0), Err(Refusal::Unmodelled));
-    bench.peripherals.flash().set_options(0x0FFF_AACC);
+    bench.peripherals.flash_mut().set_options(0x0FFF_AACC);
     assert_eq!(bench.peripherals.watchdog_deadline(), None);
     bench.peripherals.reset(Time::from_ms(100), ResetCause::Pin);
     assert_eq!(bench.peripherals.watchdog_deadline(), Some(Time::from_ms(612)));

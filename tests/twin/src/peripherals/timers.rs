@@ -46,7 +46,7 @@ pub(super) fn at(base: u32) -> Option<usize> {
 }
 
 /// All of them.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Timers {
     all: [Timer; 11],
     /// Whether the program has touched any since the reset: until then all stand still.

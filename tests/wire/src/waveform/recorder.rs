@@ -9,7 +9,7 @@ use crate::node::Node;
 use crate::time::Time;
 
 /// A waveform under way.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Recorder {
     waveform: Waveform,
 }

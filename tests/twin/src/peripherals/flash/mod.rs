@@ -118,7 +118,7 @@ impl Keys {
 }
 
 /// The registers and the operation under way.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Flash {
     part: Part,
     speed: FlashSpeed,

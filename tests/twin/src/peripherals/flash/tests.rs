@@ -168,7 +168,7 @@ fn bytes_and_halves_are_programmed_at_their_parallelism() {
     for (psize, width) in [(0, Width::Byte), (1, Width::Half)] {
         let mut flash = unlocked(Part::Stm32f405);
         flash.write(NOW, CR, PG | psize << 8).unwrap();
-        flash.program(NOW, 0x100, width, 0x5A & width.mask()).unwrap();
+        flash.program(NOW, 0x100, width, 0x5A & crate::mmio::mask(width)).unwrap();
         let (_, ends) = flash.operation().unwrap();
         assert_eq!(*ends, NOW + Time::from_us(16));
     }

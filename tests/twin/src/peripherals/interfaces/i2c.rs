@@ -97,7 +97,7 @@ enum Phase {
 }
 
 /// One controller with its bus.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct I2c {
     cr1: u32,
     cr2: u32,
@@ -167,6 +167,11 @@ impl I2c {
     pub fn reset(&mut self) {
         self.release();
         *self = I2c::with(self.divider, self.pclk, std::mem::take(&mut self.devices));
+    }
+
+    /// The temperature of the devices from now on, °C.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        self.devices.iter_mut().for_each(|device| device.set_temperature(celsius));
     }
 
     /// Power comes up for the devices.

@@ -20,7 +20,7 @@ const USARTS_ON_APB2: [usize; 2] = [0, 5];
 const SPI_ON_APB2: usize = 0;
 
 /// All of them.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Interfaces {
     /// I2C1 to I2C3.
     pub i2c: [I2c; 3],
@@ -41,6 +41,11 @@ impl Interfaces {
     /// Power comes up, for the devices as well.
     pub fn power_on(&mut self) {
         self.i2c.iter_mut().for_each(I2c::power_on);
+    }
+
+    /// The temperature of the I2C devices from now on, °C.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        self.i2c.iter_mut().for_each(|i2c| i2c.set_temperature(celsius));
     }
 
     /// The clock tree has changed at `cycle`.

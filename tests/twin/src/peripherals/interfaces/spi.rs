@@ -45,7 +45,7 @@ const OVR: u32 = 1 << 6;
 const BSY: u32 = 1 << 7;
 
 /// A device and its chip select; `None` for one that is always selected.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Attached {
     device: Box<dyn SpiDevice>,
     select: Option<Pin>,
@@ -53,7 +53,7 @@ struct Attached {
 }
 
 /// One interface with its devices.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Spi {
     cr1: u32,
     cr2: u32,

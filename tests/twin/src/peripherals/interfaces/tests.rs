@@ -2,7 +2,7 @@
 
 use can_wire::time::Time;
 
-use crate::devices::{I2cDevice, Lm75};
+use crate::devices::Lm75;
 use crate::mmio::{Now, Refusal, Width};
 use crate::model::Model;
 use crate::peripherals::{IrqLevels, Peripherals};
@@ -294,8 +294,7 @@ fn a_software_reset_releases_the_bus() {
 #[test]
 fn only_the_addressed_device_answers() {
     let mut bench = Bench::with(Some(Lm75::new(0x48, 25.0)));
-    let mut other = Lm75::new(0x49, 50.0);
-    bench.peripherals.attach_i2c(0, 0, Box::new(other.clone()));
+    bench.peripherals.attach_i2c(0, 0, Box::new(Lm75::new(0x49, 50.0)));
     for (address, byte) in [(0x91, 0x19), (0x93, 0x32)] {
         bench.select(address, PE | ACK);
         bench.set(CR1, PE | STOP);
@@ -303,5 +302,4 @@ fn only_the_addressed_device_answers() {
         assert_eq!(bench.read(DR), byte);
         bench.pass(PERIOD);
     }
-    assert!(!other.start(0x48, true));
 }

@@ -64,7 +64,7 @@ pub struct Sent {
 }
 
 /// One interface.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Usart {
     sr: u32,
     brr: u32,

@@ -87,7 +87,7 @@ impl RtcClock {
 }
 
 /// The registers. Times are counts of RTCCLK since the backup domain was reset.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Rtc {
     backup: [u32; 20],
     clock: Option<RtcClock>,

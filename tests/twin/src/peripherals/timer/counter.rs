@@ -3,7 +3,7 @@
 //! RM0090 18.3.1 and 18.3.2. Nothing is stepped: the count follows from the cycle when somebody looks.
 
 /// Prescaler and reload with their buffers, and the counter's anchor.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Counter {
     /// PSC and ARR as written.
     pub(super) psc: u32,

@@ -74,7 +74,7 @@ pub struct Kind {
 }
 
 /// A timer.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Timer {
     kind: Kind,
     cr1: u32,

@@ -9,7 +9,7 @@ fn long() -> Timer {
 /// Stores with the width that the register has.
 fn put(tim: &mut Timer, cycle: u64, offset: u32, value: u32) {
     let width = if matches!(offset, CNT | ARR | CCR1..=CCR4) { Width::Word } else { Width::Half };
-    tim.write(cycle, offset, width, value & width.mask()).unwrap();
+    tim.write(cycle, offset, width, value & crate::mmio::mask(width)).unwrap();
 }
 
 /// 84 timer clocks per count at two HCLK cycles each: 168 cycles per count, as on the board at 1 MHz.

@@ -3,7 +3,7 @@
 use super::programs::*;
 use can_wire::time::Time;
 use twin::board::{Counters, EmulatedBoard};
-use twin::cpu::Registers;
+use twin::board::Registers;
 
 const DEMCR: u32 = 0xE000_EDFC;
 const DWT_CTRL: u32 = 0xE000_1000;

@@ -130,10 +130,10 @@ struct OnWire {
 }
 
 impl Controllers for OnWire {
-    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
+    fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller)) {
         match node {
-            CAN1 | CAN2 => &mut self.pins[node],
-            _ => &mut self.stations[node - PEER],
+            CAN1 | CAN2 => visit(&mut self.pins[node]),
+            _ => visit(&mut self.stations[node - PEER]),
         }
     }
 }
