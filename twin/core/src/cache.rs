@@ -1,9 +1,11 @@
 //! Decoded instructions, kept by address.
 //!
 //! Two stores: code that changes only by announcement (flash) is found by its index and used without a look at the memory; code at
-//! any other address (RAM) is used only if the memory still holds the half-words that it was decoded from.
+//! any other address (RAM) is used only if the memory still holds the half-words that it was decoded from. Copies of a core share the
+//! pages of the first store until one of them changes a page.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::instruction::Instruction;
 
@@ -37,7 +39,7 @@ struct Checked {
 #[derive(Clone, Debug, Default)]
 pub struct Cache {
     base: u32,
-    pages: Vec<Option<Box<[Decoded; PAGE]>>>,
+    pages: Vec<Option<Arc<[Decoded; PAGE]>>>,
     checked: Vec<Option<Checked>>,
 }
 
@@ -61,7 +63,8 @@ impl Cache {
     pub fn put(&mut self, address: u32, decoded: Decoded) {
         let index = (address.wrapping_sub(self.base) >> 1) as usize;
         if let Some(page) = self.pages.get_mut(index / PAGE) {
-            page.get_or_insert_with(|| Box::new([Decoded::NOTHING; PAGE]))[index % PAGE] = decoded;
+            let page = page.get_or_insert_with(|| Arc::new([Decoded::NOTHING; PAGE]));
+            Arc::make_mut(page)[index % PAGE] = decoded;
         }
     }
 
@@ -77,7 +80,7 @@ impl Cache {
         for address in (first..range.end).step_by(2) {
             let index = (address.wrapping_sub(self.base) >> 1) as usize;
             if let Some(Some(page)) = self.pages.get_mut(index / PAGE) {
-                page[index % PAGE] = Decoded::NOTHING;
+                Arc::make_mut(page)[index % PAGE] = Decoded::NOTHING;
             }
         }
     }

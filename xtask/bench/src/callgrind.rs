@@ -8,34 +8,47 @@ use anyhow::{Context, ensure};
 /// Where its programs are built: apart from all else, so that no flags of others reach them.
 const TARGET_DIR: &str = "target/bench/build";
 
+/// Profile of cargo in which a program is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Build {
+    /// `--release`.
+    Release,
+    /// The profile of `cargo demo` and `cargo test`.
+    Dev,
+}
+
 /// Builds a package of the workspace as `--release` has it; returns its program.
 ///
 /// # Errors
 /// When the package does not compile.
 pub fn build(package: &str) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package], package)
+    compile(&["--package", package], package, Build::Release)
 }
 
-/// Builds an example of a package of the workspace as `--release` has it; returns its program.
+/// Builds an example of a package of the workspace; returns its program.
 ///
 /// # Errors
 /// When the example does not compile.
-pub fn build_example(package: &str, example: &str) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package, "--example", example], &format!("examples/{example}"))
+pub fn build_example(package: &str, example: &str, build: Build) -> anyhow::Result<PathBuf> {
+    compile(&["--package", package, "--example", example], &format!("examples/{example}"), build)
 }
 
-/// `program`: its path below `release`.
-fn compile(what: &[&str], program: &str) -> anyhow::Result<PathBuf> {
+/// `program`: its path below the folder of the profile.
+fn compile(what: &[&str], program: &str, build: Build) -> anyhow::Result<PathBuf> {
+    let (profile, folder) = match build {
+        Build::Release => ("release", "release"),
+        Build::Dev => ("dev", "debug"),
+    };
     let target_dir = support::project::path(TARGET_DIR);
     let mut cargo = Command::new("cargo");
-    cargo.current_dir(support::project::path("")).args(["build", "--release", "--locked", "--quiet"]);
+    cargo.current_dir(support::project::path("")).args(["build", "--profile", profile, "--locked", "--quiet"]);
     cargo.args(what).arg("--target-dir").arg(&target_dir);
     for flags in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_RUSTFLAGS"] {
         cargo.env_remove(flags);
     }
     let status = cargo.status().context("cannot run cargo")?;
     ensure!(status.success(), "{program} cannot be built ({status})");
-    Ok(target_dir.join("release").join(program))
+    Ok(target_dir.join(folder).join(program))
 }
 
 /// How many instructions a program takes from its start to its end.

@@ -140,6 +140,7 @@ impl Seen {
 }
 
 /// What was seen of a flight.
+#[derive(Clone)]
 pub struct Recording {
     seats: Vec<Seat>,
     /// Frames that completed, in the order of their ends.
@@ -152,6 +153,7 @@ pub struct Recording {
 }
 
 /// The spacecraft and what was seen of it so far.
+#[derive(Clone)]
 pub struct Craft {
     pub twin: Spacecraft,
     pub seen: Recording,

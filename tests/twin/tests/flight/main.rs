@@ -16,6 +16,7 @@ mod driver;
 mod drivers_of_others;
 mod equal_boards;
 mod foreign;
+mod fork;
 mod identity;
 mod intruders;
 mod leds;

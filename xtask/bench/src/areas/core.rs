@@ -6,7 +6,7 @@
 use support::needs::VALGRIND;
 
 use super::Area;
-use crate::callgrind;
+use crate::callgrind::{self, Build};
 use crate::context::Context;
 use crate::row::Row;
 
@@ -17,7 +17,7 @@ pub const AREA: Area =
 const LENGTHS: [u64; 2] = [200_000, 1_200_000];
 
 fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
-    let program = callgrind::build_example("twin-core", "speed")?;
+    let program = callgrind::build_example("twin-core", "speed", Build::Release)?;
     let count = |length: u64| callgrind::count(&program, &[&length.to_string()]);
     let [short, long] = LENGTHS;
     let spent = count(long)?.saturating_sub(count(short)?);

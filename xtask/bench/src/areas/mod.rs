@@ -19,6 +19,7 @@ mod stamp;
 mod sync;
 mod takeover;
 mod time;
+mod twin;
 mod wire;
 
 pub use size::biggest_symbols;
@@ -46,6 +47,7 @@ pub const ALL: &[Area] = &[
     size::AREA,
     instructions::AREA,
     core::AREA,
+    twin::AREA,
     rx::AREA,
     load::AREA,
     master::AREA,

@@ -1,0 +1,95 @@
+//! What the twin costs the host, in the profile in which `cargo demo` runs it.
+//!
+//! Instructions of the host for one instruction of the emulated cores, everything included: cores, boards, buses and the observers of the
+//! demo. valgrind's callgrind counts them for two lengths of the demo flight without faults; the row has the difference, so that the
+//! start of the program does not count. The time of a fork is that of a copy of four boards on their buses, the best of 20.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, ensure};
+use can_wire::time::Time;
+use support::craft;
+use support::needs::VALGRIND;
+use twin::board::{BoardConfig, Fittings};
+use twin::crystal::Crystal;
+use twin::spacecraft::{Spacecraft, SpacecraftConfig};
+
+use super::Area;
+use crate::callgrind::{self, Build};
+use crate::context::{Context, FLOWN};
+use crate::row::Row;
+use support::board::Profile;
+
+pub const AREA: Area =
+    Area { name: "twin", about: "instructions of the host per emulated one, of a whole flight", needs: &[VALGRIND], measure };
+
+/// Virtual seconds of the two flights. The first one is past the start of all boards.
+const LENGTHS: [u64; 2] = [2, 4];
+/// Of one emulated instruction.
+const MOST_INSTRUCTIONS: f64 = 260.0;
+
+/// The fork: this long after power-on, of so many boards, and at most so long.
+const FORKED: Time = Time::from_ms(2_000);
+const BOARDS: u8 = 4;
+const MOST_MS: f64 = 2.0;
+const REPEATS: usize = 20;
+
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+    Ok(vec![
+        Row::lower("host_instructions", host_instructions(context)?, "instructions").within(MOST_INSTRUCTIONS),
+        Row::lower("fork", fork(context)?.as_secs_f64() * 1e3, "ms").within(MOST_MS).noisy(),
+    ])
+}
+
+fn host_instructions(context: &Context) -> anyhow::Result<f64> {
+    let images = context.images(FLOWN, Profile::Librecube)?;
+    let program = callgrind::build_example("demo", "flight", Build::Dev)?;
+    let files = [&images.master, &images.slave].map(|path| path.display().to_string());
+    let fly = |seconds: u64| -> anyhow::Result<(u64, u64)> {
+        let seconds = seconds.to_string();
+        let arguments = [&*seconds, &*files[0], &*files[1]];
+        Ok((callgrind::count(&program, &arguments)?, emulated(&program, &arguments)?))
+    };
+    let [(short, short_emulated), (long, long_emulated)] = [fly(LENGTHS[0])?, fly(LENGTHS[1])?];
+    Ok(long.saturating_sub(short) as f64 / (long_emulated - short_emulated) as f64)
+}
+
+/// Instructions of the emulated cores, as the flight reports them.
+fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
+    let output = Command::new(program).args(arguments).output().context("cannot run the flight")?;
+    ensure!(output.status.success(), "the flight failed: {}", String::from_utf8_lossy(&output.stderr));
+    let report = String::from_utf8_lossy(&output.stdout);
+    let count = report.split_whitespace().next().and_then(|count| count.parse().ok());
+    count.with_context(|| format!("no number of instructions: {report}"))
+}
+
+/// Wall-clock time of a copy of a spacecraft in flight.
+fn fork(context: &Context) -> anyhow::Result<Duration> {
+    let built = context.images(FLOWN, Profile::Librecube)?;
+    let nodes: Vec<u8> = (1..=BOARDS).collect();
+    let images = craft::shipped(&built, nodes.iter().copied())?;
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    for node in nodes {
+        spacecraft.add_board(BoardConfig {
+            name: format!("node {node}"),
+            model: FLOWN.model(),
+            image: images[&node].clone(),
+            straps: FLOWN.straps(node),
+            crystal: Crystal::ppm(f64::from(node)),
+            position_m: f64::from(node),
+            power_on_at: Time::ZERO,
+            fittings: Fittings::default(),
+        });
+    }
+    spacecraft.run_until(FORKED)?;
+    let copy = |_| {
+        let begun = Instant::now();
+        let copy = spacecraft.clone();
+        let elapsed = begun.elapsed();
+        drop(copy);
+        elapsed
+    };
+    (0..REPEATS).map(copy).min().context("at least one copy")
+}
