@@ -32,7 +32,7 @@ use spin::Spin;
 pub use twin_core::Registers;
 
 pub use crate::accelerator::FlashTiming;
-use crate::bxcan::{Side, Stats};
+use crate::bxcan::{IrqLines, Side, Stats};
 use crate::chip::Chip;
 use crate::crystal::Crystal;
 use crate::devices::Lm75;
@@ -116,6 +116,8 @@ pub struct EmulatedBoard {
     state: State,
     asleep: bool,
     lines: IrqLevels,
+    /// Interrupt lines of the CAN controllers, of which `lines` were made.
+    can_lines: [IrqLines; 2],
     nmi: bool,
     /// The cycle of the next event of a timer, the RTC, the watchdog or the flash; `u64::MAX` without one.
     timer_event: u64,
@@ -188,6 +190,7 @@ impl EmulatedBoard {
             state: State::Off,
             asleep: false,
             lines: [0; 3],
+            can_lines: Default::default(),
             nmi: false,
             timer_event: u64::MAX,
             spin: Spin::default(),
@@ -265,17 +268,25 @@ impl EmulatedBoard {
         self.refresh();
     }
 
-    /// The receive line of a bus changes to `level` (high is recessive) at `at`. In the order of time for each bus; `at`
-    /// may lie before the board's present by as much as the board ran ahead, and the timer captures the count of that
-    /// instant. What follows from it (interrupt, DMA) the program meets from now on.
-    pub fn can_rx_edge(&mut self, side: Side, at: Time, level: bool) {
+    /// The receive line of a bus changes to these levels (high is recessive) at these instants, in the order of time. An instant may lie
+    /// before the board's present by as much as the board ran ahead, and the timer captures the count of that instant. The program meets
+    /// what follows from it (interrupt, DMA) from now on.
+    pub fn can_rx_edges(&mut self, side: Side, edges: impl IntoIterator<Item = (Time, bool)>) {
         if !self.config.fittings.capture_wires {
             return;
         }
         let side = if self.captures_exchanged { side.other() } else { side };
-        let cycle = self.chip.clock.cycle_at(at);
-        let told = self.chip.peripherals.capture_edge(side, cycle, level);
-        if told && self.is_powered() {
+        let (powered, now) = (self.is_powered(), self.chip.clock.now());
+        let mut is_noticed = false;
+        for (at, level) in edges {
+            let cycle = self.chip.clock.cycle_at(at);
+            if self.chip.peripherals.capture_edge(side, cycle, level) && powered {
+                is_noticed = true;
+                // DMA moves a capture before the next one.
+                self.chip.peripherals.transfer(now, &mut self.chip.memory);
+            }
+        }
+        if is_noticed {
             self.refresh();
         }
     }

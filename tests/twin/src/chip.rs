@@ -54,7 +54,8 @@ impl Chip {
         }
     }
 
-    /// Returns whether the program accessed a peripheral or entered HardFault since the last call.
+    /// Returns whether the board has to look at the chip: since the last call a peripheral changed, an access was refused, or the
+    /// program entered HardFault.
     pub fn take_attention(&mut self) -> bool {
         std::mem::take(&mut self.needs_attention)
     }
@@ -82,14 +83,14 @@ impl Chip {
         if !is_peripheral(address) {
             return Err(BusError);
         }
-        self.needs_attention = true;
         let result = self.peripherals.read(self.now(), address, width);
+        self.needs_attention |= self.peripherals.take_change();
         result.map_err(|refusal| self.refuse(address, false, refusal))
     }
 
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
-        self.needs_attention = true;
         let result = self.peripherals.write(self.now(), address, width, value);
+        self.needs_attention |= self.peripherals.take_change();
         if let Some(acr) = self.peripherals.flash_mut().take_acr() {
             self.accelerator.set(acr);
         }
@@ -98,6 +99,7 @@ impl Chip {
 
     /// Notes a refused access. A reserved address answers with a bus fault on the real part too.
     fn refuse(&mut self, address: u32, write: bool, refusal: Refusal) -> BusError {
+        self.needs_attention = true;
         if !self.peripherals.part().is_reserved(address) {
             self.refused.get_or_insert(RefusedAccess { address, write, refusal });
         }

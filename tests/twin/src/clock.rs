@@ -36,6 +36,11 @@ const NEVER: Now = Now { cycle: u64::MAX, time: Time::NEVER };
 impl Stretch {
     /// The beginning of `cycle`: the tick that has begun, and what has passed of it.
     fn at(&self, cycle: u64) -> (Time, u64) {
+        // The row twin.host_instructions is better with numbers of 64 bits, which nearly always do.
+        let short = cycle.checked_sub(self.start.cycle).and_then(|cycles| cycles.checked_mul(self.numerator));
+        if let Some(span) = short.and_then(|span| span.checked_add(self.remainder)) {
+            return (self.start.time + Time(span / self.denominator), span % self.denominator);
+        }
         let cycles = i128::from(cycle) - i128::from(self.start.cycle);
         let span = cycles * i128::from(self.numerator) + i128::from(self.remainder);
         let denominator = i128::from(self.denominator);
@@ -45,6 +50,9 @@ impl Stretch {
 
     /// Cycles from its start until `time` is reached.
     fn cycles_to(&self, time: Time) -> u64 {
+        if let Some(span) = time.since(self.start.time).0.checked_mul(self.denominator) {
+            return span.saturating_sub(self.remainder).div_ceil(self.numerator);
+        }
         let span = u128::from(time.since(self.start.time).0) * u128::from(self.denominator);
         let wanted = span.saturating_sub(u128::from(self.remainder));
         wanted.div_ceil(u128::from(self.numerator)) as u64

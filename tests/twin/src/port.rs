@@ -28,9 +28,9 @@ impl BoardPort {
         self.plug.controller
     }
 
-    /// Hands the level changes since the last call to `edge`.
-    pub(crate) fn drain_changes(&mut self, edge: impl FnMut((Time, bool))) {
-        self.changes.drain(..).for_each(edge);
+    /// Takes the level changes since the last call.
+    pub(crate) fn drain_changes(&mut self) -> impl Iterator<Item = (Time, bool)> {
+        self.changes.drain(..)
     }
 }
 

@@ -331,7 +331,7 @@ impl Spacecraft {
         self.wires[bus as usize].advance(until, &mut OnWire { boards, ports, guests });
         for port in ports {
             let (board, side) = (&mut self.boards[port.board], port.controller());
-            port.drain_changes(|(at, level)| board.can_rx_edge(side, at, level));
+            board.can_rx_edges(side, port.drain_changes());
         }
     }
 

@@ -14,6 +14,7 @@ pub enum Width {
 impl Width {
     /// Number of bytes: 1, 2 or 4.
     #[must_use]
+    #[inline]
     pub const fn bytes(self) -> u32 {
         match self {
             Width::Byte => 1,

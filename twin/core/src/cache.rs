@@ -51,6 +51,7 @@ impl Cache {
     }
 
     /// The instruction at an address whose content changes only by announcement; its size is 0 if it is not known.
+    #[inline]
     pub fn get(&self, address: u32) -> Decoded {
         let index = (address.wrapping_sub(self.base) >> 1) as usize;
         match self.pages.get(index / PAGE) {

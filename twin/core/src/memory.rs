@@ -60,6 +60,7 @@ impl Core {
     }
 
     /// Returns whether an access goes to the bus as it is.
+    #[inline]
     fn is_plain(&self, address: u32, width: Width) -> bool {
         address & (width.bytes() - 1) == 0
             && address & ALIAS_MASK != ALIAS

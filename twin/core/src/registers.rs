@@ -59,6 +59,7 @@ impl Flags {
     }
 
     /// Returns whether a condition of four bits holds (A7.3).
+    #[inline]
     pub fn pass(self, condition: u8) -> bool {
         let holds = match condition >> 1 {
             0 => self.z,
@@ -188,6 +189,7 @@ impl Core {
         self.set_itstate(if state & 7 == 0 { 0 } else { state & 0xE0 | state << 1 & 0x1F });
     }
 
+    #[inline]
     pub(crate) fn is_privileged(&self) -> bool {
         self.ipsr != 0 || !self.control.unprivileged
     }
@@ -208,11 +210,13 @@ impl Core {
             if self.uses_process_stack() { (process & !3, main & !3) } else { (main & !3, process & !3) };
     }
 
+    #[inline]
     pub(crate) fn reg(&self, reg: u8) -> u32 {
         self.r[usize::from(reg & 15)]
     }
 
     /// Writes a register other than PC. The low two bits of SP stay zero (B1.4.1).
+    #[inline]
     pub(crate) fn set_reg(&mut self, reg: u8, value: u32) {
         let mask = if reg == 13 { !3 } else { !0 };
         self.r[usize::from(reg & 15)] = value & mask;

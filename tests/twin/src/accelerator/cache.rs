@@ -7,24 +7,39 @@ use super::LINE;
 /// `N` lines, any of them for any line of flash.
 #[derive(Clone, Debug)]
 pub struct Cache<const N: usize> {
-    /// Line of flash in each place, when it was last used, and what it shows if flash no longer holds that.
     places: [Place; N],
     /// Place + 1 of each line of flash, 0 for none.
     place_of: Vec<u8>,
-    uses: u64,
+    /// The places in the order of their last use: the most recent one and the least recent one.
+    newest: u8,
+    oldest: u8,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Place {
+    /// Line of flash in this place.
     line: Option<u32>,
-    used: u64,
+    /// Content of the line, if flash no longer holds it.
     old: Option<[u8; LINE as usize]>,
+    /// Neighbours in the order of the last use. The next one was used earlier.
+    previous: u8,
+    next: u8,
 }
 
 impl<const N: usize> Cache<N> {
     /// Empty, for a flash of so many lines.
     pub fn new(flash_lines: u32) -> Self {
-        Cache { places: [Place::default(); N], place_of: vec![0; flash_lines as usize], uses: 0 }
+        let place = |n: usize| Place {
+            previous: n.saturating_sub(1) as u8,
+            next: (n + 1).min(N - 1) as u8,
+            ..Place::default()
+        };
+        Cache {
+            places: std::array::from_fn(place),
+            place_of: vec![0; flash_lines as usize],
+            newest: 0,
+            oldest: (N - 1) as u8,
+        }
     }
 
     pub fn flash_lines(&self) -> u32 {
@@ -44,30 +59,47 @@ impl<const N: usize> Cache<N> {
     pub fn find(&mut self, line: u32) -> bool {
         let place = self.place(line);
         if let Some(place) = place {
-            self.uses += 1;
-            self.places[place].used = self.uses;
+            self.note_use(place as u8);
         }
         place.is_some()
     }
 
-    /// Takes a line in that is not there.
+    /// Makes a place the newest one.
+    fn note_use(&mut self, place: u8) {
+        if place == self.newest {
+            return;
+        }
+        let Place { previous, next, .. } = self.places[usize::from(place)];
+        self.places[usize::from(previous)].next = next;
+        if place == self.oldest {
+            self.oldest = previous;
+        } else {
+            self.places[usize::from(next)].previous = previous;
+        }
+        self.places[usize::from(self.newest)].previous = place;
+        self.places[usize::from(place)].next = self.newest;
+        self.newest = place;
+    }
+
+    /// Takes a line in that is not there, in place of the least recently used one.
     pub fn insert(&mut self, line: u32) {
-        let oldest = self.places.iter().enumerate().min_by_key(|(_, place)| place.used);
-        let place = oldest.map_or(0, |(place, _)| place);
-        if let Some(replaced) = self.places[place].line {
+        let place = self.oldest;
+        self.note_use(place);
+        let slot = &mut self.places[usize::from(place)];
+        if let Some(replaced) = slot.line {
             self.place_of[replaced as usize] = 0;
         }
-        self.uses += 1;
-        self.places[place] = Place { line: Some(line), used: self.uses, old: None };
-        self.place_of[line as usize] = place as u8 + 1;
+        (slot.line, slot.old) = (Some(line), None);
+        self.place_of[line as usize] = place + 1;
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
         for place in &mut self.places {
-            if let Some(line) = std::mem::take(place).line {
+            if let Some(line) = place.line.take() {
                 self.place_of[line as usize] = 0;
             }
+            place.old = None;
         }
     }
 

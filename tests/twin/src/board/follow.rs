@@ -52,6 +52,7 @@ impl EmulatedBoard {
         if chip.peripherals.transfer(now, &mut chip.memory) {
             levels = chip.peripherals.irq_levels(now);
         }
+        self.can_lines = chip.peripherals.can().irqs();
         let nmi = chip.peripherals.nmi();
         if nmi != self.nmi {
             self.nmi = nmi;

@@ -27,7 +27,9 @@ impl EmulatedBoard {
             self.warn_of(side, now, reason);
         }
         self.chip.peripherals.can_mut().poll(now);
-        self.refresh();
+        if self.chip.peripherals.can().irqs() != self.can_lines {
+            self.refresh();
+        }
     }
 
     /// Logs why a controller reaches no bus, once for each reason.

@@ -269,6 +269,11 @@ impl BxcanPair {
         self.controllers[side as usize].irq()
     }
 
+    /// Interrupt lines of both controllers.
+    pub(crate) fn irqs(&self) -> [IrqLines; 2] {
+        [Side::Can1, Side::Can2].map(|side| self.irq(side))
+    }
+
     /// The state of a controller.
     pub(crate) fn registers(&self, side: Side) -> &Registers {
         &self.controllers[side as usize]

@@ -102,6 +102,11 @@ impl Stream {
         self.flags & (self.cr & INTERRUPTS) << 1 != 0 || self.flags & 1 != 0 && self.fcr & FEIE != 0
     }
 
+    /// PL: 0 is low, 3 is very high.
+    fn priority(&self) -> u32 {
+        self.cr >> 16 & 0b11
+    }
+
     fn is_between_memories(&self) -> bool {
         self.cr & DIR == BETWEEN_MEMORIES
     }
@@ -271,15 +276,20 @@ impl Dma {
     /// What moves next when `asks(stream, channel)` tells where a request waits: the highest priority, then the lowest
     /// stream (RM0090 10.3.5).
     pub fn next(&self, cycle: u64, asks: impl Fn(usize, u32) -> bool) -> Option<Transfer> {
-        let ready = |&(n, stream): &(usize, &Stream)| {
-            let asked = match stream.is_between_memories() {
+        let mut first: Option<(usize, &Stream)> = None;
+        for (n, stream) in self.streams.iter().enumerate() {
+            if !stream.is_enabled() || stream.ndtr == 0 {
+                continue;
+            }
+            let is_ready = match stream.is_between_memories() {
                 true => stream.ready_at.is_some_and(|at| at <= cycle),
                 false => asks(n, self.channel(n)),
             };
-            stream.is_enabled() && stream.ndtr != 0 && asked
-        };
-        let first = |&(n, stream): &(usize, &Stream)| (3 - (stream.cr >> 16 & 0b11), n);
-        let (n, stream) = self.streams.iter().enumerate().filter(ready).min_by_key(first)?;
+            if is_ready && first.is_none_or(|(_, other)| stream.priority() > other.priority()) {
+                first = Some((n, stream));
+            }
+        }
+        let (n, stream) = first?;
         let offset = if stream.cr & MINC != 0 { stream.done * stream.bytes() } else { 0 };
         Some(Transfer {
             stream: n,
@@ -328,9 +338,13 @@ impl Dma {
         self.streams[stream].cr &= !EN;
     }
 
-    /// NVIC lines and their levels.
-    pub fn irqs(&self) -> impl Iterator<Item = (u16, bool)> {
-        IRQS[self.controller].into_iter().zip(self.streams.iter().map(Stream::irq))
+    /// Hands each NVIC line that is high to `raise`.
+    pub fn irqs(&self, mut raise: impl FnMut(u16)) {
+        for (stream, irq) in self.streams.iter().zip(IRQS[self.controller]) {
+            if stream.irq() {
+                raise(irq);
+            }
+        }
     }
 }
 
@@ -410,7 +424,11 @@ mod tests {
     #[test]
     fn flags_raise_the_line_of_their_stream_where_enabled() {
         let mut dma = ring(2);
-        let line = |dma: &Dma| dma.irqs().filter(|&(_, level)| level).map(|(irq, _)| irq).collect::<Vec<_>>();
+        let line = |dma: &Dma| {
+            let mut raised = Vec::new();
+            dma.irqs(|irq| raised.push(irq));
+            raised
+        };
         served(&mut dma, 2);
         assert_eq!(line(&dma), [0_u16; 0]);
         // HTIE and TCIE may change while it runs; CHSEL may not.

@@ -1,6 +1,7 @@
 //! Where the blocks stand in the address space, and what clocks them.
 
 use super::rcc::Gate;
+use super::timer::{CCR1, CCR4};
 use super::timers;
 use crate::mmio::{Refusal, Width};
 use crate::model::Part;
@@ -95,6 +96,27 @@ impl Block {
     /// Whether an access meets what TIM3 and TIM5 have done until then.
     pub(super) fn shows_timers(self) -> bool {
         matches!(self, Block::Tim3 | Block::Tim5 | Block::Gpio(_) | Block::Rcc)
+    }
+
+    /// Returns whether a load from the register at an offset may change a flag, an interrupt line, a request or the time of an event.
+    pub(super) fn changes_when_read(self, register: u32) -> bool {
+        match self {
+            Block::Can
+            | Block::Gpio(_)
+            | Block::Rcc
+            | Block::Pwr
+            | Block::Syscfg
+            | Block::Exti
+            | Block::Crc
+            | Block::Flash
+            | Block::Dma(_)
+            | Block::Dbgmcu
+            | Block::Signature
+            | Block::Iwdg => false,
+            // A load from a capture register clears its flag.
+            Block::Tim2 | Block::Tim3 | Block::Tim5 | Block::Timer(_) => (CCR1..=CCR4).contains(&register),
+            Block::I2c(_) | Block::Usart(_) | Block::Spi(_) | Block::Adc | Block::Rng | Block::Rtc => true,
+        }
     }
 
     /// Its clock gate; some blocks have none.

@@ -129,6 +129,8 @@ pub struct Peripherals {
     halted: Option<Time>,
     pin_changes: Vec<PinChange>,
     timed_changes: Vec<TimedChange>,
+    /// An access may have changed interrupt lines, requests or events since this was taken.
+    has_changed: bool,
 }
 
 /// PCLK1 until the board says what it is: HSI, exact.
@@ -167,7 +169,13 @@ impl Peripherals {
             halted: None,
             pin_changes: Vec::new(),
             timed_changes: Vec::new(),
+            has_changed: false,
         }
+    }
+
+    /// Returns whether an access since the last call may have changed interrupt lines, requests or events.
+    pub(crate) fn take_change(&mut self) -> bool {
+        std::mem::take(&mut self.has_changed)
     }
 
     /// Which part it is.
@@ -253,6 +261,7 @@ impl Peripherals {
     pub fn read(&mut self, now: Now, address: u32, width: Width) -> Result<u32, Refusal> {
         let (block, offset) = self.select(address, width, false)?;
         let word = offset & !3;
+        self.has_changed |= block.changes_when_read(word);
         if block.shows_timers() {
             self.run_timers(now.cycle);
         }
@@ -292,6 +301,7 @@ impl Peripherals {
     /// # Errors
     /// A [`Refusal`] when nothing may answer.
     pub fn write(&mut self, now: Now, address: u32, width: Width, value: u32) -> Result<(), Refusal> {
+        self.has_changed = true;
         if (FLASH_BASE..FLASH_BASE + self.part.flash_bytes()).contains(&address) {
             return self.flash.program(now.time, address - FLASH_BASE, width, value);
         }
@@ -422,12 +432,17 @@ impl Peripherals {
     /// Lets TIM5 and TIM3 count until `cycle`: one starts the other, both drive pins.
     pub fn run_timers(&mut self, cycle: u64) {
         self.tim5.catch_up(cycle);
-        for rise in self.tim5.take_rises() {
-            if self.rcc.is_clocked(Gate { bus: APB1, bit: TIM3_BIT }) {
-                self.tim3.trigger(rise);
+        if self.tim5.has_risen() {
+            for rise in self.tim5.take_rises() {
+                if self.rcc.is_clocked(Gate { bus: APB1, bit: TIM3_BIT }) {
+                    self.tim3.trigger(rise);
+                }
             }
         }
         self.tim3.catch_up(cycle);
+        if !self.tim3.has_changed() && !self.tim5.has_changed() {
+            return;
+        }
         for (timer, pins) in [(&mut self.tim3, TIM3_PINS), (&mut self.tim5, TIM5_PINS)] {
             for (cycle, channel, level) in timer.take_changes() {
                 for &pin in pins[channel as usize] {
@@ -523,15 +538,17 @@ impl Peripherals {
         self.follow_calendar(now.time);
         let mut levels = [0; 3];
         let mut set = |irq: u16, level: bool| {
-            levels[usize::from(irq) / 32] |= u32::from(level) << (irq % 32);
+            if level {
+                levels[usize::from(irq) / 32] |= 1 << (irq % 32);
+            }
         };
         set(FLASH_IRQ, self.flash.irq());
         set(TIM2_IRQ, self.tim2.irq(now.cycle));
         set(TIM3_IRQ, self.tim3.irq(now.cycle));
         set(TIM5_IRQ, self.tim5.irq(now.cycle));
         set(ADC_IRQ, self.adc.irq(now.cycle));
-        for (irq, level) in self.dma.iter().flat_map(Dma::irqs) {
-            set(irq, level);
+        for dma in &self.dma {
+            dma.irqs(|irq| set(irq, true));
         }
         self.interfaces.irqs(now.cycle, &mut set);
         self.timers.irqs(now.cycle, &mut set);

@@ -65,6 +65,7 @@ pub struct Mpu {
 }
 
 impl Mpu {
+    #[inline]
     pub fn is_enabled(&self) -> bool {
         self.control & CTRL_ENABLE != 0
     }

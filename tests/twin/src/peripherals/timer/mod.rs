@@ -30,8 +30,8 @@ const CNT: u32 = 0x24;
 const PSC: u32 = 0x28;
 const ARR: u32 = 0x2C;
 const RCR: u32 = 0x30;
-const CCR1: u32 = 0x34;
-const CCR4: u32 = 0x40;
+pub(super) const CCR1: u32 = 0x34;
+pub(super) const CCR4: u32 = 0x40;
 const BDTR: u32 = 0x44;
 
 const CEN: u32 = 1 << 0;
@@ -89,6 +89,8 @@ pub struct Timer {
     counter: Counter,
     /// Flags are up to date until this cycle.
     seen: u64,
+    /// Counting changes nothing before this cycle; 0 if that is not known.
+    calm_until: u64,
     /// Channels whose DMA request waits for its acknowledgement.
     requests: u32,
     /// Edges since the last capture, for the prescaler.
@@ -121,6 +123,7 @@ impl Timer {
             bdtr: 0,
             counter: Counter::new(divider, u32::MAX >> (32 - kind.bits)),
             seen: 0,
+            calm_until: 0,
             requests: 0,
             edges: [0; 4],
             set_up_at: 0,
@@ -165,6 +168,10 @@ impl Timer {
 
     /// Does what happened until `cycle`.
     pub fn catch_up(&mut self, cycle: u64) {
+        if cycle < self.calm_until {
+            self.seen = self.seen.max(cycle);
+            return;
+        }
         if let Some(start) = self.starts_at.take_if(|start| *start <= cycle) {
             self.pass(start);
             self.counter.run(start, true);
@@ -179,6 +186,14 @@ impl Timer {
             self.stop(end);
         }
         self.pass(cycle);
+        self.calm_until = self.next_change_of_state().unwrap_or(u64::MAX);
+    }
+
+    /// The next cycle at which counting sets a flag or changes an output, whether the program asks for it or not.
+    fn next_change_of_state(&self) -> Option<u64> {
+        let matches = self.matches().filter_map(|(_, value)| self.counter.reaches(value, self.seen));
+        let output = self.next_change(self.seen).map(|(at, ..)| at);
+        matches.chain(output).chain(self.starts_at).min()
     }
 
     /// Counts on until `cycle`.
@@ -236,6 +251,7 @@ impl Timer {
         if divider != self.counter.divider() {
             self.catch_up(cycle);
             self.counter.set_divider(cycle, divider);
+            self.calm_until = 0;
         }
     }
 
@@ -390,6 +406,7 @@ impl Timer {
         }
         let value = if is_long { value } else { value & 0xFFFF };
         self.catch_up(cycle);
+        self.calm_until = 0;
         match offset {
             // DIR and CMS change how it counts.
             CR1 if value & 0x70 != 0 => return Err(Refusal::Unmodelled),

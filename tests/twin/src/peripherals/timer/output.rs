@@ -139,6 +139,16 @@ impl Timer {
         }
     }
 
+    /// Returns whether outputs have changed since [`Timer::take_changes`].
+    pub fn has_changed(&self) -> bool {
+        !self.changes.is_empty()
+    }
+
+    /// Returns whether the trigger output has risen since [`Timer::take_rises`].
+    pub fn has_risen(&self) -> bool {
+        !self.rises.is_empty()
+    }
+
     /// Changes of outputs since the last call: cycle, channel, level.
     pub fn take_changes(&mut self) -> Vec<(u64, u32, Option<bool>)> {
         std::mem::take(&mut self.changes)
@@ -155,6 +165,7 @@ impl Timer {
             return;
         }
         self.catch_up(cycle);
+        self.calm_until = 0;
         self.sr |= TIF;
         if self.cr1 & CEN == 0 {
             self.cr1 |= CEN;
