@@ -140,7 +140,7 @@ impl Core {
         Ok(())
     }
 
-    /// Asks the MPU about the first and the last byte.
+    /// Asks the MPU about the first byte, and about the word of the last one if that is another. Regions begin at words.
     fn check_access(
         &mut self,
         address: u32,
@@ -148,7 +148,8 @@ impl Core {
         access: Access,
         privileged: bool,
     ) -> Result<(), Raised> {
-        let last = address.wrapping_add(width.bytes() - 1);
+        let end = address.wrapping_add(width.bytes() - 1) & !3;
+        let last = if end == address & !3 { address } else { end };
         let negative = self.execution_priority() < 0;
         for at in [address, last] {
             if !self.mpu.permits(at, access, privileged, negative) {

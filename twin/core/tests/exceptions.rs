@@ -2,7 +2,7 @@
 
 mod board;
 
-use board::{Board, C, CODE, HANDLERS, RAM, STACK, V};
+use board::{Board, C, CODE, HANDLERS, RAM, STACK, V, Z};
 use twin_core::{Stop, Width};
 
 const NVIC_ISER: u32 = 0xE000_E100;
@@ -345,6 +345,17 @@ fn svc_that_cannot_preempt_becomes_hard_fault() {
     assert_eq!(board.core.exception(), 3);
     assert_eq!(board.word(STACK - 32 - 8), handler(IRQ), "the SVC itself");
     assert_eq!(board.load(HFSR), 1 << 30, "FORCED");
+}
+
+/// Given an IT block with SVC first. When SVC becomes HardFault. Then the frame has the state of the SVC, which runs again.
+#[test]
+fn svc_that_becomes_hard_fault_keeps_its_it_state() {
+    // CPSID i; ITT EQ; SVCEQ #0; MOVEQ r5, #1
+    let mut board = Board::new(&[0xB672, 0xBF04, 0xDF00, 0x2501]);
+    board.set(|registers| registers.xpsr |= Z);
+    board.steps(3);
+    assert_eq!((board.core.exception(), board.word(STACK - 8)), (3, CODE + 4));
+    assert_eq!(board.word(STACK - 4) & 0x0600_FC00, 0x0000_0400, "ITSTATE 04h: EQ, two instructions");
 }
 
 #[test]

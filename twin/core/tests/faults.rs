@@ -188,6 +188,24 @@ fn refused_stacking_is_taken_instead_of_the_interrupt() {
     assert_eq!(board.load(0xE000_E200), 1, "the interrupt is still pending");
 }
 
+/// Given a stack without memory. When an access faults. Then its handler runs although the stacking for it fails as well.
+#[test]
+fn refused_stacking_for_the_same_fault_runs_its_handler() {
+    // LDR r2, [r0], with BusFault enabled, and disabled so that it becomes HardFault
+    for (enabled, exception, hfsr) in [(ALL_FAULTS, 5, 0), (0, 3, FORCED)] {
+        let mut board = Board::new(&[0x6802]);
+        board.store(SHCSR, enabled);
+        board.set(|registers| (registers.r[0], registers.r[13]) = (0x6000_0000, 0x6000_0100));
+        board.step();
+        assert!(!board.core.is_locked_up());
+        assert_eq!(board.core.exception(), exception);
+        board.set(|registers| registers.r[13] = STACK);
+        assert_eq!(board.load(CFSR), 1 << 9 | 1 << 12 | 1 << 15, "PRECISERR, STKERR, BFARVALID");
+        assert_eq!((board.load(HFSR), board.load(BFAR)), (hfsr, 0x6000_0000));
+        assert_eq!(board.load(SHCSR) >> 12 & 7, 0, "nothing is pending");
+    }
+}
+
 #[test]
 fn refused_unstacking_enters_bus_fault() {
     let mut board = Board::new(&[NOP]);

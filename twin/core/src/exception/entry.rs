@@ -1,7 +1,7 @@
 //! Exception entry: stacking, late arrival of a fault on the way, and the vector (B1.5.6, B1.5.7, B1.5.11).
 
 use super::fault::{MSTKERR, STKERR};
-use super::{BUS_FAULT, HARD_FAULT, MEM_MANAGE, NMI};
+use super::{BUS_FAULT, HARD_FAULT, MEM_MANAGE, USAGE_FAULT};
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
 use crate::cycles;
@@ -41,10 +41,11 @@ impl Core {
     }
 
     /// The fault is taken instead if its priority is higher; then the exception stays pending. Otherwise the fault becomes pending.
+    /// A fault that is the exception itself does not pend again: its handler runs although the frame is incomplete.
     fn enter_after_stacking_fault<B: Bus>(&mut self, bus: &mut B, exception: u16, link: u32) {
         let derived = match self.raised.take() {
             Some(Trap::DataAccess(_)) => self.fault(MEM_MANAGE, MSTKERR),
-            Some(Trap::Usage(_)) => self.fault(super::USAGE_FAULT, 0),
+            Some(Trap::Usage(bits)) => self.fault(USAGE_FAULT, bits),
             refused => {
                 self.refused = if let Some(Trap::DataBus(address)) = refused { Some(address) } else { None };
                 self.fault(BUS_FAULT, STKERR)
@@ -55,15 +56,11 @@ impl Core {
                 self.nvic.pending.set(exception, true);
                 self.take(bus, fault, link);
             }
-            Some(fault) if fault != exception => {
-                self.nvic.pending.set(fault, true);
+            // NMI alone preempts code of priority -1. The fault waits as a HardFault.
+            derived => {
+                self.nvic.pending.set(derived.unwrap_or(HARD_FAULT), true);
                 self.take(bus, exception, link);
             }
-            None if exception == NMI => {
-                self.nvic.pending.set(HARD_FAULT, true);
-                self.take(bus, exception, link);
-            }
-            _ => self.lock_up(),
         }
     }
 
@@ -113,7 +110,7 @@ impl Core {
             self.fpu.defer(address, self.ipsr == 0, !privileged, ready);
             return Ok(());
         }
-        self.check_fpu()?;
+        self.check_fpu(privileged)?;
         self.spent += FRAME_WORDS * cycles::ACCESS;
         let words = self.fpu.frame();
         for (word, at) in words.into_iter().zip((address..).step_by(4)) {

@@ -102,7 +102,7 @@ impl Core {
             *word = self.unstack_word(bus, at, privileged)?;
         }
         if value & NO_FP == 0 && !self.fpu.keep_deferred() {
-            self.check_fpu()?;
+            self.check_fpu(privileged)?;
             self.spent += FRAME_WORDS * cycles::ACCESS;
             let mut fp_words = [0; FRAME_WORDS as usize];
             for (word, at) in fp_words.iter_mut().zip((address.wrapping_add(BASIC_FRAME)..).step_by(4)) {
