@@ -405,6 +405,25 @@ fn exc_return_that_names_no_mode_raises_invpc() {
     assert_eq!(board.registers().r[13], STACK - 32, "the frame is still there");
 }
 
+/// Given a handler that loads a reserved EXC_RETURN to PC. When the core stops with the instruction. Then no register has changed.
+#[test]
+fn unpredictable_exc_return_stops_before_the_pop() {
+    // POP {r4, pc}; LDR pc, [sp], #8
+    for program in [&[0xBD10_u16][..], &[0xF85D, 0xFB08]] {
+        let mut board = with_interrupts(&[NOP], [0; 8]);
+        board.handler(16, program);
+        board.core.set_irq(0, true);
+        board.step();
+        for word in 0..2 {
+            board.memory.poke(STACK - 32 + 4 * word, Width::Word, 0xF000_0000);
+        }
+        let before = board.registers();
+        let word = program.iter().fold(0, |word, &half| word << 16 | u32::from(half));
+        assert_eq!(board.try_step(), Err(Stop::Unpredictable { address: handler(IRQ), word }));
+        assert_eq!(board.registers(), before);
+    }
+}
+
 #[test]
 fn exclusive_store_fails_after_an_exception() {
     // LDREX r2, [r0]; STREX r3, r1, [r0]
