@@ -92,7 +92,8 @@ impl Core {
         let mut value = 0;
         for byte in 0..width.bytes() {
             let at = address.wrapping_add(byte);
-            value |= bus.load(at, Width::Byte).map_err(|_| self.raise(refused))? << (8 * byte);
+            let loaded = bus.load(at, Width::Byte).map_err(|_| self.raise(Trap::DataBus(at)))?;
+            value |= loaded << (8 * byte);
         }
         Ok(value)
     }
@@ -124,7 +125,8 @@ impl Core {
         }
         for byte in 0..width.bytes() {
             let at = address.wrapping_add(byte);
-            bus.store(at, Width::Byte, value >> (8 * byte) & 0xFF).map_err(|_| self.raise(refused))?;
+            bus.store(at, Width::Byte, value >> (8 * byte) & 0xFF)
+                .map_err(|_| self.raise(Trap::DataBus(at)))?;
         }
         Ok(())
     }

@@ -188,6 +188,17 @@ fn refused_stacking_is_taken_instead_of_the_interrupt() {
     assert_eq!(board.load(0xE000_E200), 1, "the interrupt is still pending");
 }
 
+/// Given an unaligned access whose last bytes have no memory. When it is refused. Then BFAR has the first address without memory.
+#[test]
+fn unaligned_access_reports_where_memory_ends() {
+    // LDR r2, [r0]; STRH r1, [r0]
+    for (code, before) in [(0x6802, 2), (0x8001, 1)] {
+        let mut board = fault(&[code], RAM + 0x4000 - before, 0);
+        assert_eq!((board.core.exception(), board.load(BFAR)), (5, RAM + 0x4000), "{code:04X}");
+        assert_eq!(board.core.take_refused(), Some(RAM + 0x4000));
+    }
+}
+
 /// Given a stack without memory. When an access faults. Then its handler runs although the stacking for it fails as well.
 #[test]
 fn refused_stacking_for_the_same_fault_runs_its_handler() {

@@ -151,6 +151,24 @@ fn refused_lazy_store_escalates_as_at_entry() {
     assert_eq!((board.core.exception(), board.load(HFSR), board.load(CFSR)), (3, 1 << 30, 1 << 13));
 }
 
+/// Given thread code with a context, and a region over its frame. When HardFault uses the FPU. Then the MPU refuses the deferred store,
+/// because FPCCR.HFRDY says that it protected the frame at entry, and the fault waits.
+#[test]
+fn deferred_store_is_protected_as_at_entry() {
+    let mut board = with_fpu(&[]);
+    board.memory.poke_code(CODE, &[VADD[0], VADD[1], 0xDE00]);
+    board.core.invalidate(CODE..CODE + 6);
+    board.handler(3, &VADD);
+    board.store(SHCSR, 1 << 16);
+    board.steps(2);
+    board.store(0xE000_ED9C, RAM | 1 << 4);
+    board.store(0xE000_EDA0, 13 << 1 | 1); // 16 KiB without access
+    board.store(0xE000_ED94, 0b101);
+    assert_eq!(board.step().cycles, 1 + 17);
+    assert_eq!((board.core.exception(), board.load(CFSR)), (3, 1 << 16 | 1 << 5), "UNDEFINSTR, MLSPERR");
+    assert_eq!(board.load(SHCSR) >> 13 & 1, 1, "MemManage is pending");
+}
+
 #[test]
 fn unprivileged_code_may_be_refused_the_fpu() {
     // MSR control, r2; VADD

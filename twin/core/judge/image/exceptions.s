@@ -163,6 +163,12 @@ exception_cases:
     note "r12", r4
     note "apsr", r5
 
+    case "control_in_handler"
+    handler 11, select_process_stack
+    svc #0
+    mrs r4, control
+    note "after", r4
+
     case "exclusive_monitor"
     load r4, DATA
     movs r5, #7
@@ -223,6 +229,16 @@ set_faultmask:
     push {r4, lr}
     cpsid f
     mrs r4, faultmask
+    note "in_handler", r4
+    pop {r4, pc}
+
+    .thumb_func
+select_process_stack:                   @ Handler mode keeps the main stack
+    push {r4, lr}
+    movs r4, #2
+    msr control, r4
+    isb
+    mrs r4, control
     note "in_handler", r4
     pop {r4, pc}
 

@@ -171,6 +171,46 @@ fault_cases:
     note "r5", r5
     note "r6", r6
 
+    case "multiple_over_the_end_of_memory"
+    load r4, RAM_END - 4
+    load r5, 0x55555555
+    movs r6, #6
+    faults 1f
+    stm r4!, {r5, r6}
+1:  note "r4", r4
+    ldr r7, [r4]
+    note "stored", r7
+    movs r5, #5
+    faults 1f
+    ldm r4!, {r5, r6}
+1:  note "r4", r4
+    note "r6", r6
+    faults 1f
+    strd r6, r5, [r4], #8
+1:  note "r4", r4
+    ldr r7, [r4]
+    note "stored", r7
+    faults 1f
+    ldrd r5, r6, [r4], #8
+1:  note "r4", r4
+
+    case "unaligned_over_the_end_of_memory"
+    load r4, RAM_END - 2
+    faults 1f
+    ldr r5, [r4]
+1:  load r4, RAM_END - 1
+    faults 1f
+    strh r5, [r4]
+1:
+    case "pop_over_the_end_of_memory"
+    bl to_process_stack
+    load r4, RAM_END - 4
+    mov sp, r4
+    handler 5, note_process_stack
+    faults 1f
+    pop {r5, pc}
+1:  bl to_main_stack
+
     case "fault_in_it_block"
     load r4, NOWHERE
     movs r5, #0
@@ -261,6 +301,15 @@ fault_cases:
 even:
     nop
     nop
+
+@ The frame of a fault below the end of memory; goes on at RESUME.
+    .thumb_func
+note_process_stack:
+    push {r4, lr}
+    mrs r4, psp
+    note "psp", r4
+    pop {r4, lr}
+    b record
 
     .thumb_func
 undefined_in_handler:

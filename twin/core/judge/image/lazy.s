@@ -216,6 +216,15 @@ lazy_cases:
     svc #0
     bl note_fpu
 
+    case "lazy_memory_fault_in_hard_fault"  @ the MPU protects the frame as it did at entry
+    store SHCSR, 1 << 16
+    bl fill
+    handler 3, protect_and_use_in_hard_fault
+    handler 4, mend_address
+    resume 1f
+    udf #0
+1:  bl note_fpu
+
     pop {r3-r7, pc}
 
 @ S0, S1, S15, S16 and FPSCR get values; begins a context. Marks the stack below SP. Uses r0 to r3.
@@ -393,6 +402,14 @@ break_address_and_use:
     note_context
     note_frame
     pop {r4, pc}
+
+    .thumb_func
+protect_and_use_in_hard_fault:
+    push {r4, lr}
+    bl protect_and_use
+    bl note_faults
+    pop {r4, lr}
+    b record
 
     .thumb_func
 protect_and_use:

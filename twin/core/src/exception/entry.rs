@@ -78,25 +78,24 @@ impl Core {
         let xpsr = self.xpsr() & !PADDED | if padded { PADDED } else { 0 };
         let [r0, r1, r2, r3] = [self.r[0], self.r[1], self.r[2], self.r[3]];
         let words = [r0, r1, r2, r3, self.r[12], self.r[14], return_address, xpsr];
-        let privileged = self.is_privileged();
+        let rights = (self.is_privileged(), self.execution_priority() < 0);
         for (word, at) in words.into_iter().zip((frame..).step_by(4)) {
-            self.stack_word(bus, at, word, privileged)?;
+            self.stack_word(bus, at, word, rights)?;
         }
         if extended {
-            self.stack_fp(bus, frame.wrapping_add(BASIC_FRAME), privileged)?;
+            self.stack_fp(bus, frame.wrapping_add(BASIC_FRAME), rights)?;
         }
         Ok(())
     }
 
-    /// Stores a word of a frame. The figures for entry contain its cycles.
+    /// Stores a word of a frame. The figures for entry contain its cycles. `rights`: privileged; at a negative priority.
     pub(crate) fn stack_word<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
         word: u32,
-        privileged: bool,
+        (privileged, negative): (bool, bool),
     ) -> Result<(), Raised> {
-        let negative = self.execution_priority() < 0;
         if !self.mpu.permits(address, Access::Write, privileged, negative) {
             return Err(self.raise(Trap::DataAccess(address)));
         }
@@ -104,7 +103,8 @@ impl Core {
     }
 
     /// Stores the FPU registers, or notes that they are to be stored before the next FPU instruction.
-    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, privileged: bool) -> Result<(), Raised> {
+    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, rights: (bool, bool)) -> Result<(), Raised> {
+        let (privileged, _) = rights;
         if self.fpu.defers_stacking() {
             let ready = self.handlers_ready();
             self.fpu.defer(address, self.ipsr == 0, !privileged, ready);
@@ -114,7 +114,7 @@ impl Core {
         self.spent += FRAME_WORDS * cycles::ACCESS;
         let words = self.fpu.frame();
         for (word, at) in words.into_iter().zip((address..).step_by(4)) {
-            self.stack_word(bus, at, word, privileged)?;
+            self.stack_word(bus, at, word, rights)?;
         }
         Ok(())
     }

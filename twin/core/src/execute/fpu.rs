@@ -122,13 +122,14 @@ impl Core {
         Ok(())
     }
 
-    /// Stores the registers to where exception entry has left room for them.
+    /// Stores the registers to where exception entry has left room for them, with the rights of then: FPCCR.USER, and HFRDY for a priority
+    /// that was not negative.
     fn store_deferred<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
-        let privileged = self.fpu.fpccr & USER == 0;
+        let rights = (self.fpu.fpccr & USER == 0, self.fpu.fpccr & HFRDY == 0);
         self.spent += FRAME_WORDS * cycles::ACCESS;
         let words = self.fpu.frame();
         for (word, at) in words.into_iter().zip((self.fpu.fpcar..).step_by(4)) {
-            self.stack_word(bus, at, word, privileged)?;
+            self.stack_word(bus, at, word, rights)?;
         }
         Ok(())
     }
