@@ -104,9 +104,10 @@ fn lines(text: &str) -> BTreeMap<&str, &str> {
 
 /// The table of the README: line, QEMU's value, and the value by the manual.
 fn explained() -> Vec<[&'static str; 3]> {
-    let (_, table) = README.split_once(TABLE).expect("the section about QEMU");
-    table
+    let (_, section) = README.split_once(TABLE).expect("the section about QEMU");
+    section
         .lines()
+        .take_while(|line| !line.starts_with('#'))
         .filter_map(|row| row.strip_prefix("| `"))
         .map(|row| {
             let mut cells = row.split(" | ").map(|cell| cell.trim_matches('`'));

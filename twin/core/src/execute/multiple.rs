@@ -49,7 +49,7 @@ impl Core {
             *value = self.read(bus, address, Width::Word, privileged)?;
             address = address.wrapping_add(4);
         }
-        if list >> 15 == 1 {
+        if self.ipsr != 0 && list >> 15 == 1 {
             self.check_target(loaded[left.count_ones() as usize - 1])?;
         }
         if writeback {
