@@ -5,6 +5,7 @@ States come from a generator that tests/vectors.rs repeats, so that the file hol
 usage: make_vectors.py [count [seed [output]]]
 """
 
+import itertools
 import pathlib
 import random
 import struct
@@ -25,6 +26,7 @@ CORE = [getattr(arm, f"UC_ARM_REG_R{k}") for k in range(13)] + [arm.UC_ARM_REG_S
 SINGLE = [getattr(arm, f"UC_ARM_REG_S{k}") for k in range(32)]
 APSR = 0xF80F0000
 NONE = 0xFF
+LOADS_PC = {name for kind, name, _, _ in t32.TABLE if kind == "B"}
 # Conditions on a state: an aligned base, rounding to nearest, the address of Thumb code in a register.
 ALIGNED, TO_NEAREST, TARGET, RMODE = 1, 2, 4, 3 << 22
 
@@ -109,6 +111,9 @@ class Judge:
         # VMRS r0, FPSCR: the first instruction of the FPU sets FPSCR to FPDSCR (A2.5.4).
         self.run([0xEEF1, 0x0A10], 1, ([0] * 15, 0, [0] * 32, 0))
 
+    def is_thumb(self):
+        return self.uc.reg_read(arm.UC_ARM_REG_XPSR) >> 24 & 1 == 1
+
     def run(self, code, count, inputs):
         core, apsr, single, fpscr = inputs
         uc = self.uc
@@ -147,7 +152,8 @@ class Judge:
 def runs(old, new):
     """Where bytes differ: offsets and the new bytes."""
     found = []
-    for at in (at for at in range(SIZE) if old[at] != new[at]):
+    lines = (line for line in range(0, SIZE, 64) if old[line:line + 64] != new[line:line + 64])
+    for at in (at for line in lines for at in range(line, line + 64) if old[at] != new[at]):
         if found and found[-1][0] + len(found[-1][1]) == at and len(found[-1][1]) < 255:
             found[-1][1].append(new[at])
         else:
@@ -181,8 +187,6 @@ def block(chance):
     for bit in picks + [1]:
         mask = mask << 1 | bit
     mask <<= 4 - length
-    if condition == 14:
-        length, mask = 1, 8
     code = [0xBF00 | condition << 4 | mask]
     for _ in range(length):
         _, _, bits, rule = chance.choice(plain)
@@ -190,18 +194,36 @@ def block(chance):
     return code, length + 1
 
 
+def exclusive(chance):
+    """A load-exclusive, or CLREX in its place, and the store-exclusive to the same address. Answers the base, too."""
+    base, source, loaded, status = chance.sample([reg for reg in range(15) if reg != 13], 4)
+    offset = chance.getrandbits(8)
+    load, store = chance.choice((
+        ([0xE850 | base, loaded << 12 | 0xF00 | offset], [0xE840 | base, source << 12 | status << 8 | offset]),
+        ([0xE8D0 | base, loaded << 12 | 0xF4F], [0xE8C0 | base, source << 12 | 0xF40 | status]),
+        ([0xE8D0 | base, loaded << 12 | 0xF5F], [0xE8C0 | base, source << 12 | 0xF50 | status]),
+    ))
+    return chance.choice((load, [0xF3BF, 0x8F2F])) + store, base
+
+
 def choose(chance, index):
-    """The encoding of a vector and the conditions on its state: all encodings in turn, and every tenth an IT block."""
+    """The encoding of a vector and the conditions on its state: all encodings in turn.
+
+    Every tenth is an IT block, and every fiftieth a store-exclusive with what precedes it.
+    """
     if index % 10 == 9:
         code, steps = block(chance)
         return "IT block", code, steps, NONE, NONE, 0
+    if index % 50 == 4:
+        code, base = exclusive(chance)
+        return "STREX", code, 2, base, NONE, ALIGNED
     kind, name, bits, rule = t32.TABLE[(index - index // 10) % len(t32.TABLE)]
     code, fields = draw(chance, bits, rule)
-    base = fields["n"] if kind in "MD" else NONE
-    register = fields.get("m", NONE) if kind == "M" else NONE
+    base = fields.get("n", NONE) if kind in "BMD" else NONE
+    register = fields.get("m", NONE) if kind in "BM" else NONE
     if name in ("BX", "BLX", "MOV pc"):
         return name, code, 1, NONE, fields["m"], TARGET
-    shape = ALIGNED if kind == "D" or name in ("STM 16", "LDM 16") else TO_NEAREST if kind == "N" else 0
+    shape = ALIGNED if kind in "BD" or name in ("STM 16", "LDM 16") else TO_NEAREST if kind == "N" else 0
     return name, code, 1, base, register, shape
 
 
@@ -213,19 +235,23 @@ def main():
     chance = random.Random(seed)
     flash, ram = memory(1 << 32), memory(1 << 33)
     judge = Judge(flash, ram)
-    blocks = count // 10
+    blocks = 0
     vectors = []
     for index in range(count):
-        while True:
-            name, code, steps, base, register, shape = choose(chance, index)
+        for attempt in itertools.count():
+            # A load to PC may find no address of code whatever its fields are. Then the next encoding takes its place.
+            name, code, steps, base, register, shape = choose(chance, index + attempt // 20)
             inputs = state(seed << 40 | index, base, register, shape)
+            loads_pc = name in LOADS_PC
             try:
                 answer = judge.run(code, steps, inputs)
-                break
+                if not loads_pc or judge.is_thumb():
+                    break
             except unicorn.UcError as error:
                 # A target in a region that holds no code raises an exception at once.
-                if name != "ADD pc":
+                if name != "ADD pc" and not loads_pc:
                     sys.exit(f"vector {index}, {name}: {' '.join(f'{half:04X}' for half in code)}: {error}")
+        blocks += name == "IT block"
         vectors.append(pack(code, steps, base, register, shape, inputs, answer, ram))
     output.parent.mkdir(exist_ok=True)
     output.write_bytes(struct.pack("<IQ", count, seed) + b"".join(vectors))

@@ -2,7 +2,7 @@
 
 Each line is a name, one or two half-words of bits and letters, and a rule. A letter is a field; its bits may stand apart, the highest
 first. A rule refuses fields for which the manual calls the encoding UNPREDICTABLE. Registers: d, n, m, t, a, and u (a second one).
-Kinds: R works on registers, M accesses memory at the base n (with the index m, if there is one), D does so with an aligned base, S at
+Kinds: R works on registers, B loads PC, M accesses memory at the base n (with the index m, if there is one), D does so with an aligned base, S at
 SP, L at PC, F works on the FPU, N does so and rounds to nearest.
 """
 
@@ -87,6 +87,14 @@ for op, name in ((0, "TST"), (4, "TEQ"), (8, "CMN"), (13, "CMP")):
 for op, name in ((2, "MOV"), (3, "MVN")):
     add("R", f"{name} imm", f"11110 i 0 {op:04b} s 1111 0 iii dddd iiiiiiii", lambda f: ok(f["d"]) and modified(f))
     add("R", f"{name} shifted", f"1110101 {op:04b} s 1111 0 iii dddd iikk mmmm", lambda f: ok(f["d"], f["m"]))
+# RRX, which the shifts above seldom are.
+for op, name in enumerate("AND BIC ORR ORN EOR".split() + 3 * [None] + ["ADD", None, "ADC", "SBC", None, "SUB", "RSB"]):
+    if name:
+        add("R", f"{name} rrx", f"1110101 {op:04b} s nnnn 0 000 dddd 0011 mmmm", lambda f: ok(f["d"], f["n"], f["m"]))
+for op, name in ((0, "TST"), (4, "TEQ"), (8, "CMN"), (13, "CMP")):
+    add("R", f"{name} rrx", f"1110101 {op:04b} 1 nnnn 0 000 1111 0011 mmmm", lambda f: ok(f["n"], f["m"]))
+for op, name in ((2, "MOV"), (3, "MVN")):
+    add("R", f"{name} rrx", f"1110101 {op:04b} s 1111 0 000 dddd 0011 mmmm", lambda f: ok(f["d"], f["m"]))
 add("R", "ADD sp imm", "11110 i 0 1000 s 1101 0 iii dddd iiiiiiii", lambda f: ok(f["d"]) and modified(f))
 add("R", "SUB sp imm", "11110 i 0 1101 s 1101 0 iii dddd iiiiiiii", lambda f: ok(f["d"]) and modified(f))
 add("R", "ADD sp shifted", "1110101 1000 s 1101 0 iii dddd iikk mmmm", lambda f: ok(f["d"], f["m"]))
@@ -184,12 +192,24 @@ def lists(f):
     return {"n": f["n"], "r": f["r"] & 0x1FFF | (f["r"] >> 13) << 14}
 
 
+# Loads to PC. Only those that load the address of Thumb code become vectors.
+add("B", "LDR pc imm12", "11111000 1101 nnnn 1111 000iiiiiii00", lambda f: ok(f["n"]))
+add("B", "LDR pc imm8", "11111000 0101 nnnn 1111 1 100 iiiiii00", lambda f: ok(f["n"]))
+add("B", "LDR pc pre", "11111000 0101 nnnn 1111 1 1x1 iiiiii00", lambda f: ok(f["n"]))
+add("B", "LDR pc post", "11111000 0101 nnnn 1111 1 0x1 iiiiiiii", lambda f: ok(f["n"]))
+add("B", "LDR pc reg", "11111000 0101 nnnn 1111 0 00000 10 mmmm", lambda f: ok(f["n"], f["m"]) and f["m"] != f["n"])
+add("B", "LDR pc literal", "11111000 x101 1111 1111 000iiiiiii00")
+add("B", "POP pc", "1011110 1 rrrrrrrr")
+add("B", "LDMIA pc", "1110100 01 0 w 1 nnnn 10 rrrrrrrrrrrrrr", lambda f: ok(f["n"]) and f["r"] & 0x3FFF and not f["r"] >> f["n"] & 1 and not f["r"] >> 13)
+add("B", "LDMDB pc", "1110100 10 0 w 1 nnnn 10 rrrrrrrrrrrrrr", lambda f: ok(f["n"]) and f["r"] & 0x3FFF and not f["r"] >> f["n"] & 1 and not f["r"] >> 13)
+
+
 # Branches and control (A5.3.4, A5.3.6).
 add("R", "B cond 32", "11110 i cccc iiiiii 10 i 0 i iiiiiiiiiii", lambda f: f["c"] < 14)
 add("R", "B 32", "11110 iiiiiiiiiii 10 i 1 i iiiiiiiiiii")
 add("R", "BL", "11110 iiiiiiiiiii 11 i 1 i iiiiiiiiiii")
-add("R", "MRS apsr", "11110011 1110 1111 1000 dddd 00000000", lambda f: ok(f["d"]))
-add("R", "MSR apsr", "11110011 1000 nnnn 1000 kk00 00000000", lambda f: ok(f["n"]) and f["k"] != 0)
+add("R", "MRS apsr", "11110011 1110 1111 1000 dddd 000000xx", lambda f: ok(f["d"]))
+add("R", "MSR apsr", "11110011 1000 nnnn 1000 kk00 000000xx", lambda f: ok(f["n"]) and f["k"] != 0)
 add("M", "TBB", "11101000 1101 nnnn 11110000 0000 mmmm", lambda f: ok(f["n"], f["m"]) and f["m"] != f["n"])
 add("M", "TBH", "11101000 1101 nnnn 11110000 0001 mmmm", lambda f: ok(f["n"], f["m"]) and f["m"] != f["n"])
 add("R", "BX", "01000111 0 mmmm 000", lambda f: ok(f["m"]))
@@ -228,6 +248,7 @@ for load, name in ((0, "VSTR"), (1, "VLDR")):
     add("D", name, f"11101101 yx0{load} nnnn dddd 1010 iiiiiiii", fpbase)
     add("D", f"{name} double", f"11101101 y00{load} nnnn dddd 1011 iiiiiiii", fpbase)
 add("L", "VLDR literal", "11101101 yx01 1111 dddd 1010 iiiiiiii")
+add("L", "VLDR literal double", "11101101 y001 1111 dddd 1011 iiiiiiii")
 for load, name in ((0, "VSTM"), (1, "VLDM")):
     fits = lambda f: fpbase(f) and 0 < f["i"] and f["d"] * 2 + f["b"] + f["i"] <= 32
     add("D", name, f"11101100 1bw{load} nnnn dddd 1010 iiiiiiii", fits)

@@ -93,7 +93,8 @@ impl Core {
         let mut value = 0;
         for byte in 0..width.bytes() {
             let at = address.wrapping_add(byte);
-            value |= bus.load(at, Width::Byte).map_err(|_| self.raise(refused))? << (8 * byte);
+            let loaded = bus.load(at, Width::Byte).map_err(|_| self.raise(Trap::DataBus(at)))?;
+            value |= loaded << (8 * byte);
         }
         Ok(value)
     }
@@ -125,7 +126,8 @@ impl Core {
         }
         for byte in 0..width.bytes() {
             let at = address.wrapping_add(byte);
-            bus.store(at, Width::Byte, value >> (8 * byte) & 0xFF).map_err(|_| self.raise(refused))?;
+            bus.store(at, Width::Byte, value >> (8 * byte) & 0xFF)
+                .map_err(|_| self.raise(Trap::DataBus(at)))?;
         }
         Ok(())
     }
@@ -141,7 +143,7 @@ impl Core {
         Ok(())
     }
 
-    /// Asks the MPU about the first and the last byte.
+    /// Asks the MPU about the first byte, and about the word of the last one if that is another. Regions begin at words.
     fn check_access(
         &mut self,
         address: u32,
@@ -149,7 +151,8 @@ impl Core {
         access: Access,
         privileged: bool,
     ) -> Result<(), Raised> {
-        let last = address.wrapping_add(width.bytes() - 1);
+        let end = address.wrapping_add(width.bytes() - 1) & !3;
+        let last = if end == address & !3 { address } else { end };
         let negative = self.execution_priority() < 0;
         for at in [address, last] {
             if !self.mpu.permits(at, access, privileged, negative) {

@@ -2,7 +2,7 @@
 
 mod board;
 
-use board::{Board, C, CODE, HANDLERS, RAM, STACK, V};
+use board::{Board, C, CODE, HANDLERS, RAM, STACK, V, Z};
 use twin_core::{Stop, Width};
 
 const NVIC_ISER: u32 = 0xE000_E100;
@@ -347,6 +347,17 @@ fn svc_that_cannot_preempt_becomes_hard_fault() {
     assert_eq!(board.load(HFSR), 1 << 30, "FORCED");
 }
 
+/// Given an IT block with SVC first. When SVC becomes HardFault. Then the frame has the state of the SVC, which runs again.
+#[test]
+fn svc_that_becomes_hard_fault_keeps_its_it_state() {
+    // CPSID i; ITT EQ; SVCEQ #0; MOVEQ r5, #1
+    let mut board = Board::new(&[0xB672, 0xBF04, 0xDF00, 0x2501]);
+    board.set(|registers| registers.xpsr |= Z);
+    board.steps(3);
+    assert_eq!((board.core.exception(), board.word(STACK - 8)), (3, CODE + 4));
+    assert_eq!(board.word(STACK - 4) & 0x0600_FC00, 0x0000_0400, "ITSTATE 04h: EQ, two instructions");
+}
+
 #[test]
 fn pendsv_waits_for_handlers_of_higher_priority() {
     let mut board = with_interrupts(&[NOP], [0x40; 8]);
@@ -392,6 +403,25 @@ fn exc_return_that_names_no_mode_raises_invpc() {
     assert_eq!(board.core.exception(), 3);
     assert_eq!(board.load(CFSR), 1 << 18);
     assert_eq!(board.registers().r[13], STACK - 32, "the frame is still there");
+}
+
+/// Given a handler that loads a reserved EXC_RETURN to PC. When the core stops with the instruction. Then no register has changed.
+#[test]
+fn unpredictable_exc_return_stops_before_the_pop() {
+    // POP {r4, pc}; LDR pc, [sp], #8
+    for program in [&[0xBD10_u16][..], &[0xF85D, 0xFB08]] {
+        let mut board = with_interrupts(&[NOP], [0; 8]);
+        board.handler(16, program);
+        board.core.set_irq(0, true);
+        board.step();
+        for word in 0..2 {
+            board.memory.poke(STACK - 32 + 4 * word, Width::Word, 0xF000_0000);
+        }
+        let before = board.registers();
+        let word = program.iter().fold(0, |word, &half| word << 16 | u32::from(half));
+        assert_eq!(board.try_step(), Err(Stop::Unpredictable { address: handler(IRQ), word }));
+        assert_eq!(board.registers(), before);
+    }
 }
 
 #[test]

@@ -19,9 +19,6 @@ const NOP: u16 = 0xBF00;
 const FORCED: u32 = 1 << 30;
 const VECTTBL: u32 = 1 << 1;
 const DEBUGEVT: u32 = 1 << 31;
-/// CFSR.
-const PRECISERR: u32 = 1 << 9;
-const STKERR: u32 = 1 << 12;
 
 /// Runs the first instruction of a program with MemManage, BusFault and UsageFault enabled. r0 is given, r1 is 4.
 fn fault(program: &[u16], r0: u32, ccr: u32) -> Board {
@@ -191,20 +188,32 @@ fn refused_stacking_is_taken_instead_of_the_interrupt() {
     assert_eq!(board.load(0xE000_E200), 1, "the interrupt is still pending");
 }
 
-/// Given a stack that has left the memory, when a fault enters its handler, then the handler runs although the frame is lost
-/// (DDI 0337E 5.12.1): HardFault, and BusFault once it is enabled.
+/// Given an unaligned access whose last bytes have no memory. When it is refused. Then BFAR has the first address without memory.
 #[test]
-fn fault_handler_runs_although_its_frame_is_lost() {
-    for (enabled, handler) in [(0, 3), (1 << 17, 5)] {
-        // PUSH {r0}
-        let mut board = Board::new(&[0xB401]);
+fn unaligned_access_reports_where_memory_ends() {
+    // LDR r2, [r0]; STRH r1, [r0]
+    for (code, before) in [(0x6802, 2), (0x8001, 1)] {
+        let mut board = fault(&[code], RAM + 0x4000 - before, 0);
+        assert_eq!((board.core.exception(), board.load(BFAR)), (5, RAM + 0x4000), "{code:04X}");
+        assert_eq!(board.core.take_refused(), Some(RAM + 0x4000));
+    }
+}
+
+/// Given a stack without memory. When an access faults. Then its handler runs although the stacking for it fails as well.
+#[test]
+fn refused_stacking_for_the_same_fault_runs_its_handler() {
+    // LDR r2, [r0], with BusFault enabled, and disabled so that it becomes HardFault
+    for (enabled, exception, hfsr) in [(ALL_FAULTS, 5, 0), (0, 3, FORCED)] {
+        let mut board = Board::new(&[0x6802]);
         board.store(SHCSR, enabled);
-        board.set(|registers| registers.r[13] = RAM);
+        board.set(|registers| (registers.r[0], registers.r[13]) = (0x6000_0000, 0x6000_0100));
         board.step();
-        assert!(!board.core.is_locked_up(), "{enabled:X}h");
-        assert_eq!(u32::from(board.core.exception()), handler);
-        assert_eq!(board.registers().r[13], RAM - 0x20);
-        assert_eq!(board.load(CFSR) & (STKERR | PRECISERR), STKERR | PRECISERR);
+        assert!(!board.core.is_locked_up());
+        assert_eq!(board.core.exception(), exception);
+        board.set(|registers| registers.r[13] = STACK);
+        assert_eq!(board.load(CFSR), 1 << 9 | 1 << 12 | 1 << 15, "PRECISERR, STKERR, BFARVALID");
+        assert_eq!((board.load(HFSR), board.load(BFAR)), (hfsr, 0x6000_0000));
+        assert_eq!(board.load(SHCSR) >> 12 & 7, 0, "nothing is pending");
     }
 }
 

@@ -2,12 +2,13 @@
 
 mod board;
 
-use board::{Board, CODE, RAM, STACK};
+use board::{Board, CODE, HANDLERS, RAM, STACK};
 use twin_core::Width;
 
 const CPACR: u32 = 0xE000_ED88;
 const SHCSR: u32 = 0xE000_ED24;
 const CFSR: u32 = 0xE000_ED28;
+const HFSR: u32 = 0xE000_ED2C;
 const FPCCR: u32 = 0xE000_EF34;
 const FPCAR: u32 = 0xE000_EF38;
 const FPDSCR: u32 = 0xE000_EF3C;
@@ -117,6 +118,57 @@ fn refused_lazy_store_raises_lsperr() {
     assert_eq!(board.load(FPCCR) & LSPACT, 1, "it is tried again");
 }
 
+/// Given a handler whose deferred stacking fails. When the priority of the fault does not suffice. Then the fault waits as BusFault.
+#[test]
+fn refused_lazy_store_of_low_priority_becomes_pending() {
+    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
+    board.store(SHCSR, 7 << 16);
+    board.store(0xE000_ED18, 0x8000); // BusFault: 80h, below interrupt 0
+    board.step();
+    board.core.set_irq(0, true);
+    board.step();
+    board.core.set_irq(0, false);
+    board.store(FPCAR, 0x6000_0000);
+    board.step();
+    assert_eq!((board.core.exception(), board.registers().r[15]), (16, HANDLERS + 32 * 16 + 4));
+    assert_eq!((board.load(CFSR), board.load(HFSR)), (1 << 13, 0));
+    assert_eq!((board.load(SHCSR) >> 14 & 1, board.load(FPCCR) & LSPACT), (1, 0));
+    board.step();
+    assert_eq!(board.core.exception(), 5, "chained");
+}
+
+/// Given BusFault disabled at entry (FPCCR.BFRDY is 0) and enabled afterwards. When the deferred stacking fails. Then HardFault takes it.
+#[test]
+fn refused_lazy_store_escalates_as_at_entry() {
+    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
+    board.store(0xE000_E400, 0x80);
+    board.step();
+    board.core.set_irq(0, true);
+    board.step();
+    board.store(SHCSR, 7 << 16);
+    board.store(FPCAR, 0x6000_0000);
+    board.step();
+    assert_eq!((board.core.exception(), board.load(HFSR), board.load(CFSR)), (3, 1 << 30, 1 << 13));
+}
+
+/// Given thread code with a context, and a region over its frame. When HardFault uses the FPU. Then the MPU refuses the deferred store,
+/// because FPCCR.HFRDY says that it protected the frame at entry, and the fault waits.
+#[test]
+fn deferred_store_is_protected_as_at_entry() {
+    let mut board = with_fpu(&[]);
+    board.memory.poke_code(CODE, &[VADD[0], VADD[1], 0xDE00]);
+    board.core.invalidate(CODE..CODE + 6);
+    board.handler(3, &VADD);
+    board.store(SHCSR, 1 << 16);
+    board.steps(2);
+    board.store(0xE000_ED9C, RAM | 1 << 4);
+    board.store(0xE000_EDA0, 13 << 1 | 1); // 16 KiB without access
+    board.store(0xE000_ED94, 0b101);
+    assert_eq!(board.step().cycles, 1 + 17);
+    assert_eq!((board.core.exception(), board.load(CFSR)), (3, 1 << 16 | 1 << 5), "UNDEFINSTR, MLSPERR");
+    assert_eq!(board.load(SHCSR) >> 13 & 1, 1, "MemManage is pending");
+}
+
 #[test]
 fn unprivileged_code_may_be_refused_the_fpu() {
     // MSR control, r2; VADD
@@ -126,6 +178,49 @@ fn unprivileged_code_may_be_refused_the_fpu() {
     board.set(|registers| registers.r[2] = 1);
     board.steps(2);
     assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 19));
+}
+
+/// Given unprivileged code with a context. When its handler returns and CPACR has become privileged only. Then the return raises NOCP.
+#[test]
+fn return_checks_the_rights_of_its_target() {
+    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
+    board.memory.poke_code(CODE, &[VADD[0], VADD[1], 0xF382, 0x8814, NOP]); // MSR control, r2
+    board.core.invalidate(CODE..CODE + 10);
+    board.store(SHCSR, 7 << 16);
+    board.set(|registers| registers.r[2] = 0b101);
+    board.steps(2);
+    board.core.set_irq(0, true);
+    board.steps(2);
+    board.core.set_irq(0, false);
+    board.store(CPACR, 0x0050_0000);
+    board.step();
+    assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 19));
+}
+
+/// Given a context and no access to the FPU. When entry stores the registers at once. Then CFSR says NOCP.
+#[test]
+fn immediate_stacking_without_access_raises_nocp() {
+    let mut board = with_fpu(&[BX_LR]);
+    board.store(FPCCR, 1 << 31);
+    board.store(SHCSR, 7 << 16);
+    board.store(0xE000_E400, 0x80);
+    board.step();
+    board.store(CPACR, 0);
+    board.core.set_irq(0, true);
+    board.step();
+    assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 19));
+}
+
+#[test]
+fn undefined_encoding_begins_no_context() {
+    // The encoding next to VDIV.
+    let mut board = with_fpu(&[]);
+    board.memory.poke_code(CODE, &[0xEE80, 0x0A40]);
+    board.core.invalidate(CODE..CODE + 4);
+    board.store(SHCSR, 7 << 16);
+    board.step();
+    assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 16));
+    assert_eq!(board.registers().r[14], 0xFFFF_FFF9);
 }
 
 #[test]

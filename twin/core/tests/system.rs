@@ -204,6 +204,16 @@ fn stack_in_a_refused_region_raises_mstkerr() {
     assert_eq!(board.load(CFSR), 1 << 4);
 }
 
+/// Given a region that begins in the middle of an unaligned word. When it is loaded. Then MMFAR has the first address in the region.
+#[test]
+fn unaligned_access_reports_the_address_in_the_region() {
+    let mut board = protected(&[0x6802], 0);
+    board.store(MPU_RBAR, (RAM + 0x400) | 1 << 4 | 3);
+    board.set(|registers| registers.r[0] = RAM + 0x3FE);
+    board.step();
+    assert_eq!((board.core.exception(), board.load(MMFAR)), (4, RAM + 0x400));
+}
+
 #[test]
 fn region_registers_keep_what_is_written() {
     let mut board = Board::new(&[NOP]);

@@ -1,9 +1,11 @@
-//! Decoding and execution are total: no encoding panics, and each runs, faults, or stops with its own word.
+//! Decoding and execution are total: each encoding is executed, or raises a UsageFault, or is UNPREDICTABLE.
+//!
+//! Of an UNPREDICTABLE encoding the core stops with its word, or raises a UsageFault where the Config asks for it.
 
 mod board;
 
 use board::{Board, CODE, RAM};
-use twin_core::{Config, Stop, Unpredictable};
+use twin_core::{Config, Registers, Stop, Unpredictable};
 
 /// A small generator of random numbers (xorshift).
 struct Random(u64);
@@ -17,63 +19,136 @@ impl Random {
     }
 }
 
-/// Runs one encoding from a random state. An error says that no time passed or that the stop names another word.
-fn run(board: &mut Board, random: &mut Random, code: [u16; 2]) -> Result<(), String> {
-    let mut fresh = board.clone();
-    fresh.memory.poke_code(CODE, &code);
-    fresh.core.invalidate(CODE..CODE + 4);
-    fresh.set(|registers| {
-        for register in &mut registers.r[..13] {
-            *register = match random.next() % 4 {
-                0 => random.next(),
-                1 => random.next() % 64,
-                _ => RAM + random.next() % 0x2000,
+const CPACR: u32 = 0xE000_ED88;
+const SHCSR: u32 = 0xE000_ED24;
+const CFSR: u32 = 0xE000_ED28;
+const UNDEFINSTR: u32 = 1 << 16;
+
+/// Two boards that differ in their treatment of UNPREDICTABLE encodings. Both may use their FPU and have all fault handlers.
+struct Boards {
+    stopping: Board,
+    faulting: Board,
+    random: Random,
+}
+
+/// Number of encodings by what came of them.
+#[derive(Debug, Default)]
+struct Outcomes {
+    /// It ran, or an access that it made was refused, or it called an exception.
+    executed: u32,
+    /// UsageFault whatever the Config says.
+    usage_fault: u32,
+    /// UNPREDICTABLE.
+    stopped: u32,
+}
+
+impl Boards {
+    fn new(seed: u64) -> Self {
+        let prepared = |unpredictable| {
+            let mut board =
+                Board::with_config(&[], Config { unpredictable, ..Config::stm32f4(board::FLASH_BYTES) });
+            board.store(CPACR, 0x00F0_0000);
+            board.store(SHCSR, 7 << 16);
+            board.memory.accesses.clear();
+            board
+        };
+        Boards {
+            stopping: prepared(Unpredictable::Stop),
+            faulting: prepared(Unpredictable::UsageFault),
+            random: Random(seed),
+        }
+    }
+
+    /// Random registers. Three in four core registers are small or point to RAM.
+    fn state(&mut self, before: Registers) -> Registers {
+        let mut next = || self.random.next();
+        let mut state = before;
+        for register in &mut state.r[..13] {
+            *register = match next() % 4 {
+                0 => next(),
+                1 => next() % 64,
+                _ => RAM + next() % 0x2000,
             };
         }
-        for register in &mut registers.s {
-            *register = random.next();
+        state.s.fill_with(&mut next);
+        state.fpscr = next() & 0xF7C0_009F;
+        state.xpsr = next() & 0xF80F_0000 | 1 << 24;
+        state
+    }
+
+    /// Runs one encoding from a random state on one board, and on the other as well if it is UNPREDICTABLE.
+    fn run(&mut self, code: [u16; 2], outcomes: &mut Outcomes) {
+        let state = self.state(self.stopping.registers());
+        let mut board = loaded(&self.stopping, code, &state);
+        match board.try_step() {
+            Ok(step) => {
+                assert!(step.cycles > 0, "{code:04X?}: no time passed");
+                assert!(!board.core.is_locked_up(), "{code:04X?}");
+                match board.core.exception() {
+                    // The access was refused, SVC, or BKPT without a debugger.
+                    0 | 4 | 5 | 11 => outcomes.executed += 1,
+                    3 if code[0] >> 8 == 0xBE => outcomes.executed += 1,
+                    6 => {
+                        assert_ne!(board.load(CFSR) >> 16, 0, "{code:04X?}: UsageFault without a cause");
+                        assert_eq!(return_address(&mut board), CODE, "{code:04X?}: UsageFault elsewhere");
+                        outcomes.usage_fault += 1;
+                    }
+                    other => panic!("{code:04X?}: exception {other}"),
+                }
+            }
+            Err(Stop::ResetRequest | Stop::Unmodelled { .. }) => outcomes.executed += 1,
+            Err(Stop::Unpredictable { address, word }) => {
+                let whole = u32::from(code[0]) << 16 | u32::from(code[1]);
+                let expected = if code[0] >= 0xE800 { whole } else { u32::from(code[0]) };
+                assert_eq!((address, word), (CODE, expected), "{code:04X?}");
+                assert_eq!(board.registers(), state, "{code:04X?}: it has not run");
+                outcomes.stopped += 1;
+
+                let mut board = loaded(&self.faulting, code, &state);
+                assert!(board.step().cycles > 0);
+                assert_eq!((board.core.exception(), return_address(&mut board)), (6, CODE), "{code:04X?}");
+                assert_eq!(board.load(CFSR), UNDEFINSTR, "{code:04X?}");
+            }
+            Err(stop) => panic!("{code:04X?}: {stop:?}"),
         }
-        registers.fpscr = random.next();
-        registers.xpsr = random.next() & 0xF80F_0000 | 1 << 24;
-    });
-    match fresh.try_step() {
-        Ok(step) if step.cycles == 0 => Err("no time passed".into()),
-        Ok(_) | Err(Stop::ResetRequest | Stop::Unmodelled { .. }) => Ok(()),
-        Err(Stop::Unpredictable { address, word }) => {
-            let whole = u32::from(code[0]) << 16 | u32::from(code[1]);
-            let expected = if code[0] >= 0xE800 { whole } else { u32::from(code[0]) };
-            if (address, word) == (CODE, expected) { Ok(()) } else { Err(format!("reported {word:08X}")) }
-        }
-        Err(stop) => Err(format!("{stop:?}")),
     }
 }
 
-/// A board that may use its FPU.
-fn board() -> Board {
-    let mut board = Board::new(&[]);
-    board.store(0xE000_ED88, 0x00F0_0000);
-    board.memory.accesses.clear();
+/// Return address in the frame of a handler that has just been entered.
+fn return_address(board: &mut Board) -> u32 {
+    let frame = board.registers().r[13];
+    board.word(frame + 24)
+}
+
+fn loaded(board: &Board, code: [u16; 2], state: &Registers) -> Board {
+    let mut board = board.clone();
+    board.memory.poke_code(CODE, &code);
+    board.core.invalidate(CODE..CODE + 4);
+    board.core.set_registers(state);
     board
 }
 
 #[test]
 fn every_half_word_runs_faults_or_stops() {
-    let mut board = board();
-    let mut random = Random(0x1234_5678_9ABC_DEF1);
+    let mut boards = Boards::new(0x1234_5678_9ABC_DEF1);
+    let mut outcomes = Outcomes::default();
     for first in 0..=0xFFFF {
-        let code = [first, random.next() as u16];
-        run(&mut board, &mut random, code).unwrap_or_else(|error| panic!("{code:04X?}: {error}"));
+        let code = [first, boards.random.next() as u16];
+        boards.run(code, &mut outcomes);
     }
+    println!("{outcomes:?}");
 }
 
 #[test]
 fn a_million_random_words_run_fault_or_stop() {
-    let mut board = board();
-    let mut random = Random(0x0DDB_1A5E_5BAD_5EED);
+    let mut boards = Boards::new(0x0DDB_1A5E_5BAD_5EED);
+    let mut outcomes = Outcomes::default();
     for _ in 0..1_000_000 {
-        let code = [(0xE800 + random.next() % 0x1800) as u16, random.next() as u16];
-        run(&mut board, &mut random, code).unwrap_or_else(|error| panic!("{code:04X?}: {error}"));
+        let first = (0xE800 + boards.random.next() % 0x1800) as u16;
+        let code = [first, boards.random.next() as u16];
+        boards.run(code, &mut outcomes);
     }
+    println!("{outcomes:?}");
 }
 
 #[test]
@@ -83,7 +158,7 @@ fn unpredictable_encoding_raises_usage_fault_if_configured() {
     let mut board = Board::with_config(&[0x4701], config);
     board.step();
     assert_eq!(board.core.exception(), 3, "UsageFault is not enabled");
-    assert_eq!(board.load(0xE000_ED28), 1 << 16, "UNDEFINSTR");
+    assert_eq!(board.load(CFSR), UNDEFINSTR);
 
     let mut board = Board::new(&[0x4701]);
     assert_eq!(board.try_step(), Err(Stop::Unpredictable { address: CODE, word: 0x4701 }));
@@ -99,8 +174,8 @@ fn random_programs_with_interrupts_run_or_lock_up() {
             Config { unpredictable: Unpredictable::UsageFault, ..Config::stm32f4(board::FLASH_BYTES) };
         let program: Vec<u16> = (0..256).map(|_| random.next() as u16).collect();
         let mut board = Board::with_config(&program, config);
-        board.store(0xE000_ED88, 0x00F0_0000);
-        board.store(0xE000_ED24, 7 << 16);
+        board.store(CPACR, 0x00F0_0000);
+        board.store(SHCSR, 7 << 16);
         board.store(0xE000_E100, random.next());
         board.store(0xE000_E400, random.next());
         board.store(0xE000_E404, random.next());

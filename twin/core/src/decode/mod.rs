@@ -4,6 +4,8 @@
 //! bits in parentheses differ from the manual is UNPREDICTABLE.
 
 mod branch;
+#[cfg(test)]
+mod coverage;
 mod dsp;
 mod fpu;
 mod immediate;

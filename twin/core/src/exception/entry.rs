@@ -1,7 +1,7 @@
 //! Exception entry: stacking, late arrival of a fault on the way, and the vector (B1.5.6, B1.5.7, B1.5.11).
 
 use super::fault::{MSTKERR, STKERR};
-use super::{BUS_FAULT, HARD_FAULT, MEM_MANAGE, NMI};
+use super::{BUS_FAULT, HARD_FAULT, MEM_MANAGE, USAGE_FAULT};
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
 use crate::cycles;
@@ -40,12 +40,12 @@ impl Core {
         }
     }
 
-    /// The fault is taken instead if its priority is higher; then the exception stays pending. Otherwise the fault becomes pending. A
-    /// fault cannot preempt itself: the handler of the exception runs although its frame is lost (DDI 0337E 5.12.1).
+    /// The fault is taken instead if its priority is higher; then the exception stays pending. Otherwise the fault becomes pending.
+    /// A fault that is the exception itself does not pend again: its handler runs although the frame is incomplete.
     fn enter_after_stacking_fault<B: Bus>(&mut self, bus: &mut B, exception: u16, link: u32) {
         let derived = match self.raised.take() {
             Some(Trap::DataAccess(_)) => self.fault(MEM_MANAGE, MSTKERR),
-            Some(Trap::Usage(_)) => self.fault(super::USAGE_FAULT, 0),
+            Some(Trap::Usage(bits)) => self.fault(USAGE_FAULT, bits),
             refused => {
                 self.refused = if let Some(Trap::DataBus(address)) = refused { Some(address) } else { None };
                 self.fault(BUS_FAULT, STKERR)
@@ -56,15 +56,11 @@ impl Core {
                 self.nvic.pending.set(exception, true);
                 self.take(bus, fault, link);
             }
-            Some(fault) if fault != exception => {
-                self.nvic.pending.set(fault, true);
+            // NMI alone preempts code of priority -1. The fault waits as a HardFault.
+            derived => {
+                self.nvic.pending.set(derived.unwrap_or(HARD_FAULT), true);
                 self.take(bus, exception, link);
             }
-            None if exception == NMI => {
-                self.nvic.pending.set(HARD_FAULT, true);
-                self.take(bus, exception, link);
-            }
-            _ => self.take(bus, exception, link),
         }
     }
 
@@ -82,25 +78,24 @@ impl Core {
         let xpsr = self.xpsr() & !PADDED | if padded { PADDED } else { 0 };
         let [r0, r1, r2, r3] = [self.r[0], self.r[1], self.r[2], self.r[3]];
         let words = [r0, r1, r2, r3, self.r[12], self.r[14], return_address, xpsr];
-        let privileged = self.is_privileged();
+        let rights = (self.is_privileged(), self.execution_priority() < 0);
         for (word, at) in words.into_iter().zip((frame..).step_by(4)) {
-            self.stack_word(bus, at, word, privileged)?;
+            self.stack_word(bus, at, word, rights)?;
         }
         if extended {
-            self.stack_fp(bus, frame.wrapping_add(BASIC_FRAME), privileged)?;
+            self.stack_fp(bus, frame.wrapping_add(BASIC_FRAME), rights)?;
         }
         Ok(())
     }
 
-    /// Stores a word of a frame. The figures for entry contain its cycles.
+    /// Stores a word of a frame. The figures for entry contain its cycles. `rights`: privileged; at a negative priority.
     pub(crate) fn stack_word<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
         word: u32,
-        privileged: bool,
+        (privileged, negative): (bool, bool),
     ) -> Result<(), Raised> {
-        let negative = self.execution_priority() < 0;
         if !self.mpu.permits(address, Access::Write, privileged, negative) {
             return Err(self.raise(Trap::DataAccess(address)));
         }
@@ -108,17 +103,18 @@ impl Core {
     }
 
     /// Stores the FPU registers, or notes that they are to be stored before the next FPU instruction.
-    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, privileged: bool) -> Result<(), Raised> {
+    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, rights: (bool, bool)) -> Result<(), Raised> {
+        let (privileged, _) = rights;
         if self.fpu.defers_stacking() {
             let ready = self.handlers_ready();
             self.fpu.defer(address, self.ipsr == 0, !privileged, ready);
             return Ok(());
         }
-        self.check_fpu()?;
+        self.check_fpu(privileged)?;
         self.spent += FRAME_WORDS * cycles::ACCESS;
         let words = self.fpu.frame();
         for (word, at) in words.into_iter().zip((address..).step_by(4)) {
-            self.stack_word(bus, at, word, privileged)?;
+            self.stack_word(bus, at, word, rights)?;
         }
         Ok(())
     }

@@ -12,9 +12,6 @@ use crate::registers::IPSR;
 use crate::system::mpu::Access;
 use crate::system::scb::{CCR_NONBASETHRDENA, CCR_STKALIGN, SCR_SLEEPONEXIT};
 
-/// Bits of EXC_RETURN that are ones.
-const ONES: u32 = 0x0FFF_FFE0;
-
 /// Mode and stack after a return, from the low four bits of EXC_RETURN.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Target {
@@ -31,10 +28,7 @@ struct Frame {
 
 impl Core {
     /// Returns from the current exception as `value`, an EXC_RETURN, says.
-    pub(crate) fn exception_return<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<(), Raised> {
-        if value & ONES != ONES {
-            return Err(self.raise(Trap::Unpredictable));
-        }
+    pub(crate) fn exception_return<B: Bus>(&mut self, bus: &mut B, value: u32) {
         let returning = self.ipsr;
         let nested = self.nvic.active.count() > 1;
         let was_active = self.nvic.active.contains(returning);
@@ -49,12 +43,12 @@ impl Core {
         let target = target.filter(|&target| was_active && (target == Target::Handler || !forbids_thread));
         let Some(target) = target else {
             self.chain_fault(bus, USAGE_FAULT, INVPC, value);
-            return Ok(());
+            return;
         };
         if let Some(next) = self.preempting() {
             self.spent += cycles::TAIL_CHAIN;
             self.take(bus, next, value);
-            return Ok(());
+            return;
         }
         self.spent += cycles::RETURN;
         match self.unstack(bus, target, value) {
@@ -69,7 +63,6 @@ impl Core {
                 }
             },
         }
-        Ok(())
     }
 
     fn deactivate(&mut self, exception: u16) {
@@ -102,7 +95,7 @@ impl Core {
             *word = self.unstack_word(bus, at, privileged)?;
         }
         if value & NO_FP == 0 && !self.fpu.keep_deferred() {
-            self.check_fpu()?;
+            self.check_fpu(privileged)?;
             self.spent += FRAME_WORDS * cycles::ACCESS;
             let mut fp_words = [0; FRAME_WORDS as usize];
             for (word, at) in fp_words.iter_mut().zip((address.wrapping_add(BASIC_FRAME)..).step_by(4)) {

@@ -2,7 +2,7 @@
 
 use super::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, MEM_MANAGE, SV_CALL, USAGE_FAULT};
 use crate::bus::Bus;
-use crate::core::{Core, Stop, Unpredictable};
+use crate::core::{Core, Raised, Stop, Unpredictable};
 use crate::cycles;
 use crate::registers::EPSR_T;
 use crate::system::debug::DFSR_BKPT;
@@ -13,13 +13,13 @@ const IACCVIOL: u32 = 1;
 const DACCVIOL: u32 = 1 << 1;
 pub const MUNSTKERR: u32 = 1 << 3;
 pub const MSTKERR: u32 = 1 << 4;
-const MLSPERR: u32 = 1 << 5;
+pub const MLSPERR: u32 = 1 << 5;
 const MMARVALID: u32 = 1 << 7;
 const IBUSERR: u32 = 1 << 8;
 const PRECISERR: u32 = 1 << 9;
 pub const UNSTKERR: u32 = 1 << 11;
 pub const STKERR: u32 = 1 << 12;
-const LSPERR: u32 = 1 << 13;
+pub const LSPERR: u32 = 1 << 13;
 const BFARVALID: u32 = 1 << 15;
 const UNDEFINSTR: u32 = 1 << 16;
 const INVSTATE: u32 = 1 << 17;
@@ -44,11 +44,12 @@ pub enum Trap {
     DataBus(u32),
     /// The MPU refused a load or store at this address.
     DataAccess(u32),
-    /// The bus refused the store of FPU registers that entry had left out.
-    LazyBus(u32),
-    /// The MPU refused it.
-    LazyAccess,
+    /// A store of FPU registers that entry had left out raised this exception. `None`: the core locks up.
+    Deferred(Option<u16>),
+    /// SVC. The instruction is complete.
     SupervisorCall,
+    /// SVC at a priority that its exception cannot preempt.
+    RefusedCall,
     /// BKPT with its constant.
     Breakpoint(u8),
     Unpredictable,
@@ -92,16 +93,14 @@ impl Core {
             }
             Trap::Breakpoint(_) => self.break_without_debugger(),
             Trap::SupervisorCall => {
-                if self.priority(SV_CALL) < self.execution_priority() {
-                    self.enter(bus, SV_CALL, self.next);
-                    return Ok(());
-                }
-                self.escalated(SV_CALL)
+                self.enter(bus, SV_CALL, self.next);
+                return Ok(());
             }
+            Trap::RefusedCall => self.escalated(SV_CALL),
             Trap::Unpredictable => self.usage_fault(UNDEFINSTR),
             Trap::Usage(bits) => self.usage_fault(bits),
             Trap::FetchAccess => self.fault(MEM_MANAGE, IACCVIOL),
-            Trap::LazyAccess => self.fault(MEM_MANAGE, MLSPERR),
+            Trap::Deferred(exception) => exception,
             Trap::DataAccess(address) => {
                 self.scb.mmfar = address;
                 self.fault(MEM_MANAGE, DACCVIOL | MMARVALID)
@@ -109,10 +108,6 @@ impl Core {
             Trap::FetchBus => {
                 self.refused = Some(pc);
                 self.fault(BUS_FAULT, IBUSERR)
-            }
-            Trap::LazyBus(address) => {
-                self.refused = Some(address);
-                self.fault(BUS_FAULT, LSPERR)
             }
             Trap::DataBus(address) => {
                 self.refused = Some(address);
@@ -125,6 +120,12 @@ impl Core {
             None => self.lock_up(),
         }
         Ok(())
+    }
+
+    /// Raises SVCall, or HardFault if its priority does not suffice.
+    pub(crate) fn call_supervisor(&mut self) -> Raised {
+        let can_preempt = self.priority(SV_CALL) < self.execution_priority();
+        self.raise(if can_preempt { Trap::SupervisorCall } else { Trap::RefusedCall })
     }
 
     fn usage_fault(&mut self, bits: u32) -> Option<u16> {

@@ -4,7 +4,7 @@ mod entry;
 mod exit;
 mod fault;
 
-pub use fault::Trap;
+pub use fault::{LSPERR, MLSPERR, Trap};
 
 use crate::core::Core;
 use crate::system::scb::{SCR_SEVONPEND, SCR_SLEEPDEEP};

@@ -2,7 +2,11 @@
 
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
+use crate::exception::Trap;
 use crate::registers::EPSR_T;
+
+/// Bits of EXC_RETURN that are ones, below its upper four.
+const EXC_RETURN_ONES: u32 = 0x0FFF_FFE0;
 
 impl Core {
     /// A branch whose target says in bit 0 that it is Thumb code. Without the bit the next instruction raises INVSTATE.
@@ -13,12 +17,27 @@ impl Core {
         self.branch(target);
     }
 
-    /// As [`Core::branch_to_address`]; in Handler mode a target from F000_0000h on returns from the exception (B1.5.8).
-    pub(crate) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, target: u32) -> Result<(), Raised> {
-        if target >> 28 == 0xF && self.ipsr != 0 {
-            return self.exception_return(bus, target);
+    /// Returns whether a branch to `target` returns from the exception (B1.5.8).
+    fn is_exception_return(&self, target: u32) -> bool {
+        target >> 28 == 0xF && self.ipsr != 0
+    }
+
+    /// Refuses a target that is an EXC_RETURN with a reserved bit clear: that is UNPREDICTABLE.
+    pub(super) fn check_target(&mut self, target: u32) -> Result<(), Raised> {
+        if self.is_exception_return(target) && target & EXC_RETURN_ONES != EXC_RETURN_ONES {
+            return Err(self.raise(Trap::Unpredictable));
         }
-        self.branch_to_address(target);
+        Ok(())
+    }
+
+    /// As [`Core::branch_to_address`]; in Handler mode a target from F000_0000h on returns from the exception.
+    pub(crate) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, target: u32) -> Result<(), Raised> {
+        if self.is_exception_return(target) {
+            self.check_target(target)?;
+            self.exception_return(bus, target);
+        } else {
+            self.branch_to_address(target);
+        }
         Ok(())
     }
 

@@ -3,10 +3,11 @@
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
 use crate::cycles;
-use crate::exception::{BUS_FAULT, DEBUG_MONITOR, MEM_MANAGE, Trap};
+use crate::exception::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, LSPERR, MEM_MANAGE, MLSPERR, Trap};
 use crate::float::{Float, Rounding, SIGN};
 use crate::instruction::{FpAccumulate, FpBinary, FpConvert, FpUnary, Instruction as I};
 use crate::registers::Flags;
+use crate::system::scb::HFSR_FORCED;
 
 /// Bits of FPSCR that are there.
 pub const FPSCR_BITS: u32 = 0xF7C0_009F;
@@ -91,13 +92,9 @@ impl Fpu {
 }
 
 impl Core {
-    /// Refuses the FPU to code that CPACR does not permit it.
-    pub(crate) fn check_fpu(&mut self) -> Result<(), Raised> {
-        if self.scb.permits_fpu(self.is_privileged()) {
-            Ok(())
-        } else {
-            Err(self.raise(Trap::NO_COPROCESSOR))
-        }
+    /// Refuses the FPU to code with these rights if CPACR does not permit it.
+    pub(crate) fn check_fpu(&mut self, privileged: bool) -> Result<(), Raised> {
+        if self.scb.permits_fpu(privileged) { Ok(()) } else { Err(self.raise(Trap::NO_COPROCESSOR)) }
     }
 
     /// FPCCR bits of the fault handlers that could run at the current priority.
@@ -110,15 +107,11 @@ impl Core {
         ready(DEBUG_MONITOR, MONRDY) | ready(BUS_FAULT, BFRDY) | ready(MEM_MANAGE, MMRDY) | hard_fault
     }
 
-    /// Begins an FPU instruction: checks access, completes a deferred stacking, starts a new context (ExecuteFPCheck).
+    /// Begins an FPU instruction that has access: completes a deferred stacking, starts a new context (ExecuteFPCheck).
     fn begin_fp<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
-        self.check_fpu()?;
         if self.fpu.fpccr & LSPACT != 0 {
-            let privileged = self.fpu.fpccr & USER == 0;
-            self.spent += FRAME_WORDS * cycles::ACCESS;
-            let words = self.fpu.frame();
-            for (word, at) in words.into_iter().zip((self.fpu.fpcar..).step_by(4)) {
-                self.stack_word(bus, at, word, privileged).map_err(|_| self.raise_lazy())?;
+            if let Err(Raised) = self.store_deferred(bus) {
+                self.fail_deferred()?;
             }
             self.fpu.fpccr &= !LSPACT;
         }
@@ -129,16 +122,52 @@ impl Core {
         Ok(())
     }
 
-    fn raise_lazy(&mut self) -> Raised {
-        let trap = match self.raised {
-            Some(Trap::DataBus(address)) => Trap::LazyBus(address),
-            _ => Trap::LazyAccess,
+    /// Stores the registers to where exception entry has left room for them, with the rights of then: FPCCR.USER, and HFRDY for a priority
+    /// that was not negative.
+    fn store_deferred<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
+        let rights = (self.fpu.fpccr & USER == 0, self.fpu.fpccr & HFRDY == 0);
+        self.spent += FRAME_WORDS * cycles::ACCESS;
+        let words = self.fpu.frame();
+        for (word, at) in words.into_iter().zip((self.fpu.fpcar..).step_by(4)) {
+            self.stack_word(bus, at, word, rights)?;
+        }
+        Ok(())
+    }
+
+    /// Handles a fault of a deferred store. FPCCR says which handlers could run at exception entry; the others escalate to HardFault.
+    ///
+    /// A fault whose priority does not suffice now waits, and the instruction runs. `Err`: the fault ends the instruction.
+    fn fail_deferred(&mut self) -> Result<(), Raised> {
+        let (fault, bits, ready) = match self.raised.take() {
+            Some(Trap::DataBus(address)) => {
+                self.refused = Some(address);
+                (BUS_FAULT, LSPERR, BFRDY)
+            }
+            _ => (MEM_MANAGE, MLSPERR, MMRDY),
         };
-        self.raise(trap)
+        self.scb.cfsr |= bits;
+        let exception = if self.fpu.fpccr & ready != 0 {
+            fault
+        } else {
+            self.scb.hfsr |= HFSR_FORCED;
+            HARD_FAULT
+        };
+        if self.nvic.enabled.contains(exception) && self.priority(exception) < self.execution_priority() {
+            return Err(self.raise(Trap::Deferred(Some(exception))));
+        }
+        if self.fpu.fpccr & HFRDY == 0 {
+            return Err(self.raise(Trap::Deferred(None)));
+        }
+        self.pend(exception);
+        Ok(())
     }
 
     /// Runs an FPU instruction.
     pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
+        self.check_fpu(self.is_privileged())?;
+        if matches!(instruction, I::FpUndefined) {
+            return Err(self.raise(Trap::UNDEFINED));
+        }
         self.begin_fp(bus)?;
         match *instruction {
             I::FpBinary { op, d, n, m } => self.fp_binary(op, d, n, m),
@@ -194,7 +223,7 @@ impl Core {
                     self.set_reg(rn, base);
                 }
             }
-            // `FpUndefined`; all others are integer instructions, which do not come here.
+            // Integer instructions, which do not come here.
             _ => return Err(self.raise(Trap::UNDEFINED)),
         }
         Ok(())

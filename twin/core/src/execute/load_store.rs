@@ -33,6 +33,9 @@ impl Core {
         let privileged = index != Index::Unprivileged && self.is_privileged();
         let value = self.load_sized(bus, size, address, privileged)?;
         if matches!(index, Index::Pre | Index::Post) {
+            if rt == PC {
+                self.check_loaded_target(address, value)?;
+            }
             self.set_reg(rn, base);
         }
         self.set_loaded(bus, rt, address, value)
@@ -49,14 +52,21 @@ impl Core {
         self.set_loaded(bus, rt, address, value)
     }
 
+    /// Refuses a load to PC that is UNPREDICTABLE, before a register changes.
+    fn check_loaded_target(&mut self, address: u32, value: u32) -> Result<(), Raised> {
+        if address & 3 != 0 {
+            return Err(self.raise(Trap::Unpredictable));
+        }
+        self.check_target(value)
+    }
+
     /// A load to PC branches; from an unaligned address it is UNPREDICTABLE.
     fn set_loaded<B: Bus>(&mut self, bus: &mut B, rt: u8, address: u32, value: u32) -> Result<(), Raised> {
         if rt != PC {
             self.set_reg(rt, value);
             Ok(())
-        } else if address & 3 != 0 {
-            Err(self.raise(Trap::Unpredictable))
         } else {
+            self.check_loaded_target(address, value)?;
             self.branch_exchange(bus, value)
         }
     }

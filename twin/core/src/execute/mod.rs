@@ -150,7 +150,7 @@ impl Core {
             I::ChangeState { disable, primask, faultmask } => self.change_state(disable, primask, faultmask),
             I::MoveFromSpecial { rd, register } => self.move_from_special(rd, register),
             I::MoveToSpecial { rn, register, mask } => self.move_to_special(rn, register, mask),
-            I::SupervisorCall => return Err(self.raise(Trap::SupervisorCall)),
+            I::SupervisorCall => return Err(self.call_supervisor()),
             I::Breakpoint { immediate } => return Err(self.raise(Trap::Breakpoint(immediate))),
 
             _ => return self.execute_fp(bus, instruction),

@@ -49,6 +49,9 @@ impl Core {
             *value = self.read(bus, address, Width::Word, privileged)?;
             address = address.wrapping_add(4);
         }
+        if self.ipsr != 0 && list >> 15 == 1 {
+            self.check_target(loaded[left.count_ones() as usize - 1])?;
+        }
         if writeback {
             self.set_reg(rn, end);
         }
