@@ -79,7 +79,7 @@ fn fly(board: &mut EmulatedBoard, edges: &[(Side, Time, bool)], until: Time) {
         now = (now + Time::from_us(20)).min(until);
         board.run_until(now).unwrap();
         while let Some(&(side, at, level)) = left.next_if(|&&(_, at, _)| at <= now) {
-            board.can_rx_edge(side, at, level);
+            board.can_rx_edges(side, [(at, level)]);
         }
     }
 }
@@ -125,7 +125,7 @@ fn captures_do_not_depend_on_the_length_of_the_quantum() {
             now += quantum;
             board.run_until(now).unwrap();
             while let Some(&(side, at, level)) = left.next_if(|&&(_, at, _)| at <= now) {
-                board.can_rx_edge(side, at, level);
+                board.can_rx_edges(side, [(at, level)]);
             }
         }
         words::<3>(&board, RING1)
