@@ -19,6 +19,9 @@ const NOP: u16 = 0xBF00;
 const FORCED: u32 = 1 << 30;
 const VECTTBL: u32 = 1 << 1;
 const DEBUGEVT: u32 = 1 << 31;
+/// CFSR.
+const PRECISERR: u32 = 1 << 9;
+const STKERR: u32 = 1 << 12;
 
 /// Runs the first instruction of a program with MemManage, BusFault and UsageFault enabled. r0 is given, r1 is 4.
 fn fault(program: &[u16], r0: u32, ccr: u32) -> Board {
@@ -186,6 +189,23 @@ fn refused_stacking_is_taken_instead_of_the_interrupt() {
     board.set(|registers| registers.r[13] = STACK);
     assert_eq!(board.load(CFSR), 1 << 12, "STKERR");
     assert_eq!(board.load(0xE000_E200), 1, "the interrupt is still pending");
+}
+
+/// Given a stack that has left the memory, when a fault enters its handler, then the handler runs although the frame is lost
+/// (DDI 0337E 5.12.1): HardFault, and BusFault once it is enabled.
+#[test]
+fn fault_handler_runs_although_its_frame_is_lost() {
+    for (enabled, handler) in [(0, 3), (1 << 17, 5)] {
+        // PUSH {r0}
+        let mut board = Board::new(&[0xB401]);
+        board.store(SHCSR, enabled);
+        board.set(|registers| registers.r[13] = RAM);
+        board.step();
+        assert!(!board.core.is_locked_up(), "{enabled:X}h");
+        assert_eq!(u32::from(board.core.exception()), handler);
+        assert_eq!(board.registers().r[13], RAM - 0x20);
+        assert_eq!(board.load(CFSR) & (STKERR | PRECISERR), STKERR | PRECISERR);
+    }
 }
 
 #[test]

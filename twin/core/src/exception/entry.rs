@@ -40,7 +40,8 @@ impl Core {
         }
     }
 
-    /// The fault is taken instead if its priority is higher; then the exception stays pending. Otherwise the fault becomes pending.
+    /// The fault is taken instead if its priority is higher; then the exception stays pending. Otherwise the fault becomes pending. A
+    /// fault cannot preempt itself: the handler of the exception runs although its frame is lost (DDI 0337E 5.12.1).
     fn enter_after_stacking_fault<B: Bus>(&mut self, bus: &mut B, exception: u16, link: u32) {
         let derived = match self.raised.take() {
             Some(Trap::DataAccess(_)) => self.fault(MEM_MANAGE, MSTKERR),
@@ -63,7 +64,7 @@ impl Core {
                 self.nvic.pending.set(HARD_FAULT, true);
                 self.take(bus, exception, link);
             }
-            _ => self.lock_up(),
+            _ => self.take(bus, exception, link),
         }
     }
 
