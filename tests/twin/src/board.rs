@@ -499,6 +499,9 @@ impl EmulatedBoard {
     }
 
     fn look_after(&mut self, step: Step) -> Result<(), AccessError> {
+        if let Some(refused) = step.refused {
+            return Err(self.refuse_instruction(refused));
+        }
         if step.hard_fault {
             if let Some(address) = self.cpu.take_bus_fault()
                 && !self.config.model.part.is_reserved(address)

@@ -72,6 +72,13 @@ pub enum Refusal {
     DeepSleep,
     /// Level 2 of the read-out protection.
     Irrevocable,
+    /// The core has this system register, the model has not.
+    SystemRegister,
+    /// The architecture does not define what the instruction does (DDI 0403E, "UNPREDICTABLE").
+    Unpredictable {
+        /// Its encoding: the half-word, or the first half-word above the second.
+        word: u32,
+    },
 }
 
 impl std::fmt::Display for Refusal {
@@ -84,6 +91,8 @@ impl std::fmt::Display for Refusal {
             Refusal::Irrevocable => {
                 "level 2 of the read-out protection can never be left: it is not modelled"
             }
+            Refusal::SystemRegister => "the model of the core does not have this system register or value",
+            Refusal::Unpredictable { .. } => "the architecture does not define what this instruction does",
             Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
         })
     }

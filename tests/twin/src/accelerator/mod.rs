@@ -111,6 +111,12 @@ impl Accelerator {
         if self.stale.load(Ordering::Relaxed) { self.lines().stale(access, line) } else { None }
     }
 
+    /// Returns whether a cache may hold a line that flash no longer holds.
+    #[inline]
+    pub fn is_stale(&self) -> bool {
+        self.stale.load(Ordering::Relaxed)
+    }
+
     fn count(&self, access: Purpose, line: u32, cycle: u64) {
         let so_far = self.waits.load(Ordering::Relaxed);
         let now = cycle + u64::from(so_far);

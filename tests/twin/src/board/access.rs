@@ -38,11 +38,24 @@ impl fmt::Display for AccessError {
         let AccessError { board, at, pc, function, address, register, write, refusal } = self;
         let us = at.as_us();
         let function = function.as_ref().map_or(String::new(), |name| format!(" in {name}"));
-        if *refusal == Refusal::DeepSleep {
-            return write!(f, "{board}: WFI or WFE at {pc:08X}h{function} after {us} us: {refusal}");
+        match refusal {
+            Refusal::DeepSleep => {
+                return write!(f, "{board}: WFI or WFE at {pc:08X}h{function} after {us} us: {refusal}");
+            }
+            Refusal::Unpredictable { word } => {
+                return write!(
+                    f,
+                    "{board}: UNPREDICTABLE instruction {word:X}h at {pc:08X}h{function} after {us} us: {refusal}"
+                );
+            }
+            _ => {}
         }
         let kind = if *write { "store to" } else { "load from" };
-        let register = register.as_deref().unwrap_or("a reserved address");
+        let unnamed = match refusal {
+            Refusal::SystemRegister => "a system register of the core",
+            _ => "a reserved address",
+        };
+        let register = register.as_deref().unwrap_or(unnamed);
         let instruction = format!("the instruction at {pc:08X}h{function}");
         write!(f, "{board}: {kind} {register} ({address:08X}h) by {instruction} after {us} us: {refusal}")
     }
@@ -60,6 +73,11 @@ impl EmulatedBoard {
     /// Stops at a WFI or WFE that would enter Stop or Standby.
     pub(super) fn refuse_deep_sleep(&mut self) -> AccessError {
         let refused = RefusedAccess { address: SCR, write: false, refusal: Refusal::DeepSleep };
+        self.stop_at(self.cpu.pc(), refused)
+    }
+
+    /// Stops before an instruction that the core does not execute.
+    pub(super) fn refuse_instruction(&mut self, refused: RefusedAccess) -> AccessError {
         self.stop_at(self.cpu.pc(), refused)
     }
 

@@ -1,14 +1,13 @@
 //! The CPU as the board sees it: one instruction at a time.
-//!
-//! The trait keeps the emulator library out of the rest of the crate. Only the `rsemu` module names it.
 
-mod rsemu;
+mod cortex_m4;
+mod memories;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
-use crate::link::Link;
+use crate::link::{Link, RefusedAccess};
 use crate::model::Part;
 
 /// One instruction, exception entry or reset sequence.
@@ -28,8 +27,10 @@ pub struct Step {
     pub stuck: bool,
     /// The next instruction is a breakpoint for the debugger; it did not run.
     pub breakpoint: bool,
-    /// The program asked for a system reset (AIRCR.SYSRESETREQ) and did not get it yet.
+    /// The program asks for a system reset (AIRCR.SYSRESETREQ).
     pub reset_request: bool,
+    /// The core does not go on: the next instruction is UNPREDICTABLE, or accesses a system register that is not modelled.
+    pub refused: Option<RefusedAccess>,
 }
 
 /// Core registers, for tests and for reports on a fault.
@@ -95,5 +96,5 @@ pub trait Cpu: Send {
 /// The core of a part: Cortex-M4F with its flash, 128 KiB RAM and CCM, everything else through `link`, stores to flash
 /// among it. `flash` is the content from 0800 0000h on; the rest is erased.
 pub fn stm32f4(part: Part, flash: &[u8], link: Arc<Link>) -> Box<dyn Cpu> {
-    Box::new(rsemu::Core::new(part, flash, link))
+    Box::new(cortex_m4::CortexM4::new(part, flash, link))
 }
