@@ -78,7 +78,9 @@ mod instruction;
 mod memory;
 mod registers;
 mod system;
+mod view;
 
 pub use bus::{Bus, BusError, Width};
 pub use core::{Config, Core, Run, Step, Stop, Unpredictable};
 pub use registers::Registers;
+pub use view::View;

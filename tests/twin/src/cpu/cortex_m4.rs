@@ -22,8 +22,8 @@ const ON_PROCESS_STACK: u32 = 1 << 2;
 
 /// A Cortex-M4F with the memories of its part.
 pub(super) struct CortexM4 {
-    core: Core,
-    memories: Memories,
+    pub(super) core: Core,
+    pub(super) memories: Memories,
 }
 
 impl CortexM4 {

@@ -1,6 +1,8 @@
 //! The CPU as the board sees it: one instruction at a time.
 
 mod cortex_m4;
+mod follower;
+mod lockstep;
 mod memories;
 #[cfg(test)]
 mod tests;
@@ -96,5 +98,8 @@ pub trait Cpu: Send {
 /// The core of a part: Cortex-M4F with its flash, 128 KiB RAM and CCM, everything else through `link`, stores to flash
 /// among it. `flash` is the content from 0800 0000h on; the rest is erased.
 pub fn stm32f4(part: Part, flash: &[u8], link: Arc<Link>) -> Box<dyn Cpu> {
-    Box::new(cortex_m4::CortexM4::new(part, flash, link))
+    match std::env::var_os("TWIN_LOCKSTEP") {
+        Some(directory) => Box::new(lockstep::LockStep::new(part, flash, link, directory.into())),
+        None => Box::new(cortex_m4::CortexM4::new(part, flash, link)),
+    }
 }

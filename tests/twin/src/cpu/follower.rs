@@ -1,4 +1,6 @@
-//! The adapter to the `rsemu` core library, version 0.0.7, used unmodified.
+//! The core library `rsemu`, version 0.0.7, unmodified, as the follower of a lock-step.
+//!
+//! Its memories are its own. What lies outside of them it takes from a [`Tape`] that the leader recorded.
 //!
 //! Its exception entry stacks xPSR without ITSTATE, so that an interrupt inside an IT block makes the rest of the block
 //! unconditional, and its exception return advances the ITSTATE it has just restored when the returning instruction
@@ -6,18 +8,41 @@
 //!
 //! So are the cycles of exceptions: the library charges each access to the stack on top of a figure that contains them.
 
-use std::sync::Arc;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
 
 use rsemu::core::space::{AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region};
+use rsemu::core::state::{ChunkReader, MachineShape, StateReader, StateWriter};
 use rsemu::core::{BusError, Device, ResetKind};
 use rsemu::cpu::arm::v7m::sys::Exception;
-use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
+use rsemu::cpu::arm::v7m::{ArmV7m, Config, Regs, xpsr};
 
-use super::{Cpu, NotMemory, Registers, Step};
-use crate::accelerator::{LINE, Purpose};
-use crate::link::Link;
-use crate::mmio::Width;
+use twin_core::View;
+
 use crate::model::{FLASH_BASE, Part};
+
+/// One access to the world outside of the memories.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Access {
+    pub address: u32,
+    pub bytes: u32,
+    pub write: bool,
+    /// What was stored, or loaded unless the access was refused.
+    pub value: Option<u32>,
+}
+
+/// What the leader did in its step.
+#[derive(Debug, Default)]
+pub(super) struct Recorded {
+    pub accesses: VecDeque<Access>,
+    /// Reads of flash while the accelerator may show old lines: address, bytes, value.
+    pub flash: VecDeque<(u32, u32, u32)>,
+    /// An access of the follower that the leader did not make.
+    pub problem: Option<String>,
+}
+
+/// The record of one step.
+pub(super) type Tape = Mutex<Recorded>;
 
 const CCM_BASE: u32 = 0x1000_0000;
 const RAM_BASE: u32 = 0x2000_0000;
@@ -28,18 +53,8 @@ const WINDOWS: [(u32, u32); 4] =
 /// RAM after power-on holds no zeros: programs that rely on them must not fly by luck.
 const RAM_AT_POWER_ON: u8 = 0xA5;
 
-/// Where a program's table of vectors lies, from the start of flash: 16 exceptions and up to 97 interrupts.
-const VECTORS_LEN: u64 = 4 * (16 + 97);
-
-const HARD_FAULT: u32 = 3;
-/// Debug Halting Control and Status Register, which the library reads as zero, and C_DEBUGEN in it (DDI 0403 C1.6.2).
-const DHCSR: u32 = 0xE000_EDF0;
-const C_DEBUGEN: u32 = 1;
-/// TICKINT of SYST_CSR, and ENABLE beside it (DDI 0403 B3.3.3).
+/// TICKINT of SYST_CSR (DDI 0403 B3.3.3).
 const SYST_TICKINT: u32 = 1 << 1;
-const SYST_WAKES: u32 = SYST_TICKINT | 1;
-/// SLEEPDEEP of SCR (DDI 0403 B3.2.7).
-const SCR_SLEEPDEEP: u32 = 1 << 2;
 /// Cycles that the library charges too much for an exception entry: it takes 12 in all, the stacking of 8 words included (ARM,
 /// "Cortex-M3 and M4 interrupt latency": 12 with memory without wait states).
 const EXCESS_OF_ENTRY: u64 = 8;
@@ -47,11 +62,15 @@ const EXCESS_OF_ENTRY: u64 = 8;
 const EXCESS_OF_RETURN: u64 = 7;
 /// A return charges at least so many; one that goes on with the next handler at once (tail-chaining) charges 7.
 const CHARGED_FOR_RETURN: u64 = 19;
-/// Cycles of a taken branch: 1 + P (DDI 0439 table 3-1) with P = 2.
-const TAKEN_BRANCH: u64 = 3;
 /// ENABLE of SYST_CSR (DDI 0403 B3.3.3), CYCCNTENA of DWT_CTRL (C1.8.7).
 const SYST_ENABLE: u32 = 1;
 const DWT_CYCCNTENA: u32 = 1;
+/// Places of bools in a saved state.
+const ASLEEP: usize = 96;
+const EVENT: usize = 97;
+const RESET_PENDING: usize = 98;
+const LOCKED_UP: usize = 99;
+const HAS_EXCLUSIVE: usize = 100;
 /// Words from a stack frame's base to the return address and to xPSR (DDI 0403 B1.5.6).
 const FRAME_PC: u32 = 6;
 const FRAME_XPSR: u32 = 7;
@@ -60,56 +79,60 @@ const FRAME_XPSR: u32 = 7;
 #[derive(Debug)]
 struct Window {
     base: u32,
-    link: Arc<Link>,
+    tape: Arc<Tape>,
 }
 
 impl Window {
-    fn target(&self, offset: u64, len: usize) -> Result<(u32, Width), BusError> {
-        let width = match len {
-            1 => Width::Byte,
-            2 => Width::Half,
-            4 => Width::Word,
-            _ => return Err(BusError::BadAccess),
-        };
-        Ok((self.base + offset as u32, width))
+    fn replay(&self, offset: u64, bytes: usize, write: Option<u32>) -> Result<u32, BusError> {
+        let address = self.base.wrapping_add(offset as u32);
+        let mut tape = self.tape.lock().expect("no panic under this lock");
+        let front = tape.accesses.pop_front();
+        let same = front.is_some_and(|front| {
+            front.address == address
+                && front.bytes == bytes as u32
+                && front.write == write.is_some()
+                && (write.is_none() || front.value.is_none() || front.value == write)
+        });
+        if !same {
+            let write = write.map(|value| format!("{value:X}h"));
+            tape.problem.get_or_insert(format!("{address:X}h {bytes} {write:?} for {front:X?}"));
+            return Err(BusError::Unassigned);
+        }
+        front.and_then(|front| front.value).ok_or(BusError::Unassigned)
     }
 }
 
 impl MemOps for Window {
     fn read(&self, offset: u64, dst: &mut [u8], _attrs: MemAttrs) -> MemResult {
-        let (address, width) = self.target(offset, dst.len())?;
-        let value = self.link.read(address, width).map_err(|_| BusError::Unassigned)?;
+        let value = self.replay(offset, dst.len(), None)?;
         dst.copy_from_slice(&value.to_le_bytes()[..dst.len()]);
         Ok(())
     }
 
     fn write(&self, offset: u64, src: &[u8], _attrs: MemAttrs) -> MemResult {
-        let (address, width) = self.target(offset, src.len())?;
         let mut word = [0; 4];
         word[..src.len()].copy_from_slice(src);
-        self.link.write(address, width, u32::from_le_bytes(word)).map_err(|_| BusError::Unassigned)
+        self.replay(offset, src.len(), Some(u32::from_le_bytes(word))).map(|_| ())
     }
 }
 
-/// Flash as the core reads it: through the accelerator.
+/// Flash as the core reads it.
 #[derive(Debug)]
 struct FlashMemory {
+    base: u32,
     store: Arc<RamStore>,
-    link: Arc<Link>,
+    tape: Arc<Tape>,
 }
 
 impl MemOps for FlashMemory {
-    fn read(&self, offset: u64, dst: &mut [u8], attrs: MemAttrs) -> MemResult {
-        let access = match offset {
-            _ if attrs.purpose.is_fetch() => Purpose::Fetch,
-            0..VECTORS_LEN => Purpose::Vector,
-            _ => Purpose::Load,
-        };
-        let stale = self.link.accelerator().read(access, offset as u32, || self.link.now().cycle);
-        if let Some(line) = stale {
-            let at = (offset % u64::from(LINE)) as usize;
-            // Accesses are aligned, or of single bytes.
-            dst.copy_from_slice(line.get(at..at + dst.len()).ok_or(BusError::BadAccess)?);
+    fn read(&self, offset: u64, dst: &mut [u8], _attrs: MemAttrs) -> MemResult {
+        let mut tape = self.tape.lock().expect("no panic under this lock");
+        let here = (self.base.wrapping_add(offset as u32), dst.len() as u32);
+        if let Some(&(address, bytes, value)) = tape.flash.front()
+            && (address, bytes) == here
+        {
+            tape.flash.pop_front();
+            dst.copy_from_slice(&value.to_le_bytes()[..dst.len()]);
             return Ok(());
         }
         self.store.read_at(offset, dst)
@@ -121,27 +144,23 @@ impl MemOps for FlashMemory {
 }
 
 /// A Cortex-M4F with the memories of its part.
-pub(super) struct Core {
-    cpu: ArmV7m,
+pub(super) struct Follower {
+    pub cpu: ArmV7m,
     flash: Arc<RamStore>,
     ram: Arc<RamStore>,
     ccm: Arc<RamStore>,
     ccm_len: u32,
-    link: Arc<Link>,
     /// The cycle up to which SysTick has counted.
     cycle: u64,
     asleep: bool,
-    /// A debugger has set C_DEBUGEN.
-    has_debugger: bool,
     /// Cycles that SysTick has counted and that did not pass.
     systick_ahead: u64,
     /// xPSR before the next step.
     xpsr: u32,
-    bus_faults: u64,
 }
 
-impl Core {
-    pub(super) fn new(part: Part, image: &[u8], link: Arc<Link>) -> Self {
+impl Follower {
+    pub(super) fn new(part: Part, image: &[u8], tape: Arc<Tape>, cycle: u64) -> Self {
         let ccm_len = part.ccm_bytes();
         let flash_len = part.flash_bytes();
         let flash = Arc::new(RamStore::new(u64::from(flash_len)));
@@ -159,12 +178,12 @@ impl Core {
             let disjoint = "the memory map has no overlaps";
             // BOOT0 low: flash also answers at zero.
             for base in [0, FLASH_BASE] {
-                let memory = Arc::new(FlashMemory { store: flash.clone(), link: link.clone() });
+                let memory = Arc::new(FlashMemory { base, store: flash.clone(), tape: tape.clone() });
                 let region = Region::io("flash", u64::from(flash_len), memory);
                 map.map_with_perms(region, u64::from(base), Perms::RX).expect(disjoint);
             }
             // Loads and fetches go to the memory, stores to the interface that programs it.
-            let program = Arc::new(Window { base: FLASH_BASE, link: link.clone() });
+            let program = Arc::new(Window { base: FLASH_BASE, tape: tape.clone() });
             let region = Region::io("flash interface", u64::from(flash_len), program);
             map.map_with_perms(region, u64::from(FLASH_BASE), Perms::WRITE).expect(disjoint);
             map.map(Region::ram("ram", ram.clone()), u64::from(RAM_BASE)).expect(disjoint);
@@ -174,7 +193,7 @@ impl Core {
                 map.map_with_perms(region, u64::from(CCM_BASE), Perms::RW).expect(disjoint);
             }
             for (base, len) in WINDOWS {
-                let window = Arc::new(Window { base, link: link.clone() });
+                let window = Arc::new(Window { base, tape: tape.clone() });
                 map.map(Region::io("peripherals", u64::from(len), window), u64::from(base)).expect(disjoint);
             }
         }
@@ -182,21 +201,8 @@ impl Core {
         let config = Config::CORTEX_M4F.with_priority_bits(4).with_reset_vtor(FLASH_BASE);
         let cpu = ArmV7m::new(config);
         cpu.attach_space(Arc::new(space));
-        let (cycle, xpsr) = (link.now().cycle, cpu.xpsr());
-        Core {
-            cpu,
-            flash,
-            ram,
-            ccm,
-            ccm_len,
-            link,
-            cycle,
-            systick_ahead: 0,
-            asleep: false,
-            has_debugger: false,
-            xpsr,
-            bus_faults: 0,
-        }
+        let xpsr = cpu.xpsr();
+        Follower { cpu, flash, ram, ccm, ccm_len, cycle, systick_ahead: 0, asleep: false, xpsr }
     }
 
     fn ram_at(&self, address: u32, len: usize) -> Option<(&RamStore, u64)> {
@@ -241,46 +247,12 @@ impl Core {
         });
     }
 
-    /// The cycle at which SysTick next pends its exception.
-    fn systick(&self) -> u64 {
-        let left = self.cpu.with_sys(|sys| {
-            match (sys.syst_cvr, sys.syst_rvr) {
-                (_, 0) => None,
-                // It reloads with the next cycle.
-                (0, reload) => Some(u64::from(reload) + 1),
-                (count, _) => Some(u64::from(count)),
-            }
-            .filter(|_| sys.syst_csr & SYST_WAKES == SYST_WAKES)
-        });
-        left.map_or(u64::MAX, |left| self.cycle + left)
-    }
-
-    fn branches_to_itself(&self) -> bool {
-        const B_SELF: [u8; 2] = [0xFE, 0xE7];
-        let mut instruction = [0; 2];
-        self.read_memory(self.cpu.pc(), &mut instruction).is_ok() && instruction == B_SELF
-    }
-
-    /// The next instruction is a BKPT.
-    fn is_at_breakpoint(&self) -> bool {
-        self.word(self.cpu.pc()).is_some_and(|code| code & 0xFF00 == 0xBE00)
-    }
-
-    /// The register that the next instruction loads from DHCSR: LDR or LDRB with a positive offset (DDI 0403 A7.7.43, A7.7.46).
-    fn loads_dhcsr(&self) -> Option<u8> {
-        let code = self.word(self.cpu.pc())?;
-        let (base, offset, to) = match code {
-            _ if code & 0xF800 == 0x6800 => (code >> 3 & 7, (code >> 6 & 0x1F) * 4, code & 7),
-            _ if code & 0xF800 == 0x7800 => (code >> 3 & 7, code >> 6 & 0x1F, code & 7),
-            _ if matches!(code & 0xFFF0, 0xF8D0 | 0xF890) => (code & 0xF, code >> 16 & 0xFFF, code >> 28),
-            _ => return None,
-        };
-        (self.cpu.reg(base as u8).wrapping_add(offset) == DHCSR).then_some(to as u8)
-    }
-
     fn word(&self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];
-        self.read_memory(address, &mut bytes).ok()?;
+        match self.ram_at(address, 4) {
+            Some((store, offset)) => store.read_at(offset, &mut bytes).ok()?,
+            None => self.flash.read_at(u64::from(address.checked_sub(FLASH_BASE)?), &mut bytes).ok()?,
+        }
         Some(u32::from_le_bytes(bytes))
     }
 
@@ -295,7 +267,7 @@ impl Core {
         let at = self.frame().wrapping_add(FRAME_XPSR * 4);
         // A frame outside RAM has raised a stacking fault already.
         if let Some(stacked) = self.word(at) {
-            let _ = self.write_memory(at, &(stacked | it_bits).to_le_bytes());
+            self.write_memory(at, &(stacked | it_bits).to_le_bytes());
         }
     }
 
@@ -317,23 +289,19 @@ impl Core {
             }
         }
     }
-}
 
-impl Cpu for Core {
-    fn step(&mut self) -> Step {
-        let before = self.xpsr;
-        let now = self.link.now().cycle.max(self.cycle);
+    /// SysTick and the cycle counter count up to `now`, when the next step begins.
+    pub(super) fn advance(&mut self, now: u64) {
         if now > self.cycle {
             self.count(now - self.cycle);
         }
-        if self.has_debugger && self.is_at_breakpoint() {
-            return Step { cycles: 1, breakpoint: true, systick: u64::MAX, ..Step::default() };
-        }
-        let loads = if self.has_debugger { self.loads_dhcsr() } else { None };
+        self.cycle = self.cycle.max(now);
+    }
+
+    /// One step. Returns its cycles without waits.
+    pub(super) fn step(&mut self) -> u64 {
+        let before = self.xpsr;
         let charged = self.cpu.step();
-        if let Some(register) = loads {
-            self.cpu.set_reg(register, self.cpu.reg(register) | C_DEBUGEN);
-        }
         self.xpsr = self.cpu.xpsr();
         let (was, is) = (before & xpsr::EXCEPTION, self.xpsr & xpsr::EXCEPTION);
         let mut excess = 0;
@@ -355,91 +323,123 @@ impl Cpu for Core {
             }
         }
         let cycles = charged - excess;
-        self.cycle = now + cycles;
+        self.cycle += cycles;
         if excess > 0 || self.systick_ahead > 0 {
             self.take_back(excess);
         }
-        // A sleeping step and the WFE that starts the sleep cost one cycle.
         self.asleep = cycles == 1 && self.cpu.is_asleep();
-        // Asked only after branches that left xPSR alone: few instructions read their successor.
-        let spins = cycles == TAKEN_BRANCH && self.xpsr == before && self.branches_to_itself();
-        Step {
-            cycles: cycles as u32 + self.link.accelerator().take_waits(),
-            asleep: self.asleep,
-            systick: if self.asleep || spins { self.systick() } else { u64::MAX },
-            spins,
-            breakpoint: false,
-            hard_fault: is == HARD_FAULT && was != HARD_FAULT,
-            stuck: is == HARD_FAULT && self.branches_to_itself(),
-            // The store to AIRCR costs two cycles; asking after every step would double the cost of most.
-            reset_request: cycles >= 2 && self.cpu.reset_requested(),
+        cycles
+    }
+
+    /// Adopts the leader's time after a step: what was charged beyond it is taken back, what is missing counts with the next step.
+    pub(super) fn settle(&mut self, cycle: u64) {
+        if self.cycle > cycle {
+            self.take_back(self.cycle - cycle);
+            self.cycle = cycle;
         }
     }
 
-    fn set_irq(&mut self, irq: u16, asserted: bool) {
-        self.cpu.set_irq(irq, asserted);
-    }
-
-    fn set_nmi(&mut self, asserted: bool) {
-        self.cpu.set_nmi(asserted);
-    }
-
-    fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.cpu.reset(ResetKind::Cold);
         self.xpsr = self.cpu.xpsr();
         self.asleep = false;
-        self.bus_faults = 0;
+        self.systick_ahead = 0;
     }
 
-    fn is_locked_up(&self) -> bool {
-        self.cpu.is_locked_up()
-    }
-
-    fn pc(&self) -> u32 {
-        self.cpu.pc()
-    }
-
-    fn return_address(&self) -> Option<u32> {
-        self.word(self.frame().wrapping_add(FRAME_PC * 4))
-    }
-
-    fn take_bus_fault(&mut self) -> Option<u32> {
-        let (count, address) = self.cpu.bus_faults();
-        (std::mem::replace(&mut self.bus_faults, count) != count).then_some(address)
-    }
-
-    fn sleeps_deeply(&self) -> bool {
-        self.cpu.with_sys(|sys| sys.scr & SCR_SLEEPDEEP != 0)
-    }
-
-    fn enable_debug(&mut self) {
-        self.has_debugger = true;
-    }
-
-    fn skip_to(&mut self, cycle: u64) {
+    pub(super) fn skip_to(&mut self, cycle: u64) {
         self.cycle = cycle;
     }
 
-    fn registers(&self) -> Registers {
-        let regs = self.cpu.regs();
-        Registers { r: regs.r, xpsr: regs.xpsr }
+    pub(super) fn ram(&self) -> Vec<u8> {
+        let mut bytes = vec![0; RAM_LEN as usize];
+        self.ram.read_at(0, &mut bytes).expect("the whole store");
+        bytes
     }
 
-    fn read_memory(&self, address: u32, bytes: &mut [u8]) -> Result<(), NotMemory> {
-        if let Some((store, offset)) = self.ram_at(address, bytes.len()) {
-            return store.read_at(offset, bytes).map_err(|_| NotMemory(address));
+    pub(super) fn ccm(&self) -> Vec<u8> {
+        let mut bytes = vec![0; self.ccm_len as usize];
+        self.ccm.read_at(0, &mut bytes).expect("the whole store");
+        bytes
+    }
+
+    pub(super) fn read_memory(&self, address: u32, bytes: &mut [u8]) -> bool {
+        self.ram_at(address, bytes.len()).is_some_and(|(store, offset)| store.read_at(offset, bytes).is_ok())
+    }
+
+    pub(super) fn write_memory(&mut self, address: u32, bytes: &[u8]) -> bool {
+        self.ram_at(address, bytes.len()).is_some_and(|(store, offset)| store.write_at(offset, bytes).is_ok())
+    }
+
+    pub(super) fn write_flash(&mut self, address: u32, bytes: &[u8]) -> bool {
+        self.flash.write_at(u64::from(address - FLASH_BASE), bytes).is_ok()
+    }
+
+    /// The event register.
+    pub(super) fn event(&self) -> bool {
+        self.saved()[EVENT] != 0
+    }
+
+    fn saved(&self) -> Vec<u8> {
+        let mut writer = StateWriter::new(MachineShape::new());
+        let mut chunk = writer.chunk("core", "core", 1).expect("the first chunk");
+        self.cpu.save(&mut chunk).expect("memory is there");
+        let bytes = writer.to_vec().expect("memory is there");
+        StateReader::new(&bytes).expect("just written").load_raw("core").expect("just written").2.to_vec()
+    }
+
+    fn patch(&self, change: impl FnOnce(&mut [u8])) {
+        let mut bytes = self.saved();
+        change(&mut bytes);
+        self.cpu.load(&mut ChunkReader::new(&bytes)).expect("only bools changed");
+    }
+
+    pub(super) fn set_event(&mut self, event: bool) {
+        self.patch(|bytes| bytes[EVENT] = event.into());
+    }
+
+    /// Adopts the state of the leader but its memories.
+    pub(super) fn adopt(&mut self, registers: &twin_core::Registers, view: &View) {
+        self.patch(|bytes| {
+            bytes[ASLEEP] = view.asleep.into();
+            bytes[EVENT] = view.event.into();
+            bytes[RESET_PENDING] = 0;
+            bytes[LOCKED_UP] = view.locked_up.into();
+            if !view.exclusive {
+                bytes[HAS_EXCLUSIVE] = 0;
+            }
+        });
+        self.adopt_registers(registers, view);
+        self.cpu.with_sys(|sys| {
+            sys.active[..4].copy_from_slice(&view.active);
+            sys.pending[..4].copy_from_slice(&view.pending);
+            [sys.cfsr, sys.hfsr, sys.mmfar, sys.bfar] = view.faults;
+            [sys.fpccr, sys.fpcar, sys.fpdscr] = view.fp;
+            [sys.syst_csr, sys.syst_rvr, sys.syst_cvr] = view.systick;
+            sys.dwt_cyccnt = view.cyccnt;
+        });
+        self.systick_ahead = 0;
+    }
+
+    pub(super) fn adopt_registers(&mut self, registers: &twin_core::Registers, view: &View) {
+        let in_use_is_process = registers.xpsr & xpsr::EXCEPTION == 0 && view.control & 2 != 0;
+        let (msp, psp) = match in_use_is_process {
+            true => (registers.other_sp, registers.r[13]),
+            false => (registers.r[13], registers.other_sp),
+        };
+        self.cpu.set_regs(Regs {
+            r: registers.r,
+            msp,
+            psp,
+            xpsr: registers.xpsr,
+            primask: view.primask,
+            faultmask: view.faultmask,
+            basepri: view.basepri,
+            control: view.control,
+        });
+        for (register, &value) in (0..).zip(&registers.s) {
+            self.cpu.set_s(register, value);
         }
-        let offset = address.checked_sub(FLASH_BASE).ok_or(NotMemory(address))?;
-        self.flash.read_at(u64::from(offset), bytes).map_err(|_| NotMemory(address))
-    }
-
-    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
-        let (store, offset) = self.ram_at(address, bytes.len()).ok_or(NotMemory(address))?;
-        store.write_at(offset, bytes).map_err(|_| NotMemory(address))
-    }
-
-    fn write_flash(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
-        let offset = address.checked_sub(FLASH_BASE).ok_or(NotMemory(address))?;
-        self.flash.write_at(u64::from(offset), bytes).map_err(|_| NotMemory(address))
+        self.cpu.set_fpscr(registers.fpscr);
+        self.xpsr = self.cpu.xpsr();
     }
 }
