@@ -31,7 +31,7 @@ use spin::Spin;
 pub use crate::accelerator::FlashTiming;
 use crate::bxcan::{Side, Stats};
 use crate::clock::BoardClock;
-use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
+use crate::cpu::{CortexM4, NotMemory, Registers, Step};
 use crate::crystal::Crystal;
 use crate::devices::Lm75;
 use crate::image::{Image, Symbol};
@@ -109,7 +109,7 @@ pub struct Counters {
 pub struct EmulatedBoard {
     config: BoardConfig,
     link: Arc<Link>,
-    cpu: Box<dyn Cpu>,
+    cpu: CortexM4,
     clock: BoardClock,
     clocks: Option<Clocks>,
     state: State,
@@ -186,7 +186,7 @@ impl EmulatedBoard {
             link.peripherals().drive(pin, Some(level));
         }
         EmulatedBoard {
-            cpu: cpu::stm32f4(config.model.part, config.image.flash(), link.clone()),
+            cpu: CortexM4::new(config.model.part, config.image.flash(), link.clone()),
             link,
             clock: BoardClock::new(config.crystal),
             clocks: None,
@@ -296,7 +296,7 @@ impl EmulatedBoard {
     /// The debug probe sets the log to blocking mode and is pulled out; nobody reads the log from now on.
     pub fn pull_probe(&mut self) {
         self.drain();
-        self.rtt.pull(&mut *self.cpu);
+        self.rtt.pull(&mut self.cpu);
     }
 
     /// FLASH_ACR as the program left it.
@@ -360,7 +360,7 @@ impl EmulatedBoard {
     fn start(&mut self, cause: ResetCause) {
         self.drain();
         self.interrupt_flash();
-        self.rtt.reset(&mut *self.cpu);
+        self.rtt.reset(&mut self.cpu);
         self.cpu.reset();
         self.link.peripherals().reset(self.clock.now().time, cause);
         self.admitted_before = self.admitted_in_all();
@@ -557,7 +557,7 @@ impl EmulatedBoard {
         let now = self.clock.now();
         // Timers raise requests, requests move data, data moved changes flags.
         let mut levels = peripherals.irq_levels(now);
-        if peripherals.transfer(now, &mut DmaMemory(&mut *self.cpu)) {
+        if peripherals.transfer(now, &mut DmaMemory(&mut self.cpu)) {
             levels = peripherals.irq_levels(now);
         }
         let nmi = peripherals.nmi();
@@ -600,7 +600,7 @@ impl EmulatedBoard {
     fn drain(&mut self) {
         let first = self.log.len();
         let at = self.now();
-        self.rtt.drain(&mut *self.cpu, &self.config.image, at, &mut self.log);
+        self.rtt.drain(&mut self.cpu, &self.config.image, at, &mut self.log);
         let panics = self.log[first..].iter().filter(|line| line.text.contains("panicked at")).count();
         self.panicked |= panics > 0;
         self.counters.panics += panics as u64;

@@ -1,7 +1,7 @@
 //! The seam between a running core and its peripherals.
 //!
-//! The core library holds its own lock while an instruction runs, so a peripheral must never call back into it. It
-//! leaves a note here (`touched`), and the board looks after the step.
+//! The core is in use while an instruction runs, so a peripheral never calls back into it. The link notes that the program
+//! accessed a peripheral (`touched`), and the board follows up after the step.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -24,7 +24,7 @@ pub struct RefusedAccess {
     pub refusal: Refusal,
 }
 
-/// Shared by one core and its board. One thread uses it; the locks only satisfy the core library's `Sync` bound.
+/// Shared by one core and its board. One thread uses it at a time.
 #[derive(Debug)]
 pub struct Link {
     cycle: AtomicU64,

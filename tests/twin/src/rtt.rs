@@ -6,7 +6,7 @@ use std::fmt;
 use can_wire::time::Time;
 use defmt_decoder::DecodeError;
 
-use crate::cpu::Cpu;
+use crate::cpu::CortexM4;
 use crate::image::Image;
 
 /// Severity of a log line.
@@ -83,7 +83,7 @@ impl Rtt {
     }
 
     /// The program starts again: half a frame will not be finished.
-    pub fn reset(&mut self, cpu: &mut dyn Cpu) {
+    pub fn reset(&mut self, cpu: &mut CortexM4) {
         if self.is_text && !self.pending.is_empty() {
             // The line ends here; it is shown with the next.
             self.pending.push(b'\n');
@@ -102,7 +102,7 @@ impl Rtt {
     }
 
     /// The probe asks the program to wait for it, as probe-rs does, and is pulled: it takes nothing any more.
-    pub fn pull(&mut self, cpu: &mut dyn Cpu) {
+    pub fn pull(&mut self, cpu: &mut CortexM4) {
         self.pulled = true;
         if let Some(block) = self.control_block {
             // Fails only where the control block is not in RAM, and then no program waits.
@@ -111,7 +111,7 @@ impl Rtt {
     }
 
     /// Takes what the program wrote since the last call.
-    pub fn drain(&mut self, cpu: &mut dyn Cpu, image: &Image, at: Time, lines: &mut Vec<Line>) {
+    pub fn drain(&mut self, cpu: &mut CortexM4, image: &Image, at: Time, lines: &mut Vec<Line>) {
         let Some(block) = self.control_block.filter(|_| !self.pulled) else { return };
         let (write, read) = (word(cpu, block + WRITE), word(cpu, block + READ));
         if write == read {
@@ -174,12 +174,12 @@ impl Rtt {
 }
 
 /// Whether the program has made its control block since power-on.
-fn is_set_up(cpu: &dyn Cpu, block: u32) -> bool {
+fn is_set_up(cpu: &CortexM4, block: u32) -> bool {
     let mut magic = [0; MAGIC.len()];
     cpu.read_memory(block, &mut magic).is_ok() && magic == *MAGIC
 }
 
-fn word(cpu: &dyn Cpu, address: u32) -> u32 {
+fn word(cpu: &CortexM4, address: u32) -> u32 {
     let mut bytes = [0; 4];
     // The control block of a sound image lies in RAM; anything else reads as an empty channel.
     match cpu.read_memory(address, &mut bytes) {

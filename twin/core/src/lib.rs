@@ -78,9 +78,7 @@ mod instruction;
 mod memory;
 mod registers;
 mod system;
-mod view;
 
 pub use bus::{Bus, BusError, Width};
 pub use core::{Config, Core, Run, Step, Stop, Unpredictable};
 pub use registers::Registers;
-pub use view::View;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use can_wire::time::Time;
 
 use super::EmulatedBoard;
-use crate::cpu::Cpu;
+use crate::cpu::CortexM4;
 use crate::devices::{I2cDevice, SpiDevice};
 use crate::model::FLASH_BASE;
 use crate::peripherals::{Pin, Ram, Sent};
@@ -17,7 +17,7 @@ const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
 const CCM: u32 = 0x1000_0000;
 
 /// The memory ports of the DMA controllers.
-pub(super) struct DmaMemory<'a>(pub &'a mut dyn Cpu);
+pub(super) struct DmaMemory<'a>(pub &'a mut CortexM4);
 
 impl Ram for DmaMemory<'_> {
     fn load(&self, address: u32, bytes: &mut [u8]) -> bool {

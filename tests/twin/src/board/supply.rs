@@ -1,7 +1,7 @@
 //! Power, the oscillator and the reset pin of a board.
 
 use super::{EmulatedBoard, State};
-use crate::cpu;
+use crate::cpu::CortexM4;
 use crate::model::FLASH_BASE;
 use crate::peripherals::ResetCause;
 
@@ -45,7 +45,7 @@ impl EmulatedBoard {
         let part = self.config.model.part;
         let mut flash = vec![0; part.flash_bytes() as usize];
         self.cpu.read_memory(FLASH_BASE, &mut flash).expect("the whole flash");
-        self.cpu = cpu::stm32f4(part, &flash, self.link.clone());
+        self.cpu = CortexM4::new(part, &flash, self.link.clone());
         self.link.peripherals().delay_hse(self.clock.now().time + self.config.fittings.hse_delay);
         self.start(cause);
     }

@@ -9,7 +9,6 @@ use std::sync::Arc;
 use twin_core::{Bus, BusError, Width};
 
 use super::NotMemory;
-use super::follower::{Access, Tape};
 use crate::accelerator::{LINE, Purpose};
 use crate::link::Link;
 use crate::mmio;
@@ -35,10 +34,6 @@ pub(super) struct Memories {
     ram: Vec<u8>,
     ccm: Vec<u8>,
     link: Arc<Link>,
-    /// Where accesses to the world outside are recorded.
-    pub(super) tape: Option<Arc<Tape>>,
-    /// Waits of the last step.
-    pub(super) last_waits: u32,
 }
 
 /// A memory that answers with its content at once.
@@ -61,8 +56,6 @@ impl Memories {
             ram: vec![RAM_AT_POWER_ON; RAM_BYTES],
             ccm: vec![RAM_AT_POWER_ON; part.ccm_bytes() as usize],
             link,
-            tape: None,
-            last_waits: 0,
         }
     }
 
@@ -90,22 +83,7 @@ impl Memories {
     }
 
     /// Reads flash as the core does. Accesses are aligned, so they stay within a line.
-    fn read_flash(
-        &self,
-        purpose: Purpose,
-        offset: usize,
-        width: Width,
-        address: u32,
-    ) -> Result<u32, BusError> {
-        let is_stale = self.link.accelerator().is_stale();
-        let value = self.read_flash_line(purpose, offset, width)?;
-        if let Some(tape) = self.tape.as_ref().filter(|_| is_stale) {
-            tape.lock().expect("no panic under this lock").flash.push_back((address, width.bytes(), value));
-        }
-        Ok(value)
-    }
-
-    fn read_flash_line(&self, purpose: Purpose, offset: usize, width: Width) -> Result<u32, BusError> {
+    fn read_flash(&self, purpose: Purpose, offset: usize, width: Width) -> Result<u32, BusError> {
         let stale = self.link.accelerator().read(purpose, offset as u32, || self.link.now().cycle);
         match stale {
             Some(line) => get(&line, offset % LINE as usize, width),
@@ -117,26 +95,7 @@ impl Memories {
         if !is_peripheral(address) {
             return Err(BusError);
         }
-        let value = self.link.read(address, width_of(width)).map_err(|_| BusError);
-        self.record(address, width, false, value.ok());
-        value
-    }
-
-    fn record(&self, address: u32, width: Width, write: bool, value: Option<u32>) {
-        if let Some(tape) = &self.tape {
-            let access = Access { address, bytes: width.bytes(), write, value };
-            tape.lock().expect("no panic under this lock").accesses.push_back(access);
-        }
-    }
-
-    /// RAM.
-    pub fn ram(&self) -> &[u8] {
-        &self.ram
-    }
-
-    /// CCM.
-    pub fn ccm(&self) -> &[u8] {
-        &self.ccm
+        self.link.read(address, width_of(width)).map_err(|_| BusError)
     }
 
     fn slice(&self, address: u32, bytes: usize) -> Option<&[u8]> {
@@ -193,7 +152,7 @@ impl Bus for Memories {
             Some(Place::Ram(offset)) => get(&self.ram, offset, Width::Half),
             Some(Place::Ccm(_)) => Err(BusError),
             None => match self.flash_offset(address) {
-                Some(offset) => self.read_flash(Purpose::Fetch, offset, Width::Half, address),
+                Some(offset) => self.read_flash(Purpose::Fetch, offset, Width::Half),
                 None => self.read_peripheral(address, Width::Half),
             },
         };
@@ -217,7 +176,7 @@ impl Bus for Memories {
             Some(Place::Ram(offset)) => get(&self.ram, offset, width),
             Some(Place::Ccm(offset)) => get(&self.ccm, offset, width),
             None => match self.flash_offset(address) {
-                Some(offset) => self.read_flash(Purpose::Load, offset, width, address),
+                Some(offset) => self.read_flash(Purpose::Load, offset, width),
                 None => self.read_peripheral(address, width),
             },
         }
@@ -225,7 +184,7 @@ impl Bus for Memories {
 
     fn vector(&mut self, address: u32) -> Result<u32, BusError> {
         match self.flash_offset(address) {
-            Some(offset) => self.read_flash(Purpose::Vector, offset, Width::Word, address),
+            Some(offset) => self.read_flash(Purpose::Vector, offset, Width::Word),
             None => self.load(address, Width::Word),
         }
     }
@@ -240,17 +199,14 @@ impl Bus for Memories {
                 if !in_flash && !is_peripheral(address) {
                     return Err(BusError);
                 }
-                let result = self.link.write(address, width_of(width), value).map_err(|_| BusError);
-                self.record(address, width, true, result.is_ok().then_some(value));
-                result
+                self.link.write(address, width_of(width), value).map_err(|_| BusError)
             }
         }
     }
 
     #[inline]
     fn take_waits(&mut self) -> u32 {
-        self.last_waits = self.link.accelerator().take_waits();
-        self.last_waits
+        self.link.accelerator().take_waits()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Known instruction and interrupt vectors. They hold for any core behind [`Cpu`].
+//! Known instruction and interrupt vectors.
 //!
 //! Programs are assembled by hand; the comments give the mnemonics. Expected values come from the ARMv7-M Architecture
 //! Reference Manual (DDI 0403E), not from a run.
@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use super::*;
 use crate::accelerator::FlashTiming;
-use crate::model::Model;
+use crate::link::Link;
+use crate::model::{Model, Part};
 use crate::peripherals::Peripherals;
 
 const FLASH: u32 = 0x0800_0000;
@@ -25,7 +26,7 @@ const C: u32 = 1 << 29;
 const V: u32 = 1 << 28;
 
 /// Flash with a program at [`CODE`], a handler at [`HANDLER`] for every exception but reset.
-fn core(program: &[u16], handler: &[u16]) -> Box<dyn Cpu> {
+fn core(program: &[u16], handler: &[u16]) -> CortexM4 {
     let mut flash = vec![0xFF; 0x600];
     let mut put = |address: u32, bytes: &[u8]| {
         let at = (address - FLASH) as usize;
@@ -42,20 +43,20 @@ fn core(program: &[u16], handler: &[u16]) -> Box<dyn Cpu> {
         }
     }
     let link = Arc::new(Link::new(Peripherals::new(Model::PYBOARD_V11, 0), FlashTiming::AsSet));
-    let mut core = stm32f4(Part::Stm32f405, &flash, link);
+    let mut core = CortexM4::new(Part::Stm32f405, &flash, link);
     core.step();
     assert_eq!(core.pc(), CODE, "the reset sequence takes the vector");
     core
 }
 
-fn run(core: &mut dyn Cpu, steps: usize) -> Registers {
+fn run(core: &mut CortexM4, steps: usize) -> Registers {
     for _ in 0..steps {
         core.step();
     }
     core.registers()
 }
 
-fn word(core: &dyn Cpu, address: u32) -> u32 {
+fn word(core: &CortexM4, address: u32) -> u32 {
     let mut bytes = [0; 4];
     core.read_memory(address, &mut bytes).unwrap();
     u32::from_le_bytes(bytes)
@@ -75,7 +76,7 @@ const ENABLE_STEPS: usize = 6;
 fn the_enabling_preamble_writes_iser0() {
     // The preamble of the tests below is itself a vector: 1 << 28 at E000E100h.
     let mut core = core(&ENABLE_TIM2, &[0xBF00]);
-    let registers = run(&mut *core, ENABLE_STEPS);
+    let registers = run(&mut core, ENABLE_STEPS);
     assert_eq!((registers.r[7], registers.r[6]), (NVIC_ISER0, 1 << TIM2_IRQ));
 }
 
@@ -97,7 +98,7 @@ fn adds_and_subs_set_the_flags() {
         let mut program = vec![0x4801, 0x4902, instruction, 0xE7FE];
         program.extend(literals);
         let mut core = core(&program, &[]);
-        let registers = run(&mut *core, 3);
+        let registers = run(&mut core, 3);
         assert_eq!(registers.r[2], result, "{instruction:04X} {a:X} {b:X}");
         assert_eq!(registers.xpsr & (N | Z | C | V), flags, "{instruction:04X} {a:X} {b:X}");
     }
@@ -117,7 +118,7 @@ fn multiplication_division_and_bit_fields() {
         ],
         &[],
     );
-    let registers = run(&mut *core, 7);
+    let registers = run(&mut core, 7);
     assert_eq!((registers.r[3], registers.r[2]), (2, 0xFFFF_FFFD));
     assert_eq!(registers.r[4], 0x5555_5555);
     assert_eq!(registers.r[5], 0xFF);
@@ -139,8 +140,8 @@ fn stores_loads_and_the_exclusive_monitor() {
         ],
         &[],
     );
-    let registers = run(&mut *core, 7);
-    assert_eq!(word(&*core, RAM), 42);
+    let registers = run(&mut core, 7);
+    assert_eq!(word(&core, RAM), 42);
     assert_eq!((registers.r[3], registers.r[4], registers.r[2]), (0, 1, 0));
 }
 
@@ -159,7 +160,7 @@ fn single_precision_arithmetic_runs_once_cpacr_allows() {
         ],
         &[],
     );
-    assert_eq!(run(&mut *core, 8).r[2], (1.0_f32 / 3.0).to_bits());
+    assert_eq!(run(&mut core, 8).r[2], (1.0_f32 / 3.0).to_bits());
 }
 
 #[test]
@@ -168,16 +169,16 @@ fn an_interrupt_stacks_eight_words_and_returns() {
     program.extend([0x2011, 0xBF00, 0xE7FE]); // MOVS r0, #0x11; NOP; B .
     // MOVS r0, #0x55; MOVS r4, #0x66; BX lr
     let mut core = core(&program, &[0x2055, 0x2466, 0x4770]);
-    run(&mut *core, ENABLE_STEPS + 1);
+    run(&mut core, ENABLE_STEPS + 1);
     core.set_irq(TIM2_IRQ, true);
-    let entered = run(&mut *core, 1);
+    let entered = run(&mut core, 1);
     assert_eq!(core.pc(), HANDLER);
     assert_eq!(entered.xpsr & 0x1FF, u32::from(TIM2_IRQ) + 16);
     assert_eq!(entered.r[14], 0xFFFF_FFF9);
     assert_eq!(entered.r[13], STACK - 32);
     assert_eq!(core.return_address(), Some(CODE + 20));
     core.set_irq(TIM2_IRQ, false);
-    let returned = run(&mut *core, 3);
+    let returned = run(&mut core, 3);
     assert_eq!(returned.r[15], CODE + 20);
     assert_eq!((returned.r[0], returned.r[4]), (0x11, 0x66), "r0 was stacked, r4 was not");
     assert_eq!(returned.r[13], STACK);
@@ -186,11 +187,11 @@ fn an_interrupt_stacks_eight_words_and_returns() {
 #[test]
 fn a_line_still_high_at_return_enters_the_handler_again() {
     let mut core = core(&ENABLE_TIM2, &[0x4770]);
-    run(&mut *core, ENABLE_STEPS - 1);
+    run(&mut core, ENABLE_STEPS - 1);
     core.set_irq(TIM2_IRQ, true);
-    run(&mut *core, 1);
+    run(&mut core, 1);
     assert_eq!(core.pc(), HANDLER);
-    run(&mut *core, 2);
+    run(&mut core, 2);
     assert_eq!(core.registers().xpsr & 0x1FF, u32::from(TIM2_IRQ) + 16);
 }
 
@@ -212,12 +213,12 @@ fn an_interrupt_inside_an_it_block_changes_nothing() {
     for interrupted_after in 0..=5 {
         // CMP r0, r0 would leave Z set; CMP r0, sp clears it, so that a lost ITSTATE shows: the return restores flags.
         let mut core = core(&program, &[0x4568, 0x4770]);
-        run(&mut *core, at_it + interrupted_after);
+        run(&mut core, at_it + interrupted_after);
         core.set_irq(TIM2_IRQ, true);
-        run(&mut *core, 1);
+        run(&mut core, 1);
         assert_eq!(core.pc(), HANDLER);
         core.set_irq(TIM2_IRQ, false);
-        let registers = run(&mut *core, 12);
+        let registers = run(&mut core, 12);
         assert_eq!((registers.r[1], registers.r[2]), (1, 2), "interrupted after {interrupted_after} steps");
     }
 }
@@ -240,11 +241,11 @@ fn a_conditional_return_restores_the_interrupted_it_block() {
     let handler = [0x4280, 0xB510, 0xBF08, 0xBD10];
     for interrupted_after in 1..=4 {
         let mut core = core(&program, &handler);
-        run(&mut *core, ENABLE_STEPS + 2 + interrupted_after);
+        run(&mut core, ENABLE_STEPS + 2 + interrupted_after);
         core.set_irq(TIM2_IRQ, true);
-        run(&mut *core, 1);
+        run(&mut core, 1);
         core.set_irq(TIM2_IRQ, false);
-        let registers = run(&mut *core, 16);
+        let registers = run(&mut core, 16);
         assert_eq!((registers.r[1], registers.r[2]), (1, 2), "interrupted after {interrupted_after} steps");
     }
 }
@@ -254,7 +255,7 @@ fn wfe_sleeps_until_enabled_interrupt_and_sev_lets_it_through() {
     let mut program = ENABLE_TIM2.to_vec();
     program.extend([0xBF40, 0xBF20, 0xBF20, 0xE7FE]); // SEV; WFE; WFE; B .
     let mut core = core(&program, &[0x4770]);
-    run(&mut *core, ENABLE_STEPS);
+    run(&mut core, ENABLE_STEPS);
     assert!(!core.step().asleep, "SEV");
     assert!(!core.step().asleep, "the first WFE consumes the event");
     assert!(core.step().asleep, "the second sleeps");
@@ -277,14 +278,14 @@ fn undefined_instruction_hard_faults_and_closed_loop_is_stuck() {
 #[test]
 fn a_fault_inside_hard_fault_locks_up() {
     let mut core = core(&[0xDE00], &[0xDE00]);
-    run(&mut *core, 2);
+    run(&mut core, 2);
     assert!(core.is_locked_up());
 }
 
 #[test]
 fn a_load_from_nowhere_is_reported() {
     let mut core = core(&[0xF04F, 0x40C0, 0x6801], &[]); // MOV.W r0, #0x60000000; LDR r1, [r0]
-    run(&mut *core, 1);
+    run(&mut core, 1);
     assert!(core.step().hard_fault);
     assert_eq!(core.take_bus_fault(), Some(0x6000_0000));
     assert_eq!(core.return_address(), Some(CODE + 4));
@@ -302,7 +303,7 @@ fn sysresetreq_is_a_request_until_the_reset() {
         ],
         &[],
     );
-    run(&mut *core, 4);
+    run(&mut core, 4);
     assert!(core.step().reset_request);
     core.reset();
     core.step();
@@ -313,5 +314,5 @@ fn sysresetreq_is_a_request_until_the_reset() {
 #[test]
 fn ram_after_power_on_is_not_zero() {
     let core = core(&[], &[]);
-    assert_ne!(word(&*core, RAM), 0);
+    assert_ne!(word(&core, RAM), 0);
 }

@@ -24,10 +24,6 @@ impl Exceptions {
         *word = if on { *word | bit } else { *word & !bit };
     }
 
-    pub fn words(self) -> [u32; 4] {
-        self.0
-    }
-
     pub fn count(self) -> u32 {
         self.0.iter().map(|word| word.count_ones()).sum()
     }

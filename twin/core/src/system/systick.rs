@@ -73,12 +73,6 @@ impl SysTick {
         self.count = ((period - past_zero % period) % period) as u32;
     }
 
-    /// The registers, COUNTFLAG left as it is.
-    pub fn peek(&mut self, cycle: u64) -> [u32; 3] {
-        self.sync(cycle);
-        [self.control, self.reload, self.count]
-    }
-
     fn plan(&mut self) {
         let raises = self.control & (ENABLE | TICKINT) == ENABLE | TICKINT;
         let ticks = match (self.count, self.reload) {
