@@ -130,6 +130,33 @@ fn access_to_unmodelled_address_names_board_pc_and_address() {
     assert_eq!(board.counters().instructions, counted, "it stays stopped");
 }
 
+/// Given a store to FP_CTRL of the flash patch unit, which the core does not have, then the board stops before the store.
+#[test]
+fn unmodelled_system_register_stops_the_board() {
+    let mut board = EmulatedBoard::new(board("patched", image(&store(0xE000_2000, 1), &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    assert_eq!((error.address, error.write, error.refusal), (0xE000_2000, true, Refusal::SystemRegister));
+    assert_eq!(error.pc, 0x0800_0210);
+    let text = error.to_string();
+    for part in ["patched", "store to a system register of the core", "E0002000h", "08000210h"] {
+        assert!(text.contains(part), "{text}");
+    }
+    assert_eq!(*board.state(), State::Refused(error));
+}
+
+/// Given BX r0 with one of its low three bits set, which should be zero (DDI 0403E A7.7.20), then the board stops before it.
+#[test]
+fn unpredictable_instruction_stops_the_board() {
+    let mut board = EmulatedBoard::new(board("odd", image(&[0xBF00, 0x4701], &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    assert_eq!((error.pc, error.refusal), (0x0800_0202, Refusal::Unpredictable { word: 0x4701 }));
+    let text = error.to_string();
+    assert!(text.starts_with("odd: UNPREDICTABLE instruction 4701h at 08000202h"), "{text}");
+    assert_eq!(*board.state(), State::Refused(error));
+}
+
 #[test]
 fn memory_that_the_part_lacks_is_refused_too() {
     let mut board = EmulatedBoard::new(board("lost", image(&copy(0x6000_0000, RAM), &STOP)), 0);
