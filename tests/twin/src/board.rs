@@ -183,8 +183,10 @@ impl EmulatedBoard {
         for &(pin, level) in &config.straps {
             peripherals.drive(pin, Some(level));
         }
+        let mut core = Core::new(Config::stm32f4(config.model.part.flash_bytes()));
+        core.share(config.image.code());
         EmulatedBoard {
-            core: Core::new(Config::stm32f4(config.model.part.flash_bytes())),
+            core,
             chip: Chip::new(peripherals, config.image.flash(), flash_timing, config.crystal),
             clocks: None,
             state: State::Off,

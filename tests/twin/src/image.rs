@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::sync::OnceLock;
 
 use defmt_decoder::Table;
 use object::{Object, ObjectSymbol, SymbolKind};
+use twin_core::Code;
 
 const FLASH_BASE: u64 = 0x0800_0000;
 const FLASH_LEN: u64 = 1 << 20;
@@ -21,6 +23,7 @@ pub struct Symbol {
 /// A parsed ELF file. Boards share it.
 pub struct Image {
     flash: Vec<u8>,
+    code: OnceLock<Code>,
     symbols: HashMap<String, Symbol>,
     /// Functions in the order of their addresses.
     functions: Vec<(Symbol, String)>,
@@ -103,12 +106,12 @@ impl Image {
             .collect();
         functions.sort_by_key(|(place, _)| place.address);
         let log_table = Table::parse(elf).map_err(|error| ImageError::LogTable(error.to_string()))?;
-        Ok(Image { flash, symbols, functions, log_table })
+        Ok(Image { flash, code: OnceLock::new(), symbols, functions, log_table })
     }
 
     /// A program without ELF file: `flash` is the content from 0800 0000h on, vector table first.
     pub fn from_flash(flash: Vec<u8>) -> Image {
-        Image { flash, symbols: HashMap::new(), functions: Vec::new(), log_table: None }
+        Image { flash, code: OnceLock::new(), symbols: HashMap::new(), functions: Vec::new(), log_table: None }
     }
 
     /// Adds a symbol to a program without ELF file.
@@ -121,6 +124,11 @@ impl Image {
     /// Content of flash from 0800 0000h on.
     pub fn flash(&self) -> &[u8] {
         &self.flash
+    }
+
+    /// The content of flash, decoded once for all boards that fly the image.
+    pub(crate) fn code(&self) -> &Code {
+        self.code.get_or_init(|| Code::decode(FLASH_BASE as u32, &self.flash))
     }
 
     /// A variable or function by its name: that of the ELF file, or its path in Rust. Of several instances of a generic

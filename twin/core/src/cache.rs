@@ -7,6 +7,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::decode;
 use crate::instruction::Instruction;
 
 /// Half-words of a page of [`Cache::pages`].
@@ -21,6 +22,33 @@ pub struct Decoded {
     pub instruction: Instruction,
     /// Bytes: 2 or 4; 0 if nothing is known of an address.
     pub size: u8,
+}
+
+/// Instructions of a program, decoded before it runs. Cores that are made with a copy share them.
+#[derive(Clone, Debug)]
+pub struct Code {
+    base: u32,
+    pages: Vec<Option<Arc<[Decoded; PAGE]>>>,
+}
+
+impl Code {
+    /// Decodes the content of flash from `base` on, an even address. Every half-word may begin an instruction.
+    #[must_use]
+    pub fn decode(base: u32, content: &[u8]) -> Self {
+        let halves = content.chunks_exact(2).map(|half| u16::from_le_bytes([half[0], half[1]]));
+        let halves: Vec<u16> = halves.collect();
+        let decoded = |n: usize| match (halves[n], halves.get(n + 1)) {
+            (first, _) if !decode::is_wide(first) => decode::narrow(first),
+            (first, Some(second)) => decode::wide(first, *second),
+            // The rest of the instruction is not part of the content.
+            (_, None) => Decoded::NOTHING,
+        };
+        let page = |start: usize| {
+            let at = |n| if start + n < halves.len() { decoded(start + n) } else { Decoded::NOTHING };
+            Some(Arc::new(std::array::from_fn(at)))
+        };
+        Code { base, pages: (0..halves.len()).step_by(PAGE).map(page).collect() }
+    }
 }
 
 impl Decoded {
@@ -48,6 +76,21 @@ impl Cache {
     pub fn new(code: &Range<u32>) -> Self {
         let half_words = code.len() / 2;
         Cache { base: code.start, pages: vec![None; half_words.div_ceil(PAGE)], checked: vec![None; CHECKED] }
+    }
+
+    /// The instructions decoded so far.
+    pub fn code(&self) -> Code {
+        Code { base: self.base, pages: self.pages.clone() }
+    }
+
+    /// Takes instructions that were decoded before.
+    pub fn share(&mut self, code: &Code) {
+        let first = (code.base.wrapping_sub(self.base) >> 1) as usize;
+        if let Some(pages) = self.pages.get_mut(first / PAGE..)
+            && first % PAGE == 0
+        {
+            pages.iter_mut().zip(&code.pages).for_each(|(page, decoded)| page.clone_from(decoded));
+        }
     }
 
     /// The instruction at an address whose content changes only by announcement; its size is 0 if it is not known.
@@ -127,6 +170,19 @@ mod tests {
         assert!(cache.get(0x0800_0102).size == 0, "its second half-word lies in the range");
         assert!(cache.get(0x0800_0104).size == 0);
         assert!(cache.get(0x0800_0108).size == 4);
+    }
+
+    #[test]
+    fn shared_code_is_copied_before_it_changes() {
+        // MOVS r0, #1; MOVW r1, #0; a wide instruction of which half is there
+        let content = [0x01, 0x20, 0x40, 0xF2, 0x00, 0x01, 0x40, 0xF2];
+        let code = Code::decode(0x0800_0000, &content);
+        let mut caches = [(); 2].map(|()| Cache::new(&(0x0800_0000..0x0800_1000)));
+        caches.iter_mut().for_each(|cache| cache.share(&code));
+        let sizes = |cache: &Cache| [0, 2, 4, 6, 8].map(|at| cache.get(0x0800_0000 + at).size);
+        assert_eq!(sizes(&caches[0]), [2, 4, 2, 0, 0]);
+        caches[0].invalidate(0x0800_0000..0x0800_0004);
+        assert_eq!((sizes(&caches[0]), sizes(&caches[1])), ([0, 0, 2, 0, 0], [2, 4, 2, 0, 0]));
     }
 
     #[test]

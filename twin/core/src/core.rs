@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::bus::Bus;
-use crate::cache::{Cache, Decoded};
+use crate::cache::{Cache, Code, Decoded};
 use crate::cycles;
 use crate::decode;
 use crate::exception::{SYSTICK, Sleep, Trap};
@@ -196,6 +196,17 @@ impl Core {
         core
     }
 
+    /// Returns the content of [`Config::code`] that is decoded, for another core with the same content.
+    #[must_use]
+    pub fn code(&self) -> Code {
+        self.cache.code()
+    }
+
+    /// Takes the decoded content of [`Config::code`]. Cores with the same content share it until it changes.
+    pub fn share(&mut self, code: &Code) {
+        self.cache.share(code);
+    }
+
     /// System reset. The next step is the reset sequence. Cycles, an attached debugger, DEMCR and the levels of the interrupt lines stay.
     pub fn reset(&mut self) {
         self.control = Control::default();
@@ -275,25 +286,26 @@ impl Core {
     /// Fetches and executes the instruction at `pc`.
     #[inline]
     fn run_one<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<(), Raised> {
-        let mut decoded = self.cache.get(pc);
-        if decoded.size != 0 && bus.is_settled() {
-            let last = pc.wrapping_add(u32::from(decoded.size) - 2);
+        let known = self.cache.get(pc);
+        let Decoded { instruction, size } = if known.size != 0 && bus.is_settled() {
+            let last = pc.wrapping_add(u32::from(known.size) - 2);
             if self.mpu.is_enabled() && !(self.may_execute(pc) && self.may_execute(last)) {
                 return Err(self.raise(Trap::FetchAccess));
             }
             bus.refetch(pc);
-            if decoded.size == 4 {
+            if known.size == 4 {
                 bus.refetch(last);
             }
+            known
         } else {
-            self.fetch(bus, pc, &mut decoded)?;
-        }
+            self.fetch(bus, pc)?
+        };
         self.r[15] = pc.wrapping_add(4);
-        self.next = pc.wrapping_add(u32::from(decoded.size));
+        self.next = pc.wrapping_add(u32::from(size));
         if self.epsr == EPSR_T {
-            self.execute(bus, &decoded.instruction)
+            self.execute(bus, &instruction)
         } else {
-            self.execute_in_state(bus, &decoded)
+            self.execute_in_state(bus, instruction, size)
         }
     }
 
@@ -329,25 +341,24 @@ impl Core {
     }
 
     /// Reads the instruction at `pc` from the memory.
-    fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32, decoded: &mut Decoded) -> Result<(), Raised> {
+    fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Decoded, Raised> {
         let first = self.fetch_half(bus, pc)?;
         let wide = decode::is_wide(first);
         let second = if wide { self.fetch_half(bus, pc.wrapping_add(2))? } else { 0 };
         let decode = || if wide { decode::wide(first, second) } else { decode::narrow(first) };
         if self.cache.covers(pc) {
-            *decoded = decode();
+            let decoded = decode();
             if bus.is_settled() {
-                self.cache.put(pc, *decoded);
+                self.cache.put(pc, decoded);
             }
-            return Ok(());
+            return Ok(decoded);
         }
         let word = u32::from(first) << 16 | u32::from(second);
-        *decoded = self.cache.get_checked(pc, word).unwrap_or_else(|| {
+        Ok(self.cache.get_checked(pc, word).unwrap_or_else(|| {
             let decoded = decode();
             self.cache.put_checked(pc, word, decoded);
             decoded
-        });
-        Ok(())
+        }))
     }
 
     fn fetch_half<B: Bus>(&mut self, bus: &mut B, address: u32) -> Result<u16, Raised> {
@@ -358,14 +369,18 @@ impl Core {
     }
 
     /// Runs an instruction while EPSR holds more than T: in an IT block, in the middle of a load or store multiple, or without T.
-    fn execute_in_state<B: Bus>(&mut self, bus: &mut B, decoded: &Decoded) -> Result<(), Raised> {
+    fn execute_in_state<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        instruction: Instruction,
+        size: u8,
+    ) -> Result<(), Raised> {
         use Instruction::{Breakpoint, LoadMultiple, StoreMultiple};
         let before = self.epsr;
         if before & EPSR_T == 0 {
             return Err(self.raise(Trap::INVALID_STATE));
         }
         let state = self.itstate();
-        let Decoded { instruction, size } = *decoded;
         if state & 0xF == 0 {
             if !matches!(instruction, LoadMultiple { .. } | StoreMultiple { .. }) {
                 return Err(self.raise(Trap::INVALID_STATE));

@@ -80,5 +80,6 @@ mod registers;
 mod system;
 
 pub use bus::{Bus, BusError, Width};
+pub use cache::Code;
 pub use core::{Config, Core, Run, Step, Stop, Unpredictable};
 pub use registers::Registers;

@@ -44,7 +44,9 @@ impl EmulatedBoard {
     /// Power comes back to flash with its content and RAM without.
     fn restore(&mut self, cause: ResetCause) {
         self.chip.memory.lose_power();
+        let code = self.core.code();
         self.core = Core::new(Config::stm32f4(self.config.model.part.flash_bytes()));
+        self.core.share(&code);
         self.core.advance_to(self.chip.clock.now().cycle);
         self.lines = [0; 3];
         self.nmi = false;
