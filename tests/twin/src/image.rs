@@ -111,7 +111,13 @@ impl Image {
 
     /// A program without ELF file: `flash` is the content from 0800 0000h on, vector table first.
     pub fn from_flash(flash: Vec<u8>) -> Image {
-        Image { flash, code: OnceLock::new(), symbols: HashMap::new(), functions: Vec::new(), log_table: None }
+        Image {
+            flash,
+            code: OnceLock::new(),
+            symbols: HashMap::new(),
+            functions: Vec::new(),
+            log_table: None,
+        }
     }
 
     /// Adds a symbol to a program without ELF file.

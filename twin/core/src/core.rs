@@ -303,7 +303,7 @@ impl Core {
         self.r[15] = pc.wrapping_add(4);
         self.next = pc.wrapping_add(u32::from(size));
         if self.epsr == EPSR_T {
-            self.execute(bus, &instruction)
+            self.execute(bus, instruction)
         } else {
             self.execute_in_state(bus, instruction, size)
         }
@@ -387,7 +387,7 @@ impl Core {
             }
             self.epsr = EPSR_T;
             self.resume = state >> 4;
-            let outcome = self.execute_out_of_line(bus, &instruction);
+            let outcome = self.execute_out_of_line(bus, instruction);
             self.resume = 0;
             return outcome.inspect_err(|_| self.epsr = before);
         }
@@ -404,7 +404,7 @@ impl Core {
             return Ok(());
         }
         let instruction = if narrow { instruction.without_flags() } else { instruction };
-        let outcome = self.execute_out_of_line(bus, &instruction);
+        let outcome = self.execute_out_of_line(bus, instruction);
         if outcome.is_err() && !matches!(self.raised, Some(Trap::SupervisorCall | Trap::ResetRequest)) {
             self.epsr = before;
         }
@@ -412,7 +412,7 @@ impl Core {
     }
 
     /// As [`Core::execute`], which is part of [`Core::step`] for speed.
-    fn execute_out_of_line<B: Bus>(&mut self, bus: &mut B, instruction: &Instruction) -> Result<(), Raised> {
+    fn execute_out_of_line<B: Bus>(&mut self, bus: &mut B, instruction: Instruction) -> Result<(), Raised> {
         self.execute(bus, instruction)
     }
 

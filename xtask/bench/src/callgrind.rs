@@ -41,7 +41,13 @@ fn compile(what: &[&str], program: &str, build: Build) -> anyhow::Result<PathBuf
     };
     let target_dir = support::project::path(TARGET_DIR);
     let mut cargo = Command::new("cargo");
-    cargo.current_dir(support::project::path("")).args(["build", "--profile", profile, "--locked", "--quiet"]);
+    cargo.current_dir(support::project::path("")).args([
+        "build",
+        "--profile",
+        profile,
+        "--locked",
+        "--quiet",
+    ]);
     cargo.args(what).arg("--target-dir").arg(&target_dir);
     for flags in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_RUSTFLAGS"] {
         cargo.env_remove(flags);

@@ -69,8 +69,7 @@ impl EmulatedBoard {
     fn next_timer_event(&self) -> u64 {
         let chip = &self.chip;
         let timer = chip.peripherals.next_timer_event(chip.clock.now()).unwrap_or(u64::MAX);
-        let calendar =
-            chip.peripherals.calendar_event().map_or(u64::MAX, |at| chip.clock.cycle_at(at) + 1);
+        let calendar = chip.peripherals.calendar_event().map_or(u64::MAX, |at| chip.clock.cycle_at(at) + 1);
         let watchdog = self.watchdog.map_or(u64::MAX, |(_, cycle)| cycle);
         timer.min(watchdog).min(self.flash.event()).min(calendar)
     }

@@ -186,9 +186,11 @@ impl EmulatedBoard {
                 self.start(ResetCause::Software);
                 Ok(())
             }
-            Stop::Unmodelled { address, write, .. } => {
-                Err(self.refuse_instruction(RefusedAccess { address, write, refusal: Refusal::SystemRegister }))
-            }
+            Stop::Unmodelled { address, write, .. } => Err(self.refuse_instruction(RefusedAccess {
+                address,
+                write,
+                refusal: Refusal::SystemRegister,
+            })),
             Stop::Unpredictable { address, word } => {
                 let refusal = Refusal::Unpredictable { word };
                 Err(self.refuse_instruction(RefusedAccess { address, write: false, refusal }))

@@ -207,17 +207,25 @@ pub struct Transfer {
 pub struct Dma {
     streams: [Stream; 8],
     controller: usize,
+    /// A bit for each stream that is enabled.
+    enabled: u8,
 }
 
 impl Dma {
     /// Controller 0 is DMA1, 1 is DMA2; after a reset.
     pub fn new(controller: usize) -> Self {
-        Dma { streams: [Stream::RESET; 8], controller }
+        Dma { streams: [Stream::RESET; 8], controller, enabled: 0 }
     }
 
     /// RCC or a system reset.
     pub fn reset(&mut self) {
-        self.streams = [Stream::RESET; 8];
+        *self = Dma::new(self.controller);
+    }
+
+    /// A stream has changed.
+    fn follow(&mut self, stream: usize) {
+        let bit = 1 << stream;
+        self.enabled = self.enabled & !bit | if self.streams[stream].is_enabled() { bit } else { 0 };
     }
 
     /// A load.
@@ -253,7 +261,9 @@ impl Dma {
             }
             FIRST_STREAM..=LAST => {
                 let register = (offset - FIRST_STREAM) % STREAM_LEN;
-                self.streams[index(offset)].write(self.controller, register, value)
+                let result = self.streams[index(offset)].write(self.controller, register, value);
+                self.follow(index(offset));
+                result
             }
             _ => Err(Refusal::Unmodelled),
         }
@@ -261,6 +271,9 @@ impl Dma {
 
     /// Streams that were enabled between memories since the last call begin at `cycle`.
     pub fn begin(&mut self, cycle: u64) {
+        if self.enabled == 0 {
+            return;
+        }
         let begins = |stream: &&mut Stream| {
             stream.is_enabled() && stream.is_between_memories() && stream.ready_at.is_none()
         };
@@ -277,8 +290,12 @@ impl Dma {
     /// stream (RM0090 10.3.5).
     pub fn next(&self, cycle: u64, asks: impl Fn(usize, u32) -> bool) -> Option<Transfer> {
         let mut first: Option<(usize, &Stream)> = None;
-        for (n, stream) in self.streams.iter().enumerate() {
-            if !stream.is_enabled() || stream.ndtr == 0 {
+        let mut rest = self.enabled;
+        while rest != 0 {
+            let n = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let stream = &self.streams[n];
+            if stream.ndtr == 0 {
                 continue;
             }
             let is_ready = match stream.is_between_memories() {
@@ -311,8 +328,8 @@ impl Dma {
     }
 
     /// A stream has moved its item. Returns how many are left.
-    pub fn done(&mut self, stream: usize) -> u32 {
-        let stream = &mut self.streams[stream];
+    pub fn done(&mut self, number: usize) -> u32 {
+        let stream = &mut self.streams[number];
         stream.done += 1;
         stream.ready_at = stream.ready_at.map(|at| at + ITEM_CYCLES);
         stream.ndtr -= 1;
@@ -329,6 +346,7 @@ impl Dma {
                 stream.cr &= !EN;
             }
         }
+        self.follow(number);
         left
     }
 
@@ -336,6 +354,7 @@ impl Dma {
     pub fn failed(&mut self, stream: usize) {
         self.streams[stream].flags |= TEIF;
         self.streams[stream].cr &= !EN;
+        self.follow(stream);
     }
 
     /// Hands each NVIC line that is high to `raise`.

@@ -125,6 +125,8 @@ pub struct Peripherals {
     iwdg: Iwdg,
     adc: Adc,
     can: BxcanPair,
+    /// The pins carry CAN1, CAN2.
+    can_routed: [bool; 2],
     /// Since when a debugger has halted the core.
     halted: Option<Time>,
     pin_changes: Vec<PinChange>,
@@ -166,6 +168,7 @@ impl Peripherals {
             iwdg: Iwdg::new(LSI_HZ),
             adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
+            can_routed: [false; 2],
             halted: None,
             pin_changes: Vec::new(),
             timed_changes: Vec::new(),
@@ -243,6 +246,7 @@ impl Peripherals {
         self.adc.reset();
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
+        self.can_routed = [false; 2];
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();
             self.interfaces.power_on();
@@ -599,8 +603,7 @@ impl Peripherals {
     }
 
     fn is_can_connected(&self, side: Side) -> bool {
-        let routed = can_pins::are_routed(&self.gpio, self.package_pins, side);
-        routed && self.is_can_clocked(side) && !self.is_can_frozen(side)
+        self.can_routed[side as usize] && self.is_can_clocked(side) && !self.is_can_frozen(side)
     }
 
     /// Why a controller that takes part reaches no bus; `None` when it does, and while it does not take part. `wired`: a bus

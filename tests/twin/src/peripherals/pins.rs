@@ -2,7 +2,8 @@
 
 use super::gpio::Gpio;
 use super::interfaces::{Interfaces, Sent};
-use super::{Peripherals, Pin};
+use super::{Peripherals, Pin, can_pins};
+use crate::bxcan::Side;
 use crate::devices::{I2cDevice, SpiDevice};
 use crate::model::Part;
 
@@ -91,8 +92,10 @@ impl Ports<'_> {
 }
 
 impl Peripherals {
-    /// The serial interfaces in use learn where their pins are.
+    /// Follows the alternate functions of the pins: CAN, and the serial interfaces in use.
     pub(super) fn follow_pins(&mut self, cycle: u64) {
+        let is_routed = |side| can_pins::are_routed(&self.gpio, self.package_pins, side);
+        self.can_routed = [Side::Can1, Side::Can2].map(is_routed);
         let ports = Ports { part: self.part, gpio: &self.gpio };
         let Interfaces { i2c, usart, spi } = &mut self.interfaces;
         for (n, i2c) in i2c.iter_mut().enumerate().filter(|(_, i2c)| i2c.is_enabled()) {

@@ -163,13 +163,13 @@ impl Core {
     }
 
     /// Runs an FPU instruction.
-    pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
+    pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
         self.check_fpu(self.is_privileged())?;
         if matches!(instruction, I::FpUndefined) {
             return Err(self.raise(Trap::UNDEFINED));
         }
         self.begin_fp(bus)?;
-        match *instruction {
+        match instruction {
             I::FpBinary { op, d, n, m } => self.fp_binary(op, d, n, m),
             I::FpAccumulate { op, d, n, m } => self.fp_accumulate(op, d, n, m),
             I::FpUnary { op, d, m } => self.fp_unary(op, d, m),

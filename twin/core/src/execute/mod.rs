@@ -19,8 +19,8 @@ use crate::instruction::Instruction as I;
 impl Core {
     /// Runs one instruction whose condition holds. `next` already holds its successor.
     #[inline(always)]
-    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
-        match *instruction {
+    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+        match instruction {
             I::AluImmediate { op, s, rotated, rd, rn, imm } => {
                 self.alu_immediate(op, s, rotated, rd, rn, imm)
             }
@@ -84,8 +84,8 @@ impl Core {
     }
 
     /// The instructions that programs contain less often.
-    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
-        match *instruction {
+    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+        match instruction {
             I::Undefined => return Err(self.raise(Trap::UNDEFINED)),
             I::Unpredictable => return Err(self.raise(Trap::Unpredictable)),
             I::NoCoprocessor => return Err(self.raise(Trap::NO_COPROCESSOR)),

@@ -22,8 +22,12 @@ use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use support::board::Profile;
 
-pub const AREA: Area =
-    Area { name: "twin", about: "instructions of the host per emulated one, of a whole flight", needs: &[VALGRIND], measure };
+pub const AREA: Area = Area {
+    name: "twin",
+    about: "instructions of the host per emulated one, of a whole flight",
+    needs: &[VALGRIND],
+    measure,
+};
 
 /// Virtual seconds of the two flights. The first one is past the start of all boards.
 const LENGTHS: [u64; 2] = [2, 4];
@@ -38,7 +42,8 @@ const REPEATS: usize = 20;
 
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(vec![
-        Row::lower("host_instructions", host_instructions(context)?, "instructions").within(MOST_INSTRUCTIONS),
+        Row::lower("host_instructions", host_instructions(context)?, "instructions")
+            .within(MOST_INSTRUCTIONS),
         Row::lower("fork", fork(context)?.as_secs_f64() * 1e3, "ms").within(MOST_MS).noisy(),
     ])
 }

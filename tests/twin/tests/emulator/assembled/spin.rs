@@ -2,8 +2,8 @@
 
 use super::programs::*;
 use can_wire::time::Time;
-use twin::board::{Counters, EmulatedBoard};
 use twin::board::Registers;
+use twin::board::{Counters, EmulatedBoard};
 
 const DEMCR: u32 = 0xE000_EDFC;
 const DWT_CTRL: u32 = 0xE000_1000;
