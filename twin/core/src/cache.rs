@@ -87,7 +87,7 @@ impl Cache {
     pub fn share(&mut self, code: &Code) {
         let first = (code.base.wrapping_sub(self.base) >> 1) as usize;
         if let Some(pages) = self.pages.get_mut(first / PAGE..)
-            && first % PAGE == 0
+            && first.is_multiple_of(PAGE)
         {
             pages.iter_mut().zip(&code.pages).for_each(|(page, decoded)| page.clone_from(decoded));
         }
