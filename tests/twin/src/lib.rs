@@ -8,7 +8,7 @@
 //! # What is modelled
 //!
 //! * Two boards ([`model`]): pyboard v1.1 (STM32F405) and NUCLEO-F446RE (STM32F446), mixed as you like.
-//! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`cpu`]).
+//! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`twin_core`]).
 //! * The pins of CAN as the part and its package have them: a controller hangs on its bus behind whichever the program gives
 //!   it. The log says so when a controller takes part and its pins lead nowhere.
 //! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, both bxCANs with
@@ -46,8 +46,7 @@
 //! * Anything else of the part. A program that reaches for it stops its board with an
 //!   [`AccessError`](board::AccessError) that names board, function, peripheral and register; so does one that uses a peripheral
 //!   whose clock is off, which the real part would answer with silence.
-//! * Contention on the buses, and the halfwords that the core fetches ahead. SysTick counts core cycles whatever CLKSOURCE
-//!   says. Mass erase, programming by double words; wear; what a
+//! * Contention on the buses, and the halfwords that the core fetches ahead. Mass erase, programming by double words; wear; what a
 //!   read-out protection withholds from a probe.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), ageing of crystals.
 //! * Stop and Standby: a WFI or WFE with SLEEPDEEP stops the board with an error. The window watchdog.

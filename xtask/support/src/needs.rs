@@ -35,6 +35,12 @@ pub const TSHARK: Need = Need::Program { name: "tshark", package: "tshark" };
 pub const LOG2ASC: Need = Need::Program { name: "log2asc", package: "can-utils" };
 /// Runs scripts.
 pub const PYTHON: Need = Need::Program { name: "python3", package: "python3" };
+/// Emulates an STM32F405, to compare the core of the twin with.
+pub const QEMU: Need = Need::Program { name: "qemu-system-arm", package: "qemu-system-arm" };
+/// Assembles the program that both run.
+pub const LLVM: Need = Need::Program { name: "llvm-mc", package: "llvm" };
+/// Links it.
+pub const LLD: Need = Need::Program { name: "ld.lld", package: "lld" };
 /// Counts the instructions of a program.
 pub const VALGRIND: Need = Need::Program { name: "valgrind", package: "valgrind" };
 

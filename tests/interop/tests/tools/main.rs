@@ -3,6 +3,7 @@
 //! One program, so that tests that wait for their spacecraft run side by side.
 
 mod data_sheets;
+mod qemu;
 mod recordings;
 mod scripts;
 mod sdo_client;

@@ -1,0 +1,15 @@
+//! The emulated core against QEMU.
+
+use std::process::Command;
+
+use support::project;
+
+/// Given a program of exceptions, faults, lazy stacking and MPU regions, when QEMU runs it anew, then `twin-core` prints the same lines,
+/// but for those that `twin/core/judge/README.md` explains.
+#[test]
+fn the_emulated_core_prints_what_qemu_prints() {
+    let script = project::path("twin/core/judge/qemu.py");
+    let output = Command::new("python3").arg(script).output().unwrap();
+    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    assert!(output.status.success(), "{}\n{out}\n{err}", output.status);
+}
