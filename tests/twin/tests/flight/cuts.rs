@@ -48,9 +48,10 @@ fn the_master_changes_the_bus_when_its_own_is_cut() {
 
 #[test]
 fn detection_does_not_depend_on_the_moment_of_the_cut() {
+    let mut before = Craft::new(&MASTER_AND_THREE[..3]);
     for cut in [701, 745, 790] {
-        let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-        craft.fly_to(cut);
+        before.fly_to(cut);
+        let mut craft = before.clone();
         craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
         craft.fly_to(cut + 600);
         let taken = detection(&craft).since(ms(cut));
