@@ -61,7 +61,8 @@
 //!
 //! # Inlining
 //!
-//! Each inlining attribute in this crate was kept because the row `core.host_instructions` of `cargo xtask bench` gets worse without it.
+//! Each inlining attribute in this crate was kept because the row `core.host_instructions` or `twin.host_instructions` of
+//! `cargo xtask bench` gets worse without it.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
