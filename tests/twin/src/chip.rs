@@ -2,6 +2,8 @@
 //!
 //! Flash is read through the accelerator, which counts waits and may show an outdated line. Stores to flash go to the interface that
 //! programs it. Code does not run from CCM, which is connected to the data bus alone (RM0090 2.3.1).
+//!
+//! The inlining attributes here, in `memory` and in `accelerator` serve the row `twin.host_instructions` of `cargo xtask bench`.
 
 use twin_core::{Bus, BusError};
 

@@ -7,8 +7,6 @@ use twin_core::Stop;
 
 const DWT_CTRL: u32 = 0xE000_1000;
 const DWT_CYCCNT: u32 = 0xE000_1004;
-const NVIC_ISER: u32 = 0xE000_E100;
-const NVIC_IPR: u32 = 0xE000_E400;
 const ICSR: u32 = 0xE000_ED04;
 const SHPR3: u32 = 0xE000_ED20;
 const HFSR: u32 = 0xE000_ED2C;
@@ -24,14 +22,6 @@ const NOP: u16 = 0xBF00;
 const BX_LR: u16 = 0x4770;
 const BKPT: u16 = 0xBE03;
 const CPSID_I: u16 = 0xB672;
-
-/// A board whose interrupts 0 and 1 are enabled at these priorities.
-fn with_priorities(program: &[u16], first: u8, second: u8) -> Board {
-    let mut board = Board::new(program);
-    board.store(NVIC_ISER, 0b11);
-    board.store(NVIC_IPR, u32::from_le_bytes([first, second, 0, 0]));
-    board
-}
 
 // Cycle counter (C1.8).
 
@@ -65,7 +55,7 @@ fn cycle_counter_stands_without_trcena() {
 
 #[test]
 fn cycle_counter_counts_entry_and_return() {
-    let mut board = with_priorities(&[NOP, NOP], 0, 0);
+    let mut board = Board::with_priorities(&[NOP, NOP], 0, 0);
     board.handler(16, &[BX_LR]);
     board.store(DEMCR, TRCENA);
     board.store(DWT_CTRL, 1);
@@ -119,7 +109,7 @@ fn vector_catch_is_not_modelled() {
 
 #[test]
 fn monitor_that_is_pended_waits_for_its_priority() {
-    let mut board = with_priorities(&[NOP], 0x40, 0);
+    let mut board = Board::with_priorities(&[NOP], 0x40, 0);
     board.handler(16, &[NOP, BX_LR]);
     board.store(SHPR3, 0x80);
     board.core.set_irq(0, true);
@@ -144,7 +134,7 @@ fn pended_monitor_can_be_taken_back() {
 /// Given DebugMonitor enabled, and a priority that it cannot preempt. When BKPT runs. Then HardFault takes it with DEBUGEVT.
 #[test]
 fn breakpoint_that_the_monitor_cannot_take_is_a_hard_fault() {
-    let mut board = with_priorities(&[NOP], 0x40, 0);
+    let mut board = Board::with_priorities(&[NOP], 0x40, 0);
     board.handler(16, &[BKPT]);
     board.store(SHPR3, 0x40);
     board.store(DEMCR, MON_EN);

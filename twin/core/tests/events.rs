@@ -5,21 +5,11 @@ mod board;
 use board::{Board, CODE, RAM, STACK};
 use twin_core::{Stop, Width};
 
-const NVIC_ISER: u32 = 0xE000_E100;
-const NVIC_IPR: u32 = 0xE000_E400;
 const SCR: u32 = 0xE000_ED10;
 const NOP: u16 = 0xBF00;
 const BX_LR: u16 = 0x4770;
 const WFE: u16 = 0xBF20;
 const CPSID_I: u16 = 0xB672;
-
-/// A board whose interrupts 0 and 1 are enabled at these priorities.
-fn with_priorities(program: &[u16], first: u8, second: u8) -> Board {
-    let mut board = Board::new(program);
-    board.store(NVIC_ISER, 0b11);
-    board.store(NVIC_IPR, u32::from_le_bytes([first, second, 0, 0]));
-    board
-}
 
 // Event register (B1.5.18).
 
@@ -27,7 +17,7 @@ fn with_priorities(program: &[u16], first: u8, second: u8) -> Board {
 #[test]
 fn masked_interrupt_is_no_event() {
     for (sevonpend, asleep) in [(0, true), (1 << 4, false)] {
-        let mut board = with_priorities(&[CPSID_I, WFE, NOP], 0x40, 0);
+        let mut board = Board::with_priorities(&[CPSID_I, WFE, NOP], 0x40, 0);
         board.store(SCR, sevonpend);
         board.step();
         assert!(board.step().asleep);
@@ -50,7 +40,7 @@ fn interrupt_that_is_pending_already_is_no_new_event() {
 
 #[test]
 fn wfe_consumes_the_event_of_an_exception() {
-    let mut board = with_priorities(&[NOP, WFE, WFE], 0, 0);
+    let mut board = Board::with_priorities(&[NOP, WFE, WFE], 0, 0);
     board.handler(16, &[BX_LR]);
     board.core.set_irq(0, true);
     board.step();
@@ -63,7 +53,7 @@ fn wfe_consumes_the_event_of_an_exception() {
 /// Given WFE in a handler. When an interrupt of the same priority becomes pending. Then it does not wake; one of higher priority does.
 #[test]
 fn wfe_wakes_for_what_can_preempt() {
-    let mut board = with_priorities(&[NOP], 0x40, 0x40);
+    let mut board = Board::with_priorities(&[NOP], 0x40, 0x40);
     // The first WFE consumes the event of the entry.
     board.handler(16, &[WFE, WFE, NOP]);
     board.core.set_irq(0, true);

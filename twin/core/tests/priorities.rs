@@ -4,7 +4,6 @@ mod board;
 
 use board::Board;
 
-const NVIC_ISER: u32 = 0xE000_E100;
 const NVIC_ISPR: u32 = 0xE000_E200;
 const NVIC_IPR: u32 = 0xE000_E400;
 const AIRCR: u32 = 0xE000_ED0C;
@@ -12,14 +11,6 @@ const SHPR1: u32 = 0xE000_ED18;
 const SHPR2: u32 = 0xE000_ED1C;
 const SHPR3: u32 = 0xE000_ED20;
 const NOP: u16 = 0xBF00;
-
-/// A board whose interrupts 0 and 1 are enabled at these priorities.
-fn with_priorities(program: &[u16], first: u8, second: u8) -> Board {
-    let mut board = Board::new(program);
-    board.store(NVIC_ISER, 0b11);
-    board.store(NVIC_IPR, u32::from_le_bytes([first, second, 0, 0]));
-    board
-}
 
 #[test]
 fn priorities_have_four_bits() {
@@ -37,7 +28,7 @@ fn priorities_have_four_bits() {
 /// Given interrupt 0 at FFh, which is F0h. When interrupt 1 at F1h becomes pending. Then it waits: the low bits do not exist.
 #[test]
 fn low_bits_of_a_priority_do_not_order() {
-    let mut board = with_priorities(&[NOP], 0xFF, 0xF1);
+    let mut board = Board::with_priorities(&[NOP], 0xFF, 0xF1);
     board.store(NVIC_ISPR, 0b11);
     board.step();
     assert_eq!(board.core.exception(), 16);
@@ -50,7 +41,7 @@ fn prigroup_splits_the_priority() {
     let groups = [0xF0, 0xF0, 0xF0, 0xF0, 0xE0, 0xC0, 0x80, 0x00];
     for (prigroup, group) in (0..).zip(groups) {
         for bit in [0x80_u8, 0x40, 0x20, 0x10] {
-            let mut board = with_priorities(&[NOP], bit, 0);
+            let mut board = Board::with_priorities(&[NOP], bit, 0);
             board.store(AIRCR, 0x05FA_0000 | prigroup << 8);
             assert_eq!(board.load(AIRCR), 0xFA05_0000 | prigroup << 8);
             board.store(NVIC_ISPR, 0b01);
@@ -74,7 +65,7 @@ fn aircr_without_its_key_changes_nothing() {
 #[test]
 fn basepri_masks_whole_groups() {
     // MSR basepri, r2; NOP
-    let mut board = with_priorities(&[0xF382, 0x8811, NOP, NOP], 0x40, 0x30);
+    let mut board = Board::with_priorities(&[0xF382, 0x8811, NOP, NOP], 0x40, 0x30);
     board.store(AIRCR, 0x05FA_0500);
     board.set(|registers| registers.r[2] = 0x70);
     board.step();

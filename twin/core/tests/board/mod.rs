@@ -15,6 +15,9 @@ pub const CODE: u32 = FLASH + 0x400;
 /// The handler of exception n begins at `HANDLERS + 32 * n`.
 pub const HANDLERS: u32 = FLASH + 0x800;
 
+const NVIC_ISER: u32 = 0xE000_E100;
+const NVIC_IPR: u32 = 0xE000_E400;
+
 pub const N: u32 = 1 << 31;
 pub const Z: u32 = 1 << 30;
 pub const C: u32 = 1 << 29;
@@ -122,6 +125,14 @@ impl Board {
     /// A board whose program stands at [`CODE`], after the reset sequence. Every handler is `B .`.
     pub fn new(program: &[u16]) -> Self {
         Self::with_config(program, Config::stm32f4(FLASH_BYTES))
+    }
+
+    /// A board whose interrupts 0 and 1 are enabled at these priorities.
+    pub fn with_priorities(program: &[u16], first: u8, second: u8) -> Self {
+        let mut board = Self::new(program);
+        board.store(NVIC_ISER, 0b11);
+        board.store(NVIC_IPR, u32::from_le_bytes([first, second, 0, 0]));
+        board
     }
 
     pub fn with_config(program: &[u16], config: Config) -> Self {

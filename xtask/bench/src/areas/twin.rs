@@ -34,7 +34,7 @@ const LENGTHS: [u64; 2] = [2, 4];
 /// Of one emulated instruction.
 const MOST_INSTRUCTIONS: f64 = 260.0;
 
-/// The fork: this long after power-on, of so many boards, and at most so long.
+/// Time after power-on at which the spacecraft is copied, number of its boards, and longest time that a copy may take.
 const FORKED: Time = Time::from_ms(2_000);
 const BOARDS: u8 = 4;
 const MOST_MS: f64 = 2.0;
