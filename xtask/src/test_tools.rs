@@ -1,4 +1,4 @@
-//! `cargo xtask test-tools`: the second tier of the tests, which needs tools of others.
+//! `cargo xtask test-tools`: the second tier of the tests, which needs tools of others, or images that take long to build.
 
 use std::num::NonZero;
 use std::process::Command;
@@ -43,7 +43,17 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let mut cargo = Command::new("cargo");
     // The whole workspace: with its features nothing is compiled that `cargo test` has compiled before.
     firmware_images::clean(&mut cargo)
-        .args(["test", "--workspace", "--test", "tools", "--", "--test-threads", &jobs.to_string()])
+        .args([
+            "test",
+            "--workspace",
+            "--test",
+            "images",
+            "--test",
+            "tools",
+            "--",
+            "--test-threads",
+            &jobs.to_string(),
+        ])
         .args(&options.names)
         .current_dir(project::path(""));
     let status = cargo.status().context("cannot run cargo")?;

@@ -1,0 +1,45 @@
+//! The slave image alone on a board: it loads, runs and logs.
+
+use can_wire::time::Time;
+use twin::board::{BoardConfig, Fittings, State};
+use twin::crystal::Crystal;
+use twin::model::Model;
+use twin::peripherals::Pin;
+use twin::rtt::Level;
+use twin::spacecraft::{Spacecraft, SpacecraftConfig};
+
+use flight::parsed;
+
+#[test]
+fn the_slave_image_boots_and_logs() {
+    let images = firmware_images::build("pyboard-v11", "librecube").unwrap();
+    let image = parsed(&images.slave);
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let id = spacecraft.add_board(BoardConfig {
+        name: "slave 2".to_owned(),
+        model: Model::PYBOARD_V11,
+        image,
+        // Node-ID 2 and odd parity: bit 1 closed to ground, nothing else.
+        straps: vec![(Pin::new('A', 3), false)],
+        crystal: Crystal::ppm(0.0),
+        position_m: 0.0,
+        power_on_at: Time::from_ms(10),
+        fittings: Fittings::default(),
+    });
+    spacecraft.run_until(Time::from_ms(200)).unwrap();
+
+    let board = spacecraft.board(id);
+    assert_eq!(*board.state(), State::Running);
+    assert_eq!(board.hclk(), 168_000_000);
+    let counters = board.counters();
+    assert_eq!((counters.panics, counters.lockups, counters.malformed_logs), (0, 0, 0));
+
+    let control_block = board.symbol("_SEGGER_RTT").unwrap();
+    assert_eq!(board.read_memory(control_block.address, 10).unwrap(), b"SEGGER RTT");
+
+    let logs = spacecraft.take_logs();
+    let start = logs.first().expect("a slave says that it starts");
+    assert_eq!((start.board, start.level), (id, Some(Level::Info)));
+    assert!(start.at > Time::from_ms(10), "not before it has power");
+    assert!(start.text.contains("slave 2"), "{}", start.text);
+}

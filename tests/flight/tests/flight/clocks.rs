@@ -1,0 +1,126 @@
+//! Clocks of slaves against that of the master, by their pulses, with crystals that drift and make noise.
+//!
+//! Profile `standard`: a SYNC every 100 ms, the spacecraft time every second, a pulse every second. Minutes with five seeds are
+//! flown by `cargo xtask bench --only time`.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use can_wire::transceiver::Transceiver;
+use twin::board::{AccessError, BoardConfig, Fittings};
+use twin::crystal::Crystal;
+use twin::peripherals::Pin;
+use twin::pulses::{Errors, Trial};
+use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+use twin::traffic::Traffic;
+
+use flight::*;
+
+const PULSE: Pin = Pin::new('B', 1);
+const SETTLED: Time = ms(8_000);
+const END: Time = ms(13_500);
+
+/// Metres, parts per million, parts per million per second, loop of the transceivers in nanoseconds.
+const PLACES: [(f64, f64, f64, u32); 4] =
+    [(0.0, 50.0, -0.1, 165), (1.0, -50.0, 0.1, 133), (10.0, 17.0, -0.1, 170), (20.0, -38.0, 0.1, 150)];
+
+fn board(seat: Seat, capture_wires: bool) -> BoardConfig {
+    let (position_m, ppm, drift_ppm_per_s, loop_ns) = PLACES[usize::from(seat.node) - 1];
+    let crystal = Crystal {
+        drift_ppm_per_s,
+        white_ppb: 1.0,
+        walk_ppb: 2.0,
+        seed: u64::from(seat.node),
+        ..Crystal::ppm(ppm)
+    };
+    let transceiver = Some(Transceiver::with_loop(loop_ns));
+    let fittings = Fittings { capture_wires, transceiver, ..Fittings::default() };
+    BoardConfig { crystal, position_m, fittings, ..seat.with(&STANDARD) }
+}
+
+/// The clock of each slave against the master's, from 8 s on.
+fn flown(capture_wires: bool) -> [Errors; 3] {
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    for seat in MASTER_AND_THREE {
+        spacecraft.add_board(board(seat, capture_wires));
+    }
+    let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, 0.3, 1, ms(1_000));
+    let mut trial = Trial::new(spacecraft, PULSE, Some(traffic));
+    trial.run_until(END, |_, _| Ok::<_, AccessError>(())).unwrap();
+    let second = ms(1_000);
+    [1, 2, 3].map(|slave| trial.errors(BoardId(0), BoardId(slave), second, SETTLED, END))
+}
+
+/// Given delays that nobody has configured, then clocks are late by the cable, and by half of what their transceivers are slower
+/// than the master's.
+#[test]
+fn pulses_of_slaves_are_late_by_the_cable() {
+    let (_, _, _, of_master) = PLACES[0];
+    for (errors, (position_m, .., loop_ns)) in flown(true).iter().zip(&PLACES[1..]) {
+        let expected = 5.0 * position_m + (f64::from(*loop_ns) - f64::from(of_master)) / 2.0;
+        assert!((5..=6).contains(&errors.samples.len()) && errors.unpaired == 0, "{errors:?}");
+        assert!((errors.mean_ns() - expected).abs() < 60.0, "{} ns for {expected}", errors.mean_ns());
+        let farthest = errors.samples.iter().map(|sample| (sample.error_ns - expected).abs());
+        assert!(farthest.fold(0.0, f64::max) < 100.0, "{errors:?}");
+    }
+}
+
+/// A client of the master's SDO server.
+struct Client {
+    craft: Craft,
+    guest: GuestId,
+}
+
+impl Client {
+    fn ask(&mut self, request: [u8; 8]) -> Seen {
+        self.craft.twin.inject(self.guest, self.craft.end, WireFrame::standard(0x601, &request));
+        self.craft.fly_until(|seen| seen.id() == Some(0x581))
+    }
+
+    /// Has the cable to a slave measured.
+    fn measure(&mut self, node: u8, span_ms: u64) {
+        assert_eq!(self.ask([0x2F, 0x20, 0x63, 1, node, 0, 0, 0]).data()[0], 0x60);
+        assert_eq!(self.read(2), 1, "it runs");
+        self.craft.fly(self.craft.end + ms(span_ms));
+    }
+
+    /// A sub-index of 6320h.
+    fn read(&mut self, sub: u8) -> u32 {
+        let answer = self.ask([0x40, 0x20, 0x63, sub, 0, 0, 0, 0]);
+        let unused = usize::from(answer.data()[0] >> 2 & 3);
+        let mut value = [0; 4];
+        value[..4 - unused].copy_from_slice(&answer.data()[4..8 - unused]);
+        u32::from_le_bytes(value)
+    }
+}
+
+/// 10 m and 20 m are 50 ns and 100 ns, whatever their transceivers take. A slave that is not there fails.
+#[test]
+fn cables_are_measured_by_both_ends() {
+    let mut craft = Craft::of(&MASTER_AND_THREE, |seat| board(seat, true));
+    let guest = craft.twin.add_guest(Bus::Nominal, 0.0);
+    craft.fly(SETTLED);
+    let mut client = Client { craft, guest };
+    for (node, expected) in [(3, 50.0), (4, 100.0)] {
+        client.measure(node, 2_500);
+        assert_eq!(
+            [client.read(2), client.read(3), client.read(4)],
+            [2, 0, 0],
+            "measured, no abort, nominal"
+        );
+        let delay = f64::from(client.read(5) as i32);
+        println!("{delay}");
+        assert!((delay - expected).abs() < 20.0, "{delay} ns for {expected} ns");
+    }
+    client.measure(9, 1_000);
+    assert_eq!([client.read(2), client.read(3)], [3, 0x0504_0000], "failed: SDO protocol timed out");
+}
+
+/// Without the capture wires frames are stamped in their interrupts.
+#[test]
+fn pulses_without_wires_are_within_5_us() {
+    for errors in flown(false) {
+        assert!((5..=6).contains(&errors.samples.len()) && errors.unpaired == 0, "{errors:?}");
+        assert!(errors.worst_ns() < 5_000.0, "{errors:?}");
+        assert!(errors.worst_ns() > 100.0, "nobody captured: {errors:?}");
+    }
+}

@@ -1,0 +1,312 @@
+//! Cut buses: who notices when, who goes where, and that nothing stale comes after.
+
+use std::sync::LazyLock;
+
+use can_wire::time::Time;
+use twin::spacecraft::Bus;
+
+use flight::*;
+
+/// Heartbeat period, and what the master may take to be sure that nobody acknowledges.
+const DETECTION: Time = Time::from_ms(250 + 5);
+/// Ttoggle consumer times, and 5 % of them.
+const TOGGLING: Time = Time::from_ms(12_500);
+const TOLERANCE: Time = Time::from_ms(625);
+
+const CUT: Time = Time::from_ms(2013);
+
+/// The nominal bus breaks next to the master, shortly before commands are due.
+static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
+    let mut craft = Craft::new(&MASTER_AND_THREE);
+    craft.fly(CUT);
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    craft.fly_to(15_500);
+    craft.assert_nothing_lost();
+    craft.seen
+});
+
+/// When the master began its first frame on the redundant bus.
+fn detection(recording: &Recording) -> Time {
+    recording.on(Bus::Redundant).find(|seen| seen.sender == 0).unwrap().start
+}
+
+/// Verifies: ECSS 8.3.3b
+/// Verifies: ECSS 8.3.3b.1
+/// Verifies: ECSS 8.3.3b.2
+#[test]
+fn the_master_changes_the_bus_when_its_own_is_cut() {
+    let detection = detection(&FLIGHT);
+    assert!(detection.since(CUT) < DETECTION, "{} us", detection.since(CUT).as_us());
+    let first = FLIGHT.on(Bus::Redundant).next().unwrap();
+    assert_eq!((first.sender, first.id(), first.data()), (0, Some(0x701), &[OPERATIONAL][..]));
+    let told = FLIGHT.said(1, "Isolated", CUT).unwrap();
+    assert!(told < detection + ms(1));
+    // The attempt under way ends; then the cut bus is left alone.
+    assert!(FLIGHT.attempts(1, Bus::Nominal).all(|at| at < detection + ms(1)));
+    assert!(!FLIGHT.on(Bus::Nominal).any(|seen| seen.sender == 0 && seen.end > CUT));
+}
+
+#[test]
+fn detection_does_not_depend_on_the_moment_of_the_cut() {
+    let mut before = Craft::new(&MASTER_AND_THREE[..3]);
+    for cut in [701, 745, 790] {
+        before.fly_to(cut);
+        let mut craft = before.clone();
+        craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        craft.fly_to(cut + 600);
+        let taken = detection(&craft).since(ms(cut));
+        assert!(taken < DETECTION, "cut at {cut} ms: {} us", taken.as_us());
+        assert!(craft.is_operational(2, Bus::Redundant) && craft.is_operational(3, Bus::Redundant));
+        craft.assert_nothing_lost();
+    }
+}
+
+/// Verifies: ECSS 8.2.1a.2
+/// Verifies: ECSS 8.3.3d
+/// Verifies: ECSS 8.3.3g
+#[test]
+fn parallel_slaves_follow_at_the_first_message_of_the_master() {
+    let announced = FLIGHT.on(Bus::Redundant).next().unwrap().end;
+    for node in [2, 3] {
+        let (followed, state) = FLIGHT.heartbeats(node, Bus::Redundant)[0];
+        assert!(followed > announced && followed < announced + ms(1), "node {node}: {} us", followed.as_us());
+        assert_eq!(state, OPERATIONAL);
+        assert!(!FLIGHT.fell_back(node, ms(300)), "node {node} stays operational all the time");
+        let left = FLIGHT.heartbeats(node, Bus::Nominal);
+        assert!(left.iter().all(|(at, _)| *at < followed), "node {node} has left the nominal bus");
+        assert!(FLIGHT.is_operational(node, Bus::Redundant), "node {node}");
+    }
+}
+
+#[test]
+fn commands_flow_within_10_ms_of_the_detection() {
+    let detection = detection(&FLIGHT);
+    let command = FLIGHT.first_after(detection, |seen| {
+        seen.bus == Bus::Redundant && matches!(seen.id(), Some(0x302 | 0x303))
+    });
+    assert!(command.unwrap().end < detection + ms(10), "{} us", command.unwrap().end.as_us());
+    for node in [2_u8, 3] {
+        let flow: Vec<Time> = FLIGHT
+            .sent(MASTER, Bus::Redundant, 0x300 + u16::from(node))
+            .chain(FLIGHT.sent(MASTER, Bus::Redundant, 0x400 + u16::from(node)))
+            .map(|seen| seen.end)
+            .collect();
+        let expected = 2 * (FLIGHT.end.since(detection).as_us() / 100_000);
+        assert!((flow.len() as u64).abs_diff(expected) <= 2, "node {node}: {} of {expected}", flow.len());
+    }
+}
+
+fn last_master_message_of_slave_4() -> Time {
+    FLIGHT.heartbeats(MASTER, Bus::Nominal).last().unwrap().0
+}
+
+/// Verifies: ECSS 8.3.3e
+/// Verifies: ECSS 8.3.3e.1
+/// Verifies: ECSS 8.3.3e.2
+#[test]
+fn selective_slave_searches_when_the_master_is_missed() {
+    let last = last_master_message_of_slave_4();
+    let fallen = FLIGHT.heartbeats(4, Bus::Nominal).into_iter().find(|(_, state)| *state == PRE_OPERATIONAL);
+    let fallen = fallen.unwrap().0.since(last);
+    // The consumer time, and then at most a period until its next heartbeat tells.
+    assert!(fallen > ms(2499) && fallen < ms(2500 + 251), "{} us", fallen.as_us());
+    let (toggled, state) = FLIGHT.heartbeats(4, Bus::Redundant)[0];
+    assert!(about(TOGGLING, TOLERANCE).contains(&toggled.since(last)), "{} us", toggled.since(last).as_us());
+    assert_eq!(state, PRE_OPERATIONAL);
+    assert!(FLIGHT.heartbeats(4, Bus::Nominal).iter().all(|(at, _)| *at < toggled));
+}
+
+/// Verifies: ECSS 8.2.1a.1
+#[test]
+fn selective_slave_takes_part_in_one_bus_at_a_time() {
+    let toggled = FLIGHT.heartbeats(4, Bus::Redundant)[0].0;
+    for seen in FLIGHT.on(Bus::Redundant).filter(|seen| seen.sender != 3) {
+        assert_eq!(seen.reached.contains(&4), seen.end > toggled, "{seen:?}");
+    }
+    // The others, with parallel access, would acknowledge on the old bus: nothing is sent there any more.
+    assert_eq!(FLIGHT.on(Bus::Nominal).filter(|seen| seen.end > toggled).count(), 0);
+}
+
+/// Verifies: ECSS 8.3.3f
+#[test]
+fn the_master_starts_a_slave_that_has_changed_the_bus_unasked() {
+    let toggled = FLIGHT.heartbeats(4, Bus::Redundant)[0].0;
+    let start = FLIGHT.first_after(toggled, |seen| seen.id() == Some(0) && seen.data() == [1, 4]).unwrap();
+    assert_eq!((start.bus, start.sender), (Bus::Redundant, 0));
+    let (operational, state) = FLIGHT.heartbeats(4, Bus::Redundant)[1];
+    assert_eq!(state, OPERATIONAL);
+    assert!(operational > start.end && operational < toggled + ms(5), "{} us", operational.as_us());
+    assert!(FLIGHT.is_operational(4, Bus::Redundant));
+    let command = FLIGHT.first_after(operational, |seen| seen.id() == Some(0x304)).unwrap();
+    assert!(command.reached.contains(&4) && command.end < operational + ms(100));
+}
+
+fn cut_both(craft: &mut Craft) {
+    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).cut(NEXT_TO_MASTER_M));
+}
+
+fn restore_both(craft: &mut Craft) {
+    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).restore_all());
+}
+
+fn active_bus(craft: &Craft) -> Bus {
+    craft.frames.iter().rfind(|seen| seen.sender == 0).unwrap().bus
+}
+
+/// Both buses are cut for 4 s, longer than the consumer time.
+#[test]
+fn both_buses_cut_and_restored() {
+    let mut craft = Craft::new(&MASTER_AND_THREE);
+    craft.fly_to(1000);
+    cut_both(&mut craft);
+    let last_heard = craft.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
+    craft.fly_to(5000);
+    for node in [2, 3, 4] {
+        let (_, state) = *craft.heartbeats(node, Bus::Nominal).last().unwrap();
+        assert_eq!(state, PRE_OPERATIONAL, "node {node} has missed its master");
+    }
+    restore_both(&mut craft);
+    craft.fly_to(5400);
+    let active = active_bus(&craft);
+    for node in [2, 3] {
+        assert!(craft.is_operational(node, active), "node {node}\n{}", craft.log(node));
+        let started =
+            craft.heartbeats(node, active).into_iter().find(|(at, s)| *at > ms(5000) && *s == OPERATIONAL);
+        assert!(started.unwrap().0 < ms(5010), "node {node}: {} us", started.unwrap().0.as_us());
+    }
+    // Slave 4 hears one bus, and changes it at its time.
+    craft.fly(last_heard + TOGGLING + TOLERANCE);
+    for node in [2, 3, 4] {
+        assert!(craft.is_operational(node, active), "node {node}\n{}", craft.log(node));
+    }
+    assert_eq!(active_bus(&craft), active, "the master does not go to and fro");
+    craft.assert_nothing_lost();
+}
+
+/// Frames wait on both sides of the cuts when they heal.
+#[test]
+fn an_outage_shorter_than_the_consumer_time_costs_no_state() {
+    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
+    craft.fly_to(1000);
+    cut_both(&mut craft);
+    craft.fly_to(2200);
+    restore_both(&mut craft);
+    craft.fly_to(3000);
+    let active = active_bus(&craft);
+    for node in [2, 3] {
+        assert!(!craft.fell_back(node, ms(300)), "node {node}\n{}", craft.log(node));
+        assert!(craft.is_operational(node, active), "node {node}");
+        assert_fresh_commands(&craft, node, ms(1000), ms(2200));
+    }
+    // One heartbeat may have waited when the cuts healed, the next one is due within a period.
+    let after: Vec<Time> =
+        craft.heartbeats(MASTER, active).into_iter().map(|(at, _)| at).filter(|at| *at > ms(2200)).collect();
+    assert!(after[0] < ms(2202) && after[1] < ms(2452), "{after:?}");
+    assert!(gaps(&after[1..]).all(|gap| about(ms(250), ms(1)).contains(&gap)), "{after:?}");
+    craft.assert_nothing_lost();
+}
+
+/// Every command that sets a value carries the number of its turn, and turns come every 100 ms: a command that waited
+/// longer than that would carry too small a number.
+fn assert_fresh_commands(craft: &Craft, node: u8, before: Time, after: Time) {
+    let turns = craft.frames.iter().filter_map(|seen| {
+        let value = seen.data().get(2..6).filter(|_| seen.data()[..2] == [2, 0])?;
+        let turn = u32::from_le_bytes(value.try_into().unwrap());
+        (seen.id() == Some(0x300 + u16::from(node))).then_some((seen.end, u64::from(turn)))
+    });
+    let turns: Vec<(Time, u64)> = turns.collect();
+    let (first_at, first) = turns[0];
+    assert!(first_at < before && turns.iter().any(|(at, _)| *at > after));
+    for (at, turn) in turns {
+        let due = first_at + ms(100 * (turn - first));
+        assert!(at < due + ms(101), "node {node}, turn {turn}: {} us late", at.since(due).as_us());
+    }
+}
+
+/// Verifies: ECSS 8.3.3b.1
+#[test]
+fn nothing_stale_comes_from_the_master_when_a_cut_heals() {
+    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
+    craft.fly_to(1000);
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    craft.fly_to(1400);
+    let detection = detection(&craft);
+    assert!(craft.attempts(1, Bus::Nominal).count() > 16, "frames were pending on the cut bus");
+    craft.twin.wire_mut(Bus::Nominal).restore_all();
+    craft.fly_to(2200);
+    let on_the_old_bus = |seen: &&Seen| seen.sender == 0 && seen.end > ms(1000);
+    assert_eq!(craft.on(Bus::Nominal).filter(on_the_old_bus).count(), 0);
+    assert!(craft.attempts(1, Bus::Nominal).all(|at| at < detection + ms(1)));
+    for node in [2, 3] {
+        let left = craft.heartbeats(node, Bus::Nominal);
+        assert!(left.iter().all(|(at, _)| *at < detection + ms(1)), "nobody was called back");
+        assert!(craft.is_operational(node, Bus::Redundant));
+        assert_fresh_commands(&craft, node, ms(1000), ms(1400));
+    }
+    craft.assert_nothing_lost();
+}
+
+/// The cut heals before the master is sure: it has not left, so what waits is still meant.
+#[test]
+fn a_cut_that_heals_before_it_is_detected_changes_nothing() {
+    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
+    craft.fly_to(1000);
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    while craft.attempts(1, Bus::Nominal).filter(|at| *at > ms(1000)).count() < 3 {
+        let next = craft.end + Time::from_us(10);
+        craft.fly(next);
+    }
+    craft.twin.wire_mut(Bus::Nominal).restore_all();
+    let healed = craft.end;
+    craft.fly_to(2000);
+    assert_eq!(craft.on(Bus::Redundant).count(), 0);
+    let next = craft.first_after(healed, |seen| seen.sender == 0).unwrap();
+    assert!(next.end < healed + ms(1), "the frame that waited");
+    for node in [2, 3] {
+        assert!(craft.is_operational(node, Bus::Nominal) && !craft.fell_back(node, ms(300)));
+    }
+    craft.assert_nothing_lost();
+}
+
+/// The only slave is cut off between a request and its answer; the answer lives as long as requests are apart.
+#[test]
+fn nothing_stale_comes_from_a_slave_when_a_cut_heals() {
+    let mut craft = Craft::new(&MASTER_AND_THREE[..2]);
+    craft.fly_to(1000);
+    let request = craft.fly_until(|seen| seen.id() == Some(0x402));
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    craft.fly(request.end + ms(150));
+    assert!(craft.attempts(2, Bus::Nominal).count() > 16, "the answer was pending");
+    craft.twin.wire_mut(Bus::Nominal).restore_all();
+    let healed = craft.end;
+    craft.fly_to(2000);
+    let mut asked = Vec::new();
+    for seen in craft.frames.iter().filter(|seen| seen.end > healed) {
+        match seen.id() {
+            Some(0x402) => asked.push(seen.data()[..2].to_vec()),
+            Some(0x382) => assert!(asked.contains(&seen.data()[..2].to_vec()), "nobody asked for {seen:?}"),
+            _ => {}
+        }
+    }
+    assert!(asked.len() > 5);
+    craft.assert_nothing_lost();
+}
+
+/// Slave 2 is alone on its piece of both buses for 2 s: of its heartbeats one has waited less than a period.
+#[test]
+fn heartbeats_of_a_slave_do_not_pile_up_on_a_cut_bus() {
+    let mut seats = MASTER_AND_THREE;
+    seats[1].position_m = 30.0;
+    let mut craft = Craft::new(&seats[..3]);
+    craft.fly_to(1000);
+    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).cut(25.0));
+    craft.fly_to(3000);
+    assert!(craft.heartbeats(2, Bus::Nominal).iter().all(|(at, _)| *at < ms(1000)));
+    restore_both(&mut craft);
+    craft.fly_to(3600);
+    let all = Bus::ALL.into_iter().flat_map(|bus| craft.heartbeats(2, bus));
+    let after: Vec<Time> = all.map(|(at, _)| at).filter(|at| *at > ms(3000)).collect();
+    assert!((2..=4).contains(&after.len()), "{after:?}");
+    assert!(gaps(&after[1..]).all(|gap| gap > ms(200)), "{after:?}");
+    craft.assert_nothing_lost();
+}

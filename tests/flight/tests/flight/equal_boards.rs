@@ -1,0 +1,107 @@
+//! Two slave boards with one Node-ID that boot together with equal clocks.
+//!
+//! Their frames are equal and start in the same bit: on the wire they are one frame, and neither board hears the other. The
+//! unique IDs of the chips part them: see `docs/decisions/node-id-clashes.md`.
+
+use can_wire::time::Time;
+use flight::*;
+use twin::spacecraft::Bus;
+
+/// EMCY code 8150h, CAN-ID collision, as on the wire.
+const COLLISION: [u8; 2] = [0x50, 0x81];
+/// Heartbeat periods within which two boards part: 32 bits, and the first heartbeat is on time.
+const PERIODS: u64 = 33;
+/// Pattern of late heartbeats of slave 2: CRC-32C of its unique ID, 0000_0002h, 3430_3546h, 2054_5749h, as a program in another
+/// language has it.
+const PATTERN_OF_TWO: u32 = 0x5047_A5AD;
+/// Boards of one Node-ID, by their index on the wire.
+const EQUAL: [usize; 2] = [2, 3];
+
+/// Master, slave 2, and two boards of Node-ID 3 with equal crystals that are powered together. They fly for as many heartbeat
+/// periods (of `period_ms`) as two boards need at most, and five seconds longer.
+fn fly(images: &Images, period_ms: u64, ppm: f64) -> Craft {
+    let [master, two, three, _] = MASTER_AND_THREE;
+    let three = Seat { ppm, ..three };
+    let equal = Seat { position_m: three.position_m + 0.5, ..three };
+    let mut craft = Craft::with(&[master, two, three, equal], images);
+    craft.fly_to(three.power_on_ms + PERIODS * period_ms + 5_000);
+    craft
+}
+
+/// Frames of a board on the nominal bus with this COB-ID.
+fn of(craft: &Craft, board: usize, id: u16) -> impl Iterator<Item = &Seen> {
+    craft.on(Bus::Nominal).filter(move |seen| seen.sender == board && seen.id() == Some(id))
+}
+
+/// One of the equal boards reports a collision within 33 heartbeat periods and is silent from then on. The other one goes on.
+fn assert_one_yields(images: &Images, period_ms: u64, ppm: f64) {
+    let craft = fly(images, period_ms, ppm);
+    let reports = |board: usize| craft.logs.iter().filter(move |log| log.board.0 == board);
+    let yielded: Vec<(usize, Time)> = EQUAL
+        .into_iter()
+        .filter_map(|board| {
+            let yields = reports(board).find(|log| log.text.contains("yields: true"))?;
+            Some((board, yields.at))
+        })
+        .collect();
+    let &[(silent, at)] = yielded.as_slice() else {
+        panic!("one board yields, not {yielded:?}\n{}", craft.log(3));
+    };
+    assert!(at < ms(MASTER_AND_THREE[2].power_on_ms + 300 + PERIODS * period_ms), "{} us", at.as_us());
+    let emergencies = |board: usize| of(&craft, board, 0x083).filter(|seen| seen.data()[..2] == COLLISION);
+    // The other one reports it too where a heartbeat was on its way already.
+    assert!((1..=2).contains(&EQUAL.into_iter().flat_map(emergencies).count()));
+    // A frame that was in its mailbox may still go out.
+    let late = craft.on(Bus::Nominal).filter(|seen| seen.sender == silent && seen.end > at + ms(100));
+    assert_eq!(late.count(), 0, "board {silent} is silent");
+    let other = EQUAL[usize::from(silent == EQUAL[0])];
+    let beats = of(&craft, other, 0x703).filter(|seen| seen.end > at + ms(100));
+    let [beats, least] = [beats.count() as u64, 5_000 / period_ms - 1];
+    assert!(beats >= least, "{beats} heartbeats of board {other} after {} us", at.as_us());
+    assert!(craft.is_operational(2, Bus::Nominal), "{}", craft.log(2));
+    craft.assert_sound();
+}
+
+/// Given two boards with one Node-ID, equal crystals and one instant of power-on, when they fly, then one of them hears the
+/// other within 33 heartbeat periods, reports it and is silent; the other one goes on.
+///
+/// Verifies: ECSS 6.10e
+#[test]
+fn one_of_two_equal_boards_yields() {
+    for ppm in [0.0, 48.0] {
+        assert_one_yields(&STANDARD, 100, ppm);
+    }
+}
+
+/// Verifies: ECSS 6.10e
+#[test]
+fn one_of_two_equal_boards_yields_at_125_kbit_per_second() {
+    assert_one_yields(&rates::at(125, "standard"), 100, 48.0);
+}
+
+/// Given a slave, then its heartbeats are late by four of the longest frames where its unique ID has a bit for it, and on the
+/// grid of the period else: 540 us at 1 Mbit/s, 4,320 us at 125 kbit/s.
+#[test]
+fn unique_id_makes_heartbeats_late() {
+    for (kbit, delay_us) in [(1_000, 540), (125, 4_320)] {
+        let images = if kbit == 125 { rates::at(125, "standard") } else { STANDARD.clone() };
+        let seats = [MASTER_AND_THREE[0], Seat { ppm: 0.0, ..MASTER_AND_THREE[1] }];
+        let mut craft = Craft::with(&seats, &images);
+        craft.fly_to(5_000);
+        // The last heartbeats: those before may be announced.
+        let beats: Vec<u64> =
+            craft.heartbeats(2, Bus::Nominal).iter().rev().take(40).map(|(at, _)| at.as_us()).collect();
+        assert_eq!(beats.len(), 40);
+        let fits = |first: u32, offset: u64| {
+            beats.iter().rev().zip(0..).all(|(at, number)| {
+                let is_late = PATTERN_OF_TWO >> ((first + number) % 32) & 1 == 1;
+                let due = offset + 100_000 * u64::from(number) + if is_late { delay_us } else { 0 };
+                // One of them may wait for a frame of the master.
+                at.abs_diff(due) < delay_us / 4
+            })
+        };
+        let begin = beats[39];
+        let found = (0..32).any(|first| fits(first, begin) || fits(first, begin - delay_us));
+        assert!(found, "{kbit} kbit/s: {beats:?}");
+    }
+}

@@ -1,0 +1,340 @@
+//! Minimal slaves (ECSS 9) fly with the shipped master, alone and beside full slaves.
+//!
+//! A request goes to one of four receive PDOs: 205h keeps bytes, 505h asks for them by 485h, and 305h and 405h take commands and
+//! requests of the mission, as full slaves do. With each SYNC comes 285h: commands executed and the state of the LED.
+
+use std::sync::{Arc, LazyLock};
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::board::BoardConfig;
+use twin::image::Image;
+use twin::model::{Model, Part};
+use twin::spacecraft::Bus;
+
+use crate::post_mortem::{HANG, HANG_WITHOUT_INTERRUPTS, OVERFLOW, UNDEFINED, fell, halfwords, tasks};
+use flight::*;
+
+const MINIMAL: u8 = 5;
+/// Of profile `librecube`: it takes part in one bus at a time.
+const SELECTIVE: u8 = 6;
+
+/// From the end of a request to the end of its telemetry, on a bus that is free: 200 us for the processor of the slave, 135 us for
+/// the longest frame on its way and 135 us for the telemetry itself.
+const TELEMETRY_DELAY: Time = Time::from_us(470);
+/// Commands, requests and replies of another slave that may go first.
+const QUEUEING: Time = Time::from_us(3 * 135);
+
+fn image(board: &str, profile: &str) -> Arc<Image> {
+    parsed(&firmware_images::build_minimal(board, profile, firmware_images::LOG).unwrap())
+}
+
+static STANDARD_PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "standard"));
+static PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "librecube"));
+static NUCLEO: LazyLock<Arc<Image>> = LazyLock::new(|| image("nucleo-f446re", "librecube"));
+
+const MASTER_SEAT: Seat = MASTER_AND_THREE[0];
+pub const SEAT: Seat = Seat { node: MINIMAL, ..MASTER_AND_THREE[2] };
+
+/// A master and a minimal slave, profile `standard`.
+const PAIR: [Seat; 2] = [MASTER_SEAT, SEAT];
+
+pub fn standard(seats: &[Seat]) -> Craft {
+    Craft::of(seats, |seat| minimal(seat, seat.with(&STANDARD), &STANDARD_PYBOARD))
+}
+
+/// Nodes from `MINIMAL` on have the image of the minimal slave.
+fn minimal(seat: Seat, config: BoardConfig, image: &Arc<Image>) -> BoardConfig {
+    if seat.node < MINIMAL { config } else { BoardConfig { image: image.clone(), ..config } }
+}
+
+/// Both models of board.
+pub fn librecube(seats: &[Seat]) -> Craft {
+    static SLAVES: LazyLock<[Images; 2]> =
+        LazyLock::new(|| ["pyboard-v11", "nucleo-f446re"].map(|board| build(board, "librecube")));
+    Craft::of(seats, |seat| match seat.model.part {
+        Part::Stm32f405 => minimal(seat, seat.with(&SLAVES[0]), &PYBOARD),
+        Part::Stm32f446 => minimal(seat, seat.with(&SLAVES[1]), &NUCLEO),
+    })
+}
+
+/// Frames of `node` on either bus after `from`.
+fn of(craft: &Recording, node: u8, from: Time) -> impl Iterator<Item = &Seen> {
+    let sender = craft.board(node).0;
+    craft.frames.iter().filter(move |seen| seen.sender == sender && seen.end > from)
+}
+
+fn ids_of(craft: &Recording, node: u8) -> Vec<u16> {
+    let mut ids: Vec<u16> = of(craft, node, Time::ZERO).map(|seen| seen.id().unwrap()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
+/// Three seconds without faults.
+static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
+    let mut craft = standard(&[MASTER_SEAT, MASTER_AND_THREE[1], SEAT]);
+    craft.fly_to(3_000);
+    craft.assert_nothing_lost();
+    craft.seen
+});
+
+/// Verifies: ECSS 9.4.9.1.1a
+/// Verifies: ECSS 9.4.9.2a
+#[test]
+fn minimal_slave_sends_heartbeats_and_no_boot_up_message() {
+    let heartbeats = FLIGHT.heartbeats(MINIMAL, Bus::Nominal);
+    assert!(heartbeats.iter().all(|(_, state)| *state == OPERATIONAL), "{heartbeats:?}");
+    assert!(heartbeats.len() >= 28, "{heartbeats:?}");
+    let ends: Vec<Time> = heartbeats.iter().map(|(at, _)| *at).collect();
+    // Up to nine frames may go first.
+    assert!(gaps(&ends).all(|gap| about(ms(100), Time::from_us(9 * 135)).contains(&gap)));
+}
+
+/// Nothing but heartbeat, telemetry and what SYNC asks for: no EMCY, no SDO, no time.
+///
+/// Verifies: ECSS 9.3a
+/// Verifies: ECSS 9.4.1b
+#[test]
+fn minimal_slave_sends_objects_of_the_minimal_set_only() {
+    assert_eq!(ids_of(&FLIGHT, MINIMAL), [0x285, 0x385, 0x705]);
+    assert_eq!(FLIGHT.on(Bus::Redundant).count(), 0);
+}
+
+/// The time stamp object is 100h; the spacecraft time of full slaves goes by a PDO.
+///
+/// Verifies: ECSS 9.4.7.1b
+#[test]
+fn nobody_sends_the_time_stamp_object() {
+    let sent = FLIGHT.frames.iter().chain(&MIXED.frames).filter(|seen| seen.id() == Some(0x100));
+    assert_eq!(sent.count(), 0);
+}
+
+/// The master asks in turn for ten values: the three that the slave knows, once a second each, come back at once.
+///
+/// Verifies: ECSS 9.4.3b.1
+/// Verifies: ECSS 9.4.4a
+#[test]
+fn telemetry_comes_within_the_stated_delay_of_its_request() {
+    let requests: Vec<&Seen> = FLIGHT
+        .sent(MASTER, Bus::Nominal, 0x405)
+        .filter(|seen| [1, 2, 3].contains(&seen.data()[0]) && seen.end < ms(2_990))
+        .collect();
+    assert!(requests.len() >= 6, "{}", requests.len());
+    for request in &requests {
+        let reply = FLIGHT.first_after(request.end, |seen| seen.id() == Some(0x385)).unwrap();
+        assert_eq!(reply.data()[..2], request.data()[..2]);
+        let delay = reply.end.since(request.end);
+        assert!(delay < TELEMETRY_DELAY + QUEUEING, "{} us", delay.as_us());
+    }
+    let replies = FLIGHT.sent(MINIMAL, Bus::Nominal, 0x385).filter(|seen| seen.end < ms(2_990));
+    assert_eq!(replies.count(), requests.len(), "a command is not answered");
+}
+
+/// Every command was executed: the slave sends their number in 285h, with every SYNC.
+///
+/// Verifies: ECSS 9.4.1c
+/// Verifies: ECSS 9.4.3b.2
+#[test]
+fn sync_brings_the_number_of_executed_commands() {
+    let from = ms(500);
+    let syncs =
+        FLIGHT.sent(MASTER, Bus::Nominal, 0x080).filter(|seen| seen.end > from && seen.end < ms(2_990));
+    let mut count = 0;
+    for sync in syncs {
+        let sent = FLIGHT.first_after(sync.end, |seen| seen.id() == Some(0x285)).unwrap();
+        assert!(sent.end.since(sync.end) < TELEMETRY_DELAY + QUEUEING);
+        let commands = FLIGHT.sent(MASTER, Bus::Nominal, 0x305).filter(|seen| seen.end < sync.end);
+        let [a, b, c, d, led] = sent.data().try_into().unwrap();
+        let executed = u32::from_le_bytes([a, b, c, d]);
+        let commanded = commands.count() as u32;
+        assert!(executed == commanded, "{executed} of {commanded}");
+        assert!(led <= 1);
+        count += 1;
+    }
+    assert!(count >= 20, "{count}");
+}
+
+/// Figures 9-1 and 9-2: any length of a command, of a request and of telemetry.
+///
+/// Verifies: ECSS 9.4.2a
+/// Verifies: ECSS 9.4.3a
+#[test]
+fn commands_requests_and_telemetry_have_any_length() {
+    let mut craft = standard(&PAIR);
+    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    craft.fly_to(400);
+    let data = [0xA1, 0xB2, 0xC3, 0xD4, 0xE5, 0xF6, 0x07, 0x18];
+    for command in 0..=8 {
+        let asked = 8 - command;
+        craft.twin.inject(guest, craft.end, WireFrame::standard(0x205, &data[..command]));
+        craft.twin.inject(guest, craft.end, WireFrame::standard(0x505, &data[..asked]));
+        let request = craft.fly_until(|seen| seen.id() == Some(0x505));
+        let reply = craft.fly_until(|seen| seen.id() == Some(0x485));
+        assert_eq!(reply.data(), &data[..command]);
+        assert!(reply.end.since(request.end) < TELEMETRY_DELAY + QUEUEING);
+    }
+    // A command and a request by the same PDO, told apart by their first bytes.
+    craft.twin.inject(guest, craft.end, WireFrame::standard(0x305, &[2, 0, 0x78, 0x56, 0x34, 0x12, 0, 200]));
+    craft.twin.inject(guest, craft.end, WireFrame::standard(0x305, &[0x02, 0x01]));
+    let reply = craft.fly_until(|seen| seen.id() == Some(0x385) && seen.data()[2] == 0x78);
+    assert_eq!(reply.data(), [0x02, 0x01, 0x78, 0x56, 0x34, 0x12, 0, 0]);
+    craft.assert_nothing_lost();
+}
+
+/// Module control, time, SDO, emergencies, and frames of a wrong length: no answer, no change.
+///
+/// Verifies: ECSS 9.4.6.1a
+/// Verifies: ECSS 9.4.7.1a
+/// Verifies: ECSS 9.4.8a
+#[test]
+fn frames_outside_of_the_minimal_set_change_nothing() {
+    let mut craft = standard(&PAIR);
+    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    craft.fly_to(400);
+    let frames: [(u16, &[u8]); 13] = [
+        (0x000, &[0x01, MINIMAL]),
+        (0x000, &[0x02, MINIMAL]),
+        (0x000, &[0x80, MINIMAL]),
+        (0x000, &[0x81, MINIMAL]),
+        (0x000, &[0x82, MINIMAL]),
+        (0x100, &[0; 6]),
+        (0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
+        (0x605, &[0xFF; 8]),
+        (0x085, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]),
+        (0x305, &[]),
+        (0x405, &[1]),
+        (0x405, &[0xFF, 0xFF]),
+        (0x080, &[1]),
+    ];
+    for (nth, (id, data)) in (0..).zip(frames) {
+        craft.twin.inject(guest, ms(450 + 10 * nth), WireFrame::standard(id, data));
+    }
+    craft.fly_to(1_500);
+    assert_eq!(ids_of(&craft, MINIMAL), [0x285, 0x385, 0x705]);
+    assert_eq!(craft.sent(MINIMAL, Bus::Nominal, 0x285).count(), {
+        let syncs = craft.sent(MASTER, Bus::Nominal, 0x080);
+        syncs.filter(|seen| seen.end > ms(80)).count()
+    });
+    assert!(craft.heartbeats(MINIMAL, Bus::Nominal).iter().all(|(_, state)| *state == OPERATIONAL));
+    let commanded = craft.sent(MASTER, Bus::Nominal, 0x305).count();
+    assert_eq!(craft.executed(MINIMAL) as usize, commanded);
+    assert_eq!(craft.twin.board(craft.board(MINIMAL)).counters().system_resets, 0);
+    craft.assert_nothing_lost();
+}
+
+/// Verifies: ECSS 6.10f
+#[test]
+fn minimal_slave_with_a_wrong_strap_is_silent() {
+    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
+        let mut craft = librecube(&[MASTER_SEAT, Seat { parity: false, model, ..SEAT }]);
+        craft.fly_to(300);
+        assert!(craft.said(MINIMAL, "staying silent", ms(20)).is_some(), "{}", craft.log(MINIMAL));
+        assert_eq!(craft.frames, [], "nobody acknowledges the master");
+    }
+}
+
+/// Given a minimal slave, when its program hangs, faults or overflows its stack, then it is reset and takes part again.
+#[test]
+fn minimal_slave_that_hangs_or_faults_is_reset() {
+    for (code, within_ms) in
+        [(&HANG[..], 1_400), (&HANG_WITHOUT_INTERRUPTS, 4_000), (&UNDEFINED, 1_400), (&OVERFLOW, 1_400)]
+    {
+        let mut craft = standard(&PAIR);
+        craft.fly_to(400);
+        let task = tasks(&craft, MINIMAL)[0];
+        let began = craft.end;
+        let felled = fell(&mut craft, MINIMAL, task, &halfwords(code));
+        assert!(felled < began + ms(within_ms), "{code:04X?}: {} us", felled.since(began).as_us());
+        craft.fly(felled + ms(400));
+        assert!(craft.is_operational(MINIMAL, Bus::Nominal), "{}", craft.log(MINIMAL));
+        assert!(craft.said(MINIMAL, "in a row", felled - ms(10)).is_some(), "{}", craft.log(MINIMAL));
+    }
+}
+
+/// The nominal bus breaks next to the master.
+const CUT: Time = Time::from_ms(2_013);
+
+/// A master, two full slaves, and two minimal ones: one on both buses, one on one bus at a time (Figure A-6).
+static MIXED: LazyLock<Recording> = LazyLock::new(|| {
+    let mut craft = librecube(&[
+        MASTER_SEAT,
+        MASTER_AND_THREE[1],
+        MASTER_AND_THREE[2],
+        Seat { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
+        Seat { node: SELECTIVE, model: Model::NUCLEO_F446RE, ..MASTER_AND_THREE[3] },
+    ]);
+    craft.fly(CUT);
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    craft.fly_to(15_500);
+    craft.assert_nothing_lost();
+    craft.seen
+});
+
+/// Those on both buses follow at the first message of the master there, the selective one after Ttoggle consumer times of 2.5 s.
+#[test]
+fn full_and_minimal_slaves_follow_the_master_to_the_other_bus() {
+    let moved = MIXED.on(Bus::Redundant).find(|seen| seen.sender == 0).unwrap().end;
+    assert!(moved < CUT + ms(255), "{} us", moved.as_us());
+    for node in [2, 3, MINIMAL] {
+        let (followed, state) = MIXED.heartbeats(node, Bus::Redundant)[0];
+        assert!(followed > moved && followed < moved + ms(1), "node {node}: {} us", followed.as_us());
+        assert_eq!(state, OPERATIONAL);
+    }
+    let last = MIXED.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
+    let (found, _) = MIXED.heartbeats(SELECTIVE, Bus::Redundant)[0];
+    let taken = found.since(last);
+    assert!(about(ms(12_500), ms(625)).contains(&taken), "{} us", taken.as_us());
+    for node in [MASTER, 2, 3, MINIMAL, SELECTIVE] {
+        assert!(MIXED.is_operational(node, Bus::Redundant), "node {node}\n{}", MIXED.log(node));
+    }
+}
+
+/// The profile names slave 6: it is not asked who it is. Slave 5, which it does not name, is asked once, and does not answer.
+#[test]
+fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
+    let asked = |node: u16| MIXED.frames.iter().filter(|seen| seen.id() == Some(0x600 + node)).count();
+    assert_eq!(asked(SELECTIVE.into()), 0);
+    assert!(asked(MINIMAL.into()) > 0);
+    assert_eq!(MIXED.said(MASTER, "node 6 does not answer", Time::ZERO), None);
+    for answer in [0x585, 0x586] {
+        assert!(!MIXED.frames.iter().any(|seen| seen.id() == Some(answer)));
+    }
+}
+
+/// In profile `librecube` a minimal slave has the time (ECSS 7.1, 7.2.3): SYNC comes every 5 s, the spacecraft time every 10 s. At the
+/// third SYNC after power-on it has been set, and two crystals differ by 100 ppm at most.
+///
+/// Verifies: ECSS 7.2.1a, 7.2.2g, 7.2.3h, 7.2.3i
+#[test]
+fn minimal_slave_sends_its_local_time_with_sync() {
+    let units = |data: &[u8]| data.iter().rev().fold(0_i64, |units, byte| units << 8 | i64::from(*byte));
+    let set =
+        MIXED.frames.iter().filter(|seen| seen.id() == Some(0x181)).map(|seen| seen.end).collect::<Vec<_>>();
+    let last = MIXED.frames.iter().rfind(|seen| seen.id() == Some(0x080)).unwrap();
+    assert!(last.end > set[0] + ms(4_000), "{set:?}");
+    let time = |id| MIXED.first_after(last.end, |seen| seen.id() == Some(id)).unwrap();
+    let (full, minimal) = (time(0x182), time(0x180 + u16::from(MINIMAL)));
+    assert!(minimal.end.since(last.end) < TELEMETRY_DELAY + QUEUEING);
+    let apart = ((units(minimal.data()) - units(full.data())) * 1_000_000) >> 24;
+    assert!(apart.abs() < 1_100, "{apart} us");
+    assert_eq!((full.data().len(), minimal.data().len()), (7, 7));
+}
+
+#[test]
+fn full_and_minimal_slaves_get_commands_and_reply_on_both_buses() {
+    for node in [2, 3, MINIMAL, SELECTIVE] {
+        for (bus, from) in [(Bus::Nominal, ms(600)), (Bus::Redundant, ms(14_900))] {
+            let request = MIXED
+                .first_after(from, |seen| {
+                    seen.id() == Some(0x400 + u16::from(node)) && seen.data()[..2] == [3, 1]
+                })
+                .unwrap();
+            let reply =
+                MIXED.first_after(request.end, |seen| seen.id() == Some(0x380 + u16::from(node))).unwrap();
+            assert_eq!((request.bus, reply.bus), (bus, bus), "node {node}");
+            assert!(reply.end < request.end + ms(2), "node {node} at {} us", request.end.as_us());
+            assert_eq!(reply.data()[..2], [3, 1]);
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Minimal slaves with one controller and two transceivers (ECSS Figure A-6) fly with the shipped master, full slaves and a
+//! minimal one with two controllers.
+//!
+//! Profile `standard`: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2.
+
+use std::sync::{Arc, LazyLock};
+
+use can_wire::fault::Fault;
+use can_wire::record::Observation;
+use can_wire::time::Time;
+use twin::board::{BoardConfig, Fittings};
+use twin::image::Image;
+use twin::model::{Model, Part};
+use twin::peripherals::Pin;
+use twin::spacecraft::Bus;
+
+use flight::*;
+
+const TWO_CONTROLLERS: u8 = 5;
+/// On a pyboard and on a NUCLEO.
+const ONE_CONTROLLER: [u8; 2] = [6, 7];
+/// The pin that selects the transceiver, on both boards (docs/wiring.md).
+const SWITCH: Pin = Pin::new('B', 13);
+
+fn image(board: &str, profile: &str) -> Arc<Image> {
+    parsed(&firmware_images::build_minimal(board, profile, firmware_images::LOG).unwrap())
+}
+
+static MINIMAL: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "standard"));
+static PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "standard+one-controller"));
+static NUCLEO: LazyLock<Arc<Image>> = LazyLock::new(|| image("nucleo-f446re", "standard+one-controller"));
+
+/// A master, two full slaves, a minimal one, and those with one controller.
+const SEATS: [Seat; 6] = [
+    MASTER_AND_THREE[0],
+    MASTER_AND_THREE[1],
+    MASTER_AND_THREE[2],
+    Seat { node: TWO_CONTROLLERS, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
+    Seat { node: ONE_CONTROLLER[0], ..MASTER_AND_THREE[3] },
+    Seat {
+        node: ONE_CONTROLLER[1],
+        model: Model::NUCLEO_F446RE,
+        position_m: 27.0,
+        ppm: 33.0,
+        ..MASTER_AND_THREE[3]
+    },
+];
+
+fn craft() -> Craft {
+    Craft::of(&SEATS, |seat| {
+        let config = seat.with(&STANDARD);
+        match seat.node {
+            TWO_CONTROLLERS => BoardConfig { image: MINIMAL.clone(), ..config },
+            node if ONE_CONTROLLER.contains(&node) => BoardConfig {
+                image: Arc::clone(if seat.model.part == Part::Stm32f405 { &PYBOARD } else { &NUCLEO }),
+                fittings: Fittings { transceiver_switch: Some(SWITCH), ..config.fittings },
+                ..config
+            },
+            _ => config,
+        }
+    })
+}
+
+/// The nominal bus breaks next to the master.
+const CUT: Time = Time::from_ms(2_013);
+/// Ttoggle consumer times.
+const TOGGLING: Time = Time::from_ms(500);
+
+static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
+    let mut craft = craft();
+    craft.fly(CUT);
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    craft.fly_to(5_000);
+    craft.assert_nothing_lost();
+    craft.seen
+});
+
+/// From the last heartbeat of the master on the nominal bus to the first one of a slave on the redundant bus.
+fn search(recording: &Recording, node: u8) -> Time {
+    let last = recording.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
+    let (found, state) = recording.heartbeats(node, Bus::Redundant)[0];
+    assert_eq!(state, OPERATIONAL);
+    found.since(last)
+}
+
+/// Verifies: ECSS 8.2.1a.1
+#[test]
+fn slave_with_one_controller_follows_by_its_search() {
+    for node in ONE_CONTROLLER {
+        let taken = search(&FLIGHT, node);
+        assert!(about(TOGGLING, ms(25)).contains(&taken), "node {node}: {} us", taken.as_us());
+        assert!(FLIGHT.heartbeats(node, Bus::Nominal).len() >= 15);
+    }
+    assert!(search(&FLIGHT, TWO_CONTROLLERS) < ms(300));
+    for seat in SEATS {
+        assert!(
+            FLIGHT.is_operational(seat.node, Bus::Redundant),
+            "node {}\n{}",
+            seat.node,
+            FLIGHT.log(seat.node)
+        );
+    }
+}
+
+/// On one bus at a time: what reaches it, and what it sends.
+#[test]
+fn slave_with_one_controller_is_on_one_bus_at_a_time() {
+    for node in ONE_CONTROLLER {
+        let sender = FLIGHT.board(node).0;
+        let left = FLIGHT.on(Bus::Redundant).find(|seen| seen.sender == sender).unwrap().start;
+        assert!(
+            FLIGHT
+                .on(Bus::Redundant)
+                .filter(|seen| seen.reached.contains(&node))
+                .all(|seen| seen.end > left - ms(2))
+        );
+        let here = |seen: &&Seen| seen.sender == sender || seen.reached.contains(&node);
+        assert!(FLIGHT.on(Bus::Nominal).filter(here).all(|seen| seen.end < left));
+    }
+}
+
+/// Commands that reached it were executed once, before and after the cut: 286h tells their number with each SYNC.
+#[test]
+fn slave_with_one_controller_executes_each_command_once() {
+    for node in ONE_CONTROLLER {
+        let id = u16::from(node);
+        let told = FLIGHT.sent(node, Bus::Redundant, 0x280 + id).last().unwrap();
+        let sync =
+            FLIGHT.frames.iter().rfind(|seen| seen.id() == Some(0x080) && seen.end < told.start).unwrap();
+        let [a, b, c, d, _] = told.data().try_into().unwrap();
+        let commands = |bus| {
+            let all = FLIGHT.sent(MASTER, bus, 0x300 + id);
+            all.filter(|seen| seen.end < sync.end && seen.reached.contains(&node)).count()
+        };
+        let (before, after) = (commands(Bus::Nominal), commands(Bus::Redundant));
+        assert!(before >= 10 && after >= 15, "{before}, {after}");
+        assert_eq!(u32::from_le_bytes([a, b, c, d]) as usize, before + after, "node {node}");
+    }
+}
+
+/// No frame was cut off on either bus, and nobody saw an error but those next to the cut.
+#[test]
+fn switch_disturbs_neither_bus() {
+    let disturbed = FLIGHT.records.iter().filter(|record| {
+        record.at > CUT + ms(300)
+            && matches!(record.record, Observation::Destroyed { .. } | Observation::Error { .. })
+    });
+    assert_eq!(disturbed.collect::<Vec<_>>(), Vec::<&_>::new());
+}
+
+/// Given a nominal bus that is dominant for ever, which lets no controller off, then a slave with one controller finds its master
+/// on the redundant bus all the same, some 50 ms later than after a cut: so long the driver waits.
+#[test]
+fn always_dominant_bus_does_not_keep_one_controller_slave() {
+    let mut craft = craft();
+    craft.fly(CUT);
+    let short = Fault::Short { position_m: 20.0, level: false };
+    craft.twin.wire_mut(Bus::Nominal).schedule(CUT, short).unwrap();
+    craft.fly_to(6_000);
+    craft.assert_sound();
+    for node in ONE_CONTROLLER {
+        let taken = search(&craft, node);
+        assert!(
+            (TOGGLING + ms(50)..TOGGLING + ms(80)).contains(&taken),
+            "node {node}: {} us\n{}",
+            taken.as_us(),
+            craft.log(node)
+        );
+        assert!(craft.is_operational(node, Bus::Redundant), "{}", craft.log(node));
+    }
+}

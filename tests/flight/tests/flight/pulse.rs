@@ -1,0 +1,73 @@
+//! Pulses of the boards' driver on emulated boards: every edge is at the tick that was asked for.
+//!
+//! The program is an example of `boards`: a pulse every millisecond and 37/256 µs. Beside it no task runs.
+
+use can_wire::time::Time;
+use twin::board::{BoardConfig, Edge, EmulatedBoard, Fittings};
+use twin::crystal::Crystal;
+use twin::model::Model;
+use twin::peripherals::Pin;
+
+use flight::parsed;
+
+const PIN: Pin = Pin::new('B', 1);
+/// Between two pulses, in units of 2^-8 µs.
+const STEP: u64 = 256_000 + 37;
+
+struct Flown {
+    board: EmulatedBoard,
+    edges: Vec<Edge>,
+    /// First instant asked for, pulses made, pulses refused.
+    first: u64,
+    made: u32,
+    refused: u32,
+}
+
+fn flown(name: &str, model: Model, ppm: f64) -> Flown {
+    let elf = firmware_images::build_example(name, "pulse").unwrap();
+    let config = BoardConfig {
+        name: "pulsing".to_owned(),
+        model,
+        image: parsed(&elf),
+        straps: Vec::new(),
+        crystal: Crystal::ppm(ppm),
+        position_m: 0.0,
+        power_on_at: Time::ZERO,
+        fittings: Fittings::default(),
+    };
+    let mut board = EmulatedBoard::new(config, 0);
+    board.power(true);
+    board.run_until(Time::from_ms(400)).unwrap();
+    let bytes = board.read_memory(board.symbol("REPORT").unwrap().address, 16).unwrap();
+    let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
+    let first = u64::from(word(0)) | u64::from(word(1)) << 32;
+    let edges = board.take_edges();
+    Flown { board, edges, first, made: word(2), refused: word(3) }
+}
+
+/// Given instants at all fractions of a microsecond, when the driver is asked for them, then each edge is at the nearest count
+/// of TIM5, whatever the crystal, and each pulse lasts 20 µs.
+#[test]
+fn each_edge_is_at_the_tick_that_was_asked_for() {
+    for (name, model, ppm) in [
+        ("pyboard-v11", Model::PYBOARD_V11, 0.0),
+        ("pyboard-v11", Model::PYBOARD_V11, -48.0),
+        ("nucleo-f446re", Model::NUCLEO_F446RE, 31.0),
+    ] {
+        let Flown { board, edges, first, made, refused } = flown(name, model, ppm);
+        let (rises, falls): (Vec<Edge>, Vec<Edge>) = edges.iter().partition(|edge| edge.high);
+        assert!(rises.len() > 256 && edges.iter().all(|edge| edge.pin == PIN), "{} rises", rises.len());
+        assert!((rises.len() as u32).abs_diff(made) <= 1, "{} rises, {made} told", rises.len());
+        assert_eq!(refused, 3, "past, now and too near");
+        for (n, rise) in (0..).zip(&rises) {
+            let asked = (first + n * STEP) as f64 * 84.0 / 256.0;
+            // The tick of the true instant may have begun before the count did.
+            let found = board.capture_clock(rise.at + Time(1));
+            assert!((found.floor() - asked).abs() <= 0.5 + 1e-9, "{n}: {found} for {asked}");
+        }
+        for (rise, fall) in rises.iter().zip(&falls) {
+            let us = (fall.ns() - rise.ns()) / 1000.0;
+            assert!((us * (1.0 + ppm * 1e-6) - 20.0).abs() < 1e-6, "{us} us");
+        }
+    }
+}

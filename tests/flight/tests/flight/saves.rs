@@ -1,0 +1,93 @@
+//! Saves under load: heartbeats keep their time, no frame is lost, and nobody changes the bus.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::board::{BoardConfig, Fittings};
+use twin::peripherals::FlashSpeed;
+use twin::spacecraft::{Bus, GuestId};
+use twin::traffic::Traffic;
+
+use flight::*;
+
+const NODES: [u8; 3] = [1, 2, 3];
+/// Period of all heartbeats in profile `standard`.
+const HEARTBEAT: Time = ms(100);
+/// Timeout of SDO clients in profile `standard`.
+const TIMEOUT: Time = ms(500);
+
+/// A master and two slaves in profile `standard`, foreign frames for half of the time of both buses, and an SDO client.
+struct Loaded {
+    craft: Craft,
+    traffic: [Traffic; 2],
+    client: GuestId,
+}
+
+impl Loaded {
+    fn new(flash_speed: FlashSpeed) -> Loaded {
+        let fittings = Fittings { flash_speed, ..Fittings::default() };
+        let config = |seat: Seat| BoardConfig { fittings, ..seat.with(&STANDARD) };
+        let mut craft = Craft::of(&MASTER_AND_THREE[..3], config);
+        let client = craft.twin.add_guest(Bus::Nominal, 30.0);
+        let traffic = Bus::ALL.map(|bus| Traffic::new(&mut craft.twin, bus, 0.5, 7, ms(1_000)));
+        let mut loaded = Loaded { craft, traffic, client };
+        loaded.fly(ms(1_500));
+        loaded
+    }
+
+    fn fly(&mut self, until: Time) {
+        while self.craft.end < until {
+            let next = (self.craft.end + Time::from_us(500)).min(until);
+            self.traffic.iter_mut().for_each(|traffic| traffic.hand_over(&mut self.craft.twin, next));
+            self.craft.fly(next);
+        }
+    }
+
+    /// Sends a request to `node`; its answer and the time it took.
+    fn ask(&mut self, node: u8, request: [u8; 8]) -> (Vec<u8>, Time) {
+        let (from, known) = (self.craft.end, self.craft.on(Bus::Nominal).count());
+        self.craft.twin.inject(self.client, from, WireFrame::standard(0x600 + u16::from(node), &request));
+        loop {
+            self.fly(self.craft.end + Time::from_us(500));
+            let id = Some(0x580 + u16::from(node));
+            if let Some(answer) = self.craft.on(Bus::Nominal).skip(known).find(|seen| seen.id() == id) {
+                return (answer.data().to_vec(), answer.end.since(from));
+            }
+            assert!(self.craft.end < from + TIMEOUT, "node {node} does not answer {request:02X?}");
+        }
+    }
+}
+
+/// Verifies: ECSS 6.5.2a
+#[test]
+fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
+    for speed in [FlashSpeed::Typical, FlashSpeed::Slowest] {
+        let mut loaded = Loaded::new(speed);
+        let from = loaded.craft.end;
+        for node in NODES {
+            let mut longest = Time::ZERO;
+            for sub in [1, 1, 1, 1, 1, 1, 1, 2, 3, 4] {
+                let (answer, took) = loaded.ask(node, [0x23, 0x10, 0x10, sub, b's', b'a', b'v', b'e']);
+                assert_eq!(answer, [0x60, 0x10, 0x10, sub, 0, 0, 0, 0], "{speed:?}, node {node}, sub {sub}");
+                longest = longest.max(took);
+            }
+            println!("{speed:?}: a save of node {node} takes at most {} us", longest.as_us());
+        }
+        loaded.fly(loaded.craft.end + ms(300));
+        let mut craft = loaded.craft;
+        for node in NODES {
+            let said: Vec<Time> = craft
+                .heartbeats(node, Bus::Nominal)
+                .into_iter()
+                .filter_map(|(at, state)| {
+                    (at > from).then_some(at).inspect(|_| assert_eq!(state, OPERATIONAL))
+                })
+                .collect();
+            let longest = gaps(&said).max().unwrap();
+            println!("{speed:?}: longest pause between heartbeats of node {node}: {} us", longest.as_us());
+            assert!(longest <= HEARTBEAT + ms(5), "{speed:?}, node {node}: {} us", longest.as_us());
+            assert!(craft.is_operational(node, Bus::Nominal), "{speed:?}, node {node}\n{}", craft.log(node));
+            assert!(craft.heartbeats(node, Bus::Redundant).is_empty(), "{speed:?}, node {node}");
+        }
+        craft.assert_nothing_lost();
+    }
+}

@@ -1,0 +1,203 @@
+//! Frames of one COB-ID in a row: the segments of an SDO block upload (CiA 301 7.2.4.3.13).
+
+use can_wire::fault::{Fault, Flip, Nodes, Place};
+use can_wire::field::Field;
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::spacecraft::{Bus, GuestId};
+
+use flight::*;
+
+const SLAVE: u8 = 2;
+const REQUESTS: u16 = 0x602;
+const RESPONSES: u16 = 0x582;
+
+/// Segments of the value: more than two for each mailbox, and one sub-block.
+const SEGMENTS: u8 = 58;
+
+/// Intermission at the slave, whose crystal is 31 ppm slow, and a microsecond for the transmit interrupt.
+const NO_GAP: Time = Time::from_us(4);
+
+/// A master, a slave, and a client on the nominal bus that has written the data of 6300h.
+struct Flight {
+    craft: Craft,
+    client: GuestId,
+    /// Another guest there.
+    rival: GuestId,
+    /// A guest on the redundant bus.
+    caller: GuestId,
+}
+
+impl Flight {
+    fn new() -> Flight {
+        let mut craft = Craft::new(&MASTER_AND_THREE[..2]);
+        let client = craft.twin.add_guest(Bus::Nominal, 10.0);
+        let rival = craft.twin.add_guest(Bus::Nominal, 12.0);
+        let caller = craft.twin.add_guest(Bus::Redundant, 10.0);
+        craft.fly_to(1_000);
+        let mut flight = Flight { craft, client, rival, caller };
+        let bytes = 7 * SEGMENTS as u16;
+        let [low, high] = bytes.to_le_bytes();
+        flight.ask([0xC2, 0x00, 0x63, 0, low, high, 0, 0]);
+        for number in 1..SEGMENTS {
+            flight.request([number, number, 1, 2, 3, 4, 5, 6]);
+        }
+        let acknowledged = flight.ask([0x80 | SEGMENTS, SEGMENTS, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(acknowledged.data()[..2], [0xA2, SEGMENTS]);
+        assert_eq!(flight.ask([0xC1, 0, 0, 0, 0, 0, 0, 0]).data()[0], 0xA1);
+        flight
+    }
+
+    fn request(&mut self, payload: [u8; 8]) {
+        let at = self.craft.end;
+        self.craft.twin.inject(self.client, at, WireFrame::standard(REQUESTS, &payload));
+    }
+
+    fn response(&mut self) -> Seen {
+        self.craft.fly_until(|seen| seen.id() == Some(RESPONSES))
+    }
+
+    fn ask(&mut self, payload: [u8; 8]) -> Seen {
+        self.request(payload);
+        self.response()
+    }
+
+    /// Begins an upload. Its first segment has not been sent.
+    fn start(&mut self) {
+        let begun = self.ask([0xA0, 0x00, 0x63, 0, SEGMENTS, 0, 0, 0]);
+        assert_eq!(begun.data()[0] & 0xE1, 0xC0, "{:02X?}", begun.data());
+        self.request([0xA3, 0, 0, 0, 0, 0, 0, 0]);
+    }
+
+    /// Flies to the end of segment `number`, where the other guest begins to send `frames` with a low identifier, and on
+    /// until it does so. Returns the number of the last segment that was sent.
+    fn flood_after(&mut self, number: u8, frames: usize) -> u8 {
+        self.craft.fly_until(|seen| seen.id() == Some(RESPONSES) && seen.data()[0] == number);
+        for _ in 0..frames {
+            self.craft.twin.inject(self.rival, self.craft.end, WireFrame::standard(0x010, &[0x55; 8]));
+        }
+        // One segment may be on the wire already.
+        self.craft.fly(self.craft.end + ms(1));
+        self.craft.sent(SLAVE, Bus::Nominal, RESPONSES).last().unwrap().data()[0]
+    }
+
+    /// Flies to the end of a sub-block of `count` segments, the last one, and ends the upload. Returns the segments as they
+    /// were sent, from `from` on.
+    fn finish(&mut self, from: Time, count: u8) -> Vec<Seen> {
+        self.craft.fly_until(|seen| seen.id() == Some(RESPONSES) && seen.data()[0] == 0x80 | count);
+        let sent = self.craft.sent(SLAVE, Bus::Nominal, RESPONSES).filter(|seen| seen.start > from);
+        let segments = sent.cloned().collect();
+        let end = self.ask([0xA2, count, SEGMENTS, 0, 0, 0, 0, 0]);
+        assert_eq!(end.data()[0], 0xC1);
+        self.request([0xA1, 0, 0, 0, 0, 0, 0, 0]);
+        self.craft.fly(self.craft.end + ms(1));
+        segments
+    }
+}
+
+/// Number and first byte of each segment, as the client wrote them.
+fn assert_complete(segments: &[Seen]) {
+    let numbers: Vec<[u8; 2]> = segments.iter().map(|seen| [seen.data()[0] & 0x7F, seen.data()[1]]).collect();
+    assert_eq!(numbers, (1..=SEGMENTS).map(|number| [number; 2]).collect::<Vec<_>>());
+}
+
+/// Given a client that uploads by blocks
+/// When the slave sends a sub-block
+/// Then each segment follows the frame before it after no more than the intermission.
+#[test]
+fn segments_of_an_upload_follow_without_a_gap() {
+    let mut flight = Flight::new();
+    flight.start();
+    let from = flight.craft.end;
+    let segments = flight.finish(from, SEGMENTS);
+    assert_complete(&segments);
+    let of_bus: Vec<&Seen> = flight.craft.on(Bus::Nominal).collect();
+    for pair in of_bus.windows(2).filter(|pair| segments[1..].contains(pair[1])) {
+        let gap = pair[1].start.since(pair[0].end);
+        assert!(gap < NO_GAP, "{} us before segment {:02X}", gap.as_us(), pair[1].data()[0]);
+    }
+    flight.craft.assert_nothing_lost();
+}
+
+/// Given a client that uploads by blocks
+/// When every third attempt to send a segment is destroyed, which in turn strikes a segment in each mailbox
+/// Then all segments are sent once, in their order.
+#[test]
+fn segments_destroyed_on_the_bus_keep_their_order() {
+    let mut flight = Flight::new();
+    let slave = flight.craft.board(SLAVE).0;
+    for phase in 0..3 {
+        flight.start();
+        let from = flight.craft.end;
+        for number in 1..SEGMENTS {
+            let segment = flight.response();
+            assert_eq!(segment.data()[0], number);
+            if number % 3 == phase {
+                // In the middle of the next segment.
+                let flip = Flip::new(Place::Field(Field::Data(40)), Nodes::of(&[slave]));
+                let at = segment.end + Time::from_us(30);
+                flight.craft.twin.wire_mut(Bus::Nominal).schedule(at, Fault::Flip(flip)).unwrap();
+            }
+        }
+        assert_complete(&flight.finish(from, SEGMENTS));
+        let destroyed = flight.craft.attempts(SLAVE, Bus::Nominal).filter(|at| *at > from).count();
+        let flips = (1..SEGMENTS).filter(|number| number % 3 == phase).count();
+        // Once in 100 ms the master's command comes between two segments, and the flip finds no segment.
+        assert!((flips - 1..=flips).contains(&destroyed), "{destroyed} of {flips} in phase {phase}");
+    }
+    flight.craft.assert_nothing_lost();
+}
+
+/// Given a client that uploads by blocks
+/// When other frames hold the bus for longer than segments live, from any mailbox on
+/// Then none of those that expired is sent later, those behind them follow, and the client gets the rest again.
+#[test]
+fn segments_that_expire_free_their_mailboxes() {
+    /// Segments on their way, in the mailboxes and before them.
+    const WINDOW: u8 = 8;
+    let mut flight = Flight::new();
+    for number in 10..13 {
+        flight.start();
+        // 590 ms, a segment lives 500 ms.
+        let last = flight.flood_after(number, 5_000);
+        let from = flight.craft.end;
+        flight.craft.fly(from + ms(700));
+        let sent = flight.craft.sent(SLAVE, Bus::Nominal, RESPONSES).filter(|seen| seen.start > from);
+        let numbers: Vec<u8> = sent.map(|seen| seen.data()[1]).collect();
+        assert_eq!(numbers, (last + WINDOW + 1..=SEGMENTS).collect::<Vec<_>>());
+
+        let from = flight.craft.end;
+        flight.request([0xA2, last, SEGMENTS, 0, 0, 0, 0, 0]);
+        let left = SEGMENTS - last;
+        let again: Vec<u8> = flight.finish(from, left).iter().map(|seen| seen.data()[1]).collect();
+        assert_eq!(again, (last + 1..=SEGMENTS).collect::<Vec<_>>());
+    }
+    flight.craft.assert_sound();
+}
+
+/// Given a client that uploads by blocks, and other frames that hold the bus
+/// When the master's heartbeat calls the slave to the other bus
+/// Then no segment that was in a mailbox is sent on the bus that was left, and an upload after the return is complete.
+///
+/// Verifies: ECSS 8.3.3b
+#[test]
+fn segments_of_a_bus_that_was_left_are_not_sent() {
+    for number in 10..13 {
+        let mut flight = Flight::new();
+        flight.start();
+        flight.flood_after(number, 40);
+        let from = flight.craft.end;
+        flight.craft.twin.inject(flight.caller, from, WireFrame::standard(0x701, &[OPERATIONAL]));
+        flight.craft.fly(from + ms(10));
+        let sent_on = |bus| flight.craft.sent(SLAVE, bus, RESPONSES).filter(|seen| seen.start > from);
+        let commands = |bus| sent_on(bus).map(|seen| seen.data()[0]).collect::<Vec<_>>();
+        assert_eq!(sent_on(Bus::Nominal).count(), 0, "after segment {number}");
+        assert_eq!(commands(Bus::Redundant), [0x80], "the abort");
+        // The master still commands on the nominal bus and takes the slave back.
+        flight.craft.fly(from + ms(300));
+        flight.start();
+        let from = flight.craft.end;
+        assert_complete(&flight.finish(from, SEGMENTS));
+        flight.craft.assert_sound();
+    }
+}

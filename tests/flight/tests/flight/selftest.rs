@@ -1,0 +1,260 @@
+//! The self-test of the boards: all is well, and each fault once by its name.
+
+use std::sync::Arc;
+
+use can_wire::fault::Fault;
+use can_wire::time::Time;
+use twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, State};
+use twin::bxcan::StuckBits;
+use twin::crystal::Crystal;
+use twin::image::Image;
+use twin::model::Model;
+use twin::peripherals::Pin;
+use twin::rtt::Level;
+use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
+
+use flight::parsed;
+
+const BOARDS: [(&str, Model); 2] =
+    [("pyboard-v11", Model::PYBOARD_V11), ("nucleo-f446re", Model::NUCLEO_F446RE)];
+
+/// Straps of node 2, and the LED that is on every board.
+fn pins(model: Model) -> (Pin, Pin) {
+    match model {
+        Model::PYBOARD_V11 => (Pin::new('A', 3), Pin::new('B', 4)),
+        _ => (Pin::new('C', 1), Pin::new('A', 5)),
+    }
+}
+
+/// The self-test for a board.
+fn image(board: &str) -> Arc<Image> {
+    parsed(&firmware_images::build_example(board, "selftest").unwrap())
+}
+
+/// What a flight showed.
+struct Flown {
+    /// Lines of the log at level info.
+    good: Vec<String>,
+    /// Lines at level error.
+    bad: Vec<String>,
+    /// Times at which the SYNC LED went on.
+    blinks: usize,
+    /// The LED is on at the end.
+    is_lit: bool,
+}
+
+/// Flies the self-test on one board that hangs alone on both buses, for `ms`.
+fn flown(
+    (name, model): (&str, Model),
+    fittings: Fittings,
+    has_straps: bool,
+    faults: &[(Bus, Fault)],
+    ms: u64,
+) -> Flown {
+    broken((name, model), fittings, has_straps, faults, |_| {}, ms)
+}
+
+/// As [`flown`], of a board that `wreck` has broken before.
+fn broken(
+    (name, model): (&str, Model),
+    fittings: Fittings,
+    has_straps: bool,
+    faults: &[(Bus, Fault)],
+    wreck: impl FnOnce(&mut EmulatedBoard),
+    ms: u64,
+) -> Flown {
+    let image = image(name);
+    let (strap, led) = pins(model);
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    for (bus, fault) in faults {
+        spacecraft.wire_mut(*bus).schedule(Time::ZERO, *fault).unwrap();
+    }
+    let id = spacecraft.add_board(BoardConfig {
+        name: "bare".to_owned(),
+        model,
+        image,
+        straps: has_straps.then_some((strap, false)).into_iter().collect(),
+        crystal: Crystal::ppm(20.0),
+        position_m: 0.0,
+        power_on_at: Time::ZERO,
+        fittings,
+    });
+    wreck(spacecraft.board_mut(id));
+    spacecraft.run_until(Time::from_ms(ms)).unwrap();
+    let logs = spacecraft.take_logs();
+    let of = |level| logs.iter().filter(move |line| line.level == Some(level)).map(|line| line.text.clone());
+    let (good, bad) = (of(Level::Info).collect(), of(Level::Error).collect());
+    let board = spacecraft.board_mut(id);
+    assert_eq!((board.state(), board.counters().panics), (&State::Running, 0));
+    let changes = board.take_pin_changes();
+    Flown {
+        good,
+        bad,
+        blinks: changes.iter().filter(|change| change.pin == led && change.high).count(),
+        is_lit: board.pin_level(led),
+    }
+}
+
+/// Given a board as it should be, then every check is good and the LED stays on.
+#[test]
+fn sound_board_passes_every_check() {
+    for board in BOARDS {
+        let Flown { good, bad, blinks, is_lit } = flown(board, Fittings::default(), true, &[], 500);
+        assert_eq!(bad, [""; 0], "{board:?}");
+        let checks = [
+            "1 clock: good",
+            "2 controller of the nominal bus: good",
+            "3 controller of the redundant bus: good",
+            "4 transceiver of the nominal bus: good",
+            "6 capture of the nominal bus: good",
+            "5 transceiver of the redundant bus: good",
+            "7 capture of the redundant bus: good",
+            "8 parameter store: good",
+            "9 straps: good",
+            "this board is node 2",
+            "selftest: all good",
+        ];
+        assert_eq!(good, checks, "{board:?}");
+        assert_eq!((blinks, is_lit), (1, true), "{board:?}");
+    }
+}
+
+/// Given one fault, then the log names it and the LED blinks its number.
+#[test]
+fn each_fault_is_reported_by_its_name_and_number() {
+    let sound = Fittings::default();
+    let no_wires = Fittings { capture_wires: false, ..sound };
+    let short = |bus, level| [(bus, Fault::Short { position_m: 0.0, level })];
+    let [nominal_silent, redundant_silent] = Bus::ALL.map(|bus| short(bus, true));
+    let redundant_dominant = short(Bus::Redundant, false);
+    let captures = ["6 capture of the nominal bus: TooFew(0)", "7 capture of the redundant bus: TooFew(0)"];
+    for board in BOARDS {
+        for (fittings, has_straps, faults, reports, number) in [
+            (no_wires, true, &[][..], &captures[..], 6),
+            (sound, false, &[], &["9 straps: Open"], 9),
+            (sound, true, &nominal_silent, &["4 transceiver of the nominal bus: NoEcho"], 4),
+            (sound, true, &redundant_silent, &["5 transceiver of the redundant bus: NoEcho"], 5),
+            (sound, true, &redundant_dominant, &["5 transceiver of the redundant bus: Dominant"], 5),
+        ] {
+            let Flown { bad, blinks, is_lit, .. } =
+                flown(board, fittings, has_straps, faults, 1_000 + 500 * number as u64);
+            let sum = format!("selftest: failed, first in check {number}");
+            let expected: Vec<&str> = reports.iter().copied().chain([sum.as_str()]).collect();
+            assert_eq!(bad.len(), expected.len(), "{board:?}: {bad:#?}");
+            for (found, expected) in bad.iter().zip(expected) {
+                assert!(found.starts_with(expected), "{board:?}: {found} for {expected}");
+            }
+            assert_eq!((blinks, is_lit), (number, false), "{board:?}: {bad:#?}");
+        }
+    }
+}
+
+/// Given a broken oscillator, then no check begins, the log says why, and the LED blinks without end.
+#[test]
+fn broken_oscillator_is_reported_before_any_check() {
+    for board in BOARDS {
+        let fittings = Fittings { hse_starts: false, ..Fittings::default() };
+        let Flown { good, bad, blinks, .. } = flown(board, fittings, true, &[], 1_500);
+        assert_eq!(good, [""; 0]);
+        assert!(bad.len() == 1 && bad[0].contains("HSE does not start"), "{bad:?}");
+        assert!(blinks >= 2, "{board:?}: {blinks}");
+    }
+}
+
+/// Registers of the CAN controllers, by their offset.
+const MSR: u32 = 0x004;
+const TSR: u32 = 0x008;
+const BTR: u32 = 0x01C;
+const RDLR0: u32 = 0x1B8;
+const FA1R: u32 = 0x21C;
+const CAN2: u32 = 0x400;
+const INAK: u32 = 1 << 0;
+const RQCP0: u32 = 1 << 0;
+const TXOK0: u32 = 1 << 1;
+const LBKM: u32 = 1 << 30;
+
+/// The reports of a board on which something is broken, without the sum; its first check that failed is `number`.
+fn assert_reports(wreck: impl Fn(&mut EmulatedBoard), number: usize, reports: &[&str]) {
+    for board in BOARDS {
+        let ms = 1_000 + 500 * number as u64;
+        let Flown { bad, blinks, is_lit, .. } = broken(board, Fittings::default(), true, &[], &wreck, ms);
+        let sum = format!("selftest: failed, first in check {number}");
+        let expected: Vec<&str> = reports.iter().copied().chain([sum.as_str()]).collect();
+        assert_eq!(bad.len(), expected.len(), "{board:?}: {bad:#?}");
+        for (found, expected) in bad.iter().zip(expected) {
+            assert!(found.starts_with(expected), "{board:?}: {found} for {expected}");
+        }
+        assert_eq!((blinks, is_lit), (number, false), "{board:?}: {bad:#?}");
+    }
+}
+
+/// Given a controller with bits that are stuck, then the check of that controller names what does not work.
+#[test]
+fn broken_controllers_are_reported_with_what_fails() {
+    let (nominal, redundant) = ("2 controller of the nominal bus", "3 controller of the redundant bus");
+    let lines = ["4 transceiver of the nominal bus", "5 transceiver of the redundant bus"];
+    // Offset in the controller, bits stuck at 0, at 1; what the controller and its line report.
+    let cases = [
+        (MSR, INAK, 0, "Init", Some("Controller(Init)")),
+        (MSR, 0, INAK, "Start", Some("Dominant")),
+        (TSR, RQCP0, 0, "Transmit", Some("Controller(Transmit)")),
+        (TSR, TXOK0, 0, "Error(", None),
+        // It listens to its pins and says nothing: nothing goes out.
+        (BTR, LBKM, 0, "Transmit", None),
+        // 5500FFAAh with its lowest bit set.
+        (RDLR0, 0, 1, "Content(1365, 1426128811)", None),
+    ];
+    for (side, (number, controller)) in [(2, nominal), (3, redundant)].into_iter().enumerate() {
+        for (offset, zeros, ones, found, line) in cases {
+            let offset = offset + CAN2 * side as u32;
+            let wreck =
+                |board: &mut EmulatedBoard| board.inflict(Defect::Can(StuckBits { offset, zeros, ones }));
+            let of_line = line.map(|line| format!("{}: {line}", lines[side]));
+            let reports: Vec<_> = [format!("{controller}: {found}")].into_iter().chain(of_line).collect();
+            assert_reports(wreck, number, &reports.iter().map(String::as_str).collect::<Vec<_>>());
+        }
+    }
+}
+
+/// Given filter banks of one controller that cannot be switched on, then it alone receives nothing.
+#[test]
+fn stuck_filter_banks_are_reported_by_their_controller() {
+    for (number, banks, report) in [
+        (2, 0x0000_3FFF, "2 controller of the nominal bus: Receive"),
+        (3, 0x0FFF_C000, "3 controller of the redundant bus: Receive"),
+    ] {
+        let stuck = StuckBits { offset: FA1R, zeros: banks, ones: 0 };
+        assert_reports(|board| board.inflict(Defect::Can(stuck)), number, &[report]);
+    }
+}
+
+/// Given capture wires that are exchanged, then both are reported as such.
+#[test]
+fn exchanged_capture_wires_are_reported() {
+    let reports = ["6 capture of the nominal bus: Swapped", "7 capture of the redundant bus: Swapped"];
+    assert_reports(|board| board.inflict(Defect::ExchangedCaptures), 6, &reports);
+}
+
+/// Given a prescaler that divides by half as much as it is to, then 10 ms of the timer are 840 000 cycles of the core, and some
+/// hundred for reading both.
+#[test]
+fn wrong_clock_is_reported_with_its_cycles() {
+    for board in BOARDS {
+        let wreck = |board: &mut EmulatedBoard| board.inflict(Defect::Apb1Prescaler);
+        // The LED, too, goes twice as fast: it blinks each second.
+        let Flown { bad, blinks, is_lit, .. } = broken(board, Fittings::default(), true, &[], wreck, 700);
+        let rate = bad[0].strip_prefix("1 clock: Rate(").and_then(|rest| rest.split_once(')'));
+        let cycles: u32 = rate.and_then(|(cycles, _)| cycles.parse().ok()).unwrap_or_default();
+        assert!(bad.len() == 2 && cycles.abs_diff(840_000) < 1_000, "{board:?}: {bad:#?}");
+        assert_eq!(bad[1], "selftest: failed, first in check 1");
+        assert_eq!((blinks, is_lit), (1, false), "{board:?}");
+    }
+}
+
+/// Given sectors of the parameter store that take no word, here by the option bytes, then there is no store.
+#[test]
+fn failing_flash_is_reported_as_no_store() {
+    // Sectors 6, 7 and 10, 11: the last two of either part.
+    let protect = |board: &mut EmulatedBoard| board.set_option_bytes(0x033F_AAED);
+    assert_reports(protect, 8, &["no parameter store", "8 parameter store: "]);
+}

@@ -1,0 +1,162 @@
+//! What boards meet and a core with ideal memory does not: a broken oscillator, a probe that is pulled, slow flash.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::board::{Fittings, FlashTiming};
+use twin::bxcan::Side;
+use twin::model::Model;
+use twin::peripherals::Pin;
+use twin::spacecraft::Bus;
+
+use flight::*;
+
+/// Given a slave whose HSE does not start, when it is powered, then it stays on HSI and off both buses, says so in its log,
+/// and its LEDs take turns.
+///
+/// Verifies: ECSS 6.10f
+#[test]
+fn board_without_oscillator_stays_silent_and_says_so() {
+    for (model, sync, state) in [
+        (Model::PYBOARD_V11, Pin::new('B', 4), Pin::new('A', 15)),
+        (Model::NUCLEO_F446RE, Pin::new('A', 5), Pin::new('A', 6)),
+    ] {
+        let [master, slave, mut broken, _] = MASTER_AND_THREE;
+        (broken.model, broken.power_on_ms) = (model, 20);
+        let fittings = |node| Fittings { hse_starts: node != broken.node, ..Fittings::default() };
+        let mut craft = Craft::fitted(&[master, slave, broken], fittings);
+        craft.fly_to(1_200);
+        assert!(
+            craft.said(broken.node, "HSE does not start", ms(20)).is_some(),
+            "{model:?} says nothing of it, but: {:?}",
+            craft.log(broken.node)
+        );
+        assert!(craft.is_operational(slave.node, Bus::Nominal), "the others fly");
+        let id = craft.board(broken.node);
+        assert!(craft.frames.iter().all(|seen| seen.sender != id.0 && !seen.reached.contains(&broken.node)));
+        for (bus, side) in Bus::ALL.into_iter().zip([Side::Can1, Side::Can2]) {
+            assert_eq!(craft.attempts(broken.node, bus).count(), 0);
+            assert_eq!(craft.twin.board(id).can_stats(side).stored, [0, 0]);
+        }
+        assert_eq!(craft.twin.board(id).hclk(), 16_000_000);
+        let changes = craft.twin.board_mut(id).take_pin_changes();
+        for led in [sync, state] {
+            let levels: Vec<_> = changes.iter().filter(|change| change.pin == led).collect();
+            assert!(levels.len() >= 2, "{led:?}: {changes:?}");
+            assert!(levels.windows(2).all(|pair| pair[0].high != pair[1].high));
+        }
+        craft.assert_sound();
+    }
+}
+
+/// Given a board whose oscillator starts 1.5 s after power-on, longer than the board waits for it at first, then the board is silent
+/// until then, boots, and is operational.
+///
+/// Verifies: ECSS 6.10f
+#[test]
+fn board_with_late_oscillator_boots_when_it_runs() {
+    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
+        let [master, slave, mut late, _] = MASTER_AND_THREE;
+        (late.model, late.power_on_ms) = (model, 20);
+        let delay = |node| if node == late.node { ms(1_500) } else { Time::ZERO };
+        let fittings = |node| Fittings { hse_delay: delay(node), ..Fittings::default() };
+        let mut craft = Craft::fitted(&[master, slave, late], fittings);
+        craft.fly_to(2_600);
+        assert!(craft.said(late.node, "HSE does not start", ms(20)).is_some(), "{}", craft.log(late.node));
+        let id = craft.board(late.node);
+        let first = craft.frames.iter().find(|seen| seen.sender == id.0).unwrap();
+        assert!(first.start > ms(1_520) && first.start < ms(1_520 + 300), "{} us", first.start.as_us());
+        assert_eq!(first.data(), [BOOT_UP]);
+        assert!(craft.is_operational(late.node, Bus::Nominal), "{}", craft.log(late.node));
+        craft.assert_sound();
+    }
+}
+
+/// Where the program writes next in the buffer of its log: up channel 0 of the RTT control block.
+fn log_index(craft: &Craft, node: u8) -> u32 {
+    const WRITE: u32 = 36;
+    let board = craft.twin.board(craft.board(node));
+    let block = board.symbol("_SEGGER_RTT").unwrap();
+    let bytes = board.read_memory(block.address + WRITE, 4).unwrap();
+    u32::from_le_bytes(bytes.try_into().unwrap())
+}
+
+/// Given a probe that had the log in blocking mode, when it is pulled and the log overflows, then the boards fly on.
+#[test]
+fn pulled_probe_stops_no_board() {
+    const BUFFER: u32 = 1024;
+    let mut craft = Craft::new(&MASTER_AND_THREE);
+    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    craft.fly_to(1_000);
+    for node in [1, 2] {
+        let id = craft.board(node);
+        craft.twin.board_mut(id).pull_probe();
+    }
+    // The master logs each emergency, the slave each telemetry request with a code that it does not know.
+    for at in (1_001..3_000).step_by(5) {
+        craft.twin.inject(guest, ms(at), WireFrame::standard(0x085, &[0, 0x10, 1, 0, 0, 0, 0, 0]));
+        craft.twin.inject(guest, ms(at), WireFrame::standard(0x402, &[0xFF, 0xFF, 0, 0, 0, 0, 0, 0]));
+    }
+    let mut logged = [0; 2];
+    let mut index = [1, 2].map(|node| log_index(&craft, node));
+    for until in (1_050..=3_500).step_by(50) {
+        craft.fly_to(until);
+        for (n, node) in [1, 2].into_iter().enumerate() {
+            let next = log_index(&craft, node);
+            logged[n] += (next + BUFFER - index[n]) % BUFFER;
+            index[n] = next;
+        }
+    }
+    assert!(craft.is_operational(2, Bus::Nominal), "master and slave stand after {logged:?} bytes");
+    assert!(logged.iter().all(|bytes| *bytes > BUFFER), "no overflow after {logged:?} bytes");
+    let executed = craft.executed(2);
+    craft.fly_to(4_500);
+    assert!(craft.executed(2) - executed >= 9, "the master sends a command every 100 ms");
+    craft.assert_sound();
+}
+
+/// Prefetch, instruction cache and data cache are on, with 5 wait states; no prefetch on revision A of the F405.
+#[test]
+fn flash_accelerator_is_on_after_the_start() {
+    let [_, slave, other, _] = MASTER_AND_THREE;
+    for (model, revision_a, expected) in [
+        (Model::PYBOARD_V11, false, 0x705),
+        (Model::NUCLEO_F446RE, false, 0x705),
+        (Model::PYBOARD_V11, true, 0x605),
+    ] {
+        let fittings = Fittings { revision_a, ..Fittings::default() };
+        let seats = [Seat { model, power_on_ms: 0, ..slave }, Seat { power_on_ms: 0, ..other }];
+        let mut craft =
+            Craft::fitted(&seats, |node| if node == slave.node { fittings } else { Fittings::default() });
+        craft.fly_to(30);
+        let board = craft.twin.board(craft.board(slave.node));
+        assert_eq!(board.flash_acr(), expected, "{model:?}");
+        craft.assert_sound();
+    }
+}
+
+/// One flight with each timing of the flash: the same frames, and cycles that rank as they must.
+#[test]
+fn wait_states_cost_cycles_and_the_accelerator_saves_them() {
+    let cycles = |timing: FlashTiming| {
+        let fittings = Fittings { flash_timing: timing, ..Fittings::default() };
+        let mut craft = Craft::fitted(&MASTER_AND_THREE, |_| fittings);
+        craft.fly_to(1_000);
+        assert!((2..=4).all(|node| craft.is_operational(node, Bus::Nominal)), "{timing:?}");
+        craft.assert_nothing_lost();
+        let slave = craft.twin.board(craft.board(2)).counters();
+        slave.cycles_awake as f64 / slave.instructions as f64
+    };
+    let [ideal, set, off] = [FlashTiming::Ideal, FlashTiming::AsSet, FlashTiming::Unaccelerated].map(cycles);
+    assert!(ideal < set && set < off, "{ideal} {set} {off} cycles per instruction");
+}
+
+/// Given boards on real flash timing, when the flight is repeated, then every frame comes at the same tick.
+#[test]
+fn flight_with_wait_states_repeats_to_the_tick() {
+    let ends = || {
+        let mut craft = Craft::new(&MASTER_AND_THREE);
+        craft.fly_to(800);
+        craft.frames.iter().map(|seen| seen.end).collect::<Vec<Time>>()
+    };
+    assert_eq!(ends(), ends());
+}

@@ -1,0 +1,206 @@
+//! Two master boards: one is active, the other one is silent and takes over (profile `standby`: consumer time of the standby
+//! 400 ms, of slaves 250 ms; a slave changes the bus after 500 ms).
+
+use std::sync::LazyLock;
+
+use can_wire::time::Time;
+use twin::board::BoardConfig;
+use twin::model::Model;
+use twin::peripherals::Pin;
+use twin::spacecraft::{BoardId, Bus};
+
+use flight::*;
+
+static TWO_MASTERS: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "standby"));
+
+/// The board strapped prime.
+pub const PRIME: u8 = MASTER;
+/// Stands for the other master board, which is node 1 as well.
+pub const SECOND: u8 = 128;
+/// Between the two of them.
+const BETWEEN_MASTERS_M: f64 = 2.0;
+
+/// A pyboard.
+pub const fn seat(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> Seat {
+    Seat { node, model: Model::PYBOARD_V11, ppm, position_m, power_on_ms, parity: true }
+}
+
+/// Prime at the left end, the slaves at the right one.
+pub const ALL: [Seat; 4] = [
+    seat(PRIME, 12.0, 0.0, 20),
+    seat(SECOND, -31.0, 4.0, 20),
+    seat(2, 48.0, 11.5, 60),
+    seat(3, -50.0, 23.0, 110),
+];
+
+fn config(seat: Seat) -> BoardConfig {
+    let closed = |number| vec![(Pin::new('A', number), false)];
+    match seat.node {
+        PRIME => BoardConfig { straps: closed(2), ..seat.with(&TWO_MASTERS) },
+        SECOND => {
+            let image = TWO_MASTERS[0].clone();
+            BoardConfig { name: "second".into(), image, straps: closed(6), ..seat.with(&TWO_MASTERS) }
+        }
+        _ => seat.with(&TWO_MASTERS),
+    }
+}
+
+/// Boards with the images of profile `standby`.
+pub fn craft(seats: &[Seat]) -> Craft {
+    Craft::of(seats, config)
+}
+
+/// Heartbeats and boot-up messages of a master board, on both buses: when they began and ended, and the bus.
+pub fn heartbeats(craft: &Recording, board: BoardId) -> Vec<(Time, Time, Bus)> {
+    let all = craft.frames.iter().filter(|seen| seen.sender == board.0 && seen.id() == Some(0x701));
+    all.map(|seen| (seen.start, seen.end, seen.bus)).collect()
+}
+
+/// Whether the last heartbeat of a master board is at most one period old.
+pub fn is_active(craft: &Recording, board: BoardId) -> bool {
+    heartbeats(craft, board).last().is_some_and(|(_, end, _)| craft.end.since(*end) < ms(110))
+}
+
+/// Everything that a board put on a wire, whole or not, after `from`.
+pub fn drove(craft: &Recording, node: u8, from: Time) -> usize {
+    let frames = craft.frames.iter().filter(|seen| seen.sender == craft.board(node).0 && seen.start > from);
+    frames.count()
+        + Bus::ALL.into_iter().flat_map(|bus| craft.attempts(node, bus)).filter(|at| *at > from).count()
+}
+
+/// The standby takes over at 3 s, when prime loses its power between two heartbeats.
+static TAKEOVER: LazyLock<Recording> = LazyLock::new(|| {
+    let mut craft = craft(&ALL);
+    craft.fly_to(3_000);
+    craft.twin.power(BoardId(0), false);
+    craft.fly_to(5_000);
+    craft.seen
+});
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn of_two_boards_powered_together_prime_is_active_other_silent() {
+    let first = heartbeats(&TAKEOVER, BoardId(0))[0].1;
+    assert!(about(ms(720), ms(30)).contains(&first), "{} us", first.as_us());
+    assert!(heartbeats(&TAKEOVER, BoardId(1)).iter().all(|(start, ..)| *start > ms(3_000)));
+    let early = TAKEOVER.frames.iter().filter(|seen| seen.sender == 1 && seen.end < ms(3_000));
+    assert_eq!(early.count(), 0, "no frame");
+    let attempts = Bus::ALL.into_iter().flat_map(|bus| TAKEOVER.attempts(SECOND, bus));
+    assert_eq!(attempts.filter(|at| *at < ms(3_000)).count(), 0, "nor an attempt");
+    assert!(TAKEOVER.said(SECOND, "Standby (MasterHeard)", Time::ZERO).is_some(), "{}", TAKEOVER.log(SECOND));
+}
+
+/// Given a standby, when the active master loses its power, then the standby is active within its consumer time and 10 ms. Slaves,
+/// which are Pre-operational on their bus by then, are started at once, and commands flow.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_takes_over_within_its_consumer_time() {
+    let last = heartbeats(&TAKEOVER, BoardId(0)).last().unwrap().1;
+    let (start, _, bus) = heartbeats(&TAKEOVER, BoardId(1))[0];
+    let taken = start.since(last);
+    assert!(taken < ms(410), "{} us", taken.as_us());
+    assert_eq!(bus, Bus::Nominal);
+    for node in [2, 3] {
+        assert!(TAKEOVER.is_operational(node, Bus::Nominal), "{node}");
+        let id = 0x700 + u16::from(node);
+        let runs = TAKEOVER.first_after(start, |seen| seen.id() == Some(id) && seen.data() == [OPERATIONAL]);
+        let runs = runs.unwrap().end.since(start);
+        assert!(runs < ms(10), "{} us", runs.as_us());
+        let command = TAKEOVER.first_after(start, |seen| seen.id() == Some(0x300 + u16::from(node)));
+        let flows = command.unwrap().end.since(start);
+        assert!(flows < ms(1_000), "{} us", flows.as_us());
+    }
+    let mut nmt = TAKEOVER.frames.iter().filter(|seen| seen.id() == Some(0) && seen.start > ms(3_000));
+    assert!(nmt.all(|seen| seen.data()[0] == 1), "start, and no reset");
+}
+
+/// Given slaves that were configured, when the standby has taken over, then it reads 1020h of each, and not before.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_new_master_checks_the_configuration_after_the_takeover() {
+    let start = heartbeats(&TAKEOVER, BoardId(1))[0].0;
+    for node in [2_u8, 3] {
+        let stamp = |seen: &&Seen| seen.data()[..3] == [0x40, 0x20, 0x10];
+        let asked: Vec<Time> = TAKEOVER
+            .sent(SECOND, Bus::Nominal, 0x600 + u16::from(node))
+            .filter(stamp)
+            .map(|seen| seen.start)
+            .collect();
+        assert!(!asked.is_empty() && asked.iter().all(|at| *at > start), "{node}");
+        let written = TAKEOVER.sent(SECOND, Bus::Nominal, 0x600 + u16::from(node));
+        assert_eq!(written.filter(|seen| seen.data()[0] & 0xE0 == 0x20).count(), 0, "nothing was wrong");
+    }
+}
+
+/// The old board gets its power back at 5 s.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_board_that_comes_back_stays_standby() {
+    let mut craft = craft(&ALL);
+    craft.fly_to(3_000);
+    craft.twin.power(BoardId(0), false);
+    craft.fly_to(4_000);
+    craft.twin.power(BoardId(0), true);
+    craft.fly_to(7_000);
+    assert!(is_active(&craft, BoardId(1)) && !is_active(&craft, BoardId(0)));
+    assert_eq!(drove(&craft, PRIME, ms(4_000)), 0);
+    assert!(
+        [2, 3]
+            .into_iter()
+            .all(|node| craft.is_operational(node, Bus::Nominal) && !craft.fell_back(node, ms(3_500)))
+    );
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_prime_board_that_is_late_is_the_standby() {
+    let mut craft = craft(&[Seat { power_on_ms: 900, ..ALL[0] }, ALL[1], ALL[2], ALL[3]]);
+    craft.fly_to(4_000);
+    assert!(is_active(&craft, BoardId(1)));
+    assert_eq!(drove(&craft, PRIME, Time::ZERO), 0);
+}
+
+/// Both buses are cut between prime and everybody else: the other board takes over. When they are healed both are active, and
+/// prime, which hears no slave, yields within two heartbeat periods.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn of_two_active_masters_the_one_without_slaves_yields() {
+    let mut craft = craft(&ALL);
+    craft.fly_to(3_000);
+    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).cut(BETWEEN_MASTERS_M));
+    craft.fly_to(6_000);
+    assert!(is_active(&craft, BoardId(1)));
+    assert!(
+        Bus::ALL.into_iter().flat_map(|bus| craft.attempts(PRIME, bus)).any(|at| at > ms(5_800)),
+        "active too"
+    );
+    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).restore(BETWEEN_MASTERS_M));
+    craft.fly_to(6_200);
+    assert!(craft.said(PRIME, "Standby (Yielded)", ms(6_000)).is_some(), "{}", craft.log(PRIME));
+    assert_eq!(craft.said(SECOND, "Standby", ms(6_000)), None);
+    craft.fly_to(7_000);
+    assert_eq!(drove(&craft, PRIME, ms(6_200)), 0);
+    assert!([2, 3].into_iter().all(|node| craft.is_operational(node, Bus::Nominal)));
+}
+
+/// Given two masters and no slave, when one is active, then the other one acknowledges nothing, and hears it all the same: it
+/// stays the standby, although SYNCs that nobody acknowledges take the place of heartbeats. A slave that gets its power at 5 s
+/// is started by the board that was active all the time.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_acknowledges_nothing() {
+    let mut craft = craft(&[ALL[0], ALL[1], Seat { power_on_ms: 5_000, ..ALL[2] }]);
+    craft.fly_to(5_000);
+    assert_eq!(craft.frames.len(), 0, "nobody acknowledges");
+    assert!(craft.attempts(PRIME, Bus::Nominal).count() > 0);
+    assert!(craft.said(SECOND, "Standby (MasterHeard)", Time::ZERO).is_some());
+    craft.fly_to(6_500);
+    assert_eq!(drove(&craft, SECOND, Time::ZERO), 0, "{}", craft.log(SECOND));
+    assert!(is_active(&craft, BoardId(0)) && craft.said(PRIME, "Standby", Time::ZERO).is_none());
+    assert!([Bus::Nominal, Bus::Redundant].into_iter().any(|bus| craft.is_operational(2, bus)));
+}

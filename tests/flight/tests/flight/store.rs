@@ -1,0 +1,183 @@
+//! The parameter store of the boards on emulated flash: power fails in each of its operations.
+//!
+//! The program is an example of `boards`: at each start it says which set it finds, then saves the next one. With PC0 to
+//! ground it saves a long set before.
+
+use std::sync::{Arc, OnceLock};
+
+use can_wire::time::Time;
+use twin::board::{BoardConfig, EmulatedBoard, Fittings, Remains, State};
+use twin::crystal::Crystal;
+use twin::image::Image;
+use twin::model::{FLASH_BASE, Model};
+use twin::peripherals::Pin;
+
+use flight::parsed;
+
+const STRAP: Pin = Pin::new('C', 0);
+const SECTOR: u32 = 128 << 10;
+
+fn image(model: Model) -> Arc<Image> {
+    let board = if model == Model::PYBOARD_V11 { "pyboard-v11" } else { "nucleo-f446re" };
+    parsed(&firmware_images::build_example(board, "parameter_store").unwrap())
+}
+
+fn board(model: Model) -> EmulatedBoard {
+    let config = BoardConfig {
+        name: "storing".to_owned(),
+        model,
+        image: image(model),
+        straps: Vec::new(),
+        crystal: Crystal::ppm(0.0),
+        position_m: 0.0,
+        power_on_at: Time::ZERO,
+        fittings: Fittings::default(),
+    };
+    EmulatedBoard::new(config, 0)
+}
+
+/// The whole flash.
+fn flash(board: &EmulatedBoard) -> Vec<u8> {
+    board.read_memory(FLASH_BASE, board.config().model.part.flash_bytes() as usize).unwrap()
+}
+
+/// Another board with the same flash.
+fn copy(board: &EmulatedBoard) -> EmulatedBoard {
+    let mut copy = self::board(board.config().model);
+    copy.write_flash(FLASH_BASE, &flash(board)).unwrap();
+    copy
+}
+
+/// What the program says of its last start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Report {
+    state: u32,
+    found: u32,
+    saved: u32,
+    damaged: u32,
+    mixed: u32,
+}
+
+fn report(board: &EmulatedBoard) -> Report {
+    let bytes = board.read_memory(board.symbol("REPORT").unwrap().address, 20).unwrap();
+    let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
+    Report { state: word(0), found: word(1), saved: word(2), damaged: word(3), mixed: word(4) }
+}
+
+/// Runs until the program has nothing more to do, or power fails.
+fn run(board: &mut EmulatedBoard) {
+    board.power(true);
+    let end = board.now() + Time::from_ms(3000);
+    while board.now() < end && *board.state() == State::Running && report(board).state != 2 {
+        let next = board.now() + Time::from_ms(1);
+        board.run_until(next).unwrap();
+    }
+    assert_eq!(board.counters().panics, 0, "{:?}", board.take_log());
+}
+
+/// A start from power-on until it is done.
+fn start(board: &mut EmulatedBoard) -> Report {
+    board.power(false);
+    run(board);
+    let report = report(board);
+    assert_eq!((board.state(), report.state, report.mixed), (&State::Running, 2, 0));
+    report
+}
+
+/// Starts once for each operation of a start and each kind of remains, with power failing there; `check` gets what the
+/// start after that says.
+fn cut_at_each_operation(board: &EmulatedBoard, mixtures: u64, check: impl Fn(u64, Remains, Report)) -> u64 {
+    let mut whole = copy(board);
+    start(&mut whole);
+    let operations = whole.counters().flash_programs + whole.counters().flash_erases;
+    for operation in 1..=operations {
+        let kinds = [Remains::Old, Remains::New].into_iter().chain((0..mixtures).map(Remains::Mixed));
+        for remains in kinds {
+            let mut cut = copy(board);
+            cut.cut_power_at(operation, remains);
+            run(&mut cut);
+            assert_eq!(*cut.state(), State::Off, "operation {operation} took place");
+            check(operation, remains, start(&mut cut));
+        }
+    }
+    operations
+}
+
+/// A board whose page the next start leaves, for another one that holds something; and the short set it holds.
+fn full_page() -> (EmulatedBoard, u32) {
+    static FLASH: OnceLock<Vec<u8>> = OnceLock::new();
+    const STARTS: u32 = 25;
+    let mut full = board(Model::PYBOARD_V11);
+    let fill = || {
+        let store = full.symbol("__store_start").unwrap().address;
+        let mut board = board(Model::PYBOARD_V11);
+        board.write_flash(store + SECTOR, &[0x5A; SECTOR as usize]).unwrap();
+        board.drive(STRAP, Some(false));
+        // Three quarters of 128 KiB, in steps of 4012 + 52 bytes; the next start makes room.
+        for number in 1..=STARTS {
+            assert_eq!(start(&mut board).saved, 2 * number);
+        }
+        assert_eq!(board.counters().flash_erases, 0);
+        flash(&board)
+    };
+    let content = FLASH.get_or_init(fill);
+    full.write_flash(FLASH_BASE, content).unwrap();
+    (full, 2 * STARTS)
+}
+
+#[test]
+fn each_start_finds_what_the_last_one_saved() {
+    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
+        let mut board = board(model);
+        let store = board.symbol("__store_start").unwrap().address;
+        assert_eq!(store, FLASH_BASE + model.part.flash_bytes() - 2 * SECTOR, "the last two sectors");
+        let before = flash(&board)[..(store - FLASH_BASE) as usize].to_vec();
+        for number in 0..5 {
+            let report = start(&mut board);
+            assert_eq!((report.found, report.saved, report.damaged), (number, number + 1, 0));
+        }
+        assert_eq!(board.counters().flash_erases, 0);
+        assert_eq!(flash(&board)[..before.len()], before, "the program is as it was");
+    }
+}
+
+#[test]
+fn a_save_cut_short_leaves_the_old_set_or_the_new() {
+    let mut board = board(Model::PYBOARD_V11);
+    assert_eq!(start(&mut board).saved, 1);
+    assert_eq!(start(&mut board).saved, 2);
+    board.power(false);
+    let operations = cut_at_each_operation(&board, 4, |operation, remains, report| {
+        // Length, ten words, CRC, commit: before the last operation the old set is stored.
+        let found = if operation == 13 && report.found == 3 { 3 } else { 2 };
+        assert_eq!(report.found, found, "operation {operation}, {remains:?}");
+        match remains {
+            Remains::Old if operation == 13 => assert_eq!((report.found, report.damaged), (2, 0)),
+            Remains::New if operation == 13 => assert_eq!((report.found, report.damaged), (3, 0)),
+            _ => assert_eq!(report.damaged, 0, "operation {operation}, {remains:?}"),
+        }
+    });
+    assert_eq!(operations, 13);
+}
+
+#[test]
+fn a_change_of_pages_at_a_start_cut_short_keeps_the_set() {
+    let (board, saved) = full_page();
+    let operations = cut_at_each_operation(&board, 3, |operation, remains, report| {
+        // Erasing, 13 operations to copy the set, magic, epoch; then the next set is saved.
+        let done = operation == 1 + 13 + 2 + 13 && report.found == saved + 1;
+        assert_eq!(report.found, saved + u32::from(done), "operation {operation}, {remains:?}");
+    });
+    assert_eq!(operations, 1 + 13 + 2 + 13);
+}
+
+/// The chip stands still for a second where it erases at x32, and for two where it does not.
+#[test]
+fn a_start_that_erases_takes_a_second() {
+    let (mut board, saved) = full_page();
+    let before = board.now();
+    assert_eq!(start(&mut board).found, saved);
+    assert_eq!(board.counters().flash_erases, 1);
+    let took = board.now().since(before);
+    assert!(took > Time::from_ms(1000) && took < Time::from_ms(1200), "{took:?}");
+}
