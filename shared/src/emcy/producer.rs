@@ -5,7 +5,7 @@ use heapless::Deque;
 use super::objects::{COB_ID, ERRORS, INHIBIT};
 use super::{EmcyObjects, Emergency, ErrorCode, ErrorRegister, History};
 use crate::od::CobIdEntry;
-use crate::types::{Address, CobId, Duration, Frame, Instant, NmtState};
+use crate::types::{Address, CobId, Duration, Frame, Instant, NmtState, Sealed};
 
 /// Errors that are remembered (object 1003h).
 const HISTORY: usize = 8;
@@ -47,7 +47,9 @@ impl Config {
 #[doc(alias("EMCY producer", "1014h", "1015h"))]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Producer {
-    config: Config,
+    /// COB-ID of the messages.
+    id: Sealed,
+    inhibit: Duration,
     /// Code and source of each, see [`key`], and [`TOLD`]; zero is a free place.
     active: [u32; ACTIVE],
     history: History<HISTORY>,
@@ -60,7 +62,8 @@ impl Producer {
     /// Makes a producer without errors.
     pub const fn new(config: Config) -> Self {
         Producer {
-            config,
+            id: Sealed::maybe(config.id),
+            inhibit: config.inhibit,
             active: [0; ACTIVE],
             history: History::new(),
             waiting: Deque::new(),
@@ -69,15 +72,16 @@ impl Producer {
         }
     }
 
-    /// Returns the COB-ID of the messages. `None`: no message is sent.
-    pub const fn id(&self) -> Option<CobId> {
-        self.config.id
+    /// Returns the COB-ID of the messages with its complement. Without one, or when a bit of it has flipped, no
+    /// message is sent.
+    pub const fn id(&self) -> Sealed {
+        self.id
     }
 
     /// Takes new values of 1014h and 1015h. The inhibit time counts from the last message that was sent. If the
     /// COB-ID is not valid any more, messages that wait are dropped.
     pub fn configure(&mut self, config: Config) {
-        self.config = config;
+        (self.id, self.inhibit) = (Sealed::maybe(config.id), config.inhibit);
         while config.id.is_none()
             && let Some(dropped) = self.waiting.pop_front()
         {
@@ -158,7 +162,7 @@ impl Producer {
 
     /// Returns whether the message will be sent.
     fn tell(&mut self, emergency: Emergency) -> bool {
-        if self.config.id.is_none() {
+        if self.id == Sealed::NONE {
             return false;
         }
         let is_taken = self.waiting.push_back(emergency).is_ok();
@@ -189,7 +193,7 @@ impl Producer {
 
     /// Returns the next message if one waits, the inhibit time is over, and `state` allows it.
     pub fn poll(&mut self, now: Instant, state: NmtState) -> Option<Frame> {
-        let id = self.config.id?;
+        let id = self.id.id()?;
         self.deadline(state).filter(|due| *due <= now)?;
         let emergency = self.waiting.pop_front()?;
         self.last = Some(now);
@@ -202,7 +206,7 @@ impl Producer {
         if self.waiting.is_empty() || !state.allows_emcy() {
             return None;
         }
-        Some(self.last.map_or(Instant::ZERO, |last| last + self.config.inhibit))
+        Some(self.last.map_or(Instant::ZERO, |last| last + self.inhibit))
     }
 }
 

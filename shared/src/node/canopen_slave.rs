@@ -77,9 +77,9 @@ impl<D: Device> CanopenSlave<D> {
     fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let (id, state) = (frame.id(), self.canopen.nmt.state());
         let services = &mut self.canopen.services;
-        if id == services.sync_id() && state.allows_sync() {
+        if services.is_sync(id) && state.allows_sync() {
             self.canopen.on_sync(BUS, frame, stamp, now, out);
-        } else if id == services.sdo_id() && state.allows_sdo() {
+        } else if services.is_sdo(id) && state.allows_sdo() {
             if !services.on_plain_segment(frame, now)
                 && let Some(at) = self.canopen.on_request(BUS, frame, now, out)
             {

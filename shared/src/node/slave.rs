@@ -104,9 +104,9 @@ impl<D: Device> Slave<D> {
         // Only the active bus is obeyed.
         if bus != self.selector.selected() {
             self.on_network(bus, frame, stamp, now, out);
-        } else if id == self.canopen.services.sync_id() && state.allows_sync() {
+        } else if self.canopen.services.is_sync(id) && state.allows_sync() {
             self.on_sync(frame, stamp, now, out);
-        } else if id == self.canopen.services.sdo_id() && state.allows_sdo() {
+        } else if self.canopen.services.is_sdo(id) && state.allows_sdo() {
             self.on_sdo(frame, now, out);
         } else if id < CobId::heartbeat(NodeId::MASTER) && state.allows_pdo() {
             self.on_pdo(frame, stamp, now, out);
@@ -300,7 +300,7 @@ impl<D: Device> Node for Slave<D> {
         let is_ranged = self.canopen.services.time.is_ranged() && id == CobId::heartbeat(self.canopen.id);
         (self.stamped.contains(&id) || is_ranged)
             && bus == self.selector.selected()
-            && (id != self.canopen.services.sync_id() || is_sync_length(frame))
+            && (!self.canopen.services.is_sync(id) || is_sync_length(frame))
     }
 }
 

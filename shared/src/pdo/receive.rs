@@ -3,7 +3,7 @@
 use super::{Layout, PdoSlots, RpdoError, RpdoEvent, rules};
 use crate::od::Objects;
 use crate::pdo::PdoParameters;
-use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
+use crate::types::{AbortCode, CobId, Duration, Frame, Instant, Sealed};
 
 /// Outcome of a frame of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -21,14 +21,12 @@ pub enum Taken {
     Rejected,
 }
 
-/// The COB-ID of an RPDO that is not valid: that of no frame.
-const NONE: u16 = u16::MAX;
 /// Function codes: the upper four bits of a COB-ID.
 const FUNCTIONS: usize = 16;
 /// No RPDO has this function code.
 const NOBODY: u16 = u16::MAX;
 
-/// Returns the function code of a COB-ID; out of range for [`NONE`].
+/// Returns the function code of a COB-ID; out of range for [`Sealed::NONE`].
 const fn function(id: u16) -> usize {
     id as usize >> 7
 }
@@ -49,7 +47,7 @@ const fn function(id: u16) -> usize {
 #[doc(alias("RPDO", "receive PDO"))]
 #[derive(Debug)]
 pub struct Rpdos<S: PdoSlots> {
-    ids: S::Receive<u16>,
+    ids: S::Receive<Sealed>,
     /// The first that has a COB-ID with this function code, so that a frame is not compared with all: the pre-defined
     /// connection set has at most one. Or [`NOBODY`].
     first: [u16; FUNCTIONS],
@@ -121,7 +119,7 @@ impl<S: PdoSlots> Rpdos<S> {
     /// Makes the RPDOs of a node. None is valid.
     pub fn new() -> Self {
         Rpdos {
-            ids: S::receive(NONE),
+            ids: S::receive(Sealed::NONE),
             first: [NOBODY; FUNCTIONS],
             is_shared: false,
             pdos: S::receive(Configured::INVALID),
@@ -134,7 +132,7 @@ impl<S: PdoSlots> Rpdos<S> {
     /// Makes all RPDOs invalid.
     pub fn clear(&mut self) {
         for (id, pdo) in self.ids.as_mut().iter_mut().zip(self.pdos.as_mut()) {
-            *id = NONE;
+            *id = Sealed::NONE;
             pdo.invalidate();
             self.has_events |= pdo.taken != 0;
         }
@@ -159,9 +157,9 @@ impl<S: PdoSlots> Rpdos<S> {
             return Err(AbortCode::NoObject);
         };
         pdo.invalidate();
-        *id = NONE;
+        *id = Sealed::NONE;
         if let Some((new_id, layout)) = resolved {
-            *id = new_id.raw();
+            *id = Sealed::of(new_id);
             pdo.layout = layout;
             pdo.timeout = parameters.event_timer;
             pdo.synchronous = rules::is_synchronous(parameters.transmission);
@@ -177,7 +175,7 @@ impl<S: PdoSlots> Rpdos<S> {
     fn index(&mut self) {
         (self.first, self.is_shared) = ([NOBODY; FUNCTIONS], false);
         for (number, id) in (0..).zip(self.ids.as_ref()) {
-            match self.first.get_mut(function(*id)) {
+            match self.first.get_mut(function(id.raw())) {
                 Some(first) if *first == NOBODY => *first = number,
                 Some(_) => self.is_shared = true,
                 None => {}
@@ -196,16 +194,25 @@ impl<S: PdoSlots> Rpdos<S> {
         self.next = Instant::NEVER;
     }
 
-    /// Returns the COB-ID of an RPDO, if it is valid.
+    /// Returns the COB-ID of an RPDO, if it is valid and no bit of it has flipped.
     pub fn id(&self, number: usize) -> Option<CobId> {
-        CobId::new(*self.ids.as_ref().get(number)?)
+        self.sealed(number).id()
+    }
+
+    /// Returns the COB-ID of an RPDO with its complement.
+    pub fn sealed(&self, number: usize) -> Sealed {
+        self.ids.as_ref().get(number).copied().unwrap_or(Sealed::NONE)
     }
 
     /// Returns the number of the first RPDO with this COB-ID.
     #[inline]
     pub fn first(&self, id: CobId) -> Option<usize> {
         let number = usize::from(*self.first.get(function(id.raw()))?);
-        if self.ids.as_ref().get(number) == Some(&id.raw()) { Some(number) } else { self.next(id, number) }
+        if self.ids.as_ref().get(number).is_some_and(|sealed| sealed.is(id)) {
+            Some(number)
+        } else {
+            self.next(id, number)
+        }
     }
 
     /// Returns the number of the next RPDO after `number` with this COB-ID.
@@ -218,7 +225,7 @@ impl<S: PdoSlots> Rpdos<S> {
     #[inline(never)]
     fn search(&self, id: CobId, number: usize) -> Option<usize> {
         let behind = self.ids.as_ref().iter().enumerate().skip(number.saturating_add(1));
-        behind.into_iter().find(|(_, other)| **other == id.raw()).map(|(number, _)| number)
+        behind.into_iter().find(|(_, other)| other.is(id)).map(|(number, _)| number)
     }
 
     /// Handles a plain frame of this RPDO in Operational. A frame is plain if it takes effect at once, has no

@@ -3,7 +3,7 @@
 use super::{Layout, PdoSlots, rules};
 use crate::od::{Objects, Place};
 use crate::pdo::PdoParameters;
-use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
+use crate::types::{AbortCode, CobId, Duration, Frame, Instant, Sealed};
 
 /// All TPDOs of a node: they move values from the dictionary into frames.
 ///
@@ -33,8 +33,7 @@ pub struct Tpdos<S: PdoSlots> {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Configured {
-    /// `None`: not valid.
-    id: Option<CobId>,
+    id: Sealed,
     layout: Layout,
     transmission: u8,
     sync_start: u8,
@@ -61,7 +60,7 @@ const START: u8 = u8::MAX;
 
 impl Configured {
     const INVALID: Configured = Configured {
-        id: None,
+        id: Sealed::NONE,
         layout: Layout::EMPTY,
         transmission: 0,
         sync_start: 0,
@@ -73,10 +72,15 @@ impl Configured {
         before: 0,
     };
 
+    /// Not valid.
+    fn is_none(&self) -> bool {
+        self.id == Sealed::NONE
+    }
+
     /// In Operational from now on.
     fn start(&mut self, now: Instant) {
         match self.transmission {
-            _ if self.id.is_none() => {}
+            _ if self.is_none() => {}
             0 => {}
             cycle if rules::is_synchronous(cycle) => {
                 self.syncs = if self.sync_start == 0 { cycle } else { START };
@@ -102,7 +106,7 @@ impl Configured {
     /// Returns whether an event makes it go out, now or later.
     fn trigger(&mut self, now: Instant) -> bool {
         match self.transmission {
-            _ if self.id.is_none() => return false,
+            _ if self.is_none() => return false,
             0 => self.syncs = 1,
             cycle if rules::is_synchronous(cycle) => return false,
             _ => self.due = self.due.min(self.inhibit_end.max(now)),
@@ -122,13 +126,14 @@ impl Configured {
     }
 
     fn is_by_event(&self) -> bool {
-        self.id.is_some() && (self.transmission == 0 || !rules::is_synchronous(self.transmission))
+        !self.is_none() && (self.transmission == 0 || !rules::is_synchronous(self.transmission))
     }
 
+    /// Nothing is sent if a bit of the COB-ID has flipped.
     #[inline(always)]
     fn send<D: Objects>(&self, objects: &D, send: impl FnOnce(Frame)) {
         let bits = self.layout.pack(objects);
-        if let Some(id) = self.id {
+        if let Some(id) = self.id.id() {
             send(Frame::of_bits(id, self.layout.bytes(), bits));
         }
     }
@@ -173,14 +178,14 @@ impl<S: PdoSlots> Tpdos<S> {
     ) -> Result<(), AbortCode> {
         let id = resolved.map(|(id, _)| id);
         let mut others = self.pdos.as_ref().iter().enumerate().filter(|(other, _)| *other != number);
-        if id.is_some() && others.any(|(_, other)| other.id == id) {
+        if id.is_some_and(|id| others.any(|(_, other)| other.id.is(id))) {
             return Err(AbortCode::ParameterIncompatible);
         }
         let pdo = self.pdos.as_mut().get_mut(number).ok_or(AbortCode::NoObject)?;
         let old = *pdo;
         *pdo = Configured::INVALID;
         if let Some((id, layout)) = resolved {
-            (pdo.id, pdo.layout) = (Some(id), layout);
+            (pdo.id, pdo.layout) = (Sealed::of(id), layout);
             (pdo.transmission, pdo.sync_start) = (parameters.transmission, parameters.sync_start);
             (pdo.inhibit, pdo.event_timer) = (parameters.inhibit, parameters.event_timer);
             pdo.inhibit_end = old.inhibit_end;
@@ -199,19 +204,24 @@ impl<S: PdoSlots> Tpdos<S> {
 
     /// After one became valid or invalid, or has another transmission type.
     fn index(&mut self) {
-        let is_synchronous = |pdo: &Configured| pdo.id.is_some() && rules::is_synchronous(pdo.transmission);
+        let is_synchronous = |pdo: &Configured| !pdo.is_none() && rules::is_synchronous(pdo.transmission);
         self.synchronous = self.pdos.as_ref().iter().rposition(is_synchronous).map_or(0, |last| last + 1);
         self.has_events = self.pdos.as_ref().iter().any(Configured::is_by_event);
     }
 
-    /// Returns the COB-ID of a TPDO, if it is valid.
+    /// Returns the COB-ID of a TPDO, if it is valid and no bit of it has flipped.
     pub fn id(&self, number: usize) -> Option<CobId> {
-        self.pdos.as_ref().get(number)?.id
+        self.sealed(number).id()
+    }
+
+    /// Returns the COB-ID of a TPDO with its complement.
+    pub fn sealed(&self, number: usize) -> Sealed {
+        self.pdos.as_ref().get(number).map_or(Sealed::NONE, |pdo| pdo.id)
     }
 
     /// Returns whether a TPDO is valid.
     pub fn is_valid(&self, number: usize) -> bool {
-        self.pdos.as_ref().get(number).is_some_and(|pdo| pdo.id.is_some())
+        self.pdos.as_ref().get(number).is_some_and(|pdo| !pdo.is_none())
     }
 
     /// Returns whether any TPDO is sent on events.

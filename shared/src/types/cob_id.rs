@@ -64,6 +64,11 @@ impl CobId {
         Self::with_node(0x580, node)
     }
 
+    /// Returns the COB-ID of the answer to SDO requests with this one.
+    pub(crate) const fn sdo_answer(self) -> CobId {
+        CobId(self.0 - 0x080)
+    }
+
     /// Returns the COB-ID of SDO from a client to the server in a node: 600h + node.
     pub const fn sdo_request(node: NodeId) -> CobId {
         Self::with_node(0x600, node)

@@ -37,6 +37,7 @@ mod periodic;
 #[cfg(feature = "model")]
 mod rebase;
 mod scet;
+mod sealed;
 mod utc;
 
 pub use abort::AbortCode;
@@ -52,4 +53,5 @@ pub use periodic::Periodic;
 #[cfg(feature = "model")]
 pub use rebase::Rebase;
 pub use scet::Scet;
+pub use sealed::Sealed;
 pub use utc::{Utc, UtcRelation};

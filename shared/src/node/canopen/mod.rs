@@ -147,9 +147,10 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.run_device(bus, until, now, out);
     }
 
-    /// Looks for flipped bits in the Node-ID, before a heartbeat has it (ECSS 6.10k).
+    /// Looks for flipped bits in the Node-ID, before a heartbeat has it and before a command of the master is obeyed
+    /// (ECSS 6.10k).
     #[inline(never)] // between heartbeats nothing is to be looked for
-    fn check_node_id(&mut self) {
+    pub fn check_node_id(&mut self) {
         self.services.compare_node_ids(&mut self.id);
         self.heartbeat.set_node(self.id);
     }

@@ -9,7 +9,7 @@ use crate::node::index::{
 use crate::node::{Device, Extension, NodeObjects, Outbox, SelfTest};
 use crate::od::{ObjectAccess, Transfer};
 use crate::store::{Group, Loaded};
-use crate::types::{AbortCode, Address, Instant, NodeId};
+use crate::types::{AbortCode, Address, Instant, NodeId, Sealed};
 
 impl<D: Device, E: Extension> Services<D, E> {
     /// Takes the parameters of all services from the dictionary, at power-on and after a reset of the
@@ -22,7 +22,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         dictionary.rpdos.stop();
         dictionary.tpdos.stop();
         let communication = &dictionary.objects.communication;
-        self.sync_id = communication.sync.id();
+        self.sync_id = Sealed::of(communication.sync.id());
         self.sync.configure(communication.sync.overflow, communication.sync.window);
         dictionary.emcy.configure(communication.emcy.config());
         let emcy = &mut dictionary.emcy;
@@ -150,7 +150,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         emcy.follow(at, &mut objects.communication.emcy);
         if self.sync.follow(at, &objects.communication.sync) {
-            self.sync_id = objects.communication.sync.id();
+            self.sync_id = Sealed::of(objects.communication.sync.id());
         }
         if let Some(missed) = self.monitor.follow(at, &objects.consumers) {
             self.clear(ErrorCode::HEARTBEAT, missed.get());

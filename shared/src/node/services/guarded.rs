@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | first | the object | reads and writes of clients |
 //! | second, with its complement | [`Guarded`] | nothing else |
-//! | third | the service | the frames |
+//! | third, with its complement | the service | the frames: none is sent or taken while a bit of it is wrong |
 //!
 //! After each heartbeat the node compares one COB-ID, or a few. So the comparison needs no wake-up of its own and
 //! no long step (row `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while
@@ -20,7 +20,7 @@ use crate::node::services::rules::SYNC_IS_USED;
 use crate::node::{Communication, Device, Extension, NodeObjects};
 use crate::od::CobIdEntry;
 use crate::pdo::{Direction, PdoSlots};
-use crate::types::{Address, CobId, Instant, NodeId};
+use crate::types::{Address, CobId, Instant, NodeId, Sealed};
 
 /// Source of the emergency that reports a flipped bit; the number of those that were mended follows.
 const FLIPPED: u8 = 1;
@@ -53,7 +53,7 @@ impl Copied {
 struct Copies<'a> {
     object: &'a mut u32,
     second: &'a mut Copied,
-    in_use: Option<CobId>,
+    in_use: Sealed,
     /// Bits of the object of which the service takes notice.
     flags: u32,
 }
@@ -63,7 +63,7 @@ impl Copies<'_> {
     fn correct(self) -> bool {
         let whole = self.second.whole();
         let right = whole.unwrap_or(*self.object);
-        let is_used = CobIdEntry::from_raw(right & self.flags).cob_id() == self.in_use;
+        let is_used = Sealed::maybe(CobIdEntry::from_raw(right & self.flags).cob_id()) == self.in_use;
         let is_right = is_used && whole == Some(*self.object);
         (*self.object, *self.second) = (right, Copied::of(right));
         !is_right
@@ -120,12 +120,14 @@ fn number_of<S: PdoSlots>(index: u16) -> Option<usize> {
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// Compares the Node-ID of the node with the copies in its services (ECSS 6.10k). If one of three is wrong,
-    /// all are corrected, and an emergency reports it.
+    /// Compares the Node-ID of the node with the copies in its services (ECSS 6.10k), and the COB-ID of SDO with it.
+    /// What is wrong is corrected, and an emergency reports it.
     #[inline(never)] // with heartbeats
     pub fn compare_node_ids(&mut self, own: &mut NodeId) {
-        if correct([own, &mut self.id, &mut self.dictionary.id]) {
-            self.sdo_id = CobId::sdo_request(*own);
+        let is_wrong = correct([own, &mut self.id, &mut self.dictionary.id]);
+        let sdo_id = Sealed::of(CobId::sdo_request(*own));
+        if is_wrong || self.sdo_id != sdo_id {
+            self.sdo_id = sdo_id;
             self.report_flipped();
         }
     }
@@ -163,7 +165,7 @@ impl<D: Device, E: Extension> Services<D, E> {
                 objects: NodeObjects { communication: Communication { sync, emcy, .. }, .. },
                 ..
             } = &mut self.dictionary;
-            self.sync_id = sync.id();
+            self.sync_id = Sealed::of(sync.id());
             let emcy = emcy.config();
             self.dictionary.emcy.configure(emcy);
             self.dictionary.set_pdos(now);
@@ -182,7 +184,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         match number {
             SYNC => {
                 let (object, second) = (&mut communication.sync.cob_id, &mut guarded.sync);
-                Some(Copies { object, second, in_use: Some(*sync_id), flags: SYNC_IS_USED })
+                Some(Copies { object, second, in_use: *sync_id, flags: SYNC_IS_USED })
             }
             EMCY => {
                 let (object, second) = (&mut communication.emcy.cob_id, &mut guarded.emcy);
@@ -191,9 +193,11 @@ impl<D: Device, E: Extension> Services<D, E> {
             _ => {
                 let nth = number.checked_sub(FIRST_RPDO)?;
                 let (direction, nth, second, in_use) = match nth.checked_sub(D::Pdos::RECEIVE) {
-                    None => (Direction::Receive, nth, guarded.rpdos.as_mut().get_mut(nth)?, rpdos.id(nth)),
+                    None => {
+                        (Direction::Receive, nth, guarded.rpdos.as_mut().get_mut(nth)?, rpdos.sealed(nth))
+                    }
                     Some(nth) => {
-                        (Direction::Transmit, nth, guarded.tpdos.as_mut().get_mut(nth)?, tpdos.id(nth))
+                        (Direction::Transmit, nth, guarded.tpdos.as_mut().get_mut(nth)?, tpdos.sealed(nth))
                     }
                 };
                 let (pdo, _) = pdos.pdo_mut(direction, nth)?;

@@ -26,7 +26,7 @@ use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
 use crate::store::ParameterStore;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
 use crate::{sdo, sync};
 use dictionary::Answer;
 pub use dictionary::Dictionary;
@@ -62,9 +62,9 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     pub dictionary: Dictionary<D, E>,
     pub monitor: Monitor<D::Consumers>,
     sync: sync::Consumer,
-    sync_id: CobId,
+    sync_id: Sealed,
     /// COB-ID of requests to the SDO server.
-    sdo_id: CobId,
+    sdo_id: Sealed,
     server: sdo::Server,
     pub time: E::Time,
     pub buses: Buses,
@@ -113,8 +113,8 @@ impl<D: Device, E: Extension> Services<D, E> {
             id,
             monitor: Monitor::new(),
             sync: sync::Consumer::new(0, 0),
-            sync_id: CobId::SYNC,
-            sdo_id: CobId::sdo_request(id),
+            sync_id: Sealed::of(CobId::SYNC),
+            sdo_id: Sealed::of(CobId::sdo_request(id)),
             server: sdo::Server::new(profile.sdo_timeout),
             time: E::new_time(profile),
             buses: Buses::new(profile.access(id), profile.bus_off),
@@ -161,14 +161,21 @@ impl<D: Device, E: Extension> Services<D, E> {
         NodeId::new((entry >> 16) as u8).map(CobId::heartbeat)
     }
 
-    /// Returns the COB-ID of SYNC.
-    pub fn sync_id(&self) -> CobId {
-        self.sync_id
+    /// Returns whether this is the COB-ID of SYNC.
+    #[inline]
+    pub fn is_sync(&self, id: CobId) -> bool {
+        self.sync_id.is(id)
     }
 
-    /// Returns the COB-ID of SDO requests.
+    /// Returns whether this is the COB-ID of SDO requests.
+    #[inline]
+    pub fn is_sdo(&self, id: CobId) -> bool {
+        self.sdo_id.is(id)
+    }
+
+    /// Returns the COB-ID of SDO requests by the Node-ID.
     pub fn sdo_id(&self) -> CobId {
-        self.sdo_id
+        CobId::sdo_request(self.id)
     }
 
     /// Returns the COB-ID of SYNC as it was just written.
@@ -304,7 +311,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// code once.
     #[inline(always)]
     pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
-        let response = CobId::sdo_response(self.id);
+        let Some(response) = self.sdo_id.id().map(CobId::sdo_answer) else { return false };
         let Self { dictionary, server, .. } = self;
         dictionary.now = now;
         let mut send = move |payload| send(Frame::of(response, payload));

@@ -20,6 +20,7 @@ impl<D: Device> Slave<D> {
         let Some(message) = NmtMessage::decode(frame) else {
             return self.canopen.services.buses.malformed(bus);
         };
+        self.canopen.check_node_id();
         // Not of the master, as far as this node can know: it does not end a search either.
         if self.is_refused(bus, &message, now, out) {
             return;

@@ -13,6 +13,7 @@ mod cuts;
 mod division;
 mod driver;
 mod equal_boards;
+mod flipped;
 mod foreign;
 mod fork;
 mod identity;

@@ -14,7 +14,7 @@ use crate::node::{Device, NodeObjects, Outbox, SlaveEvent};
 use crate::od::{CobIdEntry, INVALID, NO_REMOTE, Objects};
 use crate::pdo::{Direction, Layout, Mapping, PdoObjects, PdoSet, PdoSlots};
 use crate::profile::Profile;
-use crate::types::{Address, CobId, Duration, Instant, NodeId};
+use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
 
 /// A number that PDO 1 of both directions carries.
 #[derive(Debug, Objects)]
@@ -62,7 +62,7 @@ fn state(services: &Services<Probe>) -> (Vec<u32>, Vec<Option<CobId>>, bool) {
     written.extend(pdos.tpdos.iter().map(|pdo| pdo.cob_id));
     let copies = [guarded.sync, guarded.emcy].into_iter().chain(guarded.rpdos).chain(guarded.tpdos);
     let are_whole = copies.zip(&written).all(|(copy, written)| copy.whole() == Some(*written));
-    let mut used = vec![Some(services.sync_id), dictionary.emcy.id()];
+    let mut used = vec![services.sync_id.id(), dictionary.emcy.id().id()];
     used.extend([0, 1].map(|number| dictionary.rpdos.id(number)));
     used.extend([0, 1].map(|number| dictionary.tpdos.id(number)));
     (written, used, are_whole)
@@ -104,7 +104,7 @@ fn set_used(services: &mut Services<Probe>, number: usize, id: CobId) {
     let pdos = dictionary.objects.pdos.clone();
     let resolved = Some((id, Layout::new::<NodeObjects<Probe>>(Direction::Receive, &[0x6000_0008]).unwrap()));
     match number {
-        0 => services.sync_id = id,
+        0 => services.sync_id = Sealed::of(id),
         1 => dictionary.emcy.configure(Config { id: Some(id), inhibit: Duration::ZERO }),
         2 => dictionary.rpdos.configure(0, &pdos.rpdos[0], resolved, false).unwrap(),
         _ => dictionary.tpdos.configure(0, &pdos.tpdos[0], resolved, NOW).unwrap(),

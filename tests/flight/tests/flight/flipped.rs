@@ -1,0 +1,138 @@
+//! One bit of a COB-ID or of the Node-ID flips in the memory of a running node (ECSS 6.10d, k).
+//!
+//! A copy of the flight flies for each place in RAM that holds the identifier or its complement.
+
+use std::collections::BTreeSet;
+
+use flight::*;
+
+/// Static RAM of the F405 without its last 16 KiB, and the core-coupled memory.
+const MEMORIES: [(u32, usize); 2] = [(0x2000_0000, 112 << 10), (0x1000_0000, 64 << 10)];
+
+/// All nodes are Operational.
+const FLIP_MS: u64 = 3_000;
+/// 32 heartbeats later each COB-ID was compared.
+const END_MS: u64 = FLIP_MS + 32 * 100 + 500;
+
+/// EMCY code 5000h, hardware, whose first byte of information names a flipped bit.
+const FLIPPED: [u8; 4] = [0x00, 0x50, 0x08, 0x01];
+
+/// Bits that flip: of the Node-ID, and of the function code.
+const BITS: [u32; 2] = [1, 8];
+
+/// Copies of a COB-ID that a node keeps: object, service, service's complement, second copy, its complement.
+const COPIES: usize = 5;
+
+/// A slave whose Node-ID is rare among the bytes of its memory.
+const SLAVE: u8 = 13;
+
+fn craft() -> Craft {
+    let seats = [MASTER_AND_THREE[0], Seat { node: SLAVE, ..MASTER_AND_THREE[1] }];
+    let mut craft = Craft::with(&seats, &STANDARD);
+    craft.fly_to(FLIP_MS);
+    craft
+}
+
+/// COB-IDs that a node sends.
+fn sent(craft: &Craft, node: u8) -> BTreeSet<u16> {
+    let sender = craft.board(node).0;
+    craft.frames.iter().filter(|seen| seen.sender == sender).filter_map(Seen::id).collect()
+}
+
+/// Places in the memory of a node where these bytes are.
+fn places(craft: &Craft, node: u8, bytes: &[u8]) -> Vec<u32> {
+    let board = craft.twin.board(craft.board(node));
+    let mut places = Vec::new();
+    for (start, len) in MEMORIES {
+        let memory = board.read_memory(start, len).unwrap();
+        let found = memory.chunks(bytes.len()).zip(0..).filter(|(chunk, _)| *chunk == bytes);
+        places.extend(found.map(|(_, number)| start + number * bytes.len() as u32));
+    }
+    places
+}
+
+/// What followed from a flipped bit.
+struct Outcome {
+    /// The node reported it.
+    is_reported: bool,
+    /// Frames of the node with a COB-ID that it did not use before.
+    strange: Vec<u16>,
+}
+
+/// A copy of the flight in which one bit of `node` flips.
+fn flip(craft: &Craft, node: u8, address: u32, bit: u32) -> Outcome {
+    let mut copy = craft.clone();
+    let before = sent(craft, node);
+    let (id, flown) = (copy.board(node), copy.frames.len());
+    let [byte] = copy.twin.board(id).read_memory(address + bit / 8, 1).unwrap()[..] else { unreachable!() };
+    copy.twin.board_mut(id).write_memory(address + bit / 8, &[byte ^ 1 << (bit % 8)]).unwrap();
+    copy.fly_to(END_MS);
+    let later = copy.frames[flown..].iter().filter(|seen| seen.sender == id.0);
+    let emcy = 0x080 + u16::from(node);
+    let strange =
+        later.clone().filter_map(Seen::id).filter(|id| *id != emcy && !before.contains(id)).collect();
+    let is_reported = later.clone().any(|seen| {
+        seen.id() == Some(emcy) && [0, 1, 3].into_iter().all(|byte| seen.data()[byte] == FLIPPED[byte])
+    });
+    Outcome { is_reported, strange }
+}
+
+/// Flips a bit in each place that holds `id` or its complement. No frame of the node may have the COB-ID that results. Returns
+/// how many of the flips the node reported.
+fn flip_all(craft: &Craft, node: u8, id: u16) -> usize {
+    let mut reported = 0;
+    for value in [id, !id] {
+        for place in places(craft, node, &value.to_le_bytes()) {
+            for bit in BITS {
+                let outcome = flip(craft, node, place, bit);
+                assert!(
+                    outcome.strange.is_empty(),
+                    "{:X?} from COB-ID {id:03X}h at {place:08X}h, bit {bit}",
+                    outcome.strange
+                );
+                reported += usize::from(outcome.is_reported);
+            }
+        }
+    }
+    reported
+}
+
+/// Given a slave in flight, when a bit flips in any place that holds the COB-ID of one of its PDOs, then no frame with another
+/// COB-ID leaves it. It mends and reports the copies that it keeps: the object, the one that the service uses and its complement,
+/// the one for comparison and its complement.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn a_flipped_bit_sends_no_false_cob_id() {
+    let craft = craft();
+    for id in [0x180, 0x380].map(|function| function + u16::from(SLAVE)) {
+        assert!(sent(&craft, SLAVE).contains(&id));
+        assert!(flip_all(&craft, SLAVE, id) >= COPIES * BITS.len(), "{id:03X}h");
+    }
+}
+
+/// Verifies: ECSS 6.10d
+#[test]
+fn a_flipped_bit_in_the_master_sends_no_false_cob_id() {
+    let craft = craft();
+    for id in [0x180 + u16::from(MASTER), 0x300 + u16::from(SLAVE)] {
+        assert!(sent(&craft, MASTER).contains(&id));
+        println!("{}", flip_all(&craft, MASTER, id));
+    }
+}
+
+/// Given a slave in flight, when a bit flips in any byte that equals its Node-ID, then no frame with the COB-ID of another node
+/// leaves it. It mends and reports each of the three copies that it keeps.
+///
+/// Verifies: ECSS 6.10k
+#[test]
+fn a_flipped_bit_of_the_node_id_makes_no_other_node() {
+    let craft = craft();
+    let mut reported = 0;
+    for place in places(&craft, SLAVE, &[SLAVE]) {
+        let outcome = flip(&craft, SLAVE, place, 1);
+        println!("{place:08X} {} {:X?}", outcome.is_reported, outcome.strange);
+        reported += usize::from(outcome.is_reported);
+    }
+    assert!(reported >= 3, "{reported}");
+}
