@@ -61,8 +61,9 @@ impl CobIdEntry {
 
     /// Returns the entry after a write.
     ///
-    /// The identifier stays while the communication object is in use: valid, or the producer of SYNC. The write
-    /// that ends the use may not change it either (CiA 301 7.5.2.5, 7.5.2.17, 7.5.2.35).
+    /// The identifier stays while the communication object is in use: valid, or the producer of SYNC (CiA 301
+    /// 7.5.2.5, 7.5.2.17, 7.5.2.35). The write that makes a PDO invalid may change it. That is how configuration
+    /// tools move a PDO. The write that ends the use of another object may not.
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for an extended or restricted identifier (ECSS 6.10b) or a reserved bit. Another
@@ -76,7 +77,8 @@ impl CobIdEntry {
         let (fixed, restrictable) = match entry_use {
             // A consumer listens to the identifier as well.
             EntryUse::Sync => (self.flag(), true),
-            _ => (self.cob_id().is_some(), new.cob_id().is_some()),
+            EntryUse::Emcy => (self.cob_id().is_some(), new.cob_id().is_some()),
+            EntryUse::Pdo => (self.cob_id().is_some() && raw & INVALID == 0, new.cob_id().is_some()),
         };
         let id = new.id();
         if raw & reserved != 0 || restrictable && id.is_restricted() {

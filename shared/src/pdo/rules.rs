@@ -12,7 +12,7 @@
 //! | making a PDO valid that carries nothing, or a TPDO with the identifier of another | 06040043h |
 //! | making a PDO valid with the identifier of SYNC, or a TPDO with that of the node's own emergencies | 06040043h |
 //!
-//! The write that makes a PDO invalid may not change its identifier either: the PDO is still valid then.
+//! The write that makes a PDO invalid may change its identifier, as configuration tools do.
 //! Transmission type and event timer may change while valid; they take effect at once.
 
 use super::{Direction, Layout};

@@ -203,8 +203,7 @@ class Walk:
         own, count = self.number(parameters, 1), self.number(mapping, 0)
         mapped = [self.number(mapping, sub) for sub in objects]
         if not own & INVALID:
-            for other in (own ^ 0x20, own ^ 0x20 | INVALID):
-                self.refuses_write(UNSUPPORTED, parameters, 1, other)
+            self.refuses_write(UNSUPPORTED, parameters, 1, own ^ 0x20)
             for sub in {INHIBIT, SYNC_START}.intersection(subs):
                 self.refuses_write(UNSUPPORTED, parameters, sub, self.number(parameters, sub))
             for sub, value in enumerate([count, *mapped]):

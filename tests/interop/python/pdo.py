@@ -75,6 +75,22 @@ class Pdo(Test):
         told = values.wait_for(lambda told: told != [])
         self.assertEqual(told[0], bytes.fromhex("78563412 F0DEBC9A"))
 
+    def test_a_valid_pdo_is_moved_by_one_save(self) -> None:
+        """The write that makes it invalid has the new COB-ID already."""
+        pdo = self.remote.tpdo[TELEMETRY]
+        # There and back: the other tests use it.
+        for cob_id in (0x1C2, 0x382):
+            self.remote.nmt.state = "PRE-OPERATIONAL"
+            self.slave.becomes(PRE_OPERATIONAL)
+            self.assertTrue(pdo.enabled)
+            pdo.cob_id = cob_id
+            pdo.save()
+            answers = Witness()
+            self.net.subscribe(cob_id, lambda cob_id, data, timestamp: answers(bytes(data)))
+            self.start()
+            self.send(REQUEST, VALUE, 0)
+            answers.wait_for(lambda told: told != [])
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

@@ -268,20 +268,19 @@ fn a_mapping_is_written_while_the_pdo_is_invalid_and_empty() {
     }
 }
 
-/// CiA 301 7.5.2.35: bits 0 to 29 stay while the PDO is valid, also in the write that makes it invalid.
+/// CiA 301 7.5.2.35: bits 0 to 29 stay while the PDO is valid. The write that makes it invalid may move it, as the tools of
+/// others do; that of 1014h may not.
 #[test]
-fn a_valid_pdo_keeps_its_identifier_in_the_write_that_ends_it() {
+fn a_valid_pdo_takes_another_identifier_in_the_write_that_ends_it() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));
     for (index, id) in [(0x1801, 0x285), (0x1402, 0x405)] {
-        for other in [INVALID | NO_REMOTE | (id + 1), NO_REMOTE | (id + 1)] {
-            assert_eq!(write(&mut slave, index, 1, &other.to_le_bytes()), refused(index, 1, 0x0601_0000));
-        }
+        let other = NO_REMOTE | (id + 1);
+        assert_eq!(write(&mut slave, index, 1, &other.to_le_bytes()), refused(index, 1, 0x0601_0000));
         assert_eq!(read(&mut slave, index, 1), (NO_REMOTE | id).to_le_bytes());
-        for value in [INVALID | NO_REMOTE | id, INVALID | NO_REMOTE | (id + 1), NO_REMOTE | (id + 1)] {
+        for value in [INVALID | NO_REMOTE | (id + 1), NO_REMOTE | (id + 1)] {
             assert_eq!(write(&mut slave, index, 1, &value.to_le_bytes()), done(index, 1));
         }
     }
-    // 1014h is alike.
     for other in [0x86, INVALID | 0x86] {
         assert_eq!(write(&mut slave, 0x1014, 0, &other.to_le_bytes()), refused(0x1014, 0, 0x0609_0030));
     }
