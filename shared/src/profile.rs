@@ -119,6 +119,7 @@ impl Profile {
             length: Metres(40),
             node_delay: Network::NODE_DELAY,
             oscillator_tolerance: PartsPerMillion(1_000),
+            jump_width: Network::JUMP_WIDTH,
         },
         heartbeat: Duration::from_millis(100),
         late_heartbeat: Duration::from_micros(540),

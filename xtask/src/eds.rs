@@ -19,6 +19,9 @@ use support::board::{BitRate, Profile};
 use support::output;
 use support::project::manifest;
 
+/// Names of the data sheets of minimal slaves.
+const MINIMAL_EDS: &str = "minimal.eds";
+const PROTOTYPE_EDS: &str = "minimal-librecube.eds";
 /// Node-IDs of slaves.
 const SLAVES: RangeInclusive<u8> = 2..=127;
 /// When the files were first made, and when what they say changed last.
@@ -44,7 +47,8 @@ pub struct Options {
     #[arg(long)]
     check: bool,
 
-    /// Slaves that get a DCF, 2..127; may be repeated [default: 3; none with --package]
+    /// Slaves that get a DCF, 2..127; may be repeated [default: 3 and the minimal slaves of the profile; none with
+    /// --package]
     #[arg(long = "slave", value_name = "NODE", value_parser = clap::value_parser!(u8).range(i64::from(*SLAVES.start())..=i64::from(*SLAVES.end())))]
     slaves: Vec<u8>,
 
@@ -125,9 +129,14 @@ fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let profile = numbers(options.profile);
     let description = Description::new(&slave_device(options.profile), |node| slave(node, profile))?;
     let mut files = vec![("slave.eds".into(), description.eds("slave.eds"))];
-    let slaves = if options.slaves.is_empty() { &[3][..] } else { &options.slaves };
-    for &node in slaves {
+    let (minimal, prototype) = minimal_descriptions()?;
+    let slaves = if options.slaves.is_empty() { usual_slaves(profile) } else { options.slaves.clone() };
+    for node in slaves {
         let node = NodeId::new(node).context("a Node-ID is 1..127")?;
+        if is_minimal(profile, node) {
+            files.push(minimal_dcf(node, options.profile, [&minimal, &prototype])?);
+            continue;
+        }
         let name = format!("slave-{}.dcf", node.get());
         let commissioning = commissioning(node, format!("slave {}", node.get()), profile);
         let text = description.dcf(&name, "slave.eds", &commissioning, &mut slave(node, profile))?;
@@ -138,19 +147,52 @@ fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let commissioning = commissioning(NodeId::MASTER, "master".into(), profile);
     let text = description.dcf("master.dcf", "master.eds", &commissioning, &mut master(profile))?;
     files.push(("master.dcf".into(), text));
-    files.extend(minimal_files()?);
+    files.push((MINIMAL_EDS.into(), minimal.eds(MINIMAL_EDS)));
+    files.push((PROTOTYPE_EDS.into(), prototype.eds(PROTOTYPE_EDS)));
     Ok(files)
 }
 
-/// Minimal slaves have other PDOs in profile `librecube`: a file for each, whatever profile the others have.
-fn minimal_files() -> anyhow::Result<[(String, String); 2]> {
+/// A full slave, and the minimal ones of the profile.
+fn usual_slaves(profile: &profile::Profile) -> Vec<u8> {
+    std::iter::once(3).chain(profile.minimal.iter().map(|slave| slave.node.get())).collect()
+}
+
+fn is_minimal(profile: &profile::Profile, node: NodeId) -> bool {
+    profile.minimal.iter().any(|slave| slave.node == node)
+}
+
+/// Minimal slaves have other PDOs in profile `librecube`: a description for each, whatever profile the others have.
+fn minimal_descriptions() -> anyhow::Result<(Description, Description)> {
     let (standard, librecube) = (numbers(Profile::Standard), numbers(Profile::Librecube));
     let minimal = |node| MinimalObjects::new(node, &Numbers::of(standard, node));
-    let minimal = Description::new(&minimal_device(Profile::Standard), minimal)?;
     let prototype = |node| PrototypeObjects::new(node, &Numbers::of(librecube, node));
-    let prototype = Description::new(&minimal_device(Profile::Librecube), prototype)?;
-    Ok([("minimal.eds", minimal), ("minimal-librecube.eds", prototype)]
-        .map(|(name, description)| (name.into(), description.eds(name))))
+    Ok((
+        Description::new(&minimal_device(Profile::Standard), minimal)?,
+        Description::new(&minimal_device(Profile::Librecube), prototype)?,
+    ))
+}
+
+/// Name and text of the DCF of a minimal slave.
+fn minimal_dcf(
+    node: NodeId,
+    of: Profile,
+    [minimal, prototype]: [&Description; 2],
+) -> anyhow::Result<(String, String)> {
+    let profile = numbers(of);
+    let name = format!("minimal-{}.dcf", node.get());
+    let commissioning = commissioning(node, format!("minimal slave {}", node.get()), profile);
+    let numbers = Numbers::of(profile, node);
+    let text = match of {
+        Profile::Librecube => {
+            let mut objects = PrototypeObjects::new(node, &numbers);
+            prototype.dcf(&name, PROTOTYPE_EDS, &commissioning, &mut objects)
+        }
+        Profile::Standard | Profile::Standby => {
+            let mut objects = MinimalObjects::new(node, &numbers);
+            minimal.dcf(&name, MINIMAL_EDS, &commissioning, &mut objects)
+        }
+    };
+    Ok((name, text?))
 }
 
 fn commissioning(node: NodeId, name: String, profile: &profile::Profile) -> Commissioning {

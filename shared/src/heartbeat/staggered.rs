@@ -78,6 +78,11 @@ impl Staggered {
         self.producer.set_period(period, now);
     }
 
+    /// Returns the period, zero for none.
+    pub const fn period(&self) -> Duration {
+        self.producer.period()
+    }
+
     /// Returns the heartbeat when it is due. Call [`Staggered::arrange_next`] afterwards.
     pub fn poll(&mut self, now: Instant, state: NmtState) -> Option<Frame> {
         self.producer.poll(now, state)

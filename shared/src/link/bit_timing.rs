@@ -14,7 +14,7 @@
 //!
 //! - give the bit rate exactly, with 8 to 25 time quanta in a bit (ISO 11898-1),
 //! - have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
-//! - have SJW = min(4, PHASE_SEG1) (ECSS 5.4.3d),
+//! - have SJW = min(4, PHASE_SEG1), or less where the network asks for less (ECSS 5.4.3d),
 //! - have the sample point where CiA 301 places it for this bit rate,
 //! - fit the registers of the controller, its [`Limits`].
 //!
@@ -118,11 +118,17 @@ pub struct Network {
     pub node_delay: Nanoseconds,
     /// Tolerance of the worst oscillator of any node.
     pub oscillator_tolerance: PartsPerMillion,
+    /// Greatest SJW, time quanta, `1..=4` (ECSS 5.4.3d). An option takes min(this, PHASE_SEG1). Zero counts as 1, and
+    /// more than 4 as 4. A shorter SJW lets nodes follow a disturbed edge less far and needs better oscillators.
+    pub jump_width: u8,
 }
 
 impl Network {
     /// Node delay with common transceivers, with a reserve: an SN65HVD230 takes at most 135 ns.
     pub const NODE_DELAY: Nanoseconds = Nanoseconds(150);
+
+    /// Greatest SJW that the standard allows (ECSS 5.4.3d).
+    pub const JUMP_WIDTH: u8 = 4;
 
     /// Delay of a twisted pair, per metre.
     pub const LINE_DELAY: Nanoseconds = Nanoseconds(5);
@@ -199,8 +205,6 @@ const QUANTA: (u8, u8) = (8, 25);
 const INFORMATION_PROCESSING: u8 = 2;
 /// Longest PHASE_SEG1 (ISO 11898-1).
 const PHASE: u8 = 8;
-/// Longest SJW (ECSS 5.4.3d).
-const JUMP_WIDTH: u8 = 4;
 
 /// Bit timing for the registers of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,7 +236,7 @@ impl BitTiming {
         while quanta <= QUANTA.1 {
             if let Some(prescaler) = prescaler(clock, bit_rate, quanta, limits.prescaler) {
                 let mut phase1 = 1;
-                while let Some(option) = Self::option(bit_rate, prescaler, quanta, phase1, limits) {
+                while let Some(option) = Self::option(network, prescaler, quanta, phase1, limits) {
                     outcome = better(outcome, option.meets(network, limits.segment1));
                     phase1 += 1;
                 }
@@ -244,7 +248,7 @@ impl BitTiming {
 
     /// `None` when the phase segments are too long for the controller or leave no propagation segment.
     const fn option(
-        bit_rate: BitRate,
+        network: &Network,
         prescaler: u16,
         quanta: u8,
         phase1: u8,
@@ -257,8 +261,10 @@ impl BitTiming {
         if phase1 > PHASE || !limits.segment2.contains(phase2 as u16) || quanta < 2 + phase1 + phase2 {
             return None;
         }
-        let longest =
-            if limits.jump_width < JUMP_WIDTH as u16 { limits.jump_width as u8 } else { JUMP_WIDTH };
+        let Network { bit_rate, jump_width, .. } = *network;
+        let longest = if jump_width < Network::JUMP_WIDTH { jump_width } else { Network::JUMP_WIDTH };
+        let longest = if longest == 0 { 1 } else { longest };
+        let longest = if limits.jump_width < longest as u16 { limits.jump_width as u8 } else { longest };
         let jump_width = if phase1 < longest { phase1 } else { longest };
         let propagation = quanta - 1 - phase1 - phase2;
         Some(BitTiming { prescaler, propagation, phase1, phase2, jump_width, bit_rate })

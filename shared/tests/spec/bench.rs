@@ -52,22 +52,34 @@ pub struct Bench<N: Node> {
     /// Filters of both controllers.
     filters: HashMap<(Bus, u8), Filter>,
     pub events: Vec<N::Event>,
+    /// Another node acknowledges boot-up messages of slaves.
+    is_acknowledged: bool,
 }
 
 impl<N: Node> Bench<N> {
     /// Powered on at zero.
     pub fn new(node: N) -> Self {
-        Self::powered_at(Instant::ZERO, node)
+        Self::powered(Instant::ZERO, node, true)
+    }
+
+    /// Powered on at zero, without another node.
+    pub fn alone(node: N) -> Self {
+        Self::powered(Instant::ZERO, node, false)
     }
 
     /// Powered on later.
     pub fn powered_at(now: Instant, node: N) -> Self {
+        Self::powered(now, node, true)
+    }
+
+    fn powered(now: Instant, node: N, is_acknowledged: bool) -> Self {
         let filters = node.filters();
         let filters = Bus::ALL
             .into_iter()
             .flat_map(|bus| (0..).zip(&filters).map(move |(number, filter)| ((bus, number), *filter)))
             .collect();
-        let mut bench = Bench { node, now, sent: vec![], controls: vec![], filters, events: vec![] };
+        let mut bench =
+            Bench { node, now, sent: vec![], controls: vec![], filters, events: vec![], is_acknowledged };
         bench.with(|node, now, out| node.start(now, out));
         bench
     }
@@ -91,6 +103,7 @@ impl<N: Node> Bench<N> {
 
     fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event, N::Depth>)) {
         let mut out = Outbox::new();
+        let mut boot_ups = Vec::new();
         step(&mut self.node, self.now, &mut out);
         while let Some((bus, command)) = out.pop_command() {
             match command {
@@ -98,12 +111,13 @@ impl<N: Node> Bench<N> {
                     let event = LinkEvent::Failed { frame: outgoing.frame, cause: FailCause::OverBudget };
                     self.node.on_link(bus, &event, self.now, &mut out);
                 }
-                BusCommand::Send(outgoing) => self.sent.push(Sent {
-                    at: self.now,
-                    bus,
-                    frame: outgoing.frame,
-                    expires: outgoing.expires,
-                }),
+                BusCommand::Send(outgoing) => {
+                    let (frame, expires) = (outgoing.frame, outgoing.expires);
+                    self.sent.push(Sent { at: self.now, bus, frame, expires });
+                    if self.is_acknowledged && frame.id().raw() > 0x701 && frame.data() == [0] {
+                        boot_ups.push((bus, frame));
+                    }
+                }
                 // A filter that is what it was is no news: nodes send each again from time to time.
                 BusCommand::Filter { number, filter }
                     if self.filters.insert((bus, number), filter).is_none_or(|before| before == filter) => {}
@@ -114,6 +128,9 @@ impl<N: Node> Bench<N> {
             self.events.push(event);
         }
         assert_eq!(out.take_overflows(), 0);
+        for (bus, frame) in boot_ups {
+            self.transmitted(bus, frame);
+        }
     }
 
     /// Let time pass: polls at every deadline up to and including `until`.

@@ -45,6 +45,7 @@ fn desk(bits_per_second: u32) -> Network {
         length: Metres(0),
         node_delay: Nanoseconds(0),
         oscillator_tolerance: PartsPerMillion(1_000),
+        jump_width: Network::JUMP_WIDTH,
     }
 }
 
@@ -77,6 +78,28 @@ fn the_example_of_bosch_at_1_mbit() {
     assert_eq!(timing.prescaler(), 1);
     assert_eq!(timing.propagation(), Nanoseconds(600));
     assert_eq!(timing.oscillator_tolerance(), PartsPerMillion(3_906));
+}
+
+/// Given a network that asks for a shorter jump width, then the timing has it, with the tolerance that is left: the limit of 13 bits
+/// after an error flag, or SJW / (20 N).
+///
+/// Verifies: ECSS 5.4.3d
+#[test]
+fn a_network_may_ask_for_a_shorter_jump_width() {
+    let oscillator_tolerance = PartsPerMillion(5_500);
+    let timing = |jump_width| {
+        let network = Network { jump_width, oscillator_tolerance, ..desk(1_000_000) };
+        BitTiming::new(&BXCAN, Hertz(40 * MHZ), &network).unwrap()
+    };
+    let longest = timing(4).jump_width();
+    assert!(longest >= 2, "{longest}");
+    for (asked, expected) in [(1, 1), (0, 1), (9, longest)] {
+        let timing = timing(asked);
+        assert_eq!(timing.jump_width(), expected, "{asked}");
+        // SJW / (20 N).
+        let limit = u32::from(expected) * 1_000_000 / (20 * u32::from(timing.quanta()));
+        assert!(timing.oscillator_tolerance().0 <= limit, "{timing:?}");
+    }
 }
 
 /// The same, with oscillators that are just good enough, and with worse ones: the line leaves no longer segments.
@@ -309,6 +332,7 @@ fn networks() -> impl Strategy<Value = (u32, Network)> {
                 length: Metres((bit / 2 * length / 100 / 5) as u16),
                 node_delay: Nanoseconds(bit / 8 * delay / 25),
                 oscillator_tolerance: PartsPerMillion(if quartz { ppm / 100 } else { ppm }),
+                jump_width: Network::JUMP_WIDTH,
             };
             (clock, network)
         },

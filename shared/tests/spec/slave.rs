@@ -1,7 +1,7 @@
 //! A slave node on the bench, profile `standard`: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2.
 
 use crate::instrument::{self, Instrument, Outgoing, STANDARD, TELEMETRY_TPDO};
-use ecss_can::link::port::{ErrorState, Filter, Health};
+use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::node::{BusCause, BusCommand, DeviceNode, FailCause, LinkEvent, Node, Slave, SlaveEvent};
 use ecss_can::od::U48;
 use ecss_can::profile::Profile;
@@ -343,6 +343,28 @@ fn heartbeat_that_ended_in_time_counts_however_late_handled() {
     assert_eq!(slave.events, [SlaveEvent::Heartbeat { bus: NOMINAL }]);
 }
 
+/// Given a slave alone on its bus, when it has sent nothing yet, then its heartbeats are boot-up messages, and its emergencies wait:
+/// its first frame is a boot-up message. When one was acknowledged, heartbeats have its state.
+///
+/// Verifies: ECSS 6.5.3a
+#[test]
+fn the_first_frame_of_a_slave_is_its_boot_up_message() {
+    let mut slave = Bench::alone(instrument::slave(node(5), &STANDARD, vec![0; 1024]));
+    slave.run_until(ms(1));
+    let passive =
+        Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::BitRecessive };
+    slave.health(NOMINAL, passive);
+    slave.run_until(ms(250));
+    let boot_up = (NOMINAL, frame(0x705, &[0]));
+    assert_eq!(slave.frames(), [boot_up; 3]);
+    slave.clear();
+    slave.transmitted(NOMINAL, frame(0x705, &[0]));
+    slave.run_until(ms(310));
+    let sent: Vec<_> =
+        slave.frames().into_iter().map(|(_, frame)| (frame.id().raw(), frame.data()[0])).collect();
+    assert_eq!(sent, [(0x085, 0x20), (0x705, 0x7F)]);
+}
+
 #[test]
 fn every_loss_is_counted_by_cause() {
     let mut slave = operational(&STANDARD);
@@ -357,7 +379,8 @@ fn every_loss_is_counted_by_cause() {
     let counters = status_counters(&mut slave);
     let nominal = counters.nominal;
     assert_eq!((nominal.bus_left, nominal.expired, nominal.queue_full, nominal.aborted), (1, 1, 1, 1));
-    assert_eq!((nominal.sent, nominal.lost, nominal.failed()), (1, 3, 5));
+    // The boot-up message was sent, too.
+    assert_eq!((nominal.sent, nominal.lost, nominal.failed()), (2, 3, 5));
     assert_eq!(nominal.refused, 1);
     slave.touch(|slave, _| slave.reset_counters());
     let counters = status_counters(&mut slave);

@@ -320,6 +320,11 @@ impl EmulatedBoard {
         self.chip.peripherals.can().stats(side)
     }
 
+    /// CAN_BTR of a controller, as the program left it.
+    pub fn can_btr(&self, side: Side) -> u32 {
+        self.chip.peripherals.can().btr(side)
+    }
+
     /// Frames that passed the filters of both controllers since the last reset, lost ones included.
     pub fn admitted(&self) -> u64 {
         self.admitted_in_all() - self.admitted_before

@@ -43,6 +43,20 @@ fn a_stale_or_missing_file_is_named_and_left_alone() {
     assert!(!path.exists());
 }
 
+/// Given a profile with a minimal slave, then its DCF has the objects of a minimal slave alone.
+///
+/// Verifies: ECSS 6.6a
+#[test]
+fn a_minimal_slave_gets_the_dcf_of_a_minimal_slave() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let out = here.path().to_str().unwrap();
+    assert!(eds(&["--slave", "6", "--profile", "librecube", "--out", out]).status.success());
+    assert!(!here.path().join("slave-6.dcf").exists());
+    let dcf = std::fs::read_to_string(here.path().join("minimal-6.dcf")).expect("a DCF");
+    assert!(dcf.contains("NodeID=6") && dcf.contains("LastEDS=minimal-librecube.eds"), "{dcf}");
+    assert!(!dcf.contains("[2000]") && !dcf.contains("[1200]"), "no redundancy parameters, no SDO server");
+}
+
 #[test]
 fn every_slave_that_is_named_gets_its_dcf() {
     let here = tempfile::tempdir().expect("a temporary directory");

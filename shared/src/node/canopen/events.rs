@@ -19,6 +19,12 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             Some(BusNews::Stalled) => out.event(SlaveEvent::BusStalled { bus }),
             None => {}
         }
+        if let LinkEvent::Transmitted { frame, .. } = event
+            && frame.id() == CobId::heartbeat(self.id)
+            && core::mem::take(&mut self.is_unheard)
+        {
+            self.services.next = now;
+        }
         match event {
             LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. } => {
                 self.on_sent(frame, now);

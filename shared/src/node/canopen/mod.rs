@@ -32,6 +32,8 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     startup: NmtStartup,
     /// It receives SDO requests alone, and sends their answers alone.
     is_maintained: bool,
+    /// `true`: a boot-up message, or a heartbeat after it, is to be sent before anything else of its own.
+    is_unheard: bool,
     /// COB-IDs that are taken; frames without a mark are for others.
     marks: Marks,
     /// A bit for each filter that is to be sent to its buses.
@@ -49,6 +51,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             services: Services::new(id, || objects, profile, None),
             startup,
             is_maintained: false,
+            is_unheard: false,
             marks: Marks::ALL,
             changed_filters: 0,
         }
@@ -68,6 +71,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         if !self.is_maintained {
             let frame = heartbeat::encode(self.id, NmtState::Initialising);
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+            self.is_unheard = self.heartbeat.period() > Duration::ZERO;
         }
         let state = self.nmt.boot();
         self.entered(state, now, out);
@@ -137,7 +141,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         if E::IS_GUARDED && self.heartbeat.deadline().is_some_and(|due| due <= until) {
             self.check_node_id();
         }
-        if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
+        if let Some(frame) = self.heartbeat.poll(until, self.told_state()) {
             self.heartbeat.arrange_next();
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
         }
@@ -145,6 +149,13 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             out.event(SlaveEvent::BusFailed { bus });
         }
         self.run_device(bus, until, now, out);
+    }
+
+    /// Returns the state that other nodes may know. As long as no frame of the node was acknowledged this is
+    /// Initialising. So its first frame is its boot-up message, also when the message was sent too early to be heard,
+    /// and emergencies follow (CiA 301 7.2.8.3.3).
+    pub fn told_state(&self) -> NmtState {
+        if self.is_unheard { NmtState::Initialising } else { self.nmt.state() }
     }
 
     /// Looks for flipped bits in the Node-ID, before a heartbeat has it and before a command of the master is obeyed
@@ -176,7 +187,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.heartbeat.deadline(),
             self.services.buses.deadline(),
             self.services.monitor.deadline(),
-            self.services.deadline(self.nmt.state()),
+            self.services.deadline(self.told_state()),
         ];
         earliest(&own)
     }

@@ -37,6 +37,8 @@ fn slave_with_wrong_strap_parity_is_silent_and_logs_it() {
     craft.assert_sound();
 }
 
+/// Given a slave alone on its buses for three seconds, when a master comes, then the first frame of the slave is its boot-up
+/// message.
 #[test]
 fn a_lone_slave_waits_for_its_master() {
     let mut craft = Craft::new(&[seat(1, 3000), seat(3, 20)]);
@@ -49,9 +51,12 @@ fn a_lone_slave_waits_for_its_master() {
     assert!(at < ms(3020), "{} us", at.as_us());
     assert!(craft.is_operational(3, Bus::Nominal));
     let heartbeats = craft.heartbeats(3, Bus::Nominal);
-    // The boot-up message of 3 s ago is as stale as all heartbeats since but one.
-    assert!(heartbeats.iter().all(|(_, state)| *state != BOOT_UP), "{heartbeats:?}");
-    assert_eq!(heartbeats.iter().filter(|(_, state)| *state == PRE_OPERATIONAL).count(), 1, "{heartbeats:?}");
+    // Of all that waited, one message is left.
+    assert_eq!(heartbeats.iter().filter(|(_, state)| *state == BOOT_UP).count(), 1, "{heartbeats:?}");
+    assert!(heartbeats.iter().all(|(_, state)| *state != PRE_OPERATIONAL), "{heartbeats:?}");
+    let slave = craft.board(3).0;
+    let first = craft.on(Bus::Nominal).find(|seen| seen.sender == slave).unwrap();
+    assert_eq!((first.id(), first.data()), (Some(0x703), &[BOOT_UP][..]));
     craft.assert_nothing_lost();
 }
 

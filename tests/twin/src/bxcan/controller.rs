@@ -115,6 +115,11 @@ impl Registers {
         *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
     }
 
+    /// The register.
+    pub fn btr(&self) -> u32 {
+        self.btr
+    }
+
     /// Statistics so far.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();

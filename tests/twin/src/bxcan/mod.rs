@@ -303,6 +303,11 @@ impl BxcanPair {
         self.controllers.iter().filter_map(Registers::next_event).min()
     }
 
+    /// CAN_BTR of `side`.
+    pub fn btr(&self, side: Side) -> u32 {
+        self.controllers[side as usize].btr()
+    }
+
     /// What `side` did so far.
     pub fn stats(&self, side: Side) -> Stats {
         self.controllers[side as usize].stats()
