@@ -3,6 +3,8 @@
 mod budget;
 mod bus_events;
 mod clash;
+#[cfg(test)]
+mod flipped;
 mod maintenance;
 mod network;
 mod objects;

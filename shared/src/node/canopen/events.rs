@@ -21,7 +21,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         }
         if let LinkEvent::Transmitted { frame, .. } = event
             && frame.id() == CobId::heartbeat(self.id)
-            && core::mem::take(&mut self.is_unheard)
+            && core::mem::take(&mut self.is_booting)
         {
             self.services.next = now;
         }

@@ -33,7 +33,7 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     /// It receives SDO requests alone, and sends their answers alone.
     is_maintained: bool,
     /// `true`: a boot-up message, or a heartbeat after it, is to be sent before anything else of its own.
-    is_unheard: bool,
+    is_booting: bool,
     /// COB-IDs that are taken; frames without a mark are for others.
     marks: Marks,
     /// A bit for each filter that is to be sent to its buses.
@@ -51,7 +51,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             services: Services::new(id, || objects, profile, None),
             startup,
             is_maintained: false,
-            is_unheard: false,
+            is_booting: false,
             marks: Marks::ALL,
             changed_filters: 0,
         }
@@ -71,7 +71,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         if !self.is_maintained {
             let frame = heartbeat::encode(self.id, NmtState::Initialising);
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
-            self.is_unheard = self.heartbeat.period() > Duration::ZERO;
+            self.is_booting = self.heartbeat.period() > Duration::ZERO;
         }
         let state = self.nmt.boot();
         self.entered(state, now, out);
@@ -155,7 +155,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Initialising. So its first frame is its boot-up message, also when the message was sent too early to be heard,
     /// and emergencies follow (CiA 301 7.2.8.3.3).
     pub fn told_state(&self) -> NmtState {
-        if self.is_unheard { NmtState::Initialising } else { self.nmt.state() }
+        if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
     }
 
     /// Looks for flipped bits in the Node-ID, before a heartbeat has it and before a command of the master is obeyed

@@ -1,0 +1,138 @@
+//! A running slave whose memory has a flipped bit.
+
+extern crate std;
+
+use std::vec::Vec;
+
+use crate::heartbeat::HeartbeatConsumers;
+use crate::link::Stamp;
+use crate::node::{BusCommand, Device, LinkEvent, Node, Outbox, Slave, SlaveEvent};
+use crate::od::{NO_REMOTE, Objects};
+use crate::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
+use crate::profile::Profile;
+use crate::types::{Bus, CobId, Frame, Instant, NodeId};
+
+/// A number that PDO 1 of both directions carries.
+#[derive(Debug, Objects)]
+struct Probe {
+    /// Number
+    #[object(0x6000, rw, pdo)]
+    number: u8,
+}
+
+impl Device for Probe {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+
+    fn pdos(id: NodeId) -> PdoObjects<1, 1> {
+        let mut pdos: PdoObjects<1, 1> = PdoObjects::at_power_on(id, &PdoSet::NONE);
+        pdos.rpdos[0].cob_id = 0x205;
+        pdos.rpdo_mappings[0].map(&[0x6000_0008]);
+        pdos.tpdos[0].cob_id = NO_REMOTE | 0x185;
+        pdos.tpdo_mappings[0].map(&[0x6000_0008]);
+        pdos
+    }
+}
+
+const ID: NodeId = NodeId::of::<5>();
+
+/// A slave whose frames are all acknowledged at once.
+struct Bench {
+    slave: Slave<Probe>,
+    now: Instant,
+    sent: Vec<Frame>,
+    /// Filters that were sent to the nominal bus.
+    filters: usize,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let slave = Slave::new(ID, &Profile::DEFAULT, Probe::default());
+        let mut bench = Bench { slave, now: Instant::ZERO, sent: Vec::new(), filters: 0 };
+        bench.with(|slave, now, out| slave.start(now, out));
+        bench.heartbeats(2);
+        (bench.filters, bench.sent) = (0, Vec::new());
+        bench
+    }
+
+    fn with(&mut self, step: impl FnOnce(&mut Slave<Probe>, Instant, &mut Outbox<SlaveEvent>)) {
+        let mut out = Outbox::new();
+        step(&mut self.slave, self.now, &mut out);
+        let mut ended = Vec::new();
+        while let Some((bus, command)) = out.pop_command() {
+            match command {
+                BusCommand::Send(outgoing) => ended.push((bus, outgoing.frame)),
+                BusCommand::Filter { .. } if bus == Bus::Nominal => self.filters += 1,
+                _ => {}
+            }
+        }
+        for (bus, frame) in ended {
+            self.sent.push(frame);
+            self.link(bus, &LinkEvent::Transmitted { frame, stamp: Stamp::interrupt(self.now) });
+        }
+    }
+
+    fn link(&mut self, bus: Bus, event: &LinkEvent) {
+        self.with(|slave, now, out| slave.on_link(bus, event, now, out));
+    }
+
+    /// Lets the slave run until it has sent this number of heartbeats.
+    fn heartbeats(&mut self, number: usize) {
+        let heartbeats = |bench: &Bench| {
+            bench.sent.iter().filter(|frame| frame.id().function() == CobId::heartbeat(ID).function()).count()
+        };
+        let until = heartbeats(self) + number;
+        while heartbeats(self) < until {
+            self.now = self.slave.deadline().expect("heartbeats have a period").max(self.now);
+            self.with(|slave, now, out| slave.poll(now, out));
+        }
+    }
+
+    fn mended(&self) -> u16 {
+        self.slave.canopen.services.dictionary.objects.spacecraft.identity.mended
+    }
+}
+
+/// Given a running slave, when a bit of a COB-ID in its objects flips, then it is right again within 32 heartbeats, the slave counts
+/// it, sends its filters again, and reports it.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn a_flipped_cob_id_is_mended_while_the_slave_runs() {
+    let mut bench = Bench::new();
+    bench.slave.canopen.services.dictionary.objects.pdos.rpdos[0].cob_id ^= 1 << 1;
+    bench.heartbeats(32);
+    let objects = &bench.slave.canopen.services.dictionary.objects;
+    assert_eq!((objects.pdos.rpdos[0].cob_id, bench.mended()), (0x205, 1));
+    assert!(bench.filters > 0, "a bus may have the filter of the false COB-ID");
+    let reports = bench.sent.iter().filter(|frame| frame.id() == CobId::emcy(ID) && frame.data()[1] == 0x50);
+    assert_eq!(reports.count(), 1);
+}
+
+/// Given a running slave, when a bit of its Node-ID flips, then the next heartbeat has the right one, and the slave counts it.
+///
+/// Verifies: ECSS 6.10k
+#[test]
+fn a_flipped_node_id_is_mended_before_the_next_heartbeat() {
+    let mut bench = Bench::new();
+    bench.slave.canopen.id = NodeId::of::<7>();
+    bench.heartbeats(1);
+    let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
+    assert_eq!((heartbeats, bench.mended()), ([CobId::heartbeat(ID)].to_vec(), 1));
+}
+
+/// Given a running slave, when a bit of its Node-ID flips, then it obeys no command for the node that the false one names.
+///
+/// Verifies: ECSS 6.10k
+#[test]
+fn a_command_for_the_false_node_id_is_not_obeyed() {
+    let mut bench = Bench::new();
+    bench.slave.canopen.id = NodeId::of::<7>();
+    let command = Frame::of(CobId::NMT, [0x02, 7]);
+    let stamp = Stamp::interrupt(bench.now);
+    bench.link(Bus::Nominal, &LinkEvent::Received { frame: command, stamp });
+    assert_eq!(bench.slave.canopen.nmt.state(), crate::types::NmtState::PreOperational);
+    assert_eq!(bench.mended(), 1);
+}
