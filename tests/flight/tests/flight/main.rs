@@ -10,6 +10,7 @@ mod bus_off;
 mod claims;
 mod clocks;
 mod cuts;
+mod data_sheet;
 mod division;
 mod driver;
 mod equal_boards;
