@@ -10,6 +10,7 @@ use ecss_can::node::minimal::Numbers;
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
 use ecss_can::types::NodeId;
+use eds::network::{self, Sender};
 use eds::{Commissioning, Description, Device, Timestamp};
 use mission::minimal::MinimalObjects;
 use mission::minimal::prototype::PrototypeObjects;
@@ -47,6 +48,10 @@ pub struct Options {
     #[arg(long)]
     check: bool,
 
+    /// Read device configuration files of one network instead, and report Node-IDs and COB-IDs that two of them send
+    #[arg(long, value_name = "DCF", num_args = 1.., conflicts_with_all = ["package", "out", "check", "slaves", "profile"])]
+    check_network: Vec<PathBuf>,
+
     /// Slaves that get a DCF, 2..127; may be repeated [default: 3 and the minimal slaves of the profile; none with
     /// --package]
     #[arg(long = "slave", value_name = "NODE", value_parser = clap::value_parser!(u8).range(i64::from(*SLAVES.start())..=i64::from(*SLAVES.end())))]
@@ -62,6 +67,9 @@ pub struct Options {
 /// # Errors
 /// When a file cannot be written, or is not current.
 pub fn run(options: &Options) -> anyhow::Result<()> {
+    if !options.check_network.is_empty() {
+        return check_network(&options.check_network);
+    }
     let (usual, files) = match &options.package {
         Some(package) => (PathBuf::from("."), files_of(package, options)?),
         None => (support::project::path("docs/eds"), files(options)?),
@@ -76,6 +84,20 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         std::fs::write(&path, text).with_context(|| format!("writing {}", path.display()))?;
     }
     files.iter().try_for_each(|(name, _)| output::line(out.join(name).display()))
+}
+
+/// Reports what two devices of a network have in common and must not (ECSS 6.10l, m).
+fn check_network(files: &[PathBuf]) -> anyhow::Result<()> {
+    let mut senders = Vec::new();
+    for path in files {
+        let text = std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
+        senders.push(Sender::of_dcf(&path.display().to_string(), &text)?);
+    }
+    let conflicts = network::conflicts(&senders);
+    let list: Vec<String> = conflicts.iter().map(|conflict| format!("\n  {conflict}")).collect();
+    anyhow::ensure!(conflicts.is_empty(), "these devices cannot be on one network:{}", list.concat());
+    let sent: usize = senders.iter().map(|sender| sender.sent.len()).sum();
+    output::line(format!("{} devices send {sent} COB-IDs, each from one device", senders.len()))
 }
 
 fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {

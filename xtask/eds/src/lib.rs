@@ -49,6 +49,7 @@ mod description;
 mod device;
 mod dictionary;
 mod file;
+pub mod network;
 mod notes;
 mod program;
 mod value;

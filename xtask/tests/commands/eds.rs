@@ -57,6 +57,41 @@ fn a_minimal_slave_gets_the_dcf_of_a_minimal_slave() {
     assert!(!dcf.contains("[2000]") && !dcf.contains("[1200]"), "no redundancy parameters, no SDO server");
 }
 
+/// Given the DCF of all devices of a mission, then no two of them send one COB-ID. When one has the COB-ID of another, it is named.
+///
+/// Verifies: ECSS 6.10l, 6.10m
+#[test]
+fn a_cob_id_that_two_devices_send_is_found() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let out = here.path().to_str().unwrap();
+    assert!(eds(&["--slave", "2", "--slave", "3", "--slave", "6", "--out", out]).status.success());
+    let path = |name: &str| here.path().join(name).display().to_string();
+    let [master, two, three, six] = ["master.dcf", "slave-2.dcf", "slave-3.dcf", "minimal-6.dcf"].map(path);
+    let output = eds(&["--check-network", &master, &two, &three, &six]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stdout).starts_with("4 devices send "), "{output:?}");
+
+    let text = std::fs::read_to_string(&three).unwrap();
+    let own = "DefaultValue=$NODEID+0x40000380\n";
+    assert!(text.contains(own));
+    std::fs::write(&three, text.replace(own, &format!("{own}ParameterValue=0x40000382\n"))).unwrap();
+    let output = eds(&["--check-network", &master, &two, &three, &six]);
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        complaint.contains(&format!("{two} (1802h) and {three} (1802h) send COB-ID 382h")),
+        "{complaint}"
+    );
+
+    std::fs::write(&six, std::fs::read_to_string(&six).unwrap().replace("NodeID=6", "NodeID=2")).unwrap();
+    let complaint = eds(&["--check-network", &two, &six]);
+    let complaint = String::from_utf8_lossy(&complaint.stderr);
+    assert!(complaint.contains(&format!("{two} and {six} have Node-ID 2")), "{complaint}");
+    let output = eds(&["--check-network", &path("slave.eds")]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("[DeviceComissioning] NodeID"), "{output:?}");
+}
+
 #[test]
 fn every_slave_that_is_named_gets_its_dcf() {
     let here = tempfile::tempdir().expect("a temporary directory");
