@@ -47,6 +47,8 @@ pub enum Refusal {
     Width,
     /// The reference manual forbids it in the peripheral's present state.
     Misuse,
+    /// A clock would be above the limit of the part at the present scale of its regulator.
+    ClockLimit,
     /// The core would enter Stop or Standby.
     DeepSleep,
     /// Level 2 of the read-out protection.
@@ -82,6 +84,10 @@ impl std::fmt::Display for Refusal {
             }
             Refusal::SystemRegister => "the model of the core does not have this system register or value",
             Refusal::Unpredictable { .. } => "the architecture does not define what this instruction does",
+            Refusal::ClockLimit => {
+                "AHB, APB1 or APB2 would be faster than the part allows at this scale of its regulator, without \
+                 over-drive"
+            }
             Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
         })
     }

@@ -358,11 +358,21 @@ impl Peripherals {
         if matches!(block, Block::Rcc | Block::Iwdg) {
             self.follow_backup_domain(now.time);
         }
+        if matches!(block, Block::Rcc | Block::Pwr) && !self.clocks_are_allowed() {
+            return Err(Refusal::ClockLimit);
+        }
         // Flash that is read faster than it can be gives anything.
         if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.clocks().hclk) {
             return Err(Refusal::Misuse);
         }
         done.ok_or(Refusal::Unmodelled)
+    }
+
+    /// Whether the clocks are within the limits of the part.
+    fn clocks_are_allowed(&self) -> bool {
+        let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.clocks();
+        let [most, apb1, apb2] = self.pwr.most();
+        hclk <= most && hclk / apb1_divider <= apb1 && hclk / apb2_divider <= apb2
     }
 
     /// What the bytes that a store leaves out hold on AHB, which keeps them. `None` behind the bridges to APB, which feed

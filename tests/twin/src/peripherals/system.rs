@@ -44,6 +44,24 @@ impl Pwr {
     const BRR: u32 = 1 << 3;
     const EWUP: u32 = 1 << 8;
 
+    /// Greatest frequencies of AHB, APB1 and APB2 at the present scale of the regulator, Hz (DS8626 table 14, RM0090 5.1.3;
+    /// DS10693 table 16, RM0390 5.1.3 and 5.1.4).
+    pub fn most(&self) -> [u64; 3] {
+        const MHZ: u64 = 1_000_000;
+        let (scale, is_over_driven) = match self.part {
+            // One bit: 1 is scale 1, 0 is scale 2.
+            Part::Stm32f405 => (if self.cr >> 14 & 1 == 1 { 1 } else { 2 }, false),
+            Part::Stm32f446 => (4 - (self.cr >> 14 & 0b11).max(1), self.cr & Self::ODSW != 0),
+        };
+        let hclk = match (self.part, scale, is_over_driven) {
+            (Part::Stm32f446, 1, true) => 180 * MHZ,
+            (_, 1, _) | (Part::Stm32f446, 2, true) => 168 * MHZ,
+            (_, 2, _) => 144 * MHZ,
+            _ => 120 * MHZ,
+        };
+        if is_over_driven { [hclk, 45 * MHZ, 90 * MHZ] } else { [hclk, 42 * MHZ, 84 * MHZ] }
+    }
+
     /// DBP: the backup domain takes stores.
     pub fn allows_backup(&self) -> bool {
         self.cr >> 8 & 1 == 1

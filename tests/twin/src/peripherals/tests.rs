@@ -25,6 +25,41 @@ fn a_block_without_clock_refuses() {
     assert_eq!(peripherals.read(Now::default(), moder, Width::Word), Ok(0x280));
 }
 
+/// Sets wait states and the PLL (2 MHz times `n`, by 2), then the system clock with APB1 at HCLK / 2^`apb1` and APB2 at
+/// HCLK / 2.
+fn run_at(peripherals: &mut Peripherals, m: u32, n: u32, apb1: u32) -> Result<(), Refusal> {
+    let (starts, runs) = (Now::default(), Now { cycle: 100_000, time: Time::from_us(10_000) });
+    let mut write = |now, address, value| peripherals.write(now, address, Width::Word, value);
+    write(starts, 0x4002_3C00, 0x705)?;
+    write(starts, RCC + 0x04, 7 << 24 | 1 << 22 | n << 6 | m)?;
+    // HSEON, HSEBYP as the oscillator of the board asks for, PLLON.
+    let bypass = if m == 4 { 1 << 18 } else { 0 };
+    write(starts, RCC, 1 << 24 | 1 << 16 | bypass | 0x83)?;
+    write(runs, RCC + 0x08, 4 << 13 | (3 + apb1) << 10 | 2)
+}
+
+/// DS8626 table 14: 168, 42 and 84 MHz; RM0390 5.1.4: 180 MHz needs over-drive.
+#[test]
+fn clocks_above_the_limits_of_the_part_are_refused() {
+    let pyboard = || Peripherals::new(Model::PYBOARD_V11, 0);
+    assert_eq!(run_at(&mut pyboard(), 6, 168, 2), Ok(()));
+    assert_eq!(run_at(&mut pyboard(), 6, 180, 2), Err(Refusal::ClockLimit), "HCLK 180 MHz");
+    assert_eq!(run_at(&mut pyboard(), 6, 168, 1), Err(Refusal::ClockLimit), "APB1 84 MHz");
+
+    const PWR_CR: u32 = 0x4000_7000;
+    let nucleo = |cr: u32| {
+        let mut nucleo = Peripherals::new(Model::NUCLEO_F446RE, 0);
+        enable(&mut nucleo, 0x40, 1 << 28);
+        nucleo.write(Now::default(), PWR_CR, Width::Word, cr).unwrap();
+        nucleo
+    };
+    let (scale_1, scale_3, over_drive) = (0b11 << 14, 0b01 << 14, 0b11 << 16);
+    assert_eq!(run_at(&mut nucleo(scale_1), 4, 168, 2), Ok(()));
+    assert_eq!(run_at(&mut nucleo(scale_3), 4, 168, 2), Err(Refusal::ClockLimit), "168 MHz at scale 3");
+    assert_eq!(run_at(&mut nucleo(scale_1), 4, 180, 2), Err(Refusal::ClockLimit), "without over-drive");
+    assert_eq!(run_at(&mut nucleo(scale_1 | over_drive), 4, 180, 2), Ok(()));
+}
+
 #[test]
 fn can_takes_words_only() {
     let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
