@@ -271,7 +271,7 @@ fn a_mapping_is_written_while_the_pdo_is_invalid_and_empty() {
 /// CiA 301 7.5.2.35: bits 0 to 29 stay while the PDO is valid. The write that makes it invalid may move it, as the tools of
 /// others do; that of 1014h may not.
 #[test]
-fn a_valid_pdo_takes_another_identifier_in_the_write_that_ends_it() {
+fn a_valid_pdo_is_moved_by_the_write_that_ends_it() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));
     for (index, id) in [(0x1801, 0x285), (0x1402, 0x405)] {
         let other = NO_REMOTE | (id + 1);
