@@ -1,11 +1,10 @@
 //! The words in `#[object(..)]` and `#[sub(..)]`.
 
-use proc_macro2::{Span, TokenStream};
+use proc_macro2::{Delimiter, Group, Span, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
-use syn::spanned::Spanned;
-use syn::{Error, Expr, Ident, LitInt, Token};
+use syn::{Error, Expr, Ident, LitInt, Token, Type};
 
 use crate::errors::Errors;
 
@@ -69,7 +68,7 @@ impl Attribute {
             Some(value) => quote!(::core::option::Option::Some(#value)),
             None => quote!(::core::option::Option::None),
         };
-        if self.low.is_none() && self.high.is_none() {
+        if !self.is_limited() {
             return quote!(::core::option::Option::None);
         }
         let (low, high) = (bound(&self.low), bound(&self.high));
@@ -83,18 +82,35 @@ impl Attribute {
         Ok(quote!(::ecss_can::od::Access::#access))
     }
 
-    /// Adds to the expression `entry` all that the attribute declares beside type and access right.
-    pub fn qualified(&self, entry: TokenStream) -> TokenStream {
+    /// Returns whether the value has a least or a greatest one.
+    pub fn is_limited(&self) -> bool {
+        self.low.is_some() || self.high.is_some()
+    }
+
+    /// Adds to the expression `entry` all that the attribute declares beside type and access right. `of` is the type
+    /// of the field.
+    pub fn qualified(&self, of: &Type, entry: TokenStream) -> TokenStream {
         let pdo = match (self.pdo, self.optional) {
             (false, _) => quote!(No),
             (true, false) => quote!(Required),
             (true, true) => quote!(Optional),
         };
         let mut entry = quote!(#entry.for_pdo(::ecss_can::od::PdoUse::#pdo));
-        // Constants find the errors of these, which stand at the words: a call has the place of its first and last token.
-        if let Some(bound) = self.low.as_ref().or(self.high.as_ref()) {
-            let limits = self.limits();
-            entry = quote_spanned!(bound.span()=> ::ecss_can::od::Entry::within(#entry, #limits));
+        // Constants find the errors of these, which stand at the words.
+        if self.is_limited() {
+            let (low, high, limits) = (&self.low, &self.high, self.limits());
+            let function = quote!(::ecss_can::od::Entry::within);
+            entry = call_at(quote!(#low #high), function, quote!(#entry, #limits));
+        }
+        if let Some(value) = self.default.as_ref().filter(|_| self.is_limited()) {
+            let number = &self.number;
+            let range = quote!({
+                #[allow(unused_imports)]
+                use ::ecss_can::od::NoNumbers as _;
+                ::ecss_can::od::Numbers::<#of, Self, #number>::RANGE
+            });
+            let function = quote!(::ecss_can::od::Entry::initially);
+            entry = call_at(quote!(#value), function, quote!(#entry, #range));
         }
         if let Some(word) = self.keep {
             entry = quote_spanned!(word=> ::ecss_can::od::Entry::keep(#entry));
@@ -190,6 +206,19 @@ impl Parse for Attribute {
         attribute.check(&words, &mut errors);
         errors.finish().map(|()| attribute)
     }
+}
+
+/// Returns a call whose errors the compiler reports at `place`: from its first to its last token.
+fn call_at(place: TokenStream, function: TokenStream, arguments: TokenStream) -> TokenStream {
+    let mut spans = place.into_iter().map(|token| token.span());
+    let first = spans.next().unwrap_or_else(Span::call_site);
+    let function = function.into_iter().map(|mut token| {
+        token.set_span(first);
+        token
+    });
+    let mut arguments = Group::new(Delimiter::Parenthesis, arguments);
+    arguments.set_span(spans.last().unwrap_or(first));
+    function.chain([arguments.into()]).collect()
 }
 
 fn assigned(input: ParseStream) -> syn::Result<Expr> {

@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::spanned::Spanned;
-use syn::{Attribute as Syntax, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Type, TypeArray};
+use syn::{Attribute as Syntax, DeriveInput, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Type, TypeArray};
 
 use crate::attribute::Attribute;
 
@@ -102,13 +102,40 @@ pub fn sub_indices(len: &Expr) -> TokenStream {
 
 /// Returns the value at power-on.
 pub fn initial(field: &Field, declared: Option<&Attribute>) -> TokenStream {
-    match (declared.and_then(|attribute| attribute.default.as_ref()), &field.ty) {
-        (Some(value), _) => quote!(#value),
-        (None, Type::Array(_)) => {
-            quote!(::core::array::from_fn(|_| ::core::default::Default::default()))
+    let of = &field.ty;
+    match (declared.and_then(|attribute| attribute.default.as_ref().map(|value| (attribute, value))), of) {
+        (Some((attribute, _)), _) if attribute.is_limited() => {
+            let number = &attribute.number;
+            quote!(<Self as ::ecss_can::od::Initial<#of, #number>>::VALUE)
         }
-        (None, _) => quote!(::core::default::Default::default()),
+        (Some((_, value)), _) => quote!(#value),
+        (None, _) => unwritten(of),
     }
+}
+
+/// Returns the value at power-on of a field without `default`.
+fn unwritten(of: &Type) -> TokenStream {
+    if let Type::Array(array) = of {
+        let element = unwritten(&array.elem);
+        return quote!(::core::array::from_fn(|_| #element));
+    }
+    quote!({
+        #[allow(unused_imports)]
+        use ::ecss_can::od::Unwritten as _;
+        <#of>::unwritten()
+    })
+}
+
+/// Returns the value at power-on as a constant, for a value that has limits. Their check reads it.
+pub fn initial_constant(input: &DeriveInput, field: &Field, attribute: &Attribute) -> Option<TokenStream> {
+    let value = attribute.default.as_ref().filter(|_| attribute.is_limited())?;
+    let (ident, of, number) = (&input.ident, &field.ty, &attribute.number);
+    let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+    Some(quote! {
+        impl #impl_generics ::ecss_can::od::Initial<#of, #number> for #ident #type_generics #bounds {
+            const VALUE: #of = #value;
+        }
+    })
 }
 
 /// Returns the expression by which a transmit PDO reads a value.
@@ -124,7 +151,7 @@ pub fn run_bits(values: &TokenStream, nth: &TokenStream) -> TokenStream {
 /// Returns the expression by which a receive PDO writes consecutive values. It writes only values within the
 /// limits.
 pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribute) -> TokenStream {
-    if attribute.low.is_none() && attribute.high.is_none() {
+    if !attribute.is_limited() {
         return quote!(run.write(&mut #values[..], #nth, bits));
     }
     let limits = attribute.limits();
@@ -137,7 +164,7 @@ pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribu
 /// Returns the expression by which a receive PDO writes a value. It writes only a value within the limits.
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
     let write = quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)));
-    if attribute.low.is_none() && attribute.high.is_none() {
+    if !attribute.is_limited() {
         return write;
     }
     let limits = attribute.limits();

@@ -22,7 +22,8 @@
 //! - `record` or `array` for an object that is more than a single value;
 //! - `pdo` for a value that PDOs may carry, `optional` if a frame of a receive PDO may end before it;
 //! - `keep` for a DOMAIN that "save" (1010h) stores, `volatile` for a value that "save" does not store;
-//! - `low = ..`, `high = ..` and `default = ..`.
+//! - `low = ..` and `high = ..` for an integer: values of its type, `low` at most `high`;
+//! - `default = ..`, the value at power-on. Beside `low` or `high` it is a constant expression within these limits.
 //!
 //! Each field becomes a constant with the name of the field in capitals: `ecss_can::od::Field` or `Fields` for an
 //! object, `SubIndex` for an entry of a record. There each type parameter has its default, so that `Device::VALUE`

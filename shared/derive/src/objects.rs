@@ -30,7 +30,8 @@ struct Object<'a> {
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
-    let (mut objects, mut groups, mut initials) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut objects, mut groups, mut initials, mut values) =
+        (Vec::new(), Vec::new(), Vec::new(), TokenStream::new());
     let (mut numbers, mut errors) = (Vec::new(), Errors::default());
     for field in &crate::fields(input)?.named {
         let name = field::ident(field)?;
@@ -43,6 +44,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
         let initial = field::initial(field, attribute.as_deref());
         initials.push(quote!(#name: #initial));
         if let Some(attribute) = attribute {
+            values.extend(field::initial_constant(input, field, &attribute));
             numbers.extend(attribute.value(u16::MAX).map(|number| (number, attribute.number.span())));
             objects.extend(object(field, &attribute, &mut errors));
         }
@@ -51,7 +53,8 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     objects.sort_by_key(|object| object.number);
     let options = errors.take(options(input)).unwrap_or_default();
     errors.finish()?;
-    Ok(implementation(input, &objects, &groups, &initials, options))
+    values.extend(implementation(input, &objects, &groups, &initials, options));
+    Ok(values)
 }
 
 /// `#[objects(check = function, device)]` on the whole declaration.
@@ -108,7 +111,9 @@ fn implementation(
         ident.span(),
         |this| quote_spanned!(ident.span()=> <#this as ::ecss_can::od::Objects>::DECLARED.assert_distinct()),
     );
+    let mut marked = TokenStream::new();
     if let Some(span) = options.device {
+        marked = device(input);
         let (beside, inside) = instance::assertion(
             input,
             span,
@@ -119,6 +124,8 @@ fn implementation(
     }
     quote! {
         #asserted
+
+        #marked
 
         #constants
 
@@ -223,6 +230,16 @@ fn implementation(
     }
 }
 
+/// Returns what makes the declaration that of a device.
+pub fn device(input: &DeriveInput) -> TokenStream {
+    let ident = &input.ident;
+    let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+    quote! {
+        #[diagnostic::do_not_recommend]
+        impl #impl_generics ::ecss_can::node::DeviceObjects for #ident #type_generics #bounds {}
+    }
+}
+
 /// The constant of the field of an object, the `nth` of those declared.
 fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
     let kind = if object.is_single { quote!(::ecss_can::od::Field) } else { quote!(::ecss_can::od::Fields) };
@@ -254,8 +271,8 @@ fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> O
     let title_text = title.as_deref().unwrap_or_default();
     let parts = one.and_then(|(value, count, place, place_mut)| {
         let parts = match attribute.shape {
-            Shape::Var => var(value, attribute, title_text, &place, &place_mut, errors),
-            Shape::Array => array(value, attribute, title_text, &place, &place_mut, errors),
+            Shape::Var => var(&field.ty, value, attribute, title_text, &place, &place_mut, errors),
+            Shape::Array => array(&field.ty, value, attribute, title_text, &place, &place_mut, errors),
             Shape::Record { as_array } => Some(record(value, as_array, &place, &place_mut)),
         };
         parts.map(|parts| (parts, value, count))
@@ -291,6 +308,7 @@ struct Parts {
 }
 
 fn var(
+    of: &Type,
     value: &Type,
     attribute: &Attribute,
     title: &str,
@@ -299,7 +317,7 @@ fn var(
     errors: &mut Errors,
 ) -> Option<Parts> {
     let access = errors.take(attribute.required_access())?;
-    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(0, 1, #access)));
+    let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(0, 1, #access)));
     Some(Parts {
         code: quote! {
             match <#value as ::ecss_can::od::Typed>::TYPE {
@@ -317,6 +335,7 @@ fn var(
 }
 
 fn array(
+    of: &Type,
     value: &Type,
     attribute: &Attribute,
     title: &str,
@@ -331,7 +350,7 @@ fn array(
     };
     let (value, count) = (&*array.elem, field::sub_indices(&array.len));
     let access = access?;
-    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
+    let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
     Some(Parts {
         code: quote!(::ecss_can::od::ObjectCode::Array),

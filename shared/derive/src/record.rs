@@ -26,7 +26,7 @@ struct Sub {
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
-    let (mut subs, mut initials) = (Vec::new(), Vec::new());
+    let (mut subs, mut initials, mut values) = (Vec::new(), Vec::new(), TokenStream::new());
     let (mut numbers, mut errors, mut is_empty) = (Vec::new(), Errors::default(), true);
     for field in &crate::fields(input)?.named {
         let name = field::ident(field)?;
@@ -40,6 +40,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
         let initial = field::initial(field, attribute.as_deref());
         initials.push(quote!(#name: #initial));
         if let Some(attribute) = attribute {
+            values.extend(field::initial_constant(input, field, &attribute));
             is_empty = false;
             numbers.extend(attribute.value(254).map(|number| (number, attribute.number.span())));
             subs.extend(sub(field, &attribute, &mut errors));
@@ -52,7 +53,8 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     subs.sort_by_key(|sub| sub.number);
     let structure = errors.take(structure(input)).flatten();
     errors.finish()?;
-    Ok(implementation(input, subs, &initials, structure))
+    values.extend(implementation(input, subs, &initials, structure));
+    Ok(values)
 }
 
 fn implementation(
@@ -165,7 +167,8 @@ fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option
     } else {
         (field::bits(&quote!(&self.#name)), field::set_bits(&place_mut, value, attribute))
     };
-    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
+    let entry =
+        attribute.qualified(&field.ty, quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
     let arm = |value: TokenStream| quote!(#pattern => #value,);
     let (read, written) = attribute.directions();
     Some(Sub {
