@@ -1,6 +1,6 @@
 //! The words in `#[object(..)]` and `#[sub(..)]`.
 
-use proc_macro2::{Delimiter, Group, Span, TokenStream};
+use proc_macro2::{Delimiter, Group, Span, TokenStream, TokenTree};
 use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
@@ -179,9 +179,50 @@ impl Attribute {
 
 impl Parse for Attribute {
     fn parse(input: ParseStream) -> syn::Result<Self> {
-        let (number, in_a_row) = (input.parse()?, input.parse::<Option<Token![..]>>()?.is_some());
-        let mut attribute = Attribute {
-            number,
+        let mut errors = Errors::default();
+        let attribute = Attribute::read(input, &mut errors);
+        errors.finish().map(|()| attribute)
+    }
+}
+
+impl Attribute {
+    /// Reads an attribute to its end. What cannot be read is left out, with an error.
+    pub fn read(input: ParseStream, errors: &mut Errors) -> Self {
+        let number = errors.take(input.parse());
+        let mut attribute = Attribute::of(number.clone(), input.peek(Token![..]));
+        errors.take(input.parse::<Option<Token![..]>>());
+        // After an error nothing is said of what stands before the next comma.
+        let (mut is_lost, mut words) = (number.is_none(), Vec::new());
+        while !input.is_empty() {
+            match input.parse::<Option<Token![,]>>() {
+                Ok(Some(_)) => is_lost = false,
+                _ if !is_lost => {
+                    errors.add(input.error("a comma is missing"));
+                    is_lost = true;
+                }
+                _ => {}
+            }
+            if input.is_empty() {
+                break;
+            }
+            if is_lost && !input.peek(Ident::peek_any) {
+                errors.take(input.parse::<TokenTree>());
+                continue;
+            }
+            let word = errors.take(input.call(Ident::parse_any));
+            match word.and_then(|word| errors.take(attribute.word(&word, input)).map(|()| word)) {
+                Some(word) => words.push(word),
+                None => is_lost = true,
+            }
+        }
+        attribute.check(&words, errors);
+        attribute
+    }
+
+    /// Makes the attribute of a value with this number and no word. `None`: it has no number that can be read.
+    pub fn of(number: Option<LitInt>, in_a_row: bool) -> Self {
+        Attribute {
+            number: number.unwrap_or_else(|| LitInt::new("0xFFFF", Span::call_site())),
             in_a_row,
             shape: Shape::Var,
             access: None,
@@ -192,19 +233,7 @@ impl Parse for Attribute {
             low: None,
             high: None,
             default: None,
-        };
-        let (mut errors, mut words) = (Errors::default(), Vec::new());
-        while input.parse::<Option<Token![,]>>()?.is_some() && !input.is_empty() {
-            let word = input.call(Ident::parse_any)?;
-            if errors.take(attribute.word(&word, input)).is_some() {
-                words.push(word);
-            }
         }
-        if !input.is_empty() {
-            errors.add(input.error("a comma is missing"));
-        }
-        attribute.check(&words, &mut errors);
-        errors.finish().map(|()| attribute)
     }
 }
 

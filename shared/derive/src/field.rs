@@ -3,10 +3,13 @@
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
+use syn::parse::ParseStream;
 use syn::spanned::Spanned;
 use syn::{Attribute as Syntax, DeriveInput, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Type, TypeArray};
 
 use crate::attribute::Attribute;
+use crate::errors::Errors;
+use crate::spelling;
 
 /// Returns the attribute with this name, if the field has it.
 ///
@@ -28,13 +31,15 @@ pub enum Declared {
     Group,
     /// A field that no client sees.
     Skipped,
+    /// The name of its attribute is misspelled, which the compiler reports: this one is meant.
+    Misspelled(&'static str),
 }
 
 /// Returns how a field is declared. `value` is the name of the attribute of a value, `group` that of a group.
 ///
 /// # Errors
 /// If the field has no declaration, or two.
-pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<Declared> {
+pub fn declared(field: &Field, value: &'static str, group: Option<&'static str>) -> syn::Result<Declared> {
     let group_syntax = group.map(|group| attribute(field, group)).transpose()?.flatten();
     let found = [attribute(field, value)?, group_syntax, attribute(field, "skip")?];
     let mut others = found.iter().flatten().skip(1);
@@ -46,6 +51,10 @@ pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<
         [_, Some(syntax), _] => syntax.meta.require_path_only().map(|_| Declared::Group),
         [_, _, Some(syntax)] => syntax.meta.require_path_only().map(|_| Declared::Skipped),
         _ => {
+            let is_meant = |name: &&str| field.attrs.iter().any(|syntax| spelling::resembles(syntax, name));
+            if let Some(name) = [value, "skip"].into_iter().chain(group).find(is_meant) {
+                return Ok(Declared::Misspelled(name));
+            }
             let group = group.map_or(String::new(), |group| format!(", `#[{group}]`"));
             let message = format!(
                 "missing declaration: add `#[{value}(..)]`{group} or, for a field that no client sees, `#[skip]`"
@@ -53,6 +62,16 @@ pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<
             Err(Error::new_spanned(&field.ident, message))
         }
     }
+}
+
+/// Returns the attribute with this name, as much as can be read of it. Its name may be misspelled.
+pub fn sketched(field: &Field, name: &str) -> Attribute {
+    let is_meant = |syntax: &&Syntax| syntax.path().is_ident(name) || spelling::resembles(syntax, name);
+    let read = |syntax: &Syntax| {
+        let reader = |input: ParseStream| Ok(Attribute::read(input, &mut Errors::default()));
+        syntax.parse_args_with(reader).ok()
+    };
+    field.attrs.iter().find(is_meant).and_then(read).unwrap_or_else(|| Attribute::of(None, false))
 }
 
 /// Returns the name of a field.
@@ -119,10 +138,12 @@ fn unwritten(of: &Type) -> TokenStream {
         let element = unwritten(&array.elem);
         return quote!(::core::array::from_fn(|_| #element));
     }
+    // The error of a type without default stands at the type.
+    let function = Ident::new("unwritten", of.span());
     quote!({
         #[allow(unused_imports)]
         use ::ecss_can::od::Unwritten as _;
-        <#of>::unwritten()
+        <#of>::#function()
     })
 }
 

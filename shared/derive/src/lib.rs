@@ -31,7 +31,8 @@
 //!
 //! # Errors
 //!
-//! The macro reports all errors of a declaration at once. A constant beside the declaration refuses an index or
+//! The macro reports all errors of a declaration at once. What is wrong is declared in a form that other code can
+//! use, so that a mistake is one error. A constant beside the declaration refuses an index or
 //! sub-index that occurs twice, also across groups and consecutive indices. So `cargo check` shows the error. A
 //! declaration that has a type parameter without a default is checked where its `Default` is used.
 
@@ -41,10 +42,13 @@ mod field;
 mod instance;
 mod objects;
 mod record;
+mod sketch;
+mod spelling;
 mod stub;
 #[cfg(test)]
 mod tests;
 
+use errors::Errors;
 use proc_macro::TokenStream;
 use proc_macro2::TokenStream as TokenStream2;
 use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};
@@ -65,7 +69,7 @@ pub fn record(input: TokenStream) -> TokenStream {
 
 /// The errors, and what keeps the compiler from reporting others that follow from them.
 fn beside(errors: Error, stub: TokenStream2) -> TokenStream2 {
-    let mut tokens = errors.into_compile_error();
+    let mut tokens = Errors::texts(errors);
     tokens.extend(stub);
     tokens
 }

@@ -11,22 +11,22 @@ use crate::field::{self, Declared};
 use crate::instance;
 
 /// An object, or several in a row.
-struct Object<'a> {
-    number: u16,
-    declaration: TokenStream,
-    names: TokenStream,
+pub struct Object<'a> {
+    pub number: u16,
+    pub declaration: TokenStream,
+    pub names: TokenStream,
     /// The field.
-    field: &'a Field,
+    pub field: &'a Field,
     /// The record under it, or under each in a row.
-    record: Option<&'a Type>,
+    pub record: Option<&'a Type>,
     /// It has no other value, and is no row.
-    is_single: bool,
+    pub is_single: bool,
     /// The value at a place, an `Option<&mut dyn Variable>`.
-    variable: TokenStream,
+    pub variable: TokenStream,
     /// Expression for the value that a transmit PDO reads at a place, an `Option<u64>`. `None`: it may not.
-    bits: Option<TokenStream>,
+    pub bits: Option<TokenStream>,
     /// Expression that writes the value of a receive PDO at a place, an `Option<()>`. `None`: it may not.
-    set_bits: Option<TokenStream>,
+    pub set_bits: Option<TokenStream>,
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
@@ -39,6 +39,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
         match errors.take(field::declared(field, "object", Some("objects"))) {
             Some(Declared::Value(value)) => attribute = Some(value),
             Some(Declared::Group) => groups.push((name, &field.ty)),
+            Some(Declared::Misspelled(_)) => errors.add_silent(),
             Some(Declared::Skipped) | None => {}
         }
         let initial = field::initial(field, attribute.as_deref());
@@ -51,7 +52,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     }
     errors.add_repeated(numbers, |number| format!("index {number:04X}h is declared twice"));
     objects.sort_by_key(|object| object.number);
-    let options = errors.take(options(input)).unwrap_or_default();
+    let options = options(input, &mut errors);
     errors.finish()?;
     values.extend(implementation(input, &objects, &groups, &initials, options));
     Ok(values)
@@ -66,19 +67,26 @@ struct Options {
     device: Option<Span>,
 }
 
-fn options(input: &DeriveInput) -> syn::Result<Options> {
+fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
     let mut options = Options::default();
     for attribute in input.attrs.iter().filter(|attribute| attribute.path().is_ident("objects")) {
-        attribute.parse_nested_meta(|meta| {
+        let read = attribute.parse_nested_meta(|meta| {
             match meta.path.get_ident().map(Ident::to_string).as_deref() {
                 Some("check") => options.check = Some(meta.value()?.parse()?),
                 Some("device") => options.device = Some(meta.path.span()),
                 _ => return Err(meta.error("unknown word; known are `check` and `device`")),
             }
             Ok(())
-        })?;
+        });
+        errors.take(read);
     }
-    Ok(options)
+    options
+}
+
+/// Returns whether a wrong declaration may be that of a device: it says so, or the words for it have an error.
+pub fn may_be_device(input: &DeriveInput) -> bool {
+    let mut errors = Errors::default();
+    options(input, &mut errors).device.is_some() || errors.finish().is_err()
 }
 
 fn implementation(
@@ -241,7 +249,7 @@ pub fn device(input: &DeriveInput) -> TokenStream {
 }
 
 /// The constant of the field of an object, the `nth` of those declared.
-fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
+pub fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
     let kind = if object.is_single { quote!(::ecss_can::od::Field) } else { quote!(::ecss_can::od::Fields) };
     let record = object.record.map(|record| instance::filled(input, record.to_token_stream()));
     let of = match (record, object.is_single) {
@@ -254,7 +262,7 @@ fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStr
 }
 
 /// `None` after an error.
-fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object<'a>> {
+pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object<'a>> {
     let (title, number) = (field::title(field), attribute.value(u16::MAX));
     let (title, number) = (errors.take(title), errors.take(number));
     // The type of one object of several in a row, how many there are, and the one meant.

@@ -10,19 +10,19 @@ use crate::field::{self, Declared};
 use crate::instance;
 
 /// A sub-index, or several in a row.
-struct Sub {
-    number: u16,
-    entry: TokenStream,
-    title: String,
+pub struct Sub {
+    pub number: u16,
+    pub entry: TokenStream,
+    pub title: String,
     /// The constant of its field.
-    constant: Option<TokenStream>,
-    arm: TokenStream,
+    pub constant: Option<TokenStream>,
+    pub arm: TokenStream,
     /// Match arm for the value that a transmit PDO reads. `None`: it may not.
-    bits: Option<TokenStream>,
+    pub bits: Option<TokenStream>,
     /// Match arm that writes the value of a receive PDO. `None`: it may not.
-    set_bits: Option<TokenStream>,
+    pub set_bits: Option<TokenStream>,
     /// The last sub-index, as an expression.
-    last: TokenStream,
+    pub last: TokenStream,
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
@@ -35,6 +35,10 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
             Some(Declared::Value(value)) => attribute = Some(value),
             // Its error is enough.
             None => is_empty = false,
+            Some(Declared::Misspelled(_)) => {
+                is_empty = false;
+                errors.add_silent();
+            }
             Some(_) => {}
         }
         let initial = field::initial(field, attribute.as_deref());
@@ -136,7 +140,7 @@ fn implementation(
 }
 
 /// `None` after an error.
-fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option<Sub> {
+pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option<Sub> {
     let name = &field.ident;
     let (title, number) = (errors.take(field::title(field)), errors.take(attribute.value(254)));
     let access = match attribute.shape {
