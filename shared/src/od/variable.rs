@@ -66,6 +66,10 @@ pub trait Bytes {
 }
 
 /// Properties of a type that a declaration needs.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a type of the object dictionary",
+    note = "a struct that derives `Record` needs the word `record`, an array the word `array` or consecutive numbers (`0x6000..`)"
+)]
 pub trait Typed: Variable {
     /// Type in the dictionary.
     const TYPE: DataType;

@@ -2,7 +2,7 @@
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::Device;
-use ecss_can::od::Objects;
+use ecss_can::od::{Objects, Record};
 use ecss_can::pdo::{PdoObjects, PdoSet};
 
 fn highest() -> i64 {
@@ -39,6 +39,21 @@ impl Device for Heater {
     type Consumers = HeartbeatConsumers<1>;
 
     const PDOS: PdoSet = PdoSet::new(&[], &[]);
+}
+
+/// Without the word `record`.
+#[derive(Objects)]
+struct Amplifier {
+    /// Channel
+    #[object(0x6000, rw)]
+    channel: Channel,
+}
+
+#[derive(Record)]
+struct Channel {
+    /// Gain
+    #[sub(1, rw)]
+    gain: u8,
 }
 
 fn main() {}
