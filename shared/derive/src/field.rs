@@ -159,6 +159,12 @@ pub fn initial_constant(input: &DeriveInput, field: &Field, attribute: &Attribut
     })
 }
 
+/// Returns a statement that asks of a type what its declaration asks. In another function that uses the type, it makes
+/// the error of a wrong type the same one, which the compiler shows once.
+pub fn same_error(of: &Type) -> TokenStream {
+    quote!(let _ = ::ecss_can::od::Entry::of::<#of>;)
+}
+
 /// Returns the expression by which a transmit PDO reads a value.
 pub fn bits(value: &TokenStream) -> TokenStream {
     quote!(::core::option::Option::Some(::ecss_can::od::Variable::bits(#value)))

@@ -325,10 +325,11 @@ fn var(
     errors: &mut Errors,
 ) -> Option<Parts> {
     let access = errors.take(attribute.required_access())?;
+    let same_error = field::same_error(value);
     let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(0, 1, #access)));
     Some(Parts {
         code: quote! {
-            match <#value as ::ecss_can::od::Typed>::TYPE {
+            match ::ecss_can::od::Entry::of::<#value>(0, 1, #access).data_type {
                 ::ecss_can::od::DataType::Domain => ::ecss_can::od::ObjectCode::Domain,
                 _ => ::ecss_can::od::ObjectCode::Var,
             }
@@ -336,7 +337,10 @@ fn var(
         entries: quote!(&[#entry]),
         names: quote!(&[#title]),
         structure: quote!(0),
-        variable: quote!(::core::option::Option::Some(#place_mut)),
+        variable: quote!({
+            #same_error
+            ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(#place_mut))
+        }),
         bits: field::bits(place),
         set_bits: field::set_bits(place_mut, value, attribute),
     })
@@ -357,7 +361,7 @@ fn array(
         return None;
     };
     let (value, count) = (&*array.elem, field::sub_indices(&array.len));
-    let access = access?;
+    let (access, same_error) = (access?, field::same_error(value));
     let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
     Some(Parts {
@@ -367,7 +371,10 @@ fn array(
         structure: quote!(0),
         variable: quote! {
             match #place_mut.get_mut(#nth) {
-                ::core::option::Option::Some(place) => ::core::option::Option::Some(place),
+                ::core::option::Option::Some(place) => {
+                    #same_error
+                    ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(place))
+                }
                 ::core::option::Option::None => ::core::option::Option::None,
             }
         },

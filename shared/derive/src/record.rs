@@ -173,6 +173,7 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
     };
     let entry =
         attribute.qualified(&field.ty, quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
+    let same_error = field::same_error(value);
     let arm = |value: TokenStream| quote!(#pattern => #value,);
     let (read, written) = attribute.directions();
     Some(Sub {
@@ -185,10 +186,9 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
             &quote!(::ecss_can::od::SubIndex<Self>),
             &quote!(::ecss_can::od::SubIndex::new(#first, #count)),
         ),
-        // A place of its own: what becomes of it is a trait object.
         arm: arm(quote!({
-            let place = #place_mut;
-            ::core::option::Option::Some(place)
+            #same_error
+            ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(#place_mut))
         })),
         bits: read.then(|| arm(bits)),
         set_bits: written.then(|| arm(set_bits)),

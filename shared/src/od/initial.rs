@@ -12,7 +12,7 @@ use super::{Signed, Unsigned};
 /// same name for arrays of any length, which takes precedence.
 pub trait Unwritten: Default {
     /// Makes the value.
-    #[inline]
+    #[inline(always)]
     fn unwritten() -> Self {
         Self::default()
     }

@@ -75,6 +75,15 @@ pub trait Typed: Variable {
     const TYPE: DataType;
     /// Number of bytes of a number, most bytes of a string, zero for a DOMAIN.
     const SIZE: usize;
+
+    /// Returns the value as one of any type.
+    #[inline(always)]
+    fn as_variable(&mut self) -> &mut dyn Variable
+    where
+        Self: Sized,
+    {
+        self
+    }
 }
 
 /// Copies from the middle of a value; returns how many bytes.
