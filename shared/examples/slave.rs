@@ -56,9 +56,13 @@ impl Desk {
         }
         self.slave.poll(self.now, &mut self.out);
         let mut sent = Vec::new();
-        while let Some((_, command)) = self.out.pop_command() {
+        while let Some((bus, command)) = self.out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
                 sent.push((outgoing.frame.id().raw(), outgoing.frame.data().to_vec()));
+                // Another node acknowledges it.
+                let event =
+                    LinkEvent::Transmitted { frame: outgoing.frame, stamp: Stamp::interrupt(self.now) };
+                self.slave.on_link(bus, &event, self.now, &mut self.out);
             }
         }
         println!("{:?}: {sent:X?}", self.now);

@@ -1,6 +1,7 @@
 //! Names for a device, its application and its `main`: `use ecss_can::prelude::*;`
 
 pub use crate::heartbeat::HeartbeatConsumers;
+pub use crate::link::bit_timing::BitRate;
 pub use crate::nmt::{NmtMessage, Target};
 pub use crate::node::{
     CanopenSlave, Communication, Device, DeviceNode, Identity, Master, MasterEvent, MasterRequest, Node,

@@ -19,6 +19,7 @@
 //! const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
 //! const _: () = assert!(MISSION.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
 //! const _: () = assert!(MISSION.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
+//! const _: () = MISSION.assert_heartbeats();
 //! ```
 //!
 //! # Limits
@@ -26,6 +27,8 @@
 //! - Values that a node stores by "save" have priority over those of the profile.
 //! - The checks compare the numbers of a profile with each other. `cargo xtask schedule` of the repository computes
 //!   the response times of the frames.
+
+mod heartbeats;
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
@@ -43,12 +46,13 @@ pub struct Profile {
     pub name: &'static str,
     /// Properties of both buses, from which every node computes its bit timing.
     pub network: Network,
-    /// Producer heartbeat time (1017h) of every node, in whole milliseconds, above zero.
+    /// Producer heartbeat time (1017h) of every node, in whole milliseconds, 1 to 65,535 ms.
     pub heartbeat: Duration,
     /// Delay of the heartbeats that a slave sends late, at most a tenth of their period: four data frames of
     /// eight bytes, 540 bits. See [`Slave::with_late_heartbeats`](crate::node::Slave::with_late_heartbeats).
     pub late_heartbeat: Duration,
-    /// Consumer heartbeat time (1016h), in whole milliseconds.
+    /// Consumer heartbeat time (1016h), in whole milliseconds, at most 65,535 ms. Longer than `heartbeat`; zero: no
+    /// heartbeat is consumed.
     pub consumer: Duration,
     /// Bus after power-on: Bdefault (2000h sub 1).
     pub bdefault: Bus,

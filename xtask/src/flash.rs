@@ -110,14 +110,19 @@ impl Options {
         }
     }
 
-    fn profile(&self) -> Profile {
-        let by_features = || match self.features.as_slice() {
-            [] => Profile::Librecube,
-            features if features.contains(&Feature::Standby) => Profile::Standby,
-            features if features.contains(&Feature::Librecube) => Profile::Librecube,
-            _ => Profile::Standard,
-        };
-        self.profile.unwrap_or_else(by_features)
+    fn profile(&self) -> Result<Profile, Misuse> {
+        let has = |feature| self.features.contains(&feature);
+        match (self.profile, has(Feature::Librecube), has(Feature::Standby)) {
+            (Some(profile), ..) => Ok(profile),
+            (None, true, true) => Err(Misuse::of(
+                "flash",
+                "two profiles: librecube and standby; an image has one of them".to_owned(),
+            )),
+            (None, true, false) => Ok(Profile::Librecube),
+            (None, false, true) => Ok(Profile::Standby),
+            (None, false, false) if self.features.is_empty() => Ok(Profile::Librecube),
+            (None, false, false) => Ok(Profile::Standard),
+        }
     }
 }
 
@@ -126,10 +131,10 @@ impl Options {
 /// # Errors
 /// When the image cannot be built, or probe-rs is missing or fails.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let (board, fitting) = (options.board()?, options.fitting()?);
+    let (board, fitting, profile) = (options.board()?, options.fitting()?, options.profile()?);
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
-    let profile = options.bit_rate.configuration(options.profile());
+    let profile = options.bit_rate.configuration(profile);
     let images = || firmware_images::build_logging(board.name(), &profile, &log);
     let image = match options.role {
         Role::Master => images()?.master,

@@ -1,11 +1,10 @@
 //! The words in `#[object(..)]` and `#[sub(..)]`.
 
-use proc_macro2::{Span, TokenStream};
+use proc_macro2::{Delimiter, Group, Span, TokenStream, TokenTree};
 use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
-use syn::spanned::Spanned;
-use syn::{Error, Expr, Ident, LitInt, Token};
+use syn::{Error, Expr, Ident, LitInt, Token, Type};
 
 use crate::errors::Errors;
 
@@ -69,7 +68,7 @@ impl Attribute {
             Some(value) => quote!(::core::option::Option::Some(#value)),
             None => quote!(::core::option::Option::None),
         };
-        if self.low.is_none() && self.high.is_none() {
+        if !self.is_limited() {
             return quote!(::core::option::Option::None);
         }
         let (low, high) = (bound(&self.low), bound(&self.high));
@@ -83,18 +82,35 @@ impl Attribute {
         Ok(quote!(::ecss_can::od::Access::#access))
     }
 
-    /// Adds to the expression `entry` all that the attribute declares beside type and access right.
-    pub fn qualified(&self, entry: TokenStream) -> TokenStream {
+    /// Returns whether the value has a least or a greatest one.
+    pub fn is_limited(&self) -> bool {
+        self.low.is_some() || self.high.is_some()
+    }
+
+    /// Adds to the expression `entry` all that the attribute declares beside type and access right. `of` is the type
+    /// of the field.
+    pub fn qualified(&self, of: &Type, entry: TokenStream) -> TokenStream {
         let pdo = match (self.pdo, self.optional) {
             (false, _) => quote!(No),
             (true, false) => quote!(Required),
             (true, true) => quote!(Optional),
         };
         let mut entry = quote!(#entry.for_pdo(::ecss_can::od::PdoUse::#pdo));
-        // Constants find the errors of these, which stand at the words: a call has the place of its first and last token.
-        if let Some(bound) = self.low.as_ref().or(self.high.as_ref()) {
-            let limits = self.limits();
-            entry = quote_spanned!(bound.span()=> ::ecss_can::od::Entry::within(#entry, #limits));
+        // Constants find the errors of these, which stand at the words.
+        if self.is_limited() {
+            let (low, high, limits) = (&self.low, &self.high, self.limits());
+            let function = quote!(::ecss_can::od::Entry::within);
+            entry = call_at(quote!(#low #high), function, quote!(#entry, #limits));
+        }
+        if let Some(value) = self.default.as_ref().filter(|_| self.is_limited()) {
+            let number = &self.number;
+            let range = quote!({
+                #[allow(unused_imports)]
+                use ::ecss_can::od::NoNumbers as _;
+                ::ecss_can::od::Numbers::<#of, Self, #number>::RANGE
+            });
+            let function = quote!(::ecss_can::od::Entry::initially);
+            entry = call_at(quote!(#value), function, quote!(#entry, #range));
         }
         if let Some(word) = self.keep {
             entry = quote_spanned!(word=> ::ecss_can::od::Entry::keep(#entry));
@@ -163,9 +179,50 @@ impl Attribute {
 
 impl Parse for Attribute {
     fn parse(input: ParseStream) -> syn::Result<Self> {
-        let (number, in_a_row) = (input.parse()?, input.parse::<Option<Token![..]>>()?.is_some());
-        let mut attribute = Attribute {
-            number,
+        let mut errors = Errors::default();
+        let attribute = Attribute::read(input, &mut errors);
+        errors.finish().map(|()| attribute)
+    }
+}
+
+impl Attribute {
+    /// Reads an attribute to its end. What cannot be read is left out, with an error.
+    pub fn read(input: ParseStream, errors: &mut Errors) -> Self {
+        let number = errors.take(input.parse());
+        let mut attribute = Attribute::of(number.clone(), input.peek(Token![..]));
+        errors.take(input.parse::<Option<Token![..]>>());
+        // After an error nothing is said of what stands before the next comma.
+        let (mut is_lost, mut words) = (number.is_none(), Vec::new());
+        while !input.is_empty() {
+            match input.parse::<Option<Token![,]>>() {
+                Ok(Some(_)) => is_lost = false,
+                _ if !is_lost => {
+                    errors.add(input.error("a comma is missing"));
+                    is_lost = true;
+                }
+                _ => {}
+            }
+            if input.is_empty() {
+                break;
+            }
+            if is_lost && !input.peek(Ident::peek_any) {
+                errors.take(input.parse::<TokenTree>());
+                continue;
+            }
+            let word = errors.take(input.call(Ident::parse_any));
+            match word.and_then(|word| errors.take(attribute.word(&word, input)).map(|()| word)) {
+                Some(word) => words.push(word),
+                None => is_lost = true,
+            }
+        }
+        attribute.check(&words, errors);
+        attribute
+    }
+
+    /// Makes the attribute of a value with this number and no word. `None`: it has no number that can be read.
+    pub fn of(number: Option<LitInt>, in_a_row: bool) -> Self {
+        Attribute {
+            number: number.unwrap_or_else(|| LitInt::new("0xFFFF", Span::call_site())),
             in_a_row,
             shape: Shape::Var,
             access: None,
@@ -176,20 +233,21 @@ impl Parse for Attribute {
             low: None,
             high: None,
             default: None,
-        };
-        let (mut errors, mut words) = (Errors::default(), Vec::new());
-        while input.parse::<Option<Token![,]>>()?.is_some() && !input.is_empty() {
-            let word = input.call(Ident::parse_any)?;
-            if errors.take(attribute.word(&word, input)).is_some() {
-                words.push(word);
-            }
         }
-        if !input.is_empty() {
-            errors.add(input.error("a comma is missing"));
-        }
-        attribute.check(&words, &mut errors);
-        errors.finish().map(|()| attribute)
     }
+}
+
+/// Returns a call whose errors the compiler reports at `place`: from its first to its last token.
+fn call_at(place: TokenStream, function: TokenStream, arguments: TokenStream) -> TokenStream {
+    let mut spans = place.into_iter().map(|token| token.span());
+    let first = spans.next().unwrap_or_else(Span::call_site);
+    let function = function.into_iter().map(|mut token| {
+        token.set_span(first);
+        token
+    });
+    let mut arguments = Group::new(Delimiter::Parenthesis, arguments);
+    arguments.set_span(spans.last().unwrap_or(first));
+    function.chain([arguments.into()]).collect()
 }
 
 fn assigned(input: ParseStream) -> syn::Result<Expr> {

@@ -1,6 +1,6 @@
 //! Errors of a declaration, collected so that the compiler shows all of them at once.
 
-use proc_macro2::Span;
+use proc_macro2::{Span, TokenStream};
 use syn::{Error, Result};
 
 /// Errors found so far.
@@ -14,6 +14,17 @@ impl Errors {
             Some(errors) => errors.combine(error),
             none => *none = Some(error),
         }
+    }
+
+    /// Adds an error that the compiler finds by itself: it has no text, and [`Errors::texts`] leaves it out.
+    pub fn add_silent(&mut self) {
+        self.add(Error::new(Span::call_site(), ""));
+    }
+
+    /// Returns the errors for the compiler.
+    pub fn texts(errors: Error) -> TokenStream {
+        let all = errors.into_iter().filter(|error| !error.to_string().is_empty());
+        all.map(Error::into_compile_error).collect()
     }
 
     /// Adds the error of a result, or gives its value.

@@ -3,10 +3,13 @@
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
+use syn::parse::ParseStream;
 use syn::spanned::Spanned;
-use syn::{Attribute as Syntax, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Type, TypeArray};
+use syn::{Attribute as Syntax, DeriveInput, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Type, TypeArray};
 
 use crate::attribute::Attribute;
+use crate::errors::Errors;
+use crate::spelling;
 
 /// Returns the attribute with this name, if the field has it.
 ///
@@ -28,13 +31,15 @@ pub enum Declared {
     Group,
     /// A field that no client sees.
     Skipped,
+    /// The name of its attribute is misspelled, which the compiler reports: this one is meant.
+    Misspelled(&'static str),
 }
 
 /// Returns how a field is declared. `value` is the name of the attribute of a value, `group` that of a group.
 ///
 /// # Errors
 /// If the field has no declaration, or two.
-pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<Declared> {
+pub fn declared(field: &Field, value: &'static str, group: Option<&'static str>) -> syn::Result<Declared> {
     let group_syntax = group.map(|group| attribute(field, group)).transpose()?.flatten();
     let found = [attribute(field, value)?, group_syntax, attribute(field, "skip")?];
     let mut others = found.iter().flatten().skip(1);
@@ -46,6 +51,10 @@ pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<
         [_, Some(syntax), _] => syntax.meta.require_path_only().map(|_| Declared::Group),
         [_, _, Some(syntax)] => syntax.meta.require_path_only().map(|_| Declared::Skipped),
         _ => {
+            let is_meant = |name: &&str| field.attrs.iter().any(|syntax| spelling::resembles(syntax, name));
+            if let Some(name) = [value, "skip"].into_iter().chain(group).find(is_meant) {
+                return Ok(Declared::Misspelled(name));
+            }
             let group = group.map_or(String::new(), |group| format!(", `#[{group}]`"));
             let message = format!(
                 "missing declaration: add `#[{value}(..)]`{group} or, for a field that no client sees, `#[skip]`"
@@ -53,6 +62,16 @@ pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<
             Err(Error::new_spanned(&field.ident, message))
         }
     }
+}
+
+/// Returns the attribute with this name, as much as can be read of it. Its name may be misspelled.
+pub fn sketched(field: &Field, name: &str) -> Attribute {
+    let is_meant = |syntax: &&Syntax| syntax.path().is_ident(name) || spelling::resembles(syntax, name);
+    let read = |syntax: &Syntax| {
+        let reader = |input: ParseStream| Ok(Attribute::read(input, &mut Errors::default()));
+        syntax.parse_args_with(reader).ok()
+    };
+    field.attrs.iter().find(is_meant).and_then(read).unwrap_or_else(|| Attribute::of(None, false))
 }
 
 /// Returns the name of a field.
@@ -102,13 +121,48 @@ pub fn sub_indices(len: &Expr) -> TokenStream {
 
 /// Returns the value at power-on.
 pub fn initial(field: &Field, declared: Option<&Attribute>) -> TokenStream {
-    match (declared.and_then(|attribute| attribute.default.as_ref()), &field.ty) {
-        (Some(value), _) => quote!(#value),
-        (None, Type::Array(_)) => {
-            quote!(::core::array::from_fn(|_| ::core::default::Default::default()))
+    let of = &field.ty;
+    match (declared.and_then(|attribute| attribute.default.as_ref().map(|value| (attribute, value))), of) {
+        (Some((attribute, _)), _) if attribute.is_limited() => {
+            let number = &attribute.number;
+            quote!(<Self as ::ecss_can::od::Initial<#of, #number>>::VALUE)
         }
-        (None, _) => quote!(::core::default::Default::default()),
+        (Some((_, value)), _) => quote!(#value),
+        (None, _) => unwritten(of),
     }
+}
+
+/// Returns the value at power-on of a field without `default`.
+fn unwritten(of: &Type) -> TokenStream {
+    if let Type::Array(array) = of {
+        let element = unwritten(&array.elem);
+        return quote!(::core::array::from_fn(|_| #element));
+    }
+    // The error of a type without default stands at the type.
+    let function = Ident::new("unwritten", of.span());
+    quote!({
+        #[allow(unused_imports)]
+        use ::ecss_can::od::Unwritten as _;
+        <#of>::#function()
+    })
+}
+
+/// Returns the value at power-on as a constant, for a value that has limits. Their check reads it.
+pub fn initial_constant(input: &DeriveInput, field: &Field, attribute: &Attribute) -> Option<TokenStream> {
+    let value = attribute.default.as_ref().filter(|_| attribute.is_limited())?;
+    let (ident, of, number) = (&input.ident, &field.ty, &attribute.number);
+    let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+    Some(quote! {
+        impl #impl_generics ::ecss_can::od::Initial<#of, #number> for #ident #type_generics #bounds {
+            const VALUE: #of = #value;
+        }
+    })
+}
+
+/// Returns a statement that asks of a type what its declaration asks. In another function that uses the type, it makes
+/// the error of a wrong type the same one, which the compiler shows once.
+pub fn same_error(of: &Type) -> TokenStream {
+    quote!(let _ = ::ecss_can::od::Entry::of::<#of>;)
 }
 
 /// Returns the expression by which a transmit PDO reads a value.
@@ -124,7 +178,7 @@ pub fn run_bits(values: &TokenStream, nth: &TokenStream) -> TokenStream {
 /// Returns the expression by which a receive PDO writes consecutive values. It writes only values within the
 /// limits.
 pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribute) -> TokenStream {
-    if attribute.low.is_none() && attribute.high.is_none() {
+    if !attribute.is_limited() {
         return quote!(run.write(&mut #values[..], #nth, bits));
     }
     let limits = attribute.limits();
@@ -137,7 +191,7 @@ pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribu
 /// Returns the expression by which a receive PDO writes a value. It writes only a value within the limits.
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
     let write = quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)));
-    if attribute.low.is_none() && attribute.high.is_none() {
+    if !attribute.is_limited() {
         return write;
     }
     let limits = attribute.limits();

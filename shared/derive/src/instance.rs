@@ -72,9 +72,10 @@ pub fn assertion(
     span: Span,
     assertion: impl Fn(TokenStream) -> TokenStream,
 ) -> (TokenStream, TokenStream) {
-    let ident = &input.ident;
+    let mut ident = input.ident.clone();
+    ident.set_span(span);
     let beside = arguments(input).map(|arguments| {
-        let asserted = assertion(quote!(#ident<#(#arguments),*>));
+        let asserted = assertion(quote_spanned!(span=> #ident<#(#arguments),*>));
         quote_spanned!(span=> const _: () = #asserted;)
     });
     let is_generic = !input.generics.params.is_empty();

@@ -22,7 +22,8 @@
 //! - `record` or `array` for an object that is more than a single value;
 //! - `pdo` for a value that PDOs may carry, `optional` if a frame of a receive PDO may end before it;
 //! - `keep` for a DOMAIN that "save" (1010h) stores, `volatile` for a value that "save" does not store;
-//! - `low = ..`, `high = ..` and `default = ..`.
+//! - `low = ..` and `high = ..` for an integer: values of its type, `low` at most `high`;
+//! - `default = ..`, the value at power-on. Beside `low` or `high` it is a constant expression within these limits.
 //!
 //! Each field becomes a constant with the name of the field in capitals: `ecss_can::od::Field` or `Fields` for an
 //! object, `SubIndex` for an entry of a record. There each type parameter has its default, so that `Device::VALUE`
@@ -30,7 +31,8 @@
 //!
 //! # Errors
 //!
-//! The macro reports all errors of a declaration at once. A constant beside the declaration refuses an index or
+//! The macro reports all errors of a declaration at once. What is wrong is declared in a form that other code can
+//! use, so that a mistake is one error. A constant beside the declaration refuses an index or
 //! sub-index that occurs twice, also across groups and consecutive indices. So `cargo check` shows the error. A
 //! declaration that has a type parameter without a default is checked where its `Default` is used.
 
@@ -40,10 +42,13 @@ mod field;
 mod instance;
 mod objects;
 mod record;
+mod sketch;
+mod spelling;
 mod stub;
 #[cfg(test)]
 mod tests;
 
+use errors::Errors;
 use proc_macro::TokenStream;
 use proc_macro2::TokenStream as TokenStream2;
 use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};
@@ -64,7 +69,7 @@ pub fn record(input: TokenStream) -> TokenStream {
 
 /// The errors, and what keeps the compiler from reporting others that follow from them.
 fn beside(errors: Error, stub: TokenStream2) -> TokenStream2 {
-    let mut tokens = errors.into_compile_error();
+    let mut tokens = Errors::texts(errors);
     tokens.extend(stub);
     tokens
 }

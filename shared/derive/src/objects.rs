@@ -11,26 +11,27 @@ use crate::field::{self, Declared};
 use crate::instance;
 
 /// An object, or several in a row.
-struct Object<'a> {
-    number: u16,
-    declaration: TokenStream,
-    names: TokenStream,
+pub struct Object<'a> {
+    pub number: u16,
+    pub declaration: TokenStream,
+    pub names: TokenStream,
     /// The field.
-    field: &'a Field,
+    pub field: &'a Field,
     /// The record under it, or under each in a row.
-    record: Option<&'a Type>,
+    pub record: Option<&'a Type>,
     /// It has no other value, and is no row.
-    is_single: bool,
+    pub is_single: bool,
     /// The value at a place, an `Option<&mut dyn Variable>`.
-    variable: TokenStream,
+    pub variable: TokenStream,
     /// Expression for the value that a transmit PDO reads at a place, an `Option<u64>`. `None`: it may not.
-    bits: Option<TokenStream>,
+    pub bits: Option<TokenStream>,
     /// Expression that writes the value of a receive PDO at a place, an `Option<()>`. `None`: it may not.
-    set_bits: Option<TokenStream>,
+    pub set_bits: Option<TokenStream>,
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
-    let (mut objects, mut groups, mut initials) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut objects, mut groups, mut initials, mut values) =
+        (Vec::new(), Vec::new(), Vec::new(), TokenStream::new());
     let (mut numbers, mut errors) = (Vec::new(), Errors::default());
     for field in &crate::fields(input)?.named {
         let name = field::ident(field)?;
@@ -38,20 +39,23 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
         match errors.take(field::declared(field, "object", Some("objects"))) {
             Some(Declared::Value(value)) => attribute = Some(value),
             Some(Declared::Group) => groups.push((name, &field.ty)),
+            Some(Declared::Misspelled(_)) => errors.add_silent(),
             Some(Declared::Skipped) | None => {}
         }
         let initial = field::initial(field, attribute.as_deref());
         initials.push(quote!(#name: #initial));
         if let Some(attribute) = attribute {
+            values.extend(field::initial_constant(input, field, &attribute));
             numbers.extend(attribute.value(u16::MAX).map(|number| (number, attribute.number.span())));
             objects.extend(object(field, &attribute, &mut errors));
         }
     }
     errors.add_repeated(numbers, |number| format!("index {number:04X}h is declared twice"));
     objects.sort_by_key(|object| object.number);
-    let options = errors.take(options(input)).unwrap_or_default();
+    let options = options(input, &mut errors);
     errors.finish()?;
-    Ok(implementation(input, &objects, &groups, &initials, options))
+    values.extend(implementation(input, &objects, &groups, &initials, options));
+    Ok(values)
 }
 
 /// `#[objects(check = function, device)]` on the whole declaration.
@@ -63,19 +67,26 @@ struct Options {
     device: Option<Span>,
 }
 
-fn options(input: &DeriveInput) -> syn::Result<Options> {
+fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
     let mut options = Options::default();
     for attribute in input.attrs.iter().filter(|attribute| attribute.path().is_ident("objects")) {
-        attribute.parse_nested_meta(|meta| {
+        let read = attribute.parse_nested_meta(|meta| {
             match meta.path.get_ident().map(Ident::to_string).as_deref() {
                 Some("check") => options.check = Some(meta.value()?.parse()?),
                 Some("device") => options.device = Some(meta.path.span()),
                 _ => return Err(meta.error("unknown word; known are `check` and `device`")),
             }
             Ok(())
-        })?;
+        });
+        errors.take(read);
     }
-    Ok(options)
+    options
+}
+
+/// Returns whether a wrong declaration may be that of a device: it says so, or the words for it have an error.
+pub fn may_be_device(input: &DeriveInput) -> bool {
+    let mut errors = Errors::default();
+    options(input, &mut errors).device.is_some() || errors.finish().is_err()
 }
 
 fn implementation(
@@ -108,7 +119,9 @@ fn implementation(
         ident.span(),
         |this| quote_spanned!(ident.span()=> <#this as ::ecss_can::od::Objects>::DECLARED.assert_distinct()),
     );
+    let mut marked = TokenStream::new();
     if let Some(span) = options.device {
+        marked = device(input);
         let (beside, inside) = instance::assertion(
             input,
             span,
@@ -119,6 +132,8 @@ fn implementation(
     }
     quote! {
         #asserted
+
+        #marked
 
         #constants
 
@@ -223,8 +238,18 @@ fn implementation(
     }
 }
 
+/// Returns what makes the declaration that of a device.
+pub fn device(input: &DeriveInput) -> TokenStream {
+    let ident = &input.ident;
+    let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+    quote! {
+        #[diagnostic::do_not_recommend]
+        impl #impl_generics ::ecss_can::node::DeviceObjects for #ident #type_generics #bounds {}
+    }
+}
+
 /// The constant of the field of an object, the `nth` of those declared.
-fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
+pub fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
     let kind = if object.is_single { quote!(::ecss_can::od::Field) } else { quote!(::ecss_can::od::Fields) };
     let record = object.record.map(|record| instance::filled(input, record.to_token_stream()));
     let of = match (record, object.is_single) {
@@ -237,7 +262,7 @@ fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStr
 }
 
 /// `None` after an error.
-fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object<'a>> {
+pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object<'a>> {
     let (title, number) = (field::title(field), attribute.value(u16::MAX));
     let (title, number) = (errors.take(title), errors.take(number));
     // The type of one object of several in a row, how many there are, and the one meant.
@@ -254,8 +279,8 @@ fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> O
     let title_text = title.as_deref().unwrap_or_default();
     let parts = one.and_then(|(value, count, place, place_mut)| {
         let parts = match attribute.shape {
-            Shape::Var => var(value, attribute, title_text, &place, &place_mut, errors),
-            Shape::Array => array(value, attribute, title_text, &place, &place_mut, errors),
+            Shape::Var => var(&field.ty, value, attribute, title_text, &place, &place_mut, errors),
+            Shape::Array => array(&field.ty, value, attribute, title_text, &place, &place_mut, errors),
             Shape::Record { as_array } => Some(record(value, as_array, &place, &place_mut)),
         };
         parts.map(|parts| (parts, value, count))
@@ -291,6 +316,7 @@ struct Parts {
 }
 
 fn var(
+    of: &Type,
     value: &Type,
     attribute: &Attribute,
     title: &str,
@@ -299,10 +325,11 @@ fn var(
     errors: &mut Errors,
 ) -> Option<Parts> {
     let access = errors.take(attribute.required_access())?;
-    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(0, 1, #access)));
+    let same_error = field::same_error(value);
+    let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(0, 1, #access)));
     Some(Parts {
         code: quote! {
-            match <#value as ::ecss_can::od::Typed>::TYPE {
+            match ::ecss_can::od::Entry::of::<#value>(0, 1, #access).data_type {
                 ::ecss_can::od::DataType::Domain => ::ecss_can::od::ObjectCode::Domain,
                 _ => ::ecss_can::od::ObjectCode::Var,
             }
@@ -310,13 +337,17 @@ fn var(
         entries: quote!(&[#entry]),
         names: quote!(&[#title]),
         structure: quote!(0),
-        variable: quote!(::core::option::Option::Some(#place_mut)),
+        variable: quote!({
+            #same_error
+            ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(#place_mut))
+        }),
         bits: field::bits(place),
         set_bits: field::set_bits(place_mut, value, attribute),
     })
 }
 
 fn array(
+    of: &Type,
     value: &Type,
     attribute: &Attribute,
     title: &str,
@@ -330,8 +361,8 @@ fn array(
         return None;
     };
     let (value, count) = (&*array.elem, field::sub_indices(&array.len));
-    let access = access?;
-    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
+    let (access, same_error) = (access?, field::same_error(value));
+    let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
     Some(Parts {
         code: quote!(::ecss_can::od::ObjectCode::Array),
@@ -340,7 +371,10 @@ fn array(
         structure: quote!(0),
         variable: quote! {
             match #place_mut.get_mut(#nth) {
-                ::core::option::Option::Some(place) => ::core::option::Option::Some(place),
+                ::core::option::Option::Some(place) => {
+                    #same_error
+                    ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(place))
+                }
                 ::core::option::Option::None => ::core::option::Option::None,
             }
         },

@@ -10,23 +10,23 @@ use crate::field::{self, Declared};
 use crate::instance;
 
 /// A sub-index, or several in a row.
-struct Sub {
-    number: u16,
-    entry: TokenStream,
-    title: String,
+pub struct Sub {
+    pub number: u16,
+    pub entry: TokenStream,
+    pub title: String,
     /// The constant of its field.
-    constant: Option<TokenStream>,
-    arm: TokenStream,
+    pub constant: Option<TokenStream>,
+    pub arm: TokenStream,
     /// Match arm for the value that a transmit PDO reads. `None`: it may not.
-    bits: Option<TokenStream>,
+    pub bits: Option<TokenStream>,
     /// Match arm that writes the value of a receive PDO. `None`: it may not.
-    set_bits: Option<TokenStream>,
+    pub set_bits: Option<TokenStream>,
     /// The last sub-index, as an expression.
-    last: TokenStream,
+    pub last: TokenStream,
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
-    let (mut subs, mut initials) = (Vec::new(), Vec::new());
+    let (mut subs, mut initials, mut values) = (Vec::new(), Vec::new(), TokenStream::new());
     let (mut numbers, mut errors, mut is_empty) = (Vec::new(), Errors::default(), true);
     for field in &crate::fields(input)?.named {
         let name = field::ident(field)?;
@@ -35,11 +35,16 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
             Some(Declared::Value(value)) => attribute = Some(value),
             // Its error is enough.
             None => is_empty = false,
+            Some(Declared::Misspelled(_)) => {
+                is_empty = false;
+                errors.add_silent();
+            }
             Some(_) => {}
         }
         let initial = field::initial(field, attribute.as_deref());
         initials.push(quote!(#name: #initial));
         if let Some(attribute) = attribute {
+            values.extend(field::initial_constant(input, field, &attribute));
             is_empty = false;
             numbers.extend(attribute.value(254).map(|number| (number, attribute.number.span())));
             subs.extend(sub(field, &attribute, &mut errors));
@@ -52,7 +57,8 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     subs.sort_by_key(|sub| sub.number);
     let structure = errors.take(structure(input)).flatten();
     errors.finish()?;
-    Ok(implementation(input, subs, &initials, structure))
+    values.extend(implementation(input, subs, &initials, structure));
+    Ok(values)
 }
 
 fn implementation(
@@ -134,7 +140,7 @@ fn implementation(
 }
 
 /// `None` after an error.
-fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option<Sub> {
+pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option<Sub> {
     let name = &field.ident;
     let (title, number) = (errors.take(field::title(field)), errors.take(attribute.value(254)));
     let access = match attribute.shape {
@@ -165,7 +171,9 @@ fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option
     } else {
         (field::bits(&quote!(&self.#name)), field::set_bits(&place_mut, value, attribute))
     };
-    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
+    let entry =
+        attribute.qualified(&field.ty, quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
+    let same_error = field::same_error(value);
     let arm = |value: TokenStream| quote!(#pattern => #value,);
     let (read, written) = attribute.directions();
     Some(Sub {
@@ -178,10 +186,9 @@ fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option
             &quote!(::ecss_can::od::SubIndex<Self>),
             &quote!(::ecss_can::od::SubIndex::new(#first, #count)),
         ),
-        // A place of its own: what becomes of it is a trait object.
         arm: arm(quote!({
-            let place = #place_mut;
-            ::core::option::Option::Some(place)
+            #same_error
+            ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(#place_mut))
         })),
         bits: read.then(|| arm(bits)),
         set_bits: written.then(|| arm(set_bits)),

@@ -10,8 +10,8 @@ use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
 /// Device for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs,
 /// and its communication profile at power-on.
 ///
-/// With `#[objects(device)]` beside the derive, `cargo check` refuses a device that is not possible. Without it the
-/// build of the image refuses it.
+/// `#[objects(device)]` beside the derive makes `cargo check` refuse a device that is not possible. A declaration
+/// without it cannot be a device.
 ///
 /// ```
 /// use ecss_can::heartbeat::HeartbeatConsumers;
@@ -39,7 +39,12 @@ use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
 ///     }
 /// }
 /// ```
-pub trait Device: Objects + Default + 'static {
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a device",
+    label = "needs `impl Device for {Self}`",
+    note = "add `impl Device for {Self}`, and `#[objects(device)]` beside `#[derive(Objects)]`"
+)]
+pub trait Device: Objects + DeviceObjects + Default + 'static {
     /// Storage of the PDOs, including those that only clients configure.
     type Pdos: PdoSlots;
     /// Entries of 1016h. In a slave the first one is for the master.
@@ -79,6 +84,14 @@ pub trait Device: Objects + Default + 'static {
         Self::Pdos::at_power_on(id, &Self::PDOS)
     }
 }
+
+/// Objects that are declared as those of a device: by `#[objects(device)]`, which also has them checked.
+#[diagnostic::on_unimplemented(
+    message = "the declaration of `{Self}` does not say that it is a device",
+    label = "add `#[objects(device)]` to the declaration of `{Self}`",
+    note = "write `#[objects(device)]` beside `#[derive(Objects)]`: the compiler then checks objects and PDOs of the device"
+)]
+pub trait DeviceObjects {}
 
 /// Node with the objects of a device, which its application reads and changes.
 pub trait DeviceNode: Node {

@@ -69,7 +69,7 @@ pub use communication::{Communication, Identity};
 pub use contract::{
     BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH, Usual,
 };
-pub use device::{Device, DeviceNode, TimeKeeper};
+pub use device::{Device, DeviceNode, DeviceObjects, TimeKeeper};
 pub use extension::{Extension, Nothing};
 pub use master::{
     Master, MasterBoards, MasterObjects, MasterRole, NetworkObjects, OneBoard, Ranging, TwoBoards,

@@ -13,6 +13,14 @@ pub struct Domain<S> {
     len: usize,
 }
 
+impl<const N: usize> Domain<[u8; N]> {
+    /// Makes an empty block of `N` bytes. A declaration without `default` uses it: arrays of more than 32 bytes do
+    /// not implement [`Default`].
+    pub const fn unwritten() -> Self {
+        Domain::new([0; N])
+    }
+}
+
 impl<S: AsRef<[u8]> + AsMut<[u8]>> Domain<S> {
     /// Makes an empty block.
     pub const fn new(storage: S) -> Self {

@@ -64,7 +64,8 @@
 //! ```
 //!
 //! Two fields with one index do not compile, even in different groups (`#[objects]`) or consecutive objects
-//! (`#[object(0x6000.., record)]`). A field without attribute is an error; `#[skip]` hides it from clients. The
+//! (`#[object(0x6000.., record)]`). Neither do limits that exclude each other or that the type cannot reach, nor a
+//! `default` outside its limits. A field without attribute is an error; `#[skip]` hides it from clients. The
 //! documentation of the derive macro [`Objects`] lists all attributes.
 //!
 //! # Limits
@@ -81,6 +82,8 @@ mod declared;
 mod dictionary;
 mod domain;
 mod field;
+mod initial;
+mod limits;
 mod numbers;
 mod object;
 mod reason;
@@ -97,8 +100,10 @@ pub use dictionary::{Objects, Place, Record};
 pub use domain::Domain;
 pub use ecss_can_derive::{Objects, Record};
 pub use field::{Field, Fields, SubIndex};
+pub use initial::{Initial, NoNumbers, Numbers, Unwritten};
+pub use limits::Limits;
 pub use numbers::{I24, I40, I48, I56, Signed, U24, U40, U48, U56, Unsigned};
-pub use object::{Access, Entry, Limits, Names, Object, ObjectCode, PdoUse, sub_indices};
+pub use object::{Access, Entry, Names, Object, ObjectCode, PdoUse, sub_indices};
 pub(crate) use reason::Reason;
 pub use run::Run;
 pub use texts::{OctetString, UnicodeString, VisibleString};

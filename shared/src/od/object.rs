@@ -1,7 +1,6 @@
 //! Declaration of an object and its entries: the values that every access is checked against.
 
-use super::{DataType, Typed};
-use crate::types::AbortCode;
+use super::{DataType, Limits, Typed};
 
 /// Kind of an object (CiA 301 7.4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,56 +67,6 @@ impl Access {
     /// Returns whether a receive PDO may carry the value if it is mappable.
     pub const fn is_for_rpdo(self) -> bool {
         matches!(self, Access::Wo | Access::Rw | Access::Rww)
-    }
-}
-
-/// Least and greatest value of a number. Both are allowed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Limits {
-    /// `i64::MIN` for none.
-    low: i64,
-    /// `i64::MAX` for none.
-    high: i64,
-}
-
-impl Limits {
-    /// Makes limits. `None`: the type alone limits that side.
-    pub const fn new(low: Option<i64>, high: Option<i64>) -> Limits {
-        let low = if let Some(low) = low { low } else { i64::MIN };
-        Limits { low, high: if let Some(high) = high { high } else { i64::MAX } }
-    }
-
-    /// Returns the least value, if there is one.
-    pub fn low(&self) -> Option<i64> {
-        (self.low != i64::MIN).then_some(self.low)
-    }
-
-    /// Returns the greatest value, if there is one.
-    pub fn high(&self) -> Option<i64> {
-        (self.high != i64::MAX).then_some(self.high)
-    }
-
-    /// Checks the number in the low bits of `bits`, as many as the type has.
-    ///
-    /// # Errors
-    /// [`AbortCode::ValueTooHigh`], [`AbortCode::ValueTooLow`].
-    pub fn check(&self, data_type: DataType, bits: u64) -> Result<(), AbortCode> {
-        // The uppermost bit of the type: one shift of 64 bits, which is a call on a chip of 32, is enough.
-        let top = 1_u64.wrapping_shl(u32::from(data_type.bits().unwrap_or(64)).wrapping_sub(1));
-        let number = bits & top.wrapping_mul(2).wrapping_sub(1);
-        let number = if data_type.is_signed() {
-            (number ^ top).wrapping_sub(top).cast_signed()
-        } else {
-            number.min(i64::MAX as u64).cast_signed()
-        };
-        if number > self.high {
-            Err(AbortCode::ValueTooHigh)
-        } else if number < self.low {
-            Err(AbortCode::ValueTooLow)
-        } else {
-            Ok(())
-        }
     }
 }
 
@@ -278,12 +227,28 @@ impl Entry {
         Entry { marks: self.marks & !KEPT, ..self }
     }
 
-    /// Returns the same entry with limits. For a type that is no integer this does not compile.
+    /// Returns the same entry with limits. It does not compile if the type is no integer, if a limit is no value
+    /// of the type, or if `low` is above `high`.
     #[must_use]
     #[track_caller]
     pub const fn within(self, limits: Option<&'static Limits>) -> Entry {
-        assert!(limits.is_none() || self.data_type.is_integer(), "only integers have limits");
+        if let Some(limits) = limits {
+            assert!(self.data_type.is_integer(), "only integers have limits");
+            limits.assert_fit(self.data_type);
+        }
         Entry { limits, ..self }
+    }
+
+    /// Returns the same entry for a value whose `default` has these least and greatest numbers. A `default` outside
+    /// the limits does not compile. `None`: the numbers are not known.
+    #[must_use]
+    #[track_caller]
+    pub const fn initially(self, numbers: Option<(i128, i128)>) -> Entry {
+        if let (Some(limits), Some((least, greatest))) = (self.limits, numbers) {
+            limits.assert_default(least);
+            limits.assert_default(greatest);
+        }
+        self
     }
 }
 

@@ -47,16 +47,23 @@ impl Reason {
     }
 
     /// Adds a number in decimal.
-    pub const fn number(mut self, number: u32) -> Reason {
+    pub const fn number(self, number: u32) -> Reason {
+        self.integer(number as i128)
+    }
+
+    /// Adds a number of up to 64 bits in decimal, with its sign.
+    pub const fn integer(self, number: i128) -> Reason {
+        let mut text = if number < 0 { self.text("-") } else { self };
+        let number = number.unsigned_abs();
         let mut power = 1;
         while number / power >= 10 {
             power *= 10;
         }
-        while power > 0 && self.len < LEN {
-            self.bytes[self.len] = b'0' + (number / power % 10) as u8;
-            (self.len, power) = (self.len + 1, power / 10);
+        while power > 0 && text.len < LEN {
+            text.bytes[text.len] = b'0' + (number / power % 10) as u8;
+            (text.len, power) = (text.len + 1, power / 10);
         }
-        self
+        text
     }
 
     /// Stops the build with this text.

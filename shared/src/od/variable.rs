@@ -66,11 +66,24 @@ pub trait Bytes {
 }
 
 /// Properties of a type that a declaration needs.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a type of the object dictionary",
+    note = "a struct that derives `Record` needs the word `record`, an array the word `array` or consecutive numbers (`0x6000..`)"
+)]
 pub trait Typed: Variable {
     /// Type in the dictionary.
     const TYPE: DataType;
     /// Number of bytes of a number, most bytes of a string, zero for a DOMAIN.
     const SIZE: usize;
+
+    /// Returns the value as one of any type.
+    #[inline(always)]
+    fn as_variable(&mut self) -> &mut dyn Variable
+    where
+        Self: Sized,
+    {
+        self
+    }
 }
 
 /// Copies from the middle of a value; returns how many bytes.

@@ -48,7 +48,7 @@ pub use fine::{FineInstant, FineScet};
 pub use frame::{Frame, FrameError};
 pub use instant::{Duration, Instant, earliest};
 pub use nmt_state::NmtState;
-pub use node_id::NodeId;
+pub use node_id::{IsNodeId, NodeId, RawNodeId};
 pub use periodic::Periodic;
 #[cfg(feature = "model")]
 pub use rebase::Rebase;

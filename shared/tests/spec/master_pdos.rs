@@ -250,6 +250,7 @@ fn what_it_stores_holds_after_the_next_start() {
 
 /// Its slaves send images in frames of their own, 6A0h, which it asks for by 6A1h.
 #[derive(Debug, Objects)]
+#[objects(device)]
 struct Viewer {}
 
 const IMAGE: CobId = CobIdOf::fixed(0x6A0).of(NodeId::MASTER);

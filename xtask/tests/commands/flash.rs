@@ -87,6 +87,7 @@ fn wrong_arguments_are_refused_with_the_allowed_ones() {
         ("slave", &["--features", "warp"][..], &["warp", "pyboard-v11", "nucleo-f446re", "librecube"][..]),
         ("slave", &["--board", "nucleo"], &["nucleo", "pyboard-v11", "nucleo-f446re"]),
         ("nucleo-slave", &["--features", "pyboard-v11"], &["two boards", "nucleo-f446re", "pyboard-v11"]),
+        ("master", &["--features", "librecube,standby"], &["two profiles", "librecube", "standby"]),
         ("master", &["--profile", "standard", "--features", "librecube"], &["--profile", "--features"]),
         ("master", &["slave"], &["slave", "Usage: cargo xtask flash"]),
     ] {

@@ -1,5 +1,6 @@
 //! The demonstration mission: profiles, PDOs of both images, commands and telemetry.
 
+mod choice;
 mod messages;
 mod pdos;
 mod profiles;

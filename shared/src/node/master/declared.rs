@@ -3,7 +3,7 @@
 use crate::boot::{BootProgress, Expected};
 use crate::emcy::EmcyConsumers;
 use crate::nmt::NmtStartup;
-use crate::node::{Communication, Device};
+use crate::node::{Communication, Device, DeviceObjects};
 use crate::od::{INVALID, Objects, Record};
 use crate::pdo::PdoSet;
 use crate::time::LocalUtc;
@@ -28,6 +28,11 @@ pub struct MasterObjects<D: Device> {
     pub network: NetworkObjects,
 }
 
+/// Its constructor is checked by [`Master`](super::Master).
+#[diagnostic::do_not_recommend]
+impl<D: Device> DeviceObjects for MasterObjects<D> {}
+
+#[diagnostic::do_not_recommend]
 impl<D: Device> Device for MasterObjects<D> {
     type Pdos = D::Pdos;
     type Consumers = D::Consumers;

@@ -14,6 +14,7 @@ use crate::types::{Bus, CobId, Frame, Instant, NodeId};
 
 /// A number that PDO 1 of both directions carries.
 #[derive(Debug, Objects)]
+#[objects(device)]
 struct Probe {
     /// Number
     #[object(0x6000, rw, pdo)]

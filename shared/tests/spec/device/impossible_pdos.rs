@@ -15,6 +15,7 @@ use super::fixture::{NO_INHIBIT, done, errors, payloads, read, refused, write, w
 use crate::bench::{Bench, NOMINAL, node};
 
 #[derive(Debug, Objects)]
+#[objects(device)]
 struct Probe {
     /// Not for PDOs
     #[object(0x6000, rw)]

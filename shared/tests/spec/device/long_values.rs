@@ -13,7 +13,7 @@ use crate::bench::{Bench, NOMINAL, node};
 
 /// An instrument with a name and a calibration.
 #[derive(Debug, Objects)]
-#[objects(check = Instrument::has_an_end)]
+#[objects(device, check = Instrument::has_an_end)]
 struct Instrument {
     /// Name
     #[object(0x2100, rw, default = VisibleString::new(b"none").unwrap_or_default())]
@@ -221,6 +221,7 @@ fn a_set_without_room_is_refused_whole() {
 #[test]
 fn a_long_value_that_does_not_fit_any_more_leaves_the_default() {
     #[derive(Debug, Objects)]
+    #[objects(device)]
     struct Smaller {
         /// Calibration
         #[object(0x2101, rw, default = OctetString::new(b"unity").unwrap_or_default())]

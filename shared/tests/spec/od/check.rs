@@ -27,7 +27,7 @@ impl Asked {
 
 /// A camera.
 #[derive(Debug, Objects)]
-#[objects(check = Camera::in_order)]
+#[objects(device, check = Camera::in_order)]
 struct Camera {
     /// Begin of the window
     #[object(0x6000, rw, high = 1_000)]
@@ -193,7 +193,7 @@ fn a_client_is_told_why_whatever_transfer_it_chose() {
 
 /// A device whose telemetry keeps its COB-ID. A function is asked for all objects of its node.
 #[derive(Debug, Objects)]
-#[objects(check = keeps_cob_id)]
+#[objects(device, check = keeps_cob_id)]
 struct Fixed {
     /// Value
     #[object(0x6000, ro, pdo)]
@@ -239,6 +239,7 @@ fn what_a_function_refuses_of_a_pdo_its_service_does_not_take() {
 
 /// A camera of before, whose names could be anything.
 #[derive(Debug, Objects)]
+#[objects(device)]
 struct OldCamera {
     /// Name
     #[object(0x6020, rw)]

@@ -31,6 +31,7 @@ fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
 
 /// A master whose spacecraft time is in UTC: SCET 0 was day 100, 0:00.
 #[derive(Debug, Objects)]
+#[objects(device)]
 struct Calendar {
     /// Time
     #[objects]

@@ -10,6 +10,7 @@ use ecss_can::types::Address;
 
 /// Values of every kind that PDOs carry, and some that they do not.
 #[derive(Clone, Debug, Objects)]
+#[objects(device)]
 pub struct Device {
     /// Words
     #[object(0x6000, array, rw, pdo)]

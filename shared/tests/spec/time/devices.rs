@@ -76,6 +76,7 @@ impl Device for Producer {
 
 /// Keeps UTC: SCET 0 was day 100, 0:00. `MICROS`: with submilliseconds.
 #[derive(Debug, Objects)]
+#[objects(device)]
 pub struct Universal<const MICROS: bool> {
     /// Time
     #[objects]

@@ -18,6 +18,7 @@ use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
 
 /// A number that PDO 1 of both directions carries.
 #[derive(Debug, Objects)]
+#[objects(device)]
 struct Probe {
     /// Number
     #[object(0x6000, rw, pdo)]
