@@ -15,7 +15,7 @@ pub struct Object<'a> {
     pub number: u16,
     pub declaration: TokenStream,
     pub names: TokenStream,
-    /// The field.
+    /// Field of the struct that declares the object.
     pub field: &'a Field,
     /// The record under it, or under each in a row.
     pub record: Option<&'a Type>,
