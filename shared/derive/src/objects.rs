@@ -15,7 +15,7 @@ pub struct Object<'a> {
     pub number: u16,
     pub declaration: TokenStream,
     pub names: TokenStream,
-    /// The field.
+    /// Field of the struct that declares the object.
     pub field: &'a Field,
     /// The record under it, or under each in a row.
     pub record: Option<&'a Type>,
@@ -361,7 +361,7 @@ fn array(
         return None;
     };
     let (value, count) = (&*array.elem, field::sub_indices(&array.len));
-    let (access, same_error) = (access?, field::same_error(value));
+    let access = access?;
     let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
     Some(Parts {
@@ -371,10 +371,7 @@ fn array(
         structure: quote!(0),
         variable: quote! {
             match #place_mut.get_mut(#nth) {
-                ::core::option::Option::Some(place) => {
-                    #same_error
-                    ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(place))
-                }
+                ::core::option::Option::Some(place) => ::core::option::Option::Some(place),
                 ::core::option::Option::None => ::core::option::Option::None,
             }
         },

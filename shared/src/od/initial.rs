@@ -31,7 +31,7 @@ pub struct Numbers<T, D, const AT: u16>(PhantomData<(T, D)>);
 
 /// Fallback of [`Numbers::RANGE`] for types whose numbers a constant cannot read.
 pub trait NoNumbers {
-    /// No numbers.
+    /// `None`: the default of such a type is not compared with its limits.
     const RANGE: Option<(i128, i128)> = None;
 }
 

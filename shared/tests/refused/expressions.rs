@@ -47,20 +47,10 @@ struct Amplifier {
     /// Channel
     #[object(0x6000, rw)]
     channel: Channel,
-    /// Without it, in an array
-    #[object(0x6001, array, rw)]
-    others: [Other; 2],
 }
 
 #[derive(Record)]
 struct Channel {
-    /// Gain
-    #[sub(1, rw)]
-    gain: u8,
-}
-
-#[derive(Record)]
-struct Other {
     /// Gain
     #[sub(1, rw)]
     gain: u8,
