@@ -9,6 +9,7 @@ mod console;
 mod control;
 mod craft;
 mod filter;
+mod load;
 mod network;
 mod options;
 mod pace;
@@ -141,6 +142,7 @@ impl Run {
             self.operator.observe(&record);
             self.recording.as_mut().map_or(Ok(()), |recording| recording.frame(&record))?;
         }
+        self.operator.advance(self.spacecraft.now());
         // Nobody looks at pins.
         let boards: Vec<BoardId> = self.spacecraft.boards().map(|(id, _)| id).collect();
         boards.into_iter().for_each(|id| drop(self.spacecraft.board_mut(id).take_pin_changes()));
@@ -179,7 +181,8 @@ impl Run {
             "ended after {seconds:.1} s of virtual time, {:.1} s behind the clock on the wall",
             pace.behind().as_secs_f64()
         ));
-        for port in &self.ports {
+        let meters = self.operator.conclude(self.spacecraft.now());
+        for (port, meter) in self.ports.iter().zip(meters) {
             let frames = self.spacecraft.wire(port.bus()).counters().completed;
             let port::Totals { clients, sent, lost, abandoned } = port.totals();
             self.console.say(format_args!(
@@ -187,6 +190,12 @@ impl Run {
                  they did not read: {lost}, frames of theirs given up: {abandoned}",
                 port.bus()
             ));
+            if let (Some(busiest), Some(last)) = (meter.busiest(), meter.last()) {
+                let bus = port.bus();
+                self.console.say(format_args!(
+                    "{bus} bus: load of the busiest second {busiest}, of the last one {last}"
+                ));
+            }
         }
         let mut faults = self.faults;
         for (_, board) in self.spacecraft.boards() {
