@@ -145,7 +145,8 @@ fn follow(
 ) -> JoinHandle<()> {
     thread::spawn(move || {
         for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-            if let Some((_, address)) = line.split_once(" bus: slcan ") {
+            if let Some((_, words)) = line.split_once(" bus: slcan ") {
+                let address = words.split(' ').next().unwrap_or_default();
                 // Nobody waits any more when the start has failed.
                 let _ = addresses.send(address.to_owned());
             }

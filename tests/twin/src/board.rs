@@ -17,6 +17,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 use twin_core::{Config, Core};
 
 pub use access::AccessError;
@@ -323,6 +324,11 @@ impl EmulatedBoard {
     /// CAN_BTR of a controller, as the program left it.
     pub fn can_btr(&self, side: Side) -> u32 {
         self.chip.peripherals.can().btr(side)
+    }
+
+    /// Bits of a CAN controller, by the board's crystal; `None` while it takes part in no bus.
+    pub fn bit_timing(&self, side: Side) -> Option<BitTiming> {
+        Some(self.chip.peripherals.can_registers(side)?.attachment()?.timing)
     }
 
     /// Frames that passed the filters of both controllers since the last reset, lost ones included.

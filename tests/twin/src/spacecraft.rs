@@ -175,6 +175,13 @@ impl Spacecraft {
         self.places[board.0][self.boards[board.0].transceiver(side)? as usize]
     }
 
+    /// Bits of a board's controller on a bus, by the board's crystal; `None` while it does not take part there.
+    pub fn bit_timing(&self, board: BoardId, bus: Bus) -> Option<BitTiming> {
+        let sides = [Side::Can1, Side::Can2].into_iter();
+        let mut here = sides.filter(|side| self.place(board, *side).is_some_and(|(wire, _)| wire == bus));
+        here.find_map(|side| self.boards[board.0].bit_timing(side))
+    }
+
     /// Hangs a foreign controller on one wire: 1 Mbit/s, no filters, acknowledges everything. All boards come first.
     pub fn add_guest(&mut self, bus: Bus, position_m: f64) -> GuestId {
         self.add_guest_at(bus, position_m, BitTiming::MEGABIT)

@@ -79,6 +79,12 @@ impl BitTiming {
         self.quantum.0.times(1 + u64::from(self.segment1)).nearest()
     }
 
+    /// Bits per second, to the nearest one.
+    pub fn bit_rate(&self) -> u32 {
+        let (bits, bit) = (Fine::from_time(Time::from_ms(1_000)).0, self.bit().0);
+        u32::try_from((bits + bit / 2) / bit).unwrap_or(u32::MAX)
+    }
+
     pub(crate) fn bit(&self) -> Fine {
         self.quantum.0.times(self.quanta())
     }

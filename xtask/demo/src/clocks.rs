@@ -21,7 +21,7 @@ const PULSE: Pin = Pin::new('B', 1);
 const PERIOD: Time = Time::from_ms(1000);
 
 /// A clock counts as settled this long after it was set.
-const SETTLING: Time = Time::from_ms(20_000);
+pub const SETTLING: Time = Time::from_ms(20_000);
 
 /// The clock of a slave against that of the master.
 #[derive(Clone, Debug, PartialEq)]

@@ -53,6 +53,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let options = &options.resolved();
     options.check()?;
     let plan = Plan::new(options)?;
+    plan.check_length(options)?;
     let nodes = options.nodes();
     let mut images = options.craft.own_images("demo", &nodes)?;
     for (node, image) in &images {

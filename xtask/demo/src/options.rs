@@ -14,7 +14,8 @@ use support::project;
 
 use super::plan::SEED;
 
-const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
+/// Allowed lengths of a flight, virtual seconds.
+pub const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 
 /// Fly one master and some slaves on two CAN buses, cut the nominal bus, and report.
 #[derive(Args, Clone, Debug)]
@@ -39,7 +40,7 @@ pub struct Options {
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=13))]
     pub one_controller: u8,
 
-    /// Length of the flight in virtual seconds [1..3600]
+    /// Length of the flight in virtual seconds, long enough for what follows the cut [1..3600]
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
 
@@ -50,8 +51,8 @@ pub struct Options {
     pub standby: bool,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
-    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again. With --standby: when the active master
-    /// loses its power, at least 5; "never" leaves out all three faults
+    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again; a shorter flight is refused. With
+    /// --standby: when the active master loses its power, at least 5; "never" leaves out all three faults
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub cut_at: Option<CutAt>,
 

@@ -2,6 +2,7 @@
 
 use can_wire::time::Time;
 
+use super::clocks::SETTLING;
 use super::flight::{Flight, Heartbeats};
 use super::narrator::name;
 use super::record::Bus;
@@ -25,7 +26,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
          {takeover}{} of {} slaves operational; changes of bus: {}; load: nominal {nominal} %, redundant {redundant} %\n\
          {traffic}\
          {frames} frames completed, {} lost, {} aborted; {} resets, {} lock-ups, {} panics\n\
-         stamps of SYNC: {}\n\
+         stamps of SYNC: {}\n{}\
          {} s of virtual time in {} s on this computer ({} million emulated instructions per second; cycle counts \
          are model cycles,\nflash wait states included)\n",
         summary.slaves_operational_at_end,
@@ -37,6 +38,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         summary.lockups,
         summary.panics,
         stamps(flight, summary),
+        unjudged_clocks(flight),
         summary.virtual_seconds,
         summary.wall_seconds,
         summary.emulated_mips,
@@ -143,6 +145,27 @@ fn stamps(flight: &Flight, summary: &Summary) -> String {
     }
 }
 
+/// The slaves whose clocks have no error in the summary, a line for each: why.
+fn unjudged_clocks(flight: &Flight) -> String {
+    let mut text = String::new();
+    for (node, _) in flight.observer.slaves() {
+        let why = match flight.clocks.iter().find(|clock| clock.node == node) {
+            Some(clock) if clock.settled().is_some() => continue,
+            Some(clock) => format!(
+                "it was set at {:.1} s and the flight ended at {:.1} s; it is judged from {} s after it was set",
+                clock.set.as_secs_f64(),
+                flight.end.as_secs_f64(),
+                SETTLING.as_secs_f64()
+            ),
+            None => "it received no spacecraft time (181h) as operational since the last reset, or made no pulse (PB1) \
+                     beside one of the master"
+                .to_owned(),
+        };
+        text += &format!("clock of {} is not judged: {why}\n", name(node));
+    }
+    text
+}
+
 /// Columns of equal width, the first `left` aligned to the left, the others (numbers) to the right.
 fn aligned<const N: usize>(rows: &[[String; N]], left: usize) -> String {
     let widths: [usize; N] =
@@ -188,6 +211,27 @@ mod tests {
         ] {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");
         }
+    }
+
+    /// Given a flight whose summary has no error for the clock of a slave, then the text gives the reason.
+    #[test]
+    fn a_clock_without_an_error_has_a_reason() {
+        let mut flight = sample::flight();
+        let text_of = |flight: &Flight| text(flight, &Summary::of(flight));
+        let without = text_of(&flight);
+        assert!(
+            without.contains("clock of node 4 is not judged: it received no spacecraft time"),
+            "{without}"
+        );
+        assert!(!without.contains("clock of node 2"), "{without}");
+        flight.clocks[0].set = Time::from_ms(30_000);
+        let late = text_of(&flight);
+        assert!(
+            late.contains(
+                "clock of node 2 is not judged: it was set at 30.0 s and the flight ended at 40.0 s"
+            ),
+            "{late}"
+        );
     }
 
     /// Both master boards show their roles, and each slave its time from the cut and from the loss of the master.

@@ -9,7 +9,7 @@ use twin::crystal::{Crystal, Ramp};
 use twin::image::Image;
 
 use super::meaning::Scope;
-use super::options::Options;
+use super::options::{Options, SECONDS};
 use super::record::Bus;
 use super::track::BusAccess;
 use support::board::{BoardName, Profile, TRANSCEIVER_SWITCH};
@@ -51,6 +51,15 @@ const CUT_SHARE: f64 = 0.5;
 
 /// Latest power-on of a board after the start of the flight, microseconds.
 const POWER_ON_WITHIN_US: u64 = 300_000;
+
+/// Time that a slave with selective access needs beside its search: start, boot-up and first command.
+const FOUND_WITHIN: Time = Time::from_ms(500);
+
+/// Earliest loss of the active master: one is active at a quarter of this time, when the demo resets the other one.
+const EARLIEST_LOSS: Time = Time::from_ms(5_000);
+
+/// Longest time from the loss of the active master to slaves that are operational again.
+const TAKEN_OVER_WITHIN: Time = Time::from_ms(1_000);
 
 /// A board of the spacecraft.
 #[derive(Clone, Debug, PartialEq)]
@@ -175,6 +184,51 @@ impl Plan {
             cut: cut_at.map(|at| CutPlan { bus: Bus::Nominal, at, position_m }),
             loss: at(1.0).filter(|_| has_standby),
         })
+    }
+
+    /// Checks that the flight is long enough for its verdict: that every slave can be operational again after the last fault.
+    ///
+    /// # Errors
+    /// When it is shorter: why, and which lengths are allowed.
+    pub fn check_length(&self, options: &Options) -> Result<(), Misuse> {
+        let Some(fault) = self.loss.or(self.cut.map(|cut| cut.at)) else { return Ok(()) };
+        if self.loss.is_some_and(|loss| loss < EARLIEST_LOSS) {
+            let (loss, least, end) = (fault.as_secs_f64(), EARLIEST_LOSS.as_secs_f64(), options.seconds);
+            return Err(Misuse::of(
+                "demo",
+                format!(
+                    "invalid value '{loss}' for '--cut-at <S>': with two masters one of them must be active before the \
+                     faults begin; allowed are {least} to {end}, the value of --seconds, or never"
+                ),
+            ));
+        }
+        let selective = self.slaves().find(|(_, access)| *access == BusAccess::Selective);
+        let search = selective.map(|(node, _)| {
+            let why = format!("node {node} has selective access and is operational again");
+            (self.toggling_time() + FOUND_WITHIN, why)
+        });
+        let takeover = self
+            .loss
+            .map(|_| (TAKEN_OVER_WITHIN, "slaves are operational again under the other master".to_owned()));
+        let Some((needs, why)) = search.into_iter().chain(takeover).max_by_key(|(needs, _)| *needs) else {
+            return Ok(());
+        };
+        if self.end >= fault + needs {
+            return Ok(());
+        }
+        let (seconds, needs) = (options.seconds, needs.as_secs_f64());
+        let least = match options.cut_at {
+            None => 2.0 * needs,
+            Some(_) => fault.as_secs_f64() + needs,
+        };
+        let (fault, what) =
+            (fault.as_secs_f64(), if self.loss.is_some() { "the loss of the master" } else { "the cut" });
+        let text = format!(
+            "invalid value '{seconds}' for '--seconds <S>': {why} up to {needs} s after {what} at {fault} s; allowed are \
+             {least} to {}, or --cut-at never",
+            SECONDS.end()
+        );
+        Err(Misuse::of("demo", text))
     }
 
     /// Place of a cut among the boards, for people.

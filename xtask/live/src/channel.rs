@@ -7,10 +7,11 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 
 use super::filter::Filter;
+use super::network::kbit;
 use super::slcan::{self, Command, ERROR, OK};
 
-/// Bit rate of both buses, bit/s: the only one with which a channel opens.
-pub const BIT_RATE: u32 = 1_000_000;
+/// A channel opens with a bit rate that is at most this part of the bus's rate away from it: 0.5 %.
+const TOLERANCE: u32 = 200;
 
 /// Stamps of received frames count milliseconds and begin anew every minute.
 const STAMP_PERIOD_MS: u64 = 60_000;
@@ -51,8 +52,13 @@ pub enum Refusal {
     Open,
     /// It asks for what is so already: every client closes its channel before it opens it.
     Already,
-    /// It opens the channel at this bit rate, which the bus does not have.
-    WrongBitRate(u32),
+    /// It opens the channel at a bit rate that the bus does not have.
+    WrongBitRate {
+        /// Bit rate that the client set, bit/s.
+        asked: u32,
+        /// Bit rate of the bus, bit/s.
+        bus: u32,
+    },
 }
 
 impl Refusal {
@@ -71,8 +77,8 @@ impl fmt::Display for Refusal {
             Refusal::Listening => f.write_str("the channel only listens, open it with O to send"),
             Refusal::Open => f.write_str("the channel is open, close it with C to change a setting"),
             Refusal::Already => f.write_str("it is so already"),
-            Refusal::WrongBitRate(rate) => {
-                write!(f, "cannot be opened with {rate} bit/s, the bus has {BIT_RATE}")
+            Refusal::WrongBitRate { asked, bus } => {
+                write!(f, "cannot be opened with {} kbit/s, the bus has {} kbit/s", kbit(*asked), kbit(*bus))
             }
         }
     }
@@ -82,6 +88,9 @@ impl fmt::Display for Refusal {
 #[derive(Clone, Debug)]
 pub struct Channel {
     mode: Mode,
+    /// Bit rate of the bus, bit/s.
+    bus: u32,
+    /// Bit rate that the client set, bit/s.
     bit_rate: u32,
     stamps: bool,
     filter: Filter,
@@ -90,11 +99,12 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A closed channel. Who sets no bit rate gets that of the bus.
-    pub fn new() -> Self {
+    /// A closed channel to a bus with this bit rate, bit/s. A client that sets no bit rate gets that of the bus.
+    pub fn new(bus: u32) -> Self {
         Channel {
             mode: Mode::Closed,
-            bit_rate: BIT_RATE,
+            bus,
+            bit_rate: bus,
             stamps: false,
             filter: Filter::default(),
             overrun: false,
@@ -134,8 +144,10 @@ impl Channel {
     /// Whether a command fits the state of the channel.
     fn admits(&self, command: Command) -> Result<(), Refusal> {
         let refusal = match (command, self.mode) {
-            (Command::Open | Command::Listen, Mode::Closed) if self.bit_rate != BIT_RATE => {
-                Refusal::WrongBitRate(self.bit_rate)
+            (Command::Open | Command::Listen, Mode::Closed)
+                if self.bit_rate.abs_diff(self.bus) > self.bus / TOLERANCE =>
+            {
+                Refusal::WrongBitRate { asked: self.bit_rate, bus: self.bus }
             }
             (Command::Close, Mode::Closed)
             | (Command::Open, Mode::Open)
@@ -209,7 +221,7 @@ mod tests {
 
     impl Desk {
         fn new() -> Self {
-            Desk { channel: Channel::new(), errors: ErrorCounters::default() }
+            Desk { channel: Channel::new(1_000_000), errors: ErrorCounters::default() }
         }
 
         fn says(&mut self, line: &str) -> (String, Result<Effect, Refusal>) {
@@ -279,11 +291,36 @@ mod tests {
     fn a_channel_of_another_bit_rate_stays_closed() {
         let mut desk = Desk::new();
         assert_eq!(desk.answer("S6"), "\r");
-        assert_eq!(desk.says("O"), ("\x07".into(), Err(Refusal::WrongBitRate(500_000))));
-        assert_eq!(desk.says("L"), ("\x07".into(), Err(Refusal::WrongBitRate(500_000))));
+        let refusal = Refusal::WrongBitRate { asked: 500_000, bus: 1_000_000 };
+        assert_eq!(desk.says("O"), ("\x07".into(), Err(refusal)));
+        assert_eq!(desk.says("L"), ("\x07".into(), Err(refusal)));
+        assert_eq!(refusal.to_string(), "cannot be opened with 500 kbit/s, the bus has 1000 kbit/s");
         assert_eq!(desk.channel.mode(), Mode::Closed);
         assert_eq!(desk.answer("s0014"), "\r");
         assert_eq!(desk.says("O"), ("\r".into(), Ok(Effect::None)));
+    }
+
+    /// Given a bus with each rate of CiA 301, when a client sets this rate or none, then its channel opens; with the rate of
+    /// 1 Mbit/s it opens on a bus of 1 Mbit/s alone.
+    #[test]
+    fn a_channel_opens_at_the_bit_rate_of_its_bus() {
+        let rates = [("S0", 10), ("S1", 20), ("S2", 50), ("S4", 125), ("S5", 250), ("S6", 500), ("S7", 800)];
+        for (line, kbit) in rates.into_iter().chain([("S8", 1_000)]) {
+            let desk = || Desk { channel: Channel::new(kbit * 1_000), errors: ErrorCounters::default() };
+            assert_eq!(desk().answer("O"), "\r", "without a rate, {kbit} kbit/s");
+            let mut same = desk();
+            assert_eq!((same.answer(line), same.answer("O")), ("\r".into(), "\r".into()), "{kbit} kbit/s");
+            let mut fast = desk();
+            let expected = if kbit == 1_000 { "\r" } else { "\x07" };
+            assert_eq!(
+                (fast.answer("S8"), fast.answer("O")),
+                ("\r".into(), expected.into()),
+                "{kbit} kbit/s"
+            );
+        }
+        // A clock that cannot be divided to 800 kbit/s exactly: 42 MHz by 52.5.
+        let mut near = Desk { channel: Channel::new(802_000), errors: ErrorCounters::default() };
+        assert_eq!((near.answer("S7"), near.answer("O")), ("\r".into(), "\r".into()));
     }
 
     #[test]

@@ -69,11 +69,11 @@ pub struct Client<S> {
 }
 
 impl<S: Read + Write> Client<S> {
-    /// A client that has just come.
-    pub fn new(stream: S) -> Self {
+    /// A client that has just come to a bus with this bit rate, bit/s.
+    pub fn new(stream: S, bit_rate: u32) -> Self {
         Client {
             stream,
-            channel: Channel::new(),
+            channel: Channel::new(bit_rate),
             input: Vec::new(),
             output: Vec::new(),
             skipping: None,
@@ -256,7 +256,7 @@ mod tests {
     }
 
     fn client() -> Client<Wire> {
-        Client::new(Wire { room: usize::MAX, ..Wire::default() })
+        Client::new(Wire { room: usize::MAX, ..Wire::default() }, 1_000_000)
     }
 
     fn listen(client: &mut Client<Wire>) -> Vec<Effect> {

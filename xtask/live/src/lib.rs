@@ -9,6 +9,8 @@ mod console;
 mod control;
 mod craft;
 mod filter;
+mod load;
+mod network;
 mod options;
 mod pace;
 mod port;
@@ -21,12 +23,14 @@ use std::time::Instant;
 use ::console::style;
 use anyhow::bail;
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 use twin::rtt::Level;
 use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
 use command::Operator;
 use console::Console;
 use control::ControlPort;
+use network::{Network, kbit};
 pub use options::Options;
 use pace::{LagReporter, Pace};
 use port::OfferedBus;
@@ -52,19 +56,27 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
     }
     options.craft.add_shipped(&nodes, &mut images)?;
-    let (mut spacecraft, boards) = craft::assemble(options, &images);
+    let boards = craft::boards(options, &images);
+    let network = Network::learn(boards.values().cloned());
+    if let Some(disagreement) = network.disagreement() {
+        warn(disagreement);
+    }
+    let (mut spacecraft, boards) = craft::assemble(boards);
     let recording = options.record.as_deref().map(Recording::begin).transpose()?;
     let stop = Stop::at_ctrl_c()?;
     let mut ports = Vec::new();
     for bus in Bus::ALL {
         let listener = port::listen(bus, options.address(bus))?;
-        ports.push(OfferedBus::new(&mut spacecraft, bus, listener));
+        let timing = network.timing(bus).unwrap_or(BitTiming::MEGABIT);
+        ports.push(OfferedBus::new(&mut spacecraft, bus, timing, listener));
     }
     let control = options.control.map(|port| ControlPort::listen(SocketAddr::new(options.listen, port)));
     let control = control.transpose()?;
     let mut console = Console::open(&stop);
     for port in &ports {
-        console.say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
+        let (bus, address, rate) = (port.bus(), port.address()?, kbit(port.bit_rate()));
+        let note = if network.timing(bus).is_some() { "" } else { ": no board has set another one" };
+        console.say(format_args!("{bus} bus: slcan socket://{address} at {rate} kbit/s{note}"));
     }
     if let Some(control) = &control {
         console.say(format_args!("control: socket://{}", control.address()?));
@@ -130,6 +142,7 @@ impl Run {
             self.operator.observe(&record);
             self.recording.as_mut().map_or(Ok(()), |recording| recording.frame(&record))?;
         }
+        self.operator.advance(self.spacecraft.now());
         // Nobody looks at pins.
         let boards: Vec<BoardId> = self.spacecraft.boards().map(|(id, _)| id).collect();
         boards.into_iter().for_each(|id| drop(self.spacecraft.board_mut(id).take_pin_changes()));
@@ -168,7 +181,8 @@ impl Run {
             "ended after {seconds:.1} s of virtual time, {:.1} s behind the clock on the wall",
             pace.behind().as_secs_f64()
         ));
-        for port in &self.ports {
+        let meters = self.operator.conclude(self.spacecraft.now());
+        for (port, meter) in self.ports.iter().zip(meters) {
             let frames = self.spacecraft.wire(port.bus()).counters().completed;
             let port::Totals { clients, sent, lost, abandoned } = port.totals();
             self.console.say(format_args!(
@@ -176,6 +190,12 @@ impl Run {
                  they did not read: {lost}, frames of theirs given up: {abandoned}",
                 port.bus()
             ));
+            if let (Some(busiest), Some(last)) = (meter.busiest(), meter.last()) {
+                let bus = port.bus();
+                self.console.say(format_args!(
+                    "{bus} bus: load of the busiest second {busiest}, of the last one {last}"
+                ));
+            }
         }
         let mut faults = self.faults;
         for (_, board) in self.spacecraft.boards() {

@@ -10,6 +10,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 
 use anyhow::anyhow;
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 use twin::guest::{GuestEvent, Presence};
 use twin::spacecraft::{Bus, GuestId, Spacecraft};
 
@@ -39,6 +40,8 @@ struct Seat {
 pub struct OfferedBus {
     bus: Bus,
     listener: TcpListener,
+    /// Bits of the node.
+    timing: BitTiming,
     guest: GuestId,
     presence: Presence,
     seats: Vec<Seat>,
@@ -82,13 +85,19 @@ pub fn listen(bus: Bus, address: SocketAddr) -> anyhow::Result<TcpListener> {
 }
 
 impl OfferedBus {
-    /// Hangs a node on the bus, which is away until a client comes to `listener`. All boards are there.
-    pub fn new(spacecraft: &mut Spacecraft, bus: Bus, listener: TcpListener) -> OfferedBus {
-        let guest = spacecraft.add_guest(bus, POSITION_M);
+    /// Hangs a node with this bit timing on the bus, which is away until a client comes to `listener`. All boards are there.
+    pub fn new(
+        spacecraft: &mut Spacecraft,
+        bus: Bus,
+        timing: BitTiming,
+        listener: TcpListener,
+    ) -> OfferedBus {
+        let guest = spacecraft.add_guest_at(bus, POSITION_M, timing);
         spacecraft.set_presence(guest, Presence::Away);
         OfferedBus {
             bus,
             listener,
+            timing,
             guest,
             presence: Presence::Away,
             seats: Vec::new(),
@@ -111,6 +120,11 @@ impl OfferedBus {
     /// Which bus.
     pub fn bus(&self) -> Bus {
         self.bus
+    }
+
+    /// Bit rate of the bus, bit/s.
+    pub fn bit_rate(&self) -> u32 {
+        self.timing.bit_rate()
     }
 
     /// What happened so far.
@@ -162,7 +176,7 @@ impl OfferedBus {
             self.note(address, "connected");
             let number = self.totals.clients;
             self.totals.clients += 1;
-            self.seats.push(Seat { number, address, client: Client::new(stream) });
+            self.seats.push(Seat { number, address, client: Client::new(stream, self.bit_rate()) });
         }
     }
 

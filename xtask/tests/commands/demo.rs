@@ -51,15 +51,36 @@ fn the_other_board_flies_as_well() {
     assert_eq!(summary["lost_frames"], 0);
 }
 
+/// Given a slave with selective access that searches for 12.5 s, when the flight ends earlier after its cut, then it is refused
+/// before it begins, with the lengths that are allowed.
 #[test]
-fn flight_too_short_for_selective_slave_fails_and_reports_why() {
+fn flight_too_short_to_be_judged_is_refused() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let output = fly(here.path(), &["--seconds", "4", "--cut-at", "1"]);
-    assert_eq!(output.status.code(), Some(1));
+    for (arguments, found, allowed) in [
+        (&["--seconds", "4", "--cut-at", "1"][..], "'4'", "allowed are 14 to 3600"),
+        (&["--seconds", "20"], "'20'", "allowed are 26 to 3600"),
+        (&["--seconds", "15", "--cut-at", "2.5"], "'15'", "allowed are 15.5 to 3600"),
+        (&["--standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
+    ] {
+        let output = fly(here.path(), arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(found) && stderr.contains("--seconds"), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(allowed) && stderr.contains("--cut-at never"), "{arguments:?}: {stderr}");
+        assert!(!here.path().join("report.html").exists());
+    }
+    let output = fly(here.path(), &["--standby", "--seconds", "8"]);
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(stderr.contains("node 4 is pre-operational on the nominal bus at the end"), "{stderr}");
-    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
-    assert!(report.contains("node 4 is pre-operational"), "the report must say it as well");
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("'4' for '--cut-at <S>'") && stderr.contains("allowed are 5 to 8"), "{stderr}");
+}
+
+/// Given the shortest flight that is allowed after a cut, then every slave is operational at its end.
+#[test]
+fn shortest_allowed_flight_passes() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let output = fly(here.path(), &["--seconds", "14.5", "--cut-at", "1.5"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// Given two masters, when the standby is reset and the nominal bus is cut between the slaves, then the active one moves to the

@@ -15,6 +15,8 @@ struct Twin {
     child: Child,
     stdout: BufReader<ChildStdout>,
     ports: [u16; 2],
+    /// Bit rate of each bus, as it is printed.
+    rates: [String; 2],
 }
 
 const NOMINAL: usize = 0;
@@ -30,13 +32,19 @@ impl Twin {
             .spawn()
             .expect("xtask starts");
         let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
-        let ports = ["nominal", "redundant"].map(|bus| {
+        let mut rates = [const { String::new() }; 2];
+        let mut ports = [0; 2];
+        for (nth, bus) in ["nominal", "redundant"].into_iter().enumerate() {
             let mut line = String::new();
             stdout.read_line(&mut line).expect("a line");
             let port = line.trim_end().strip_prefix(&format!("{bus} bus: slcan socket://127.0.0.1:"));
-            port.and_then(|port| port.parse().ok()).unwrap_or_else(|| panic!("no port in {line:?}"))
-        });
-        Twin { child, stdout, ports }
+            let (port, rate) = port
+                .and_then(|port| port.split_once(" at "))
+                .unwrap_or_else(|| panic!("no port in {line:?}"));
+            ports[nth] = port.parse().expect("a number");
+            rates[nth] = rate.to_owned();
+        }
+        Twin { child, stdout, ports, rates }
     }
 
     fn client(&self, bus: usize) -> Client {
@@ -224,12 +232,47 @@ fn a_client_too_many_is_turned_away_and_harms_nobody() {
 #[test]
 fn who_asks_for_another_bit_rate_does_not_get_in() {
     let twin = Twin::start(&["--slaves", "1"]);
+    assert_eq!(twin.rates, ["1000 kbit/s", "1000 kbit/s"]);
     let mut client = twin.client(NOMINAL);
     assert_eq!(client.asks("S6"), "\r");
     assert_eq!(client.asks("O"), "\x07");
     assert_eq!(client.asks("t0000"), "\x07");
     let (said, _) = twin.interrupt();
-    assert!(said.contains("cannot be opened with 500000 bit/s, the bus has 1000000"), "{said}");
+    assert!(said.contains("cannot be opened with 500 kbit/s, the bus has 1000 kbit/s"), "{said}");
+}
+
+/// Given images for 125 kbit/s, when a client asks for this rate or for none, then it hears the bus and sends there; a client that
+/// asks for 1 Mbit/s is refused.
+#[test]
+fn clients_are_served_at_the_bit_rate_of_the_images() {
+    let images = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images");
+    let (master, slave) = (images.master.display().to_string(), format!("2={}", images.slave.display()));
+    let twin = Twin::start(&["--slaves", "0", "--master", &master, "--slave", &slave]);
+    assert_eq!(twin.rates, ["125 kbit/s", "125 kbit/s"]);
+    let mut slow = twin.client(NOMINAL);
+    assert_eq!((slow.asks("S4"), slow.asks("O")), ("\r".into(), "\r".into()));
+    slow.hears(|line| line == "t702105\r");
+    let mut fast = twin.client(NOMINAL);
+    assert_eq!((fast.asks("S8"), fast.asks("O")), ("\r".into(), "\x07".into()));
+    let mut other = twin.open(NOMINAL);
+    other.sends("t7E51AA");
+    slow.hears(|line| line == "t7E51AA\r");
+    let (said, code) = twin.interrupt();
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("cannot be opened with 1000 kbit/s, the bus has 125 kbit/s"), "{said}");
+}
+
+/// Given a slave for 125 kbit/s among boards for 1 Mbit/s, then both rates and the boards are named before the flight.
+#[test]
+fn a_board_with_another_bit_rate_is_named() {
+    let images = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images");
+    let slave = format!("3={}", images.slave.display());
+    let arguments = ["--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "0.1"];
+    let (code, stderr) =
+        fails(&[&arguments[..], &["--profile", "standard", "--slaves", "1", "--slave", &slave]].concat());
+    assert_eq!(code, Some(0), "{stderr}");
+    let named = "boards disagree: 125, 1000 kbit/s; slave 3 at 125 kbit/s; master, slave 2 at 1000 kbit/s";
+    assert!(stderr.contains(named), "{stderr}");
 }
 
 #[test]

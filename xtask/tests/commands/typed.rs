@@ -53,11 +53,25 @@ fn faults_are_typed_while_it_flies() {
     let (mut session, port) = twin(&record);
     session.exp_string("slave 2: Operational").expect("a slave starts");
     session.exp_string("slave 3: Operational").expect("the other one, too");
-    type_line(&mut session, "status", &["0.0 m", "operational, nominal", "nominal bus:", "redundant bus:"]);
+    type_line(
+        &mut session,
+        "status",
+        &["0.0 m", "operational, nominal", "nominal bus: no fault", "redundant bus:"],
+    );
+    type_line(&mut session, "heal nominal", &["already whole"]);
     type_line(&mut session, "cut nominal 0.5", &["done", "active bus: Redundant"]);
+    type_line(&mut session, "cut nominal 0.5", &["already cut at 0.5 m"]);
+    type_line(&mut session, "short nominal 0", &["done"]);
+    type_line(&mut session, "short nominal 0", &["already shorted at 0 m, dominant"]);
+    type_line(&mut session, "status", &["nominal bus: cut at 0.5 m; short at 0 m, dominant; load "]);
+    type_line(&mut session, "clear nominal", &["done"]);
+    type_line(&mut session, "clear nominal", &["already without a short"]);
     type_line(&mut session, "heal nominal", &["done"]);
     type_line(&mut session, "power 3 off", &["done", "slave 3: lost"]);
+    type_line(&mut session, "power 3 off", &["already off"]);
+    type_line(&mut session, "status", &["without power: node 3"]);
     type_line(&mut session, "power 3 on", &["done", "slave 3: Operational"]);
+    type_line(&mut session, "power 3 on", &["already on"]);
     type_line(&mut session, "reset 2", &["done", "slave 2: Operational"]);
     type_line(&mut session, "flip redundant 20", &["done"]);
     type_line(&mut session, "cut third 1", &["nominal, redundant"]);
@@ -67,10 +81,13 @@ fn faults_are_typed_while_it_flies() {
     let row = said.lines().find(|line| line.trim_start().starts_with("2 ")).expect("a row of node 2");
     assert!(row.contains("operational, redundant") && end == "ok", "{said}");
     let redundant = said.lines().find(|line| line.starts_with("redundant bus: ")).expect("a row of the bus");
+    assert!(redundant.contains("no fault; load ") && redundant.contains(" % (failed"), "{said}");
     assert!(!redundant.contains(" 0 destroyed"), "a bit was inverted: {said}");
     assert_eq!(ask(port, "jump").1, "error");
+    let (said, end) = ask(port, "help");
+    assert!(said.contains("Break the cable of a bus") && end == "ok", "{said}{end}");
 
-    type_line(&mut session, "quit", &["ended after", "redundant bus: "]);
+    type_line(&mut session, "exit", &["ended after", "redundant bus: ", "load of the busiest second"]);
     session.exp_eof().expect("it ends");
     let frames = |bus: &str| {
         let log = std::fs::read_to_string(record.join(format!("bus-{bus}.log"))).expect("a log");

@@ -1,14 +1,17 @@
 //! What a command does.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use can_wire::fault::{Fault, Flip, Nodes, Place};
 use can_wire::time::Time;
 use twin::bxcan::Side;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
 
+use super::damage::Damage;
 use super::status::Heartbeats;
-use super::{Cable, Command, Level, Switch};
+use super::{Cable, Command, Level, NoCommand, Switch};
+use crate::load::LoadMeter;
 use support::craft::Node;
 
 /// Does to a spacecraft what it is told.
@@ -16,13 +19,26 @@ use support::craft::Node;
 pub struct Operator {
     boards: BTreeMap<Node, BoardId>,
     heartbeats: Heartbeats,
+    /// Load of each bus, nominal first.
+    meters: [LoadMeter; 2],
+    /// Faults of each bus, nominal first.
+    damage: [Damage; 2],
+    /// What the power of a board was switched to last.
+    switched: BTreeMap<Node, Switch>,
     is_over: bool,
 }
 
 impl Operator {
     /// Of these boards.
     pub fn new(boards: BTreeMap<Node, BoardId>) -> Operator {
-        Operator { boards, heartbeats: Heartbeats::default(), is_over: false }
+        Operator {
+            boards,
+            heartbeats: Heartbeats::default(),
+            meters: Default::default(),
+            damage: Default::default(),
+            switched: BTreeMap::new(),
+            is_over: false,
+        }
     }
 
     /// Whether it was told to end the run.
@@ -33,55 +49,153 @@ impl Operator {
     /// What was on the wires.
     pub fn observe(&mut self, record: &WireRecord) {
         self.heartbeats.observe(record);
+        if let Some(nth) = Bus::ALL.iter().position(|bus| *bus == record.bus) {
+            self.meters[nth].observe(&record.record);
+        }
     }
 
-    /// Obeys a line; what there is to say of it.
+    /// All that happened until `now` was observed.
+    pub fn advance(&mut self, now: Time) {
+        self.meters.iter_mut().for_each(|meter| meter.advance(now));
+    }
+
+    /// Loads of each bus, nominal first, when the flight ends at `now`.
+    pub fn conclude(&mut self, now: Time) -> &[LoadMeter; 2] {
+        self.meters.iter_mut().for_each(|meter| meter.finish(now));
+        &self.meters
+    }
+
+    /// Obeys a line; what there is to say of it. A command that changes nothing is answered with "already".
     ///
     /// # Errors
     /// When it is no command, or one that cannot be obeyed: why.
     pub fn obey(&mut self, line: &str, spacecraft: &mut Spacecraft) -> Result<String, String> {
-        let command: Command = line.parse()?;
+        let command = match line.parse::<Command>() {
+            Ok(command) => command,
+            Err(NoCommand::Help(text)) => return Ok(text),
+            Err(NoCommand::Mistake(text)) => return Err(text),
+        };
         match command {
-            Command::Cut { bus, metres: position_m } => strike(spacecraft, bus, Fault::Cut { position_m }),
-            Command::Heal { bus, metres: Some(position_m) } => {
-                strike(spacecraft, bus, Fault::Restore { position_m })
+            Command::Cut { bus, metres } if self.damage(bus).is_cut(Some(metres)) => {
+                Ok(format!("already cut at {metres} m"))
             }
-            Command::Heal { bus, metres: None } => strike(spacecraft, bus, Fault::RestoreAll),
+            Command::Cut { bus, metres: position_m } => {
+                strike(spacecraft, bus, Fault::Cut { position_m })?;
+                self.damage(bus).cut(position_m);
+                done()
+            }
+            Command::Heal { bus, metres } if !self.damage(bus).is_cut(metres) => {
+                let place = metres.map_or(String::new(), |metres| format!(" at {metres} m"));
+                Ok(format!("already whole{place}; {bus} bus: {}", self.damage(bus)))
+            }
+            Command::Heal { bus, metres } => {
+                let one = |position_m| Fault::Restore { position_m };
+                strike(spacecraft, bus, metres.map_or(Fault::RestoreAll, one))?;
+                self.damage(bus).heal(metres);
+                done()
+            }
+            Command::Short { bus, metres, level } if self.damage(bus).has_short(metres, level) => {
+                Ok(format!("already shorted at {metres} m, {level}"))
+            }
             Command::Short { bus, metres: position_m, level } => {
-                strike(spacecraft, bus, Fault::Short { position_m, level: level == Level::Recessive })
+                strike(spacecraft, bus, Fault::Short { position_m, level: level == Level::Recessive })?;
+                self.damage(bus).short(position_m, level);
+                done()
             }
-            Command::Clear { bus } => strike(spacecraft, bus, Fault::ClearShorts),
-            Command::Power { node, to } => {
-                let board = self.board(node)?;
-                spacecraft.power(board, to == Switch::On);
-                Ok(DONE.to_owned())
+            Command::Clear { bus } if !self.damage(bus).is_shorted() => Ok("already without a short".into()),
+            Command::Clear { bus } => {
+                strike(spacecraft, bus, Fault::ClearShorts)?;
+                self.damage(bus).clear();
+                done()
             }
+            Command::Power { node, to } => self.switch(spacecraft, node, to),
             Command::Reset { node } => {
                 let board = self.board(node)?;
-                if !spacecraft.board(board).is_powered() {
+                if !self.is_powered(spacecraft, node)? {
                     return Err(format!("node {node} has no power: power {node} on"));
                 }
                 spacecraft.reset(board);
-                Ok(DONE.to_owned())
+                done()
             }
             Command::Flip { bus, bit, nodes } => {
                 let seen = self.on_wire(spacecraft, bus, &nodes)?;
                 strike(spacecraft, bus, Fault::Flip(Flip::new(Place::Bit(bit.into()), seen)))
             }
+            Command::Babble { node, bus, frame } if self.damage(bus).babbles(node) == Some(frame.0) => {
+                Ok(format!("already babbling {frame}"))
+            }
             Command::Babble { node, bus, frame } => {
                 let index = self.index(spacecraft, bus, node)?;
-                strike(spacecraft, bus, Fault::Babble(index, frame.0))
+                strike(spacecraft, bus, Fault::Babble(index, frame.0))?;
+                self.damage(bus).babble(node, Some(frame.0));
+                done()
             }
             Command::Quiet { node, bus } => {
                 let index = self.index(spacecraft, bus, node)?;
-                strike(spacecraft, bus, Fault::StopBabbling(index))
+                if self.damage(bus).babbles(node).is_none() {
+                    return Ok("already quiet".into());
+                }
+                strike(spacecraft, bus, Fault::StopBabbling(index))?;
+                self.damage(bus).babble(node, None);
+                done()
             }
-            Command::Status => Ok(self.heartbeats.status(&self.boards, spacecraft)),
+            Command::Status => Ok(self.status(spacecraft)),
             Command::Quit => {
                 self.is_over = true;
-                Ok(DONE.to_owned())
+                done()
             }
         }
+    }
+
+    /// Switches the power of a board.
+    fn switch(&mut self, spacecraft: &mut Spacecraft, node: Node, to: Switch) -> Result<String, String> {
+        let board = self.board(node)?;
+        let is_on = self.is_powered(spacecraft, node)?;
+        let first = spacecraft.board(board).config().power_on_at;
+        match (is_on, to) {
+            (true, Switch::On) => Ok("already on".into()),
+            (false, Switch::Off) if spacecraft.now() < first => {
+                Ok(format!("already off; it gets power at {:.3} s", first.as_secs_f64()))
+            }
+            (false, Switch::Off) => Ok("already off".into()),
+            (true, Switch::Off) | (false, Switch::On) => {
+                spacecraft.power(board, to == Switch::On);
+                self.switched.insert(node, to);
+                done()
+            }
+        }
+    }
+
+    /// Whether a board has power. What was commanded last comes first: the spacecraft follows a moment later.
+    fn is_powered(&self, spacecraft: &Spacecraft, node: Node) -> Result<bool, String> {
+        let board = self.board(node)?;
+        let switched = self.switched.get(&node).map(|to| *to == Switch::On);
+        Ok(switched.unwrap_or_else(|| spacecraft.board(board).is_powered()))
+    }
+
+    fn damage(&mut self, bus: Cable) -> &mut Damage {
+        &mut self.damage[bus as usize]
+    }
+
+    /// Boards, buses and what is wrong with them.
+    fn status(&self, spacecraft: &Spacecraft) -> String {
+        let mut text = self.heartbeats.status(&self.boards, spacecraft);
+        let is_off = |board: BoardId| !spacecraft.board(board).is_powered();
+        let off = self.boards.iter().filter(|(_, board)| is_off(**board));
+        let off: Vec<String> = off.map(|(node, _)| format!("node {node}")).collect();
+        if !off.is_empty() {
+            let _ = write!(text, "\nwithout power: {}", off.join(", "));
+        }
+        for (bus, (meter, damage)) in Bus::ALL.into_iter().zip(self.meters.iter().zip(&self.damage)) {
+            let counters = spacecraft.wire(bus).counters();
+            let load = meter.last().map_or("known after the first second".into(), |load| load.to_string());
+            let _ = write!(
+                text,
+                "\n{bus} bus: {damage}; load {load}; {} frames, {} destroyed, {} that nobody acknowledged",
+                counters.completed, counters.destroyed, counters.ack_errors
+            );
+        }
+        text
     }
 
     fn board(&self, node: Node) -> Result<BoardId, String> {
@@ -108,10 +222,13 @@ impl Operator {
     }
 }
 
-const DONE: &str = "done";
+fn done() -> Result<String, String> {
+    Ok("done".to_owned())
+}
 
 fn strike(spacecraft: &mut Spacecraft, bus: Cable, fault: Fault) -> Result<String, String> {
     let at = spacecraft.now() + Time(1);
     let wire = spacecraft.wire_mut(bus.into());
-    wire.schedule(at, fault).map(|()| DONE.to_owned()).map_err(|error| error.to_string())
+    wire.schedule(at, fault).map_err(|error| error.to_string())?;
+    done()
 }

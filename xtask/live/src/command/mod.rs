@@ -1,13 +1,16 @@
 //! Commands to a spacecraft that flies: typed, or over the control port.
 
 mod act;
+mod damage;
 mod status;
 
 pub use act::Operator;
 
+use std::fmt;
 use std::str::FromStr;
 
-use can_wire::frame::WireFrame;
+use can_wire::frame::{WireFrame, WireId};
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand, ValueEnum};
 use support::craft::Node;
 use twin::spacecraft::Bus;
@@ -89,16 +92,31 @@ pub enum Command {
     /// Show boards and buses
     Status,
     /// End the run
+    #[command(visible_alias = "exit")]
     Quit,
 }
 
-impl FromStr for Command {
-    type Err = String;
+/// Why a line is no command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NoCommand {
+    /// It asks for help: this text.
+    Help(String),
+    /// What is wrong, and what is allowed.
+    Mistake(String),
+}
 
-    /// What is wrong, or the help that was asked for.
-    fn from_str(line: &str) -> Result<Command, String> {
+impl FromStr for Command {
+    type Err = NoCommand;
+
+    fn from_str(line: &str) -> Result<Command, NoCommand> {
         let parsed = Line::try_parse_from(line.split_whitespace());
-        parsed.map(|line| line.command).map_err(|error| error.render().to_string().trim_end().to_owned())
+        parsed.map(|line| line.command).map_err(|error| {
+            let text = error.render().to_string().trim_end().to_owned();
+            match error.kind() {
+                ErrorKind::DisplayHelp => NoCommand::Help(text),
+                _ => NoCommand::Mistake(text),
+            }
+        })
     }
 }
 
@@ -107,6 +125,21 @@ impl FromStr for Command {
 pub enum Cable {
     Nominal,
     Redundant,
+}
+
+impl fmt::Display for Cable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Bus::from(*self).fmt(f)
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Level::Dominant => "dominant",
+            Level::Recessive => "recessive",
+        })
+    }
 }
 
 impl From<Cable> for Bus {
@@ -134,6 +167,15 @@ pub enum Switch {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Payload(pub WireFrame);
 
+impl fmt::Display for Payload {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let WireId::Standard(id) = self.0.id {
+            write!(f, "{id:03X}#")?;
+        }
+        self.0.payload().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+    }
+}
+
 impl FromStr for Payload {
     type Err = &'static str;
 
@@ -160,7 +202,7 @@ fn metres(text: &str) -> Result<f64, &'static str> {
 mod tests {
     use super::*;
 
-    fn parsed(line: &str) -> Result<Command, String> {
+    fn parsed(line: &str) -> Result<Command, NoCommand> {
         line.parse()
     }
 
@@ -193,9 +235,21 @@ mod tests {
             ("jump", "unrecognized subcommand"),
             ("", "Usage"),
         ] {
-            let error = parsed(line).expect_err(line);
+            let NoCommand::Mistake(error) = parsed(line).expect_err(line) else { panic!("{line}: help") };
             assert!(error.contains(said), "{line}: {error}");
         }
-        assert!(parsed("help").expect_err("help is no command").contains("Break the cable of a bus"));
+    }
+
+    #[test]
+    fn help_is_no_mistake() {
+        for (line, said) in [("help", "Break the cable of a bus"), ("help cut", "<METRES>")] {
+            let NoCommand::Help(text) = parsed(line).expect_err(line) else { panic!("{line}: a mistake") };
+            assert!(text.contains(said), "{line}: {text}");
+        }
+    }
+
+    #[test]
+    fn exit_ends_the_run_as_quit_does() {
+        assert_eq!([parsed("exit"), parsed("quit")], [Ok(Command::Quit), Ok(Command::Quit)]);
     }
 }

@@ -1,4 +1,4 @@
-//! Boards and buses of a spacecraft, as a table.
+//! Boards of a spacecraft, as a table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -49,14 +49,6 @@ impl Heartbeats {
             let _ = write!(
                 table,
                 "\n{node:>4}  {place:<7}  {power:<5}  {heartbeat:<34}  {nominal:>15}  {redundant:>9}"
-            );
-        }
-        for bus in Bus::ALL {
-            let counters = spacecraft.wire(bus).counters();
-            let _ = write!(
-                table,
-                "\n{bus} bus: {} frames, {} destroyed, {} that nobody acknowledged",
-                counters.completed, counters.destroyed, counters.ack_errors
             );
         }
         table
