@@ -4,8 +4,8 @@ pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
 pub use crate::nmt::{NmtMessage, Target};
 pub use crate::node::{
-    CanopenSlave, Communication, Device, DeviceNode, Identity, Master, MasterEvent, MasterRequest, Node,
-    Refusal, SelfTest, Slave, SlaveEvent, TimeKeeper, TwoBoards,
+    CanopenSlave, Communication, Device, DeviceNode, Identity, LOCAL_TIME, Master, MasterEvent,
+    MasterRequest, Node, Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, TimeKeeper, TwoBoards,
 };
 pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};

@@ -1,12 +1,11 @@
 //! Objects of the demonstration mission's slaves, and how their PDOs carry them.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Slave};
+use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME, SPACECRAFT_TIME, Slave};
 use ecss_can::od::{Domain, Objects, Record, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
-use ecss_can::time::{LocalScet, ScetGet, ScetSet};
-use ecss_can::types::{CobId, NodeId};
+use ecss_can::types::NodeId;
 
 use crate::Message;
 
@@ -17,11 +16,6 @@ pub const REQUEST_RPDO: usize = REQUEST.slot();
 /// Transmit PDO of telemetry, as requests number it.
 pub const TELEMETRY_TPDO: usize = TELEMETRY.slot();
 
-/// Receive PDO of the spacecraft time: TPDO 1 of the master, 181h, the time at the last SYNC (ECSS 7.2.3).
-const SPACECRAFT_TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(CobId::local_time(NodeId::MASTER).raw()))
-    .transmission(1)
-    .map(LocalScet::SCET_SET.field(ScetSet::FINE))
-    .map(LocalScet::SCET_SET.field(ScetSet::COARSE));
 /// Receive PDO of telecommands: 300h + node.
 const TELECOMMAND: Rpdo = Rpdo::new(2, CobIdOf::node(0x300))
     .map(MissionObjects::TELECOMMAND.field(Telecommand::CODE))
@@ -31,11 +25,6 @@ const TELECOMMAND: Rpdo = Rpdo::new(2, CobIdOf::node(0x300))
 const REQUEST: Rpdo = Rpdo::new(3, CobIdOf::node(0x400))
     .map(MissionObjects::REQUEST.field(TelemetryRequest::CODE))
     .map(MissionObjects::REQUEST.field(TelemetryRequest::DATA));
-/// Transmit PDO of the local time: 180h + node, with every SYNC.
-const LOCAL_TIME: Tpdo = Tpdo::new(1, CobIdOf::node(0x180))
-    .transmission(1)
-    .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-    .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
 /// Transmit PDO of telemetry: 380h + node.
 const TELEMETRY: Tpdo = Tpdo::new(3, CobIdOf::node(0x380))
     .map(MissionObjects::TELEMETRY.field(Outgoing::CODE))

@@ -62,6 +62,7 @@ mod services;
 mod slave;
 mod slave_api;
 mod spacecraft;
+mod time_pdos;
 
 pub use buses::{Counters, Status};
 pub use canopen_slave::CanopenSlave;
@@ -79,3 +80,4 @@ pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;
 pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
+pub use time_pdos::{LOCAL_TIME, SPACECRAFT_TIME};
