@@ -21,7 +21,7 @@ fn committed() -> Vec<(String, Ini)> {
         (path.file_name().expect("a name").to_string_lossy().into_owned(), Ini::parse(&text))
     };
     let files: Vec<_> = paths.map(file).collect();
-    assert_eq!(files.len(), 6);
+    assert_eq!(files.len(), 7);
     files
 }
 
