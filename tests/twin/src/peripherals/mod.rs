@@ -368,11 +368,12 @@ impl Peripherals {
         done.ok_or(Refusal::Unmodelled)
     }
 
-    /// Whether the clocks are within the limits of the part.
+    /// Whether the clocks are within the limits of the part. A prescaler that is broken is no mistake of the program.
     fn clocks_are_allowed(&self) -> bool {
         let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.clocks();
         let [most, apb1, apb2] = self.pwr.most();
-        hclk <= most && hclk / apb1_divider <= apb1 && hclk / apb2_divider <= apb2
+        let is_apb1_allowed = hclk / apb1_divider <= apb1 || !self.rcc.is_apb1_sound();
+        hclk <= most && is_apb1_allowed && hclk / apb2_divider <= apb2
     }
 
     /// What the bytes that a store leaves out hold on AHB, which keeps them. `None` behind the bridges to APB, which feed

@@ -165,6 +165,11 @@ impl Rcc {
         self.apb1_stuck = true;
     }
 
+    /// Whether the prescaler of APB1 does what it is set to.
+    pub fn is_apb1_sound(&self) -> bool {
+        !self.apb1_stuck
+    }
+
     /// HSE stops, and does not start again. The clock security system then switches to HSI and raises the NMI (RM0090 7.2.7).
     ///
     /// # Panics
