@@ -144,8 +144,9 @@ for kind, (parameters, identifier) in KINDS.items():
 
     def valid_identifier(bench: Bench, parameters=parameters, identifier=identifier) -> None:
         declare(bench, parameters, identifier, 254, SAMPLE)
-        for other in (identifier + 0x10, INVALID | identifier + 0x10):
-            bench.refuses_write(parameters, 1, NO_REMOTE | other, 4, UNSUPPORTED)
+        bench.refuses_write(parameters, 1, NO_REMOTE | identifier + 0x10, 4, UNSUPPORTED)
+        # The write that makes it invalid may move it.
+        bench.write(parameters, 1, INVALID | NO_REMOTE | identifier + 0x10, 4)
 
     case(f"PDO: a valid {kind} keeps its identifier", byte(0, 0x60))(valid_identifier)
 
