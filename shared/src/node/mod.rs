@@ -58,6 +58,8 @@ mod master;
 mod master_api;
 pub mod minimal;
 mod objects;
+#[cfg(test)]
+mod probe;
 mod services;
 mod slave;
 mod slave_api;

@@ -26,14 +26,12 @@ impl Sealed {
     }
 
     /// Returns the COB-ID. `None`: there is none, or a bit has flipped.
-    #[inline]
     pub const fn id(self) -> Option<CobId> {
         let (raw, complement) = (self.0 as u16, (self.0 >> 16) as u16);
         if raw == !complement { CobId::new(raw) } else { None }
     }
 
     /// Returns whether this is that COB-ID, without a flipped bit.
-    #[inline]
     pub const fn is(self, id: CobId) -> bool {
         self.0 == Self::of(id).0
     }

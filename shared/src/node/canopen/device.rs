@@ -55,7 +55,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Sends what the services have to send.
     pub fn run_device(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
         let send = &mut |frame, expires, _| out.send_until(bus, frame, expires);
-        self.services.poll(until, now, self.told_state(), send);
+        self.services.poll(until, now, self.reporting_state(), send);
         if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll, bus, until, out);
         }

@@ -141,7 +141,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         if E::IS_GUARDED && self.heartbeat.deadline().is_some_and(|due| due <= until) {
             self.check_node_id();
         }
-        if let Some(frame) = self.heartbeat.poll(until, self.told_state()) {
+        if let Some(frame) = self.heartbeat.poll(until, self.reporting_state()) {
             self.heartbeat.arrange_next();
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
         }
@@ -154,7 +154,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Returns the state that other nodes may know. As long as no frame of the node was acknowledged this is
     /// Initialising. So its first frame is its boot-up message, also when the message was sent too early to be heard,
     /// and emergencies follow (CiA 301 7.2.8.3.3).
-    pub fn told_state(&self) -> NmtState {
+    pub fn reporting_state(&self) -> NmtState {
         if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
     }
 
@@ -187,7 +187,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.heartbeat.deadline(),
             self.services.buses.deadline(),
             self.services.monitor.deadline(),
-            self.services.deadline(self.told_state()),
+            self.services.deadline(self.reporting_state()),
         ];
         earliest(&own)
     }

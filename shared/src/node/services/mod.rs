@@ -162,13 +162,11 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Returns whether this is the COB-ID of SYNC.
-    #[inline]
     pub fn is_sync(&self, id: CobId) -> bool {
         self.sync_id.is(id)
     }
 
     /// Returns whether this is the COB-ID of SDO requests.
-    #[inline]
     pub fn is_sdo(&self, id: CobId) -> bool {
         self.sdo_id.is(id)
     }

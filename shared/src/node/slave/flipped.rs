@@ -4,38 +4,11 @@ extern crate std;
 
 use std::vec::Vec;
 
-use crate::heartbeat::HeartbeatConsumers;
 use crate::link::Stamp;
-use crate::node::{BusCommand, Device, LinkEvent, Node, Outbox, Slave, SlaveEvent};
-use crate::od::{NO_REMOTE, Objects};
-use crate::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
+use crate::node::probe::Probe;
+use crate::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent};
 use crate::profile::Profile;
 use crate::types::{Bus, CobId, Frame, Instant, NodeId};
-
-/// A number that PDO 1 of both directions carries.
-#[derive(Debug, Objects)]
-#[objects(device)]
-struct Probe {
-    /// Number
-    #[object(0x6000, rw, pdo)]
-    number: u8,
-}
-
-impl Device for Probe {
-    type Pdos = PdoObjects<1, 1>;
-    type Consumers = HeartbeatConsumers;
-
-    const PDOS: PdoSet = PdoSet::NONE;
-
-    fn pdos(id: NodeId) -> PdoObjects<1, 1> {
-        let mut pdos: PdoObjects<1, 1> = PdoObjects::at_power_on(id, &PdoSet::NONE);
-        pdos.rpdos[0].cob_id = 0x205;
-        pdos.rpdo_mappings[0].map(&[0x6000_0008]);
-        pdos.tpdos[0].cob_id = NO_REMOTE | 0x185;
-        pdos.tpdo_mappings[0].map(&[0x6000_0008]);
-        pdos
-    }
-}
 
 const ID: NodeId = NodeId::of::<5>();
 

@@ -7,39 +7,14 @@ use std::vec::Vec;
 
 use super::{Copied, correct};
 use crate::emcy::Config;
-use crate::heartbeat::HeartbeatConsumers;
 use crate::node::index::{RPDO, TPDO};
+use crate::node::probe::Probe;
 use crate::node::services::Services;
-use crate::node::{Device, NodeObjects, Outbox, SlaveEvent};
-use crate::od::{CobIdEntry, INVALID, NO_REMOTE, Objects};
-use crate::pdo::{Direction, Layout, Mapping, PdoObjects, PdoSet, PdoSlots};
+use crate::node::{NodeObjects, Outbox, SlaveEvent};
+use crate::od::{CobIdEntry, INVALID, NO_REMOTE};
+use crate::pdo::{Direction, Layout};
 use crate::profile::Profile;
 use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
-
-/// A number that PDO 1 of both directions carries.
-#[derive(Debug, Objects)]
-#[objects(device)]
-struct Probe {
-    /// Number
-    #[object(0x6000, rw, pdo)]
-    number: u8,
-}
-
-impl Device for Probe {
-    type Pdos = PdoObjects<2, 2>;
-    type Consumers = HeartbeatConsumers;
-
-    const PDOS: PdoSet = PdoSet::NONE;
-
-    fn pdos(id: NodeId) -> PdoObjects<2, 2> {
-        let mut pdos: PdoObjects<2, 2> = PdoObjects::at_power_on(id, &PdoSet::NONE);
-        pdos.rpdos[0].cob_id = 0x205;
-        pdos.rpdo_mappings[0].map(&[0x6000_0008]);
-        pdos.tpdos[0].cob_id = NO_REMOTE | 0x185;
-        pdos.tpdo_mappings[0].map(&[0x6000_0008]);
-        pdos
-    }
-}
 
 const ID: NodeId = NodeId::of::<5>();
 /// SYNC, emergencies, two PDOs of each direction.

@@ -1,0 +1,32 @@
+//! A small device for tests inside the nodes.
+
+use super::Device;
+use crate::heartbeat::HeartbeatConsumers;
+use crate::od::{NO_REMOTE, Objects};
+use crate::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
+use crate::types::NodeId;
+
+/// A number that PDO 1 of both directions carries.
+#[derive(Debug, Objects)]
+#[objects(device)]
+pub struct Probe {
+    /// Number
+    #[object(0x6000, rw, pdo)]
+    number: u8,
+}
+
+impl Device for Probe {
+    type Pdos = PdoObjects<2, 2>;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+
+    fn pdos(id: NodeId) -> PdoObjects<2, 2> {
+        let mut pdos: PdoObjects<2, 2> = PdoObjects::at_power_on(id, &PdoSet::NONE);
+        pdos.rpdos[0].cob_id = 0x205;
+        pdos.rpdo_mappings[0].map(&[0x6000_0008]);
+        pdos.tpdos[0].cob_id = NO_REMOTE | 0x185;
+        pdos.tpdo_mappings[0].map(&[0x6000_0008]);
+        pdos
+    }
+}
