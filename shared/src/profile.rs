@@ -58,8 +58,11 @@ pub struct Profile {
     pub bdefault: Bus,
     /// Number of consumer times on a bus before a switch: Ttoggle (2000h sub 2).
     pub ttoggle: u8,
-    /// Number of switches before a search ends: Ntoggle (2000h sub 3).
+    /// Number of switches before a search of a slave ends: Ntoggle (2000h sub 3).
     pub ntoggle: u8,
+    /// Number of bus changes of a master that hears no slave: its Ntoggle (2000h sub 3). 0: it changes the bus by
+    /// command alone. 255: no limit.
+    pub master_ntoggle: u8,
     /// Communication cycle period: time between two SYNCs (1006h).
     pub sync: Duration,
     /// Period of the Spacecraft Time PDO.
@@ -131,6 +134,7 @@ impl Profile {
         bdefault: Bus::Nominal,
         ttoggle: 2,
         ntoggle: 50,
+        master_ntoggle: Parameters::NO_LIMIT,
         sync: Duration::from_millis(100),
         time: Duration::from_millis(1_000),
         event: Duration::from_millis(100),
@@ -324,7 +328,7 @@ impl Profile {
         self.selective.is_empty() || redundancy.search_time().as_micros() >= both_buses.as_micros()
     }
 
-    /// Returns the redundancy parameters of every node.
+    /// Returns the redundancy parameters of a slave.
     pub const fn redundancy(&self) -> Parameters {
         Parameters {
             consumer: self.consumer,
@@ -334,5 +338,10 @@ impl Profile {
             ntoggle: self.ntoggle,
             ctoggle: 0,
         }
+    }
+
+    /// Returns the redundancy parameters of the master.
+    pub const fn master_redundancy(&self) -> Parameters {
+        Parameters { ntoggle: self.master_ntoggle, ..self.redundancy() }
     }
 }

@@ -146,6 +146,12 @@ pub enum MasterEvent {
         /// Reason of the change.
         cause: SwitchCause,
     },
+    /// No slave was heard on either bus in Ntoggle changes of the bus. The master stays on this bus until it hears
+    /// one, or until a command changes the bus.
+    GaveUp {
+        /// Bus on which it stays.
+        bus: Bus,
+    },
     /// A SYNC went out.
     SyncSent {
         /// End of the frame.

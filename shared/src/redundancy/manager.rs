@@ -1,15 +1,18 @@
 //! Choice of the active bus by the master (ECSS 8.3.3a, b).
 
-use super::dwell::Dwell;
 use super::peers::PLACES;
+use super::slave_search::SlaveSearch;
 use super::trial::Trial;
 use super::{Parameters, PeerHeartbeat, Peers};
 use crate::heartbeat::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
-use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
+use crate::types::{Bus, Duration, Instant, NmtState, NodeId, PerBus, earliest};
 
+mod action;
 #[cfg(feature = "model")]
 mod relative;
+
+pub use action::{Action, SwitchCause};
 
 /// Decides which bus is active, for the master. Hears nodes with Node-IDs below `N`.
 ///
@@ -23,7 +26,7 @@ mod relative;
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let (dwell, grace) = (Duration::from_millis(10_000), Duration::from_millis(1));
-/// let mut manager: Manager = Manager::new(Profile::DEFAULT.redundancy(), 50, dwell, grace);
+/// let mut manager: Manager = Manager::new(Profile::DEFAULT.master_redundancy(), 50, dwell, grace);
 /// manager.start(Instant::ZERO);
 /// let at = manager.deadline().unwrap();
 /// assert!(matches!(manager.poll(at), Some(Action::Heartbeat { bus: Bus::Nominal, .. })));
@@ -37,7 +40,9 @@ mod relative;
 /// # Limits
 ///
 /// - Only nodes that count decide: those that 1F81h assigns, and those whose SDO server answered. See [`Peers`].
-/// - A master that hears no slave on either bus changes the bus once in a *dwell*: [`Parameters::dwell`].
+/// - A master that hears no slave on either bus changes the bus once in a *dwell* ([`Parameters::dwell`]), at most
+///   Ntoggle times. Then it stays until it hears one. An Ntoggle of 255 is no limit.
+/// - With Ttoggle or Ntoggle zero the master changes the bus by command alone.
 #[doc(alias("redundancy master", "active bus", "bus switch"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Manager<const N: usize = PLACES> {
@@ -65,7 +70,7 @@ pub struct Manager<const N: usize = PLACES> {
     /// Slaves that were silent on the other bus when it was left. A bus that failed counts as one that serves a
     /// single slave: any that serves more is better, and one without any is not.
     left_behind: u32,
-    dwell: Dwell,
+    search: SlaveSearch,
     trial: Trial,
     /// Instant at which assigned slaves that were never heard are reported.
     report: Option<Instant>,
@@ -73,62 +78,14 @@ pub struct Manager<const N: usize = PLACES> {
     broken: Option<super::Broken>,
 }
 
-/// Reason why the master left a bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum SwitchCause {
-    /// Its controller went bus-off too often on this bus.
-    BusOff,
-    /// No node acknowledges on this bus any more.
-    Isolated,
-    /// Too many slaves became silent on this bus.
-    SlavesSilent,
-    /// No slave was heard on either bus for a dwell.
-    Unheard,
-    /// Some slaves are silent on this bus and heard on the other one, which is tried.
-    Tried,
-    /// The bus was tried, and fewer slaves are heard on it than on the one before.
-    TriedInVain,
-    /// The application requested it, or a slave babbled on this bus after it was reset.
-    Commanded,
-}
-
-/// Action that is due.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Action {
-    /// Send this heartbeat on this bus.
-    Heartbeat {
-        /// The active bus.
-        bus: Bus,
-        /// Heartbeat of the master, 701h.
-        frame: Frame,
-    },
-    /// The active bus changed. The next action is the heartbeat on it. Nothing else may be sent on it before.
-    Switched {
-        /// Bus that was left. Everything that waits for it is aborted.
-        from: Bus,
-        /// Bus that is active now.
-        to: Bus,
-        /// Reason for the change.
-        cause: SwitchCause,
-    },
-    /// This node sent no heartbeat on either bus for the consumer time.
-    Lost(NodeId),
-    /// This node does not count as a slave and was silent for ten consumer times. The manager has forgotten it.
-    Forgotten(NodeId),
-    /// This slave is assigned and was not heard on either bus in the first two dwells after power-on.
-    Unheard(NodeId),
-}
-
 impl<const N: usize> Manager<N> {
-    /// Makes a manager on the default bus (ECSS 8.3.2a), idle until [`Manager::start`]. `silent_share`: in
-    /// percent, `1..=100`. `dwell`: shortest time on a bus while no slave is heard on either. `grace`: time that
-    /// errors may last without an effect.
+    /// Makes a manager on the default bus with Ctoggle zero (ECSS 8.3.2a), idle until [`Manager::start`].
+    /// `silent_share`: in percent, `1..=100`. `dwell`: shortest time on a bus while no slave is heard on either.
+    /// `grace`: time that errors may last without an effect.
     #[inline(never)] // made in its place
     pub const fn new(parameters: Parameters, silent_share: u8, dwell: Duration, grace: Duration) -> Self {
         Manager {
-            parameters,
+            parameters: Parameters { ctoggle: 0, ..parameters },
             silent_share,
             grace,
             active: parameters.bdefault,
@@ -142,7 +99,7 @@ impl<const N: usize> Manager<N> {
             failed: PerBus { nominal: false, redundant: false },
             wanted: None,
             left_behind: 0,
-            dwell: Dwell::new(dwell),
+            search: SlaveSearch::new(dwell),
             trial: Trial::new(),
             report: None,
             #[cfg(feature = "model")]
@@ -160,8 +117,8 @@ impl<const N: usize> Manager<N> {
     /// Notes that the boot-up message was sent. From now on the manager sends heartbeats.
     pub fn start(&mut self, now: Instant) {
         self.heartbeat.announce(now);
-        self.dwell.restart(now);
-        self.report = Some(now + self.dwell.length(&self.parameters).times(2));
+        self.search.restart(now, &mut self.parameters);
+        self.report_unheard(now);
     }
 
     /// Notes that another master is active on this bus.
@@ -181,15 +138,21 @@ impl<const N: usize> Manager<N> {
         self.peers.adopt(slaves);
         (self.unacknowledged, self.failed, self.wanted) = Default::default();
         self.trial = Trial::new();
+        self.search.restart(now, &mut self.parameters);
         self.go_to(bus, 0, now);
-        self.report = Some(now + self.dwell.length(&self.parameters).times(2));
+        self.report_unheard(now);
     }
 
     /// Takes new values of 1016h, 1017h and 2000h. The heartbeat continues with the new period. The new Bdefault
-    /// holds from the next power-on.
+    /// holds from the next power-on. A search continues with the new Ctoggle.
     pub fn configure(&mut self, parameters: Parameters, now: Instant) {
         self.parameters = parameters;
         self.heartbeat.set_period(parameters.producer, now);
+    }
+
+    /// Returns the parameters with the present Ctoggle.
+    pub const fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     /// Returns the active bus.
@@ -214,8 +177,8 @@ impl<const N: usize> Manager<N> {
     }
 
     /// Takes a frame on `bus`. `node`: its sender, if the COB-ID has one. Returns `true` for the first frame of a
-    /// slave that counts since the active bus changed: then [`Manager::deadline`] may be earlier than before.
-    /// Other frames never make it earlier.
+    /// slave that counts since the active bus changed, and for one that ends a search after giving up: then
+    /// [`Manager::deadline`] may be earlier than before. Other frames never make it earlier.
     pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) -> bool {
         if bus == self.active {
             self.not_alone(at);
@@ -223,8 +186,9 @@ impl<const N: usize> Manager<N> {
         if !node.is_some_and(|node| self.peers.counts(node)) {
             return false;
         }
-        self.dwell.restart(at);
-        bus == self.active && !core::mem::replace(&mut self.heard_here, true)
+        let is_free_again = self.search.on_heard(at, &self.parameters);
+        let is_first = bus == self.active && !core::mem::replace(&mut self.heard_here, true);
+        is_free_again || is_first
     }
 
     /// Takes a heartbeat or boot-up message of another node.
@@ -316,7 +280,11 @@ impl<const N: usize> Manager<N> {
                 return Some(self.switch(cause, silent, now));
             }
         }
-        if self.may_leave() && self.unheard_at().is_some_and(|at| at <= now) {
+        if self.unheard_at().is_some_and(|at| at <= now) {
+            if !self.may_leave() {
+                self.search.give_up();
+                return Some(Action::GaveUp { bus: self.active });
+            }
             let (silent, _) = self.peers.silent_and_heard(now);
             return Some(self.switch(SwitchCause::Unheard, silent.count_ones(), now));
         }
@@ -332,12 +300,21 @@ impl<const N: usize> Manager<N> {
 
     /// Returns when to call [`Manager::poll`] next.
     pub fn deadline(&self) -> Option<Instant> {
-        let leaving =
-            if self.may_leave() { earliest(&[self.isolated_at(), self.unheard_at()]) } else { None };
-        earliest(&[self.heartbeat.deadline(), self.peers.deadline(), leaving, self.report])
+        let isolated = self.isolated_at().filter(|_| self.may_leave());
+        earliest(&[
+            self.heartbeat.deadline(),
+            self.peers.deadline(),
+            isolated,
+            self.unheard_at(),
+            self.report,
+        ])
     }
 
     fn may_leave(&self) -> bool {
+        self.is_other_usable() && self.search.may_change(&self.parameters)
+    }
+
+    fn is_other_usable(&self) -> bool {
         !self.failed[self.active.other()]
     }
 
@@ -351,7 +328,7 @@ impl<const N: usize> Manager<N> {
         if self.broken == Some(super::Broken::NoDwell) {
             return None;
         }
-        self.dwell.end(&self.parameters)
+        self.search.dwells_until(&self.parameters).filter(|_| self.is_other_usable())
     }
 
     /// Returns the reason to leave the bus because of silent slaves, and their number.
@@ -410,6 +387,11 @@ impl<const N: usize> Manager<N> {
     fn switch(&mut self, cause: SwitchCause, silent: u32, now: Instant) -> Action {
         let from = self.active;
         let to = from.other();
+        if cause == SwitchCause::Commanded {
+            self.search.restart(now, &mut self.parameters);
+        } else {
+            self.search.on_change(now, &mut self.parameters);
+        }
         self.go_to(to, silent, now);
         if cause != SwitchCause::Tried {
             self.trial.abandon();
@@ -427,6 +409,9 @@ impl<const N: usize> Manager<N> {
         self.guard = now + self.parameters.settling_time();
         self.alone_since = self.unacknowledged[to].then_some(now);
         self.left_behind = silent;
-        self.dwell.restart(now);
+    }
+
+    fn report_unheard(&mut self, now: Instant) {
+        self.report = Some(now + self.search.dwell(&self.parameters).times(2));
     }
 }

@@ -45,13 +45,13 @@ mod babblers;
 #[cfg(feature = "model")]
 mod broken;
 mod bus_off;
-mod dwell;
 mod hold_off;
 mod manager;
 mod objects;
 mod peers;
 mod rivals;
 mod selector;
+mod slave_search;
 mod standby;
 mod trial;
 
@@ -100,6 +100,9 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    /// Ntoggle of a master that goes on changing the bus until it hears a slave.
+    pub const NO_LIMIT: u8 = 255;
+
     /// Returns the time that a slave listens on one bus: Ttoggle consumer times.
     pub const fn toggling_time(&self) -> Duration {
         self.consumer.times(self.ttoggle as u32)

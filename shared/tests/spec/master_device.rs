@@ -93,7 +93,7 @@ fn its_dictionary_is_read_over_sdo() {
         (0x2000, 0, 4),
         (0x2000, 1, 0),
         (0x2000, 2, 2),
-        (0x2000, 3, 50),
+        (0x2000, 3, 255),
         (0x2000, 4, 0),
         (0x2040, 2, BootProgress::Awaited as u32),
         (0x2041, 2, 0),

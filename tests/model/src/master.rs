@@ -8,7 +8,9 @@ use ecss_can::redundancy::{
 };
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
 
-use crate::profile::{DWELL, GRACE, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE, SILENT_SHARE};
+use crate::profile::{
+    DWELL, GRACE, MASTER_PARAMETERS, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE, SILENT_SHARE,
+};
 use crate::station::{Outgoing, Station};
 
 /// Controllers of a lone transmitter.
@@ -39,7 +41,7 @@ impl Master {
     /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `broken`: a rule that
     /// does not hold.
     pub fn new(strap: Option<Strap>, is_assigned: bool, broken: Option<Broken>) -> Self {
-        let mut manager = Manager::new(PARAMETERS, SILENT_SHARE, DWELL, GRACE);
+        let mut manager = Manager::new(MASTER_PARAMETERS, SILENT_SHARE, DWELL, GRACE);
         manager.break_rule(broken);
         let standby = strap.map(|strap| {
             let mut standby = Standby::new(PAIR, strap);
@@ -109,7 +111,7 @@ impl Master {
                     self.report_health(bus, now);
                 }
             }
-            Action::Lost(_) | Action::Forgotten(_) | Action::Unheard(_) => {}
+            Action::Lost(_) | Action::Forgotten(_) | Action::Unheard(_) | Action::GaveUp { .. } => {}
         }
     }
 

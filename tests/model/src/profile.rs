@@ -25,6 +25,9 @@ pub const PARAMETERS: Parameters = Parameters {
     ctoggle: 0,
 };
 
+/// The master searches without a limit, as in every profile of the mission.
+pub const MASTER_PARAMETERS: Parameters = Parameters { ntoggle: Parameters::NO_LIMIT, ..PARAMETERS };
+
 /// Share of silent slaves that moves the master, percent.
 pub const SILENT_SHARE: u8 = 50;
 /// The dwell is two toggling times and two heartbeat periods: 24 ticks.

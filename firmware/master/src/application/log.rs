@@ -74,6 +74,7 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusSwitched { from, to, cause } => {
             defmt::warn!("active bus: {}, no longer {} ({})", to, from, cause);
         }
+        MasterEvent::GaveUp { bus } => defmt::warn!("no slave heard in Ntoggle changes: staying on {}", bus),
         MasterEvent::State(state) => defmt::info!("{}", state),
         MasterEvent::ResetNode => defmt::info!("reset by a client"),
         MasterEvent::Refused { node } => defmt::debug!("slave {}: command not sent", node.get()),

@@ -34,7 +34,7 @@ use crate::link::queue::Outgoing;
 use crate::nmt::{NmtMessage, NmtSlave, StateClashes, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
 use crate::profile::{MinimalNode, Profile};
-use crate::redundancy::{Action, Manager, Parameters, Rivals};
+use crate::redundancy::{Action, Manager, Rivals};
 use crate::store::{Group, ParameterStore};
 use crate::sync;
 use crate::time::LocalClock;
@@ -53,7 +53,6 @@ const HELD: usize = 16;
 #[derive(Debug)]
 pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     boards: B,
-    redundancy: Parameters,
     services: Services<MasterObjects<D>>,
     boot: Boot,
     transfers: Transfers,
@@ -103,11 +102,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         device: D,
         store: Option<&'static mut (dyn ParameterStore + Send)>,
     ) -> Self {
-        let redundancy = profile.redundancy();
         let initial = Initial::new(profile);
         Master {
             boards,
-            redundancy,
             nmt: NmtSlave::new(true),
             rivals: Rivals::default(),
             clashes: StateClashes::default(),
@@ -124,7 +121,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             // Large ones last: the compiler makes them in their places where no loop follows.
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
-            manager: initial.manager(redundancy),
+            manager: initial.manager(profile.master_redundancy()),
             services: Services::new(NodeId::MASTER, || initial.objects(profile, device), profile, store),
             initial,
         }
@@ -194,6 +191,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                         now,
                     );
                 }
+                self.services.show_redundancy(self.manager.parameters(), now);
                 out.event(MasterEvent::BusSwitched { from, to, cause });
                 self.on_bus_changed(now, out);
             }
@@ -207,6 +205,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.show_state(node, objects::MISSING);
                 out.event(MasterEvent::SlaveUnheard { node });
             }
+            Action::GaveUp { bus } => out.event(MasterEvent::GaveUp { bus }),
         }
     }
 
@@ -256,7 +255,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.boot.deadline(),
             self.transfers.deadline(),
             self.identification_deadline(),
-            self.rivals.deadline(self.redundancy.quiet_time()),
+            self.rivals.deadline(self.manager.parameters().quiet_time()),
             self.budgets.deadline(),
             self.device_deadline(),
             self.sync.deadline().filter(|_| self.manager.is_announced() && self.produces_sync()),
@@ -280,7 +279,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             scet: self.services.scet(now),
             state: self.nmt.state(),
             active: self.manager.active(),
-            redundancy: self.redundancy,
+            redundancy: *self.manager.parameters(),
             counters: self.services.buses.counters,
             health: self.services.buses.health,
         }
@@ -304,8 +303,9 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         self.filters_set = core::array::from_fn(|number| self.filter(number as u16));
         if self.services.dictionary.stored.store.is_some() {
             self.services.load(Group::All);
-            self.redundancy = objects::written_redundancy(&self.services.dictionary.objects, self.redundancy);
-            self.manager = self.initial.manager(self.redundancy);
+            let objects = &self.services.dictionary.objects;
+            let redundancy = objects::written_redundancy(objects, self.manager.parameters());
+            self.manager = self.initial.manager(redundancy);
             self.are_filters_due = true;
         }
         self.take_assignments();

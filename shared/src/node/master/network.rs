@@ -61,9 +61,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.initial.restore(&mut self.services.dictionary.objects);
                 self.services.load(Group::Communication);
                 let objects = &self.services.dictionary.objects;
-                self.redundancy = objects::written_redundancy(objects, self.redundancy);
+                let redundancy = objects::written_redundancy(objects, self.manager.parameters());
                 self.take_assignments();
-                self.manager.configure(self.redundancy, now);
+                self.manager.configure(redundancy, now);
                 self.are_filters_due = true;
                 self.boot_up(now, out);
             }

@@ -46,7 +46,7 @@ pub(super) struct Initial {
 impl Initial {
     pub fn new(profile: &Profile) -> Initial {
         Initial {
-            redundancy: profile.redundancy(),
+            redundancy: profile.master_redundancy(),
             sync: profile.sync,
             time: profile.time,
             silent_share: profile.silent_share,
@@ -151,7 +151,7 @@ fn network(profile: &Profile) -> NetworkObjects {
 /// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h).
 pub(super) fn written_redundancy<D: Device>(
     objects: &NodeObjects<MasterObjects<D>>,
-    present: Parameters,
+    present: &Parameters,
 ) -> Parameters {
     // The longest: no decision goes before a slave's own time.
     let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
@@ -217,9 +217,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.sync.follow(at, &objects.communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
-                self.redundancy = written_redundancy(objects, self.redundancy);
+                let redundancy = written_redundancy(objects, self.manager.parameters());
                 self.manager.peers_mut().set_times(objects.consumers.entries());
-                self.manager.configure(self.redundancy, now);
+                self.manager.configure(redundancy, now);
             }
             RPDO..=LAST_RPDO => self.are_filters_due = true,
             SYNC_DITHER => self.sync.set_dither(objects.application.network.sync_dither),

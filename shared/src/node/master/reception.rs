@@ -118,7 +118,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Returns the state that the master acts on, and reports a clash when it begins.
     fn judge_state(&mut self, node: NodeId, state: NmtState, at: Instant, out: &mut Out) -> NmtState {
-        let Parameters { producer, consumer, .. } = self.redundancy;
+        let Parameters { producer, consumer, .. } = *self.manager.parameters();
         let operational = self.manager.peers().operational_at(node);
         let judged = self.clashes.on_heartbeat(node, state, at, operational, [producer, consumer]);
         if judged.is_new {
@@ -131,7 +131,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Ends the clashes of slaves that are over.
     pub(super) fn end_clashes(&mut self, now: Instant, out: &mut Out) {
-        while let Some(node) = self.clashes.poll(now, self.redundancy.consumer) {
+        while let Some(node) = self.clashes.poll(now, self.manager.parameters().consumer) {
             self.services.clear(ErrorCode::CAN_ID_COLLISION, node.get());
             self.services.next = Instant::ZERO;
             out.event(MasterEvent::ClashOver { node });
@@ -159,7 +159,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Ends the collisions that are over.
     pub(super) fn run_rivals(&mut self, until: Instant, out: &mut Out) {
-        while let Some(bus) = self.rivals.poll(until, self.redundancy.quiet_time()) {
+        while let Some(bus) = self.rivals.poll(until, self.manager.parameters().quiet_time()) {
             self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
             self.services.next = Instant::ZERO;
             out.event(MasterEvent::SecondMasterSilent { bus });

@@ -55,8 +55,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn run_role(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let Some(standby) = self.boards.standby_mut() else { return };
         let Some(change) = standby.poll(until) else { return };
-        let bus = standby.heard().unwrap_or(self.redundancy.bdefault);
+        let bus = standby.heard().unwrap_or(self.manager.parameters().bdefault);
         self.manager.take_over(bus, standby.overheard(), now);
+        self.services.show_redundancy(self.manager.parameters(), now);
         self.services.buses.join(bus, out);
         self.boot_up(now, out);
         self.boot.start(now);
@@ -152,7 +153,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         now: Instant,
         out: &mut Out,
     ) {
-        let slaves = self.manager.peers().heard(stamp.at, self.redundancy.consumer);
+        let slaves = self.manager.peers().heard(stamp.at, self.manager.parameters().consumer);
         if let Some(standby) = self.boards.standby_mut() {
             let answer = standby.on_other_frame(bus, stamp.at, slaves);
             self.answer(bus, answer, now, out);
@@ -199,7 +200,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     fn take_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, now: Instant, out: &mut Out) {
-        let slaves = self.manager.peers().heard(at, self.redundancy.consumer);
+        let slaves = self.manager.peers().heard(at, self.manager.parameters().consumer);
         if let Some(standby) = self.boards.standby_mut() {
             let answer = standby.on_claim(bus, claim, at, slaves);
             self.answer(bus, answer, now, out);
@@ -223,7 +224,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// active bus it goes after the heartbeat that announces this master there.
     #[inline(always)] // nothing for one board
     pub(super) fn call_standby(&mut self, now: Instant, out: &mut Out) {
-        let slaves = || self.manager.peers().heard(now, self.redundancy.consumer);
+        let slaves = || self.manager.peers().heard(now, self.manager.parameters().consumer);
         let Some(standby) = self.boards.standby_mut() else { return };
         let Some(claim) = standby.call(now, slaves()) else { return };
         let frame = standby.pair().frame(claim);

@@ -10,6 +10,7 @@ mod guarded;
 mod over_budget;
 mod pdos;
 mod process_data;
+mod redundancy;
 mod rules;
 mod stored;
 mod time;

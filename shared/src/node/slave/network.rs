@@ -5,15 +5,10 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, NmtMessage, Reaction};
-use crate::node::services::{Dictionary, SdoStep};
+use crate::node::services::SdoStep;
 use crate::node::{BusCause, Device, SlaveEvent};
-use crate::redundancy::{MasterMessage, Redundancy, RedundancyObjects, Selection};
-use crate::types::{Address, Bus, Frame, Instant, NodeId, PerBus};
-
-/// The bus that a node starts on.
-const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
-/// Toggles of the search.
-const CTOGGLE: Address = RedundancyObjects::PARAMETERS.field(Redundancy::CTOGGLE).address();
+use crate::redundancy::{MasterMessage, Selection};
+use crate::types::{Bus, Frame, Instant, NodeId, PerBus};
 
 impl<D: Device> Slave<D> {
     pub(super) fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
@@ -125,7 +120,7 @@ impl<D: Device> Slave<D> {
             }
             Selection::KeepBdefault { bus } => self.keep_bdefault(bus, out),
         }
-        self.show_redundancy(now);
+        self.canopen.services.show_redundancy(self.selector.parameters(), now);
     }
 
     /// The master is there, as its heartbeat says; a command alone may come from any node.
@@ -142,7 +137,7 @@ impl<D: Device> Slave<D> {
         let moved = self.selector.select(bus, now);
         self.enter_pre_operational(now, out);
         self.go_to(bus, moved, BusCause::Selected, now, out);
-        self.show_redundancy(now);
+        self.canopen.services.show_redundancy(self.selector.parameters(), now);
     }
 
     fn go_to(&mut self, bus: Bus, moved: bool, cause: BusCause, now: Instant, out: &mut Out) {
@@ -154,20 +149,6 @@ impl<D: Device> Slave<D> {
     }
 
     /// Object 2000h; what the node changes itself of it is an event for the TPDOs that carry it.
-    fn show_redundancy(&mut self, now: Instant) {
-        let Dictionary { objects, .. } = &mut self.canopen.services.dictionary;
-        let before = objects.spacecraft.redundancy.parameters;
-        objects.set_redundancy(self.selector.parameters());
-        let after = objects.spacecraft.redundancy.parameters;
-        for (at, has_changed) in
-            [(BDEFAULT, before.bdefault != after.bdefault), (CTOGGLE, before.ctoggle != after.ctoggle)]
-        {
-            if has_changed {
-                self.canopen.services.dictionary.on_changed(at, now);
-            }
-        }
-    }
-
     pub(super) fn enter_pre_operational(&mut self, now: Instant, out: &mut Out) {
         if self.clashes.has_yielded() {
             return;

@@ -23,7 +23,7 @@ impl<const N: usize> Manager<N> {
         self.peers.rebase(now, &parameters);
         self.guard = to.due(self.guard);
         self.alone_since = self.alone_since.map(|since| to.aged(since, self.grace));
-        self.dwell.rebase(&to, &parameters);
+        self.search.rebase(&to, &mut self.parameters);
         self.trial.rebase(&to);
         self.report = self.report.map(|at| to.due(at));
     }

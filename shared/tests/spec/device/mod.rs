@@ -133,6 +133,36 @@ fn redundancy_parameters_are_written_and_obeyed() {
     assert_eq!(slave.node.objects().communication.emcy.errors.errors[0], 0x0001_8130);
 }
 
+/// Given a slave that searches, When Ntoggle or Ctoggle is written, Then the search has as many switches as are left.
+///
+/// Verifies: ECSS 8.3.1c
+#[test]
+fn a_search_has_the_written_ntoggle_and_ctoggle() {
+    // Sub-index, value, and switches until the slave gives up; by default Ntoggle is 50.
+    for (sub, value, switches) in [(3, 1, 1), (3, 4, 4), (4, 47, 3), (4, 50, 0)] {
+        let mut slave = powered();
+        assert_eq!(write(&mut slave, 0x2000, sub, &[value]), done(0x2000, sub));
+        assert_eq!(read(&mut slave, 0x2000, sub), [value, 0, 0, 0]);
+        slave.clear();
+        slave.run_until(ms(60_000));
+        let toggled = |event: &&SlaveEvent| matches!(event, SlaveEvent::ActiveBus { .. });
+        assert_eq!(slave.events.iter().filter(toggled).count(), switches, "sub-index {sub}: {value}");
+        let gave_up = |event: &SlaveEvent| matches!(event, SlaveEvent::GaveUp { .. });
+        assert!(slave.events.iter().any(gave_up));
+    }
+}
+
+/// Verifies: ECSS 8.3.1c
+#[test]
+fn a_written_bdefault_is_read_back_and_must_be_a_bus() {
+    let mut slave = powered();
+    for value in [1, 0] {
+        assert_eq!(write(&mut slave, 0x2000, 1, &[value]), done(0x2000, 1));
+        assert_eq!(read(&mut slave, 0x2000, 1), [value, 0, 0, 0]);
+    }
+    assert_eq!(write(&mut slave, 0x2000, 1, &[2]), refused(0x2000, 1, 0x0609_0030));
+}
+
 /// Verifies: ECSS 6.7b, 6.7c
 #[test]
 fn the_self_test_is_started_and_its_result_read() {

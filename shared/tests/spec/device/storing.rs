@@ -11,6 +11,7 @@ use super::fixture::{
 };
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 
+/// Verifies: ECSS 8.3.1c
 #[test]
 fn stored_values_survive_a_reset_and_defaults_return_on_command() {
     let memory = Memory::default();
