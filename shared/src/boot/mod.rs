@@ -2,25 +2,37 @@
 //!
 //! A slave is *assigned* if 1F81h of the master names it, and *mandatory* if SYNC has to wait for it. The *boot-up
 //! process* of a slave reads its device type and identity, compares its configuration, writes the values that
-//! differ, and starts it. ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors.
+//! differ, checks that no other node sends one of its COB-IDs, and starts it. ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors.
 //!
 //! ```
 //! use ecss_can::boot::{AssignedSlave, Boot, BootPolicy, BootProgress, BootRequest, Expected, Identified};
-//! use ecss_can::types::{Address, Duration, Instant, NmtState, NodeId};
+//! use ecss_can::sdo::Error;
+//! use ecss_can::types::{AbortCode, Address, Duration, Instant, NmtState, NodeId};
 //!
 //! let node = NodeId::of::<2>();
 //! let expected = Expected { device_type: 0x191, identity: [0; 4], stamp: [0; 2] };
-//! let objects = Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020, rpdo: 0x1400 };
+//! let objects = Identified {
+//!     device_type: 0x1000,
+//!     identity: 0x1018,
+//!     configuration: 0x1020,
+//!     rpdo: 0x1400,
+//!     emergency: 0x1014,
+//!     tpdo: 0x1800,
+//! };
 //! let mut boot = Boot::new(BootPolicy { time: Duration::from_millis(500), goes_on: false }, objects, &[]);
 //! boot.assign(node, AssignedSlave { node, mandatory: true, expected }.assignment());
 //! boot.start(Instant::ZERO);
 //! boot.on_heartbeat(node, NmtState::Initialising, true, false); // its boot-up message on the active bus
 //!
-//! let request = boot.request(|_| expected, None);
+//! let request = boot.request(|_| expected, None, []);
 //! assert_eq!(request, Some(BootRequest::Read { node, at: Address::new(0x1000, 0), most: 4 }));
 //! boot.on_data(&0x191_u32.to_le_bytes());
 //! boot.on_done(Ok(()));
-//! assert_eq!(boot.take_start(), Some(node)); // nothing else to check
+//! // It has neither emergencies nor TPDOs: 1014h and 1800h to 1807h do not exist.
+//! while boot.request(|_| expected, None, []).is_some() {
+//!     boot.on_done(Err(Error::Abort(AbortCode::NoObject)));
+//! }
+//! assert_eq!(boot.take_start(), Some(node));
 //! assert_eq!(boot.progress(node), BootProgress::Started);
 //! ```
 //!
@@ -37,12 +49,15 @@
 //! # Limits
 //!
 //! - There is one SDO transfer at a time, in the order of the Node-IDs.
+//! - COB-IDs of emergencies and of the first eight TPDOs are compared, of the master and of slaves that were checked
+//!   since its power-on. A network with more than 256 of them is not started.
 //! - Without mandatory slaves SYNC does not wait, and [`Boot::poll`] never reports the end of the boot-up.
 
 mod expected;
 mod overheard;
 mod process;
 mod progress;
+mod senders;
 
 pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
 pub use process::{BootRequest, Identified, TimePdo};
@@ -50,9 +65,10 @@ pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
 use crate::boot::process::{Next, Process};
 use crate::boot::progress::Phase;
+use crate::boot::senders::{Refused, Senders};
 use crate::nmt::Target;
 use crate::sdo;
-use crate::types::{Instant, NmtState, NodeId};
+use crate::types::{CobId, Instant, NmtState, NodeId};
 
 /// Node-IDs 0..=127.
 const PLACES: usize = 128;
@@ -81,6 +97,7 @@ pub struct Boot {
     /// Their progress is to be reported.
     changed: u128,
     process: Option<Process>,
+    senders: Senders,
     /// Node-ID of the last process.
     last: u8,
     failure: Option<(NodeId, BootFailure)>,
@@ -113,6 +130,7 @@ impl Boot {
             excused: 0,
             changed: 0,
             process: None,
+            senders: Senders::new(),
             last: 0,
             failure: None,
             deviation: None,
@@ -140,6 +158,7 @@ impl Boot {
             (false, true) => self.set_progress(node, BootProgress::Awaited),
             (true, false) => {
                 self.forget(node);
+                self.senders.forget(node);
                 self.set_progress(node, BootProgress::Unassigned);
             }
             _ => {}
@@ -265,11 +284,12 @@ impl Boot {
     }
 
     /// Returns the next SDO transfer if none is running. `expected` returns the expected identity of a slave.
-    /// `time` describes the Spacecraft Time PDO if the master sends one.
+    /// `time` describes the Spacecraft Time PDO if the master sends one. `sent`: COB-IDs that the master sends.
     pub fn request(
         &mut self,
         expected: impl FnOnce(NodeId) -> Expected,
         time: Option<TimePdo>,
+        sent: impl IntoIterator<Item = CobId>,
     ) -> Option<BootRequest<'_>> {
         if self.process.is_none() {
             // In turn: a slave that does not answer must not delay the others.
@@ -277,6 +297,12 @@ impl Boot {
             let node = first(after).or_else(|| first(self.queued))?;
             self.queued &= !bit(node);
             self.last = node.get();
+            self.senders.forget(node);
+            self.senders.forget(NodeId::MASTER);
+            for id in sent {
+                // Without room for those of the master there is none for those of the slave, which is reported.
+                let _ = self.senders.add(id, NodeId::MASTER);
+            }
             self.process = Some(Process::new(node, self.objects, expected(node), self.settings, time));
             self.set_progress(node, BootProgress::Checking);
         }
@@ -294,8 +320,18 @@ impl Boot {
     pub fn on_done(&mut self, outcome: Result<(), sdo::Error>) {
         let Some(process) = &mut self.process else { return };
         let node = process.node;
-        let next = process.on_done(outcome);
-        let (deviation, progress) = (process.take_deviation(), process.progress());
+        let mut next = process.on_done(outcome);
+        let (deviation, sent, progress) = (process.take_deviation(), process.take_sent(), process.progress());
+        if let Some((at, id)) = sent
+            && let Err(refused) = self.senders.add(id, node)
+        {
+            let cause = match refused {
+                Refused::SentBy(other) => BootCause::CobIdInUse { at, id, other },
+                Refused::Full => BootCause::TooManyCobIds,
+            };
+            self.senders.forget(node);
+            next = Next::Fail(BootFailure { error: BootError::Configuration, cause });
+        }
         if let Some(difference) = deviation
             && self.started & bit(node) != 0
         {
@@ -408,8 +444,8 @@ impl Boot {
     fn fail(&mut self, node: NodeId, failure: BootFailure) {
         let was_started = self.started & bit(node);
         self.forget(node);
-        if !matches!(failure.cause, BootCause::Difference(_)) {
-            // It ran when its check failed: its identity was not refuted, and fail-over does not wait for SDO.
+        if matches!(failure.cause, BootCause::Silence | BootCause::Transfer { .. }) {
+            // It ran when its check failed, and nothing was refuted: fail-over does not wait for SDO.
             self.started |= was_started;
         }
         self.failure = Some((node, failure));

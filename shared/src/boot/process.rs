@@ -20,6 +20,10 @@ pub struct Identified {
     pub configuration: u16,
     /// Index of the communication parameters of RPDO 1 (1400h).
     pub rpdo: u16,
+    /// Index of the COB-ID of the emergency message (1014h).
+    pub emergency: u16,
+    /// Index of the communication parameters of TPDO 1 (1800h).
+    pub tpdo: u16,
 }
 
 /// Spacecraft Time PDO. The transmission types of its producer and of the slaves must match (ECSS 7.2.2d).
@@ -33,6 +37,8 @@ pub struct TimePdo {
 
 /// RPDOs of a slave that are searched for the spacecraft time.
 const RPDOS: u8 = 8;
+/// TPDOs of a slave whose COB-IDs are compared with those of other nodes.
+const TPDOS: u8 = 8;
 
 /// Next SDO transfer of the boot-up process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +74,8 @@ enum Step {
     TimeId(u8),
     /// Transmission type of the one that takes the time.
     TimeType(u8),
+    /// COB-ID that the slave sends: 0 of its emergencies, then of its TPDOs.
+    Sent(u8),
     WriteStamp(u8),
 }
 
@@ -95,6 +103,10 @@ pub(super) struct Process {
     is_retried: bool,
     /// The slave keeps 1020h.
     is_stamped: bool,
+    /// 1020h has the expected values: nothing else was compared, and it need not be written.
+    is_verified: bool,
+    /// COB-ID that the slave sends, just read, and its object.
+    sent: Option<(Address, CobId)>,
     /// The first four bytes of the value that is read, or the value that is written to 1020h.
     number: [u8; 4],
     /// Bytes read.
@@ -119,6 +131,8 @@ impl Process {
             node,
             objects,
             is_stamped: expected.stamp != [0; 2],
+            is_verified: false,
+            sent: None,
             expected,
             settings,
             time,
@@ -136,8 +150,10 @@ impl Process {
     pub fn progress(&self) -> BootProgress {
         match self.step {
             Step::DeviceType | Step::Identity(_) => BootProgress::Checking,
-            Step::TimeId(_) | Step::TimeType(_) if self.is_configured() => BootProgress::Configuring,
-            Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::TimeType(_) => {
+            Step::TimeId(_) | Step::TimeType(_) | Step::Sent(_) if self.is_configured() => {
+                BootProgress::Configuring
+            }
+            Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::TimeType(_) | Step::Sent(_) => {
                 BootProgress::Comparing
             }
             Step::Write(_) | Step::WriteStamp(_) => BootProgress::Configuring,
@@ -149,9 +165,12 @@ impl Process {
         (self.is_asked, self.read, self.is_equal) = (true, 0, true);
         let (node, at) = (self.node, self.object());
         match self.step {
-            Step::DeviceType | Step::Identity(_) | Step::Stamp(_) | Step::TimeId(_) | Step::TimeType(_) => {
-                BootRequest::Read { node, at, most: 4 }
-            }
+            Step::DeviceType
+            | Step::Identity(_)
+            | Step::Stamp(_)
+            | Step::TimeId(_)
+            | Step::TimeType(_)
+            | Step::Sent(_) => BootRequest::Read { node, at, most: 4 },
             Step::Compare(number) => BootRequest::Read { node, at, most: self.setting(number).1.len() },
             Step::Write(number) => BootRequest::Write { node, at, value: self.setting(number).1 },
             Step::WriteStamp(sub) => {
@@ -210,6 +229,7 @@ impl Process {
 
     fn begin_again(&mut self) -> Next {
         self.step = Step::DeviceType;
+        self.is_verified = false;
         Next::Transfer
     }
 
@@ -242,7 +262,10 @@ impl Process {
                 match outcome {
                     Ok(()) if found != self.stamp(sub) => self.deviates(self.stamp(sub)),
                     Ok(()) if sub == 1 => return Ok(Some(Step::Stamp(2))),
-                    Ok(()) => return Ok(None),
+                    Ok(()) => {
+                        self.is_verified = true;
+                        return Ok(Some(Step::Sent(0)));
+                    }
                     Err(Error::Abort(AbortCode::NoObject | AbortCode::NoSubIndex)) => self.is_stamped = false,
                     Err(cause) => return Err(failed(BootError::Configuration)(cause)),
                 }
@@ -280,6 +303,15 @@ impl Process {
                 }
                 Ok(self.time_from(RPDOS))
             }
+            Step::Sent(nth) => match outcome {
+                Ok(()) => {
+                    self.sent = CobIdEntry::from_raw(found).cob_id().map(|id| (at, id));
+                    Ok(self.sent_from(nth.saturating_add(1)))
+                }
+                // The slave has no such object.
+                Err(Error::Abort(_)) => Ok(self.sent_from(nth.saturating_add(1))),
+                Err(cause) => Err(failed(BootError::Configuration)(cause)),
+            },
             Step::WriteStamp(sub) => {
                 outcome.map_err(failed(BootError::Configuration))?;
                 Ok((sub == 1).then_some(Step::WriteStamp(2)))
@@ -296,6 +328,8 @@ impl Process {
             Step::Compare(number) | Step::Write(number) => self.setting(number).0,
             Step::TimeId(nth) => Address::new(self.objects.rpdo.wrapping_add(nth.into()), 1),
             Step::TimeType(nth) => Address::new(self.objects.rpdo.wrapping_add(nth.into()), 2),
+            Step::Sent(0) => Address::new(self.objects.emergency, 0),
+            Step::Sent(nth) => Address::new(self.objects.tpdo.wrapping_add(nth.into()).wrapping_sub(1), 1),
         }
     }
 
@@ -308,6 +342,11 @@ impl Process {
     /// Returns the first difference from the configuration, once.
     pub fn take_deviation(&mut self) -> Option<Difference> {
         self.deviation.take()
+    }
+
+    /// Returns a COB-ID that the slave sends, with its object, once.
+    pub fn take_sent(&mut self) -> Option<(Address, CobId)> {
+        self.sent.take()
     }
 
     fn identity(&self, sub: u8) -> u32 {
@@ -333,9 +372,10 @@ impl Process {
         }
     }
 
-    /// Returns whether the slave has settings to write.
+    /// Returns whether the slave has settings that were compared and written.
     fn is_configured(&self) -> bool {
-        self.is_stamped || self.settings.iter().any(|setting| setting.node == self.node)
+        !self.is_verified
+            && (self.is_stamped || self.settings.iter().any(|setting| setting.node == self.node))
     }
 
     /// Returns the step that searches the RPDOs from this one on.
@@ -343,7 +383,15 @@ impl Process {
         if self.time.is_some() && nth < RPDOS {
             return Some(Step::TimeId(nth));
         }
-        self.is_stamped.then_some(Step::WriteStamp(1))
+        Some(Step::Sent(0))
+    }
+
+    /// Returns the step that reads COB-IDs that the slave sends from this one on, or what follows.
+    fn sent_from(&self, nth: u8) -> Option<Step> {
+        if nth <= TPDOS {
+            return Some(Step::Sent(nth));
+        }
+        (self.is_stamped && !self.is_verified).then_some(Step::WriteStamp(1))
     }
 
     /// Returns whether a COB-ID of an RPDO is valid and that of the time.

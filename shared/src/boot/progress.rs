@@ -1,6 +1,6 @@
 //! Progress of the boot-up of a slave, and the reason if it failed.
 
-use crate::types::Address;
+use crate::types::{Address, CobId, NodeId};
 
 /// Step that the boot-up of a slave reached. Object 2040h has its byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -73,6 +73,17 @@ pub enum BootCause {
     Silence,
     /// A value differs from the expected one.
     Difference(Difference),
+    /// Another node sends a COB-ID of the slave (ECSS 6.10l).
+    CobIdInUse {
+        /// Object of the slave: 1014h or a TPDO.
+        at: Address,
+        /// COB-ID that both send.
+        id: CobId,
+        /// The other node.
+        other: NodeId,
+    },
+    /// The network has more COB-IDs than the master compares. They are not known to be unique.
+    TooManyCobIds,
     /// An SDO transfer with the slave failed.
     Transfer {
         /// Object of the slave.
@@ -87,7 +98,7 @@ impl BootCause {
     pub const fn abort_code(&self) -> u32 {
         match self {
             BootCause::Transfer { code, .. } => *code,
-            BootCause::Silence | BootCause::Difference(_) => 0,
+            _ => 0,
         }
     }
 }

@@ -29,8 +29,14 @@ fn expected() -> Expected {
     Expected { device_type: 0x191, identity: [7, 8, 9, 10], stamp: [0; 2] }
 }
 
-const OBJECTS: Identified =
-    Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020, rpdo: 0x1400 };
+pub(crate) const OBJECTS: Identified = Identified {
+    device_type: 0x1000,
+    identity: 0x1018,
+    configuration: 0x1020,
+    rpdo: 0x1400,
+    emergency: 0x1014,
+    tpdo: 0x1800,
+};
 
 /// Slave 2 mandatory, slave 3 optional.
 fn started(policy: BootPolicy) -> Boot {
@@ -65,7 +71,7 @@ enum Asked {
 }
 
 fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
-    boot.request(|_| expected, None).map(|request| match request {
+    boot.request(|_| expected, None, []).map(|request| match request {
         BootRequest::Read { node, at, .. } => Asked::Read(node.get(), at.index, at.sub),
         BootRequest::Write { node, at, value } => Asked::Write(node.get(), at.index, at.sub, value.to_vec()),
     })
@@ -74,6 +80,15 @@ fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
 fn answer(boot: &mut Boot, data: &[u8]) {
     boot.on_data(data);
     boot.on_done(Ok(()));
+}
+
+/// The slave has neither emergencies nor TPDOs: none of the objects with their COB-IDs exists.
+fn sends_nothing(boot: &mut Boot, node: u8, expected: Expected) {
+    let objects = [(0x1014, 0)].into_iter().chain((0x1800..0x1808).map(|index| (index, 1)));
+    for (index, sub) in objects {
+        assert_eq!(next(boot, expected), Some(Asked::Read(node, index, sub)));
+        boot.on_done(Err(Error::Abort(AbortCode::NoObject)));
+    }
 }
 
 /// Goes through device type and identity.
@@ -98,6 +113,8 @@ fn a_slave_is_identified_compared_and_started() {
     // In two parts
     boot.on_data(&[1, 2, 3, 4]);
     answer(&mut boot, &[5, 6]);
+    assert_eq!(boot.progress(TWO), BootProgress::Configuring);
+    sends_nothing(&mut boot, 2, expected());
     assert_eq!(boot.take_start(), Some(TWO));
     assert_eq!((boot.progress(TWO), next(&mut boot, expected())), (BootProgress::Started, None));
     assert!(!boot.poll(ms(1)) && boot.is_released());
@@ -122,6 +139,7 @@ fn what_differs_is_written_and_nothing_else() {
         assert_eq!(next(&mut boot, expected()), Some(Asked::Write(3, 0x1017, 0, vec![200, 0])));
         assert_eq!(boot.progress(THREE), BootProgress::Configuring);
         boot.on_done(Ok(()));
+        sends_nothing(&mut boot, 3, expected());
         assert_eq!((next(&mut boot, expected()), boot.take_start()), (None, Some(THREE)));
     }
 }
@@ -196,6 +214,7 @@ fn slave_that_aborts_once_is_checked_again() {
         answer(&mut boot, &[100, 0]);
         next(&mut boot, expected());
         answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
+        sends_nothing(&mut boot, 2, expected());
         assert_eq!((boot.take_start(), boot.take_failure()), (Some(TWO), None));
     }
 }
@@ -258,6 +277,8 @@ fn matching_stamp_skips_comparison_and_other_is_written_last() {
         assert_eq!(next(&mut boot, stamped), Some(Asked::Read(3, 0x1020, sub)));
         answer(&mut boot, &value.to_le_bytes());
     }
+    assert_eq!(boot.progress(THREE), BootProgress::Comparing);
+    sends_nothing(&mut boot, 3, stamped);
     assert_eq!((next(&mut boot, stamped), boot.take_start()), (None, Some(THREE)));
 
     boots_up(&mut boot, THREE);
@@ -267,6 +288,7 @@ fn matching_stamp_skips_comparison_and_other_is_written_last() {
     answer(&mut boot, &[0; 4]);
     assert_eq!(next(&mut boot, stamped), Some(Asked::Read(3, 0x1017, 0)));
     answer(&mut boot, &[200, 0]);
+    sends_nothing(&mut boot, 3, stamped);
     for (sub, value) in [(1, 5_u32), (2, 6)] {
         assert_eq!(
             next(&mut boot, stamped),
@@ -284,6 +306,7 @@ fn matching_stamp_skips_comparison_and_other_is_written_last() {
     boot.on_done(Err(Error::Abort(AbortCode::NoObject)));
     next(&mut boot, stamped);
     answer(&mut boot, &[200, 0]);
+    sends_nothing(&mut boot, 3, stamped);
     assert_eq!((next(&mut boot, stamped), boot.take_start()), (None, Some(THREE)));
 }
 
@@ -334,6 +357,7 @@ fn configure_two(boot: &mut Boot) {
     answer(boot, &[100, 0]);
     next(boot, expected());
     answer(boot, &[1, 2, 3, 4, 5, 6]);
+    sends_nothing(boot, 2, expected());
     assert_eq!(boot.take_start(), Some(TWO));
 }
 
@@ -376,6 +400,7 @@ fn an_unexplained_pre_operational_is_started_then_checked() {
     answer(&mut boot, &[100, 0]);
     next(&mut boot, expected());
     answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
+    sends_nothing(&mut boot, 2, expected());
     assert_eq!((next(&mut boot, expected()), boot.take_deviation()), (None, None));
     // Heard on the other bus first: checked when it is heard on this one.
     assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));
@@ -450,6 +475,7 @@ fn a_lost_configuration_is_reported_and_written_again() {
     boot.on_done(Ok(()));
     next(&mut boot, stamped);
     answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
+    sends_nothing(&mut boot, 2, stamped);
     for (sub, value) in [(1, 5_u32), (2, 6)] {
         let written = Asked::Write(2, 0x1020, sub, value.to_le_bytes().to_vec());
         assert_eq!((next(&mut boot, stamped), boot.take_start()), (Some(written), None));

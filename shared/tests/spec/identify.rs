@@ -3,7 +3,7 @@
 //! Profile `standard`: SDO timeout 500 ms, Ttoggle consumer times 500 ms.
 
 use crate::instrument::STANDARD;
-use crate::master_device::NO_RPDO;
+use crate::master_device::has_no_cob_ids;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
@@ -63,7 +63,7 @@ fn assigned_slaves_are_booted_before_strangers_are_asked() {
     assert_eq!(questions(&master), [(2, 1)], "the device type of the slave that boots");
     master.receive(NOMINAL, 0x582, &SOMEBODY);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
-    master.receive(NOMINAL, 0x582, &NO_RPDO);
+    has_no_cob_ids(&mut master);
     assert_eq!(questions(&master), [(2, 1), (5, 1)]);
 }
 

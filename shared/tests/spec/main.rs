@@ -7,6 +7,7 @@ mod babbling;
 mod bench;
 mod bit_timing;
 mod boot;
+mod boot_cob_ids;
 mod budget;
 mod bus_off;
 mod canopen_slave;

@@ -45,8 +45,19 @@ fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
     answers[0]
 }
 
-/// The answer of a slave that takes no PDO: it has no 1400h.
-pub(crate) const NO_RPDO: [u8; 8] = [0x80, 0x00, 0x14, 1, 0, 0, 0x02, 0x06];
+/// The answer of a slave without this object: abort code 0602 0000h.
+pub(crate) fn absent(index: u16, sub: u8) -> [u8; 8] {
+    let [low, high] = index.to_le_bytes();
+    [0x80, low, high, sub, 0, 0, 0x02, 0x06]
+}
+
+/// Slave 2 answers that it has no PDOs and no emergencies: neither 1400h nor 1014h and 1800h to 1807h.
+pub(crate) fn has_no_cob_ids(master: &mut Bench<Master>) {
+    let tpdos = (0x1800..0x1808).map(|index| (index, 1));
+    for (index, sub) in [(0x1400, 1), (0x1014, 0)].into_iter().chain(tpdos) {
+        master.receive(NOMINAL, 0x582, &absent(index, sub));
+    }
+}
 
 pub(crate) fn read(master: &mut Bench<Master>, index: u16, sub: u8) -> u32 {
     let [low, high] = index.to_le_bytes();
@@ -193,7 +204,7 @@ fn a_slave_is_asked_checked_and_started() {
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(requests(&master)[1], [0x40, 0x18, 0x10, 2, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
-    master.receive(NOMINAL, 0x582, &NO_RPDO);
+    has_no_cob_ids(&mut master);
     assert!(master.frames().contains(&(NOMINAL, frame(0x000, &[1, 2]))));
     assert_eq!(read(&mut master, 0x2040, 2), BootProgress::Started as u32);
     assert_eq!(read(&mut master, 0x1280, 3), 2);
@@ -220,7 +231,7 @@ fn boot_failure_stays_in_dictionary_until_slave_is_started() {
     master.receive(NOMINAL, 0x702, &[0x00]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
-    master.receive(NOMINAL, 0x582, &NO_RPDO);
+    has_no_cob_ids(&mut master);
     assert_eq!((read(&mut master, 0x2041, 2), read(&mut master, 0x2042, 2)), (0, 0));
 }
 
@@ -248,7 +259,7 @@ fn sync_waits_for_the_mandatory_slave() {
     master.receive(NOMINAL, 0x702, &[0x00]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
-    master.receive(NOMINAL, 0x582, &NO_RPDO);
+    has_no_cob_ids(&mut master);
     master.run_until(ms(650));
     assert_eq!(master.times(NOMINAL, 0x080), [450, 500, 600]);
     master.transmitted(NOMINAL, frame(0x080, &[]));

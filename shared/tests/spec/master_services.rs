@@ -11,7 +11,7 @@ use ecss_can::sdo::Mode;
 use ecss_can::types::{Address, Bus, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};
-use crate::master_device::{NO_RPDO, TWO, powered, read, requests, write};
+use crate::master_device::{TWO, absent, powered, read, requests, write};
 
 fn state(state: ErrorState) -> Health {
     Health { state, ..Health::default() }
@@ -152,8 +152,8 @@ fn booted(master: &mut Bench<Master>, stamp: [u32; 2]) -> Vec<(u16, u8, Option<u
     while let Some([command, low, high, sub, data @ ..]) = requests(master).get(count).copied() {
         count += 1;
         let index = u16::from_le_bytes([low, high]);
-        if index == 0x1400 {
-            master.receive(NOMINAL, 0x582, &NO_RPDO);
+        if matches!(index, 0x1400 | 0x1014 | 0x1800..=0x1807) {
+            master.receive(NOMINAL, 0x582, &absent(index, sub));
             continue;
         }
         let value = match index {

@@ -139,6 +139,19 @@ fn boot_failed(node: NodeId, BootFailure { error, cause }: &BootFailure) {
             *found,
             *expected
         ),
+        BootCause::CobIdInUse { at, id, other } => defmt::warn!(
+            "slave {}: boot-up failed, error {} ({}): {=u16:04X}h sub {} is {=u16:03X}h, which node {} sends",
+            node,
+            letter,
+            error,
+            at.index,
+            at.sub,
+            id.raw(),
+            other.get()
+        ),
+        BootCause::TooManyCobIds => {
+            defmt::warn!("slave {}: boot-up failed, error {} ({}): too many COB-IDs", node, letter, error);
+        }
         BootCause::Transfer { at, code } => defmt::warn!(
             "slave {}: boot-up failed, error {} ({}): {=u16:04X}h sub {}, abort code {=u32:08X}h",
             node,

@@ -4,8 +4,9 @@ use super::boards::MasterBoards;
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
 use crate::boot::{Boot, BootRequest, Identified};
+use crate::emcy::EmcyObjects;
 use crate::nmt::{Command, NmtMessage, Target};
-use crate::node::index::RPDO;
+use crate::node::index::{RPDO, TPDO};
 use crate::node::{Communication, Device};
 use crate::profile::Profile;
 use crate::sdo::Mode;
@@ -20,6 +21,8 @@ const IDENTIFIED: Identified = Identified {
     identity: Communication::IDENTITY.index(),
     configuration: Communication::CONFIGURATION.index(),
     rpdo: RPDO,
+    emergency: EmcyObjects::COB_ID.index(),
+    tpdo: TPDO,
 };
 
 /// Before the slaves of the profile are heard.
@@ -96,7 +99,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         let time = self.services.time_pdo();
         let objects = &self.services.dictionary.objects.application.network;
-        match self.boot.request(|node| objects.expected(node), time) {
+        let sent = self.services.sent_cob_ids();
+        match self.boot.request(|node| objects.expected(node), time, sent) {
             Some(BootRequest::Read { node, at, most }) => {
                 self.transfers.take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
             }

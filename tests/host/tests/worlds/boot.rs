@@ -218,10 +218,12 @@ fn what_a_slave_has_by_its_stamp_is_not_written_again() {
     world.request(MasterRequest::Boot(TWO));
     world.run_for(ms(200));
     let read = |index: u16, sub: u8| [0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0];
-    assert_eq!(
-        requests(&world, Bus::Nominal, TWO, from),
-        [read(0x1000, 0), read(0x1018, 2), read(0x1018, 3), read(0x1020, 1), read(0x1020, 2)]
-    );
+    let identity = [read(0x1000, 0), read(0x1018, 2), read(0x1018, 3)];
+    let stamps = [read(0x1020, 1), read(0x1020, 2)];
+    // COB-IDs of its emergencies and TPDOs, which no other node may send.
+    let sent = [read(0x1014, 0)].into_iter().chain((0x1800..0x1808).map(|index| read(index, 1)));
+    let expected: Vec<_> = identity.into_iter().chain(stamps).chain(sent).collect();
+    assert_eq!(requests(&world, Bus::Nominal, TWO, from), expected);
     // Given somebody changes a setting of it: the stamp is gone, and that one is written.
     let from = world.now();
     world.write(TWO, Address::new(0x1029, 1), &[0]);

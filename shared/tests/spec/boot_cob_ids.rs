@@ -1,0 +1,183 @@
+//! COB-IDs in the boot-up process: no two nodes of a network may send the same one (ECSS 6.10l, m).
+
+use ecss_can::boot::{
+    AssignedSlave, Assignment, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress,
+    BootRequest, Expected,
+};
+use ecss_can::node::MasterEvent;
+use ecss_can::profile::Profile;
+use ecss_can::sdo::Error;
+use ecss_can::types::{AbortCode, Address, CobId, NmtState, NodeId};
+
+use crate::bench::{Bench, Master, NOMINAL, ms, node, span};
+use crate::boot::OBJECTS;
+use crate::console;
+use crate::instrument::STANDARD;
+
+/// Nothing is expected of a slave.
+const ANY: Expected = Expected { device_type: 0, identity: [0; 4], stamp: [0; 2] };
+
+/// A slave: what it answers for its emergencies and TPDOs, in their order. `None`: it has no such object.
+type Sent<'a> = &'a [Option<u32>];
+
+/// Slaves 2 to 127 assigned. The master sends 181h and 305h.
+struct Network(Boot);
+
+impl Network {
+    fn new() -> Network {
+        let mut boot = Boot::new(BootPolicy { time: span(0), goes_on: false }, OBJECTS, &[]);
+        for node in (2..=127).map(node) {
+            boot.assign(node, AssignedSlave { node, mandatory: false, expected: ANY }.assignment());
+        }
+        boot.start(ms(0));
+        Network(boot)
+    }
+
+    /// Boots a slave. Returns the reason if it is not started.
+    fn boot(&mut self, raw: u8, sent: Sent) -> Result<(), BootFailure> {
+        let Network(boot) = self;
+        boot.on_heartbeat(node(raw), NmtState::Initialising, true, false);
+        self.check(raw, sent)
+    }
+
+    fn check(&mut self, raw: u8, sent: Sent) -> Result<(), BootFailure> {
+        let Network(boot) = self;
+        let mut left = sent.iter();
+        let own = || [0x181, 0x305].map(|raw| CobId::new(raw).unwrap());
+        while let Some(request) = boot.request(|_| ANY, None, own()) {
+            let BootRequest::Read { node, at, .. } = request else { panic!("{request:?}") };
+            assert_eq!(node.get(), raw);
+            let value = if at.index == 0x1000 { Some(0) } else { left.next().copied().flatten() };
+            match value {
+                Some(value) => {
+                    boot.on_data(&value.to_le_bytes());
+                    boot.on_done(Ok(()));
+                }
+                None => boot.on_done(Err(Error::Abort(AbortCode::NoObject))),
+            }
+        }
+        match boot.take_failure() {
+            Some((_, failure)) => Err(failure),
+            None => {
+                assert_eq!(boot.take_start(), Some(node(raw)));
+                Ok(())
+            }
+        }
+    }
+}
+
+fn in_use(at: Address, raw: u16, other: u8) -> Result<(), BootFailure> {
+    let cause = BootCause::CobIdInUse { at, id: CobId::new(raw).unwrap(), other: node(other) };
+    Err(BootFailure { error: BootError::Configuration, cause })
+}
+
+const EMCY: Address = Address::new(0x1014, 0);
+const SECOND: Address = Address::new(0x1801, 1);
+/// A PDO with bit 31 is not valid; bit 30, no RTR, is always set.
+const INVALID: u32 = 1 << 31;
+const NO_REMOTE: u32 = 1 << 30;
+
+/// Given slave 2 that sends 3A0h, When slave 3 boots up with that COB-ID in its second TPDO, Then it is not started.
+///
+/// Verifies: ECSS 6.10l, 6.10m
+#[test]
+fn a_slave_with_the_cob_id_of_another_one_is_not_started() {
+    let mut network = Network::new();
+    assert_eq!(network.boot(2, &[Some(0x82), Some(NO_REMOTE | 0x182), Some(NO_REMOTE | 0x3A0)]), Ok(()));
+    let three = [Some(0x83), Some(NO_REMOTE | 0x183), Some(NO_REMOTE | 0x3A0)];
+    assert_eq!(network.boot(3, &three), in_use(SECOND, 0x3A0, 2));
+    assert_eq!(network.0.progress(node(3)), BootProgress::Failed);
+    assert_eq!(network.boot(4, &[Some(0x82)]), in_use(EMCY, 0x82, 2));
+    // Not valid: not sent.
+    let three = [Some(INVALID | 0x82), Some(INVALID | NO_REMOTE | 0x182), Some(INVALID | 0x3A0)];
+    assert_eq!(network.boot(3, &three), Ok(()));
+}
+
+/// Verifies: ECSS 6.10l
+#[test]
+fn a_slave_with_a_cob_id_of_the_master_is_not_started() {
+    let mut network = Network::new();
+    assert_eq!(network.boot(5, &[None, None, Some(0x305)]), in_use(SECOND, 0x305, 1));
+}
+
+/// Given a slave that boots up again, Then its own COB-IDs are no clash. When it has moved one, Then another slave may
+/// have that one.
+#[test]
+fn a_slave_that_boots_again_has_its_own_cob_ids() {
+    let mut network = Network::new();
+    for _ in 0..3 {
+        assert_eq!(network.boot(2, &[Some(0x82), Some(0x3A0), Some(0x3A1)]), Ok(()));
+    }
+    assert_eq!(network.boot(2, &[Some(0x82), Some(0x3A2)]), Ok(()));
+    assert_eq!(network.boot(3, &[Some(0x83), Some(0x3A0)]), Ok(()));
+    // One that is not assigned any more has none.
+    network.0.assign(node(3), Assignment::from_raw(0));
+    assert_eq!(network.boot(4, &[Some(0x84), Some(0x3A0)]), Ok(()));
+}
+
+/// A device may have TPDO 1 and 8 alone.
+#[test]
+fn the_first_eight_tpdos_are_compared_with_gaps() {
+    let mut network = Network::new();
+    assert_eq!(network.boot(2, &[Some(0x82), Some(0x3A0)]), Ok(()));
+    let eighth = [None, None, None, None, None, None, None, None, Some(0x3A0)];
+    assert_eq!(network.boot(3, &eighth), in_use(Address::new(0x1807, 1), 0x3A0, 2));
+}
+
+/// Given a slave that runs, When a check finds that it sends a COB-ID of another one, Then it is not started again.
+#[test]
+fn a_running_slave_that_took_a_cob_id_is_not_started_again() {
+    let mut network = Network::new();
+    assert_eq!(network.boot(2, &[Some(0x82), Some(0x3A0)]), Ok(()));
+    assert_eq!(network.boot(3, &[Some(0x83), Some(0x3A1)]), Ok(()));
+    assert!(network.0.on_heartbeat(node(3), NmtState::PreOperational, true, true));
+    assert_eq!(network.check(3, &[Some(0x83), Some(0x3A0)]), in_use(Address::new(0x1800, 1), 0x3A0, 2));
+    assert!(!network.0.on_heartbeat(node(3), NmtState::PreOperational, true, false));
+}
+
+/// The table has room for 256 COB-IDs: two of the master, nine each of 28 slaves, and two more.
+#[test]
+fn a_network_with_too_many_cob_ids_is_reported() {
+    let mut network = Network::new();
+    let nine = |first: u32| -> Vec<Option<u32>> { (first..first + 9).map(Some).collect() };
+    for slave in 2..30 {
+        assert_eq!(network.boot(slave, &nine(0x3B0 + 9 * u32::from(slave))), Ok(()));
+    }
+    let failure = BootFailure { error: BootError::Configuration, cause: BootCause::TooManyCobIds };
+    assert_eq!(network.boot(30, &nine(0x6A0)), Err(failure));
+    assert_eq!(network.boot(31, &[Some(0x9F), Some(0x19F)]), Ok(()), "the two that are left");
+}
+
+/// The same over the bus: slave 2 sends 302h, the first command PDO of this master.
+///
+/// Verifies: ECSS 6.10l
+#[test]
+fn the_boot_process_compares_with_the_pdos_of_the_master() {
+    const TWO: NodeId = NodeId::of::<2>();
+    const PROFILE: Profile =
+        Profile { slaves: &[AssignedSlave { node: TWO, mandatory: false, expected: ANY }], ..STANDARD };
+    let mut master: Bench<Master> = Bench::new(console::master(&PROFILE, None));
+    master.run_until(ms(1));
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    let mut count = 0;
+    while count < master.sent.len() {
+        let frame = master.sent[count].frame;
+        count += 1;
+        let [0x40, low, high, sub, ..] = frame.padded() else { continue };
+        if frame.id().raw() != 0x602 {
+            continue;
+        }
+        let answer = match u16::from_le_bytes([low, high]) {
+            0x1800 => [0x43, low, high, sub, 0x02, 0x03, 0, 0x40],
+            _ => [0x43, low, high, sub, 0, 0, 0, 0x80],
+        };
+        master.receive(NOMINAL, 0x582, &answer);
+    }
+    let cause = BootCause::CobIdInUse {
+        at: Address::new(0x1800, 1),
+        id: CobId::new(0x302).unwrap(),
+        other: NodeId::MASTER,
+    };
+    let failure = BootFailure { error: BootError::Configuration, cause };
+    assert!(master.events.contains(&MasterEvent::BootFailed { node: TWO, failure }), "{:?}", master.events);
+}
