@@ -12,7 +12,7 @@ use crate::clock::BoardClock;
 use crate::crystal::Crystal;
 use crate::memory::{Memory, Place, load};
 use crate::mmio::{Now, Refusal, RefusedAccess, Width};
-use crate::peripherals::Peripherals;
+use crate::peripherals::{Peripherals, is_reserved};
 
 /// Offset of the vector of HardFault in a vector table, which begins at a multiple of 128 (DDI 0403E B1.5.2, B3.2.5).
 const HARD_FAULT_VECTOR: u32 = 12;
@@ -83,7 +83,7 @@ impl Chip {
 
     fn read_peripheral(&mut self, address: u32, width: Width) -> Result<u32, BusError> {
         if !is_peripheral(address) {
-            return Err(BusError);
+            return Err(self.refuse(address, false, Refusal::Unmodelled));
         }
         let result = self.peripherals.read(self.now(), address, width);
         self.needs_attention |= self.peripherals.take_change();
@@ -99,10 +99,11 @@ impl Chip {
         result.map_err(|refusal| self.refuse(address, true, refusal))
     }
 
-    /// Notes a refused access. A reserved address answers with a bus fault on the real part too.
+    /// Notes a refused access, at which the board stops. A reserved address answers with a bus fault on the real part too: there the
+    /// program goes on in its handler.
     fn refuse(&mut self, address: u32, write: bool, refusal: Refusal) -> BusError {
-        self.needs_attention = true;
-        if !self.peripherals.part().is_reserved(address) {
+        if !is_reserved(self.peripherals.part(), address) {
+            self.needs_attention = true;
             self.refused.get_or_insert(RefusedAccess { address, write, refusal });
         }
         BusError
@@ -155,11 +156,13 @@ impl Bus for Chip {
     #[inline]
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
         match self.memory.place(address) {
-            Some(Place::Flash(_)) if address < crate::model::FLASH_BASE => Err(BusError),
+            Some(Place::Flash(_)) if address < crate::model::FLASH_BASE => {
+                Err(self.refuse(address, true, Refusal::Unmodelled))
+            }
             Some(Place::Flash(_)) => self.write_peripheral(address, width, value),
             Some(place) => self.memory.store(place, width, value).ok_or(BusError),
             None if is_peripheral(address) => self.write_peripheral(address, width, value),
-            None => Err(BusError),
+            None => Err(self.refuse(address, true, Refusal::Unmodelled)),
         }
     }
 
