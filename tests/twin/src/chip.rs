@@ -12,6 +12,7 @@ use crate::clock::BoardClock;
 use crate::crystal::Crystal;
 use crate::memory::{Memory, Place, load};
 use crate::mmio::{Now, Refusal, RefusedAccess, Width};
+use crate::model::FLASH_BASE;
 use crate::peripherals::{Peripherals, is_reserved};
 
 /// Offset of the vector of HardFault in a vector table, which begins at a multiple of 128 (DDI 0403E B1.5.2, B3.2.5).
@@ -91,6 +92,11 @@ impl Chip {
     }
 
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
+        // The interface of the flash takes stores to it, but not where it answers at zero.
+        let is_flash = matches!(self.memory.place(address), Some(Place::Flash(_)) if address >= FLASH_BASE);
+        if !is_peripheral(address) && !is_flash {
+            return Err(self.refuse(address, true, Refusal::Unmodelled));
+        }
         let result = self.peripherals.write(self.now(), address, width, value);
         self.needs_attention |= self.peripherals.take_change();
         if let Some(acr) = self.peripherals.flash_mut().take_acr() {
@@ -101,6 +107,7 @@ impl Chip {
 
     /// Notes a refused access, at which the board stops. A reserved address answers with a bus fault on the real part too: there the
     /// program goes on in its handler.
+    #[cold]
     fn refuse(&mut self, address: u32, write: bool, refusal: Refusal) -> BusError {
         if !is_reserved(self.peripherals.part(), address) {
             self.needs_attention = true;
@@ -128,7 +135,7 @@ impl Bus for Chip {
 
     #[inline]
     fn refetch(&mut self, address: u32) {
-        self.accelerator.count(Purpose::Fetch, address.wrapping_sub(crate::model::FLASH_BASE), self.cycle);
+        self.accelerator.count(Purpose::Fetch, address.wrapping_sub(FLASH_BASE), self.cycle);
     }
 
     #[inline]
@@ -156,13 +163,8 @@ impl Bus for Chip {
     #[inline]
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
         match self.memory.place(address) {
-            Some(Place::Flash(_)) if address < crate::model::FLASH_BASE => {
-                Err(self.refuse(address, true, Refusal::Unmodelled))
-            }
-            Some(Place::Flash(_)) => self.write_peripheral(address, width, value),
+            Some(Place::Flash(_)) | None => self.write_peripheral(address, width, value),
             Some(place) => self.memory.store(place, width, value).ok_or(BusError),
-            None if is_peripheral(address) => self.write_peripheral(address, width, value),
-            None => Err(self.refuse(address, true, Refusal::Unmodelled)),
         }
     }
 
