@@ -22,7 +22,7 @@ mod firmware {
     const SHORT: usize = 40;
     const LONG: usize = 4000;
 
-    /// State of this start (1 opened and checked, 2 saved), number found, number saved, sets damaged, sets of bytes that
+    /// State of this start (1 opened and checked, 2 saved, 3 the flash has not taken the set), number found, number saved, sets damaged, sets of bytes that
     /// do not belong together.
     // SAFETY: no other symbol of the image has this name.
     #[unsafe(no_mangle)]
@@ -82,12 +82,19 @@ mod firmware {
         for len in [LONG, SHORT] {
             if len == SHORT || strap.is_low() {
                 number += 1;
-                save(&mut log, number, len).expect("there is room for the longest set");
+                if let Err(error) = save(&mut log, number, len) {
+                    defmt::error!("set {} is not saved: {}", number, error);
+                    stop(3);
+                }
+                report(2, number);
             }
         }
-        report(2, number);
-        report(0, 2);
         defmt::info!("set {} is saved, {}", number, opened);
+        stop(2)
+    }
+
+    fn stop(state: u32) -> ! {
+        report(0, state);
         loop {
             cortex_m::asm::wfi();
         }

@@ -6,7 +6,7 @@ use core::ptr::{self, addr_of};
 
 use ecss_can::store::StoreError;
 use embassy_stm32::pac::FLASH;
-use embassy_stm32::pac::flash::regs::Cr;
+use embassy_stm32::pac::flash::regs::{Cr, Sr};
 use embassy_stm32::pac::flash::vals::Psize;
 use embassy_stm32::{Peri, peripherals};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
@@ -81,13 +81,6 @@ impl NorFlash for ChipFlash {
             FLASH.cr().modify(|w| w.set_strt(true));
             finish()?;
         }
-        // What the data cache holds of a sector is past (RM0090 3.5.4); it is reset while it is off.
-        if FLASH.acr().read().dcen() {
-            FLASH.acr().modify(|w| w.set_dcen(false));
-            FLASH.acr().modify(|w| w.set_dcrst(true));
-            FLASH.acr().modify(|w| w.set_dcrst(false));
-            FLASH.acr().modify(|w| w.set_dcen(true));
-        }
         Ok(())
     }
 
@@ -116,8 +109,13 @@ fn check(offset: u32, len: usize) -> Result<(), NorFlashErrorKind> {
     if len <= room as usize { Ok(()) } else { Err(NorFlashErrorKind::OutOfBounds) }
 }
 
-/// Unlocks the flash and sets it to an operation (RM0090 3.6). Words of 32 bits: as fast as 3.3 V allow.
+/// Flags of FLASH_SR that are cleared by writing one: EOP, OPERR, WRPERR, PGAERR, PGPERR, PGSERR.
+const FLAGS: Sr = Sr(0xF3);
+
+/// Unlocks the flash and sets it to an operation (RM0090 3.6). Words of 32 bits: as fast as 3.3 V allow. Clears the flags first:
+/// those of an earlier operation, of a debug probe for example, would be taken for errors of this one.
 fn unlock(operation: impl FnOnce(&mut Cr)) {
+    FLASH.sr().write_value(FLAGS);
     FLASH.keyr().write_value(0x4567_0123);
     FLASH.keyr().write_value(0xCDEF_89AB);
     FLASH.cr().write(|w| {
@@ -126,15 +124,26 @@ fn unlock(operation: impl FnOnce(&mut Cr)) {
     });
 }
 
-/// Waits for the end of an operation that was started, and locks the flash.
+/// Waits for the end of an operation that was started, locks the flash and empties the data cache.
+///
+/// After an erase that cache holds what the sector held before. After programming it holds the word that was stored, not the one that
+/// the flash took (RM0090 3.6.4). Either would be read back instead of the flash.
 #[inline(never)] // from two places
 fn finish() -> Result<(), NorFlashErrorKind> {
     cortex_m::asm::dsb();
     while FLASH.sr().read().bsy() {}
     FLASH.cr().write(|w| w.set_lock(true));
-    // Flags are cleared by what was read of them.
+    let acr = FLASH.acr().read();
+    // The cache may be reset only while it is off.
+    let mut off = acr;
+    off.set_dcen(false);
+    FLASH.acr().write_value(off);
+    let mut reset = off;
+    reset.set_dcrst(true);
+    FLASH.acr().write_value(reset);
+    FLASH.acr().write_value(off);
+    FLASH.acr().write_value(acr);
     let status = FLASH.sr().read();
-    FLASH.sr().write_value(status);
     let failed = status.pgserr() || status.pgperr() || status.pgaerr() || status.wrperr();
     if failed { Err(NorFlashErrorKind::Other) } else { Ok(()) }
 }

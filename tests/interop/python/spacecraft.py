@@ -24,6 +24,8 @@ faulthandler.dump_traceback_later(300, exit=True)
 #: Addresses of the buses.
 NOMINAL = os.environ.get("SLCAN_NOMINAL", "socket://127.0.0.1:29501")
 REDUNDANT = os.environ.get("SLCAN_REDUNDANT", "socket://127.0.0.1:29502")
+#: Bit rate of the buses, bit/s.
+BIT_RATE = int(os.environ.get("BIT_RATE", 1_000_000))
 
 DOCS = pathlib.Path(__file__).parents[3] / "docs/eds"
 #: The data sheets of the slaves, test devices where some fly, of number 3, and of the master.
@@ -144,7 +146,7 @@ class Witness:
 def network(url: str = NOMINAL, is_master: bool = False) -> Iterator[canopen.Network]:
     """A network of the canopen package; as the master it lets its heartbeat be heard as that of node 1."""
     found = canopen.Network()
-    found.connect(interface="slcan", channel=url, bitrate=1_000_000, sleep_after_open=0)
+    found.connect(interface="slcan", channel=url, bitrate=BIT_RATE, sleep_after_open=0)
     try:
         if is_master:
             found.send_periodic(0x701, bytes([OPERATIONAL]), 0.25)

@@ -56,6 +56,18 @@ pub fn run_with_thermometer() -> anyhow::Result<String> {
     )
 }
 
+/// As [`run`], with the images of master and slaves 2 and 3 for 125 kbit/s, profile `standard`. The script finds the bit rate in
+/// `BIT_RATE`.
+///
+/// # Errors
+/// As [`run`], and when an image cannot be built.
+pub fn run_at_125_kbit(name: &str) -> anyhow::Result<String> {
+    let images = firmware_images::build("pyboard-v11", "standard+kbit-125")?;
+    let master = format!("--master={}", images.master.display());
+    let [second, third] = [2, 3].map(|node| format!("--slave={node}={}", images.slave.display()));
+    run_with(name, &["--slaves", "0", &master, &second, &third], &[("BIT_RATE", "125000")])
+}
+
 /// As [`run`], with these nodes played by the test device. The script finds its data sheet in `SLAVE_EDS`.
 ///
 /// # Errors

@@ -12,7 +12,8 @@ use crate::clock::BoardClock;
 use crate::crystal::Crystal;
 use crate::memory::{Memory, Place, load};
 use crate::mmio::{Now, Refusal, RefusedAccess, Width};
-use crate::peripherals::Peripherals;
+use crate::model::FLASH_BASE;
+use crate::peripherals::{Peripherals, is_reserved};
 
 /// Offset of the vector of HardFault in a vector table, which begins at a multiple of 128 (DDI 0403E B1.5.2, B3.2.5).
 const HARD_FAULT_VECTOR: u32 = 12;
@@ -83,7 +84,7 @@ impl Chip {
 
     fn read_peripheral(&mut self, address: u32, width: Width) -> Result<u32, BusError> {
         if !is_peripheral(address) {
-            return Err(BusError);
+            return Err(self.refuse(address, false, Refusal::Unmodelled));
         }
         let result = self.peripherals.read(self.now(), address, width);
         self.needs_attention |= self.peripherals.take_change();
@@ -91,6 +92,11 @@ impl Chip {
     }
 
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
+        // The interface of the flash takes stores to it, but not where it answers at zero.
+        let is_flash = matches!(self.memory.place(address), Some(Place::Flash(_)) if address >= FLASH_BASE);
+        if !is_peripheral(address) && !is_flash {
+            return Err(self.refuse(address, true, Refusal::Unmodelled));
+        }
         let result = self.peripherals.write(self.now(), address, width, value);
         self.needs_attention |= self.peripherals.take_change();
         if let Some(acr) = self.peripherals.flash_mut().take_acr() {
@@ -99,10 +105,12 @@ impl Chip {
         result.map_err(|refusal| self.refuse(address, true, refusal))
     }
 
-    /// Notes a refused access. A reserved address answers with a bus fault on the real part too.
+    /// Notes a refused access, at which the board stops. A reserved address answers with a bus fault on the real part too: there the
+    /// program goes on in its handler.
+    #[cold]
     fn refuse(&mut self, address: u32, write: bool, refusal: Refusal) -> BusError {
-        self.needs_attention = true;
-        if !self.peripherals.part().is_reserved(address) {
+        if !is_reserved(self.peripherals.part(), address) {
+            self.needs_attention = true;
             self.refused.get_or_insert(RefusedAccess { address, write, refusal });
         }
         BusError
@@ -127,7 +135,7 @@ impl Bus for Chip {
 
     #[inline]
     fn refetch(&mut self, address: u32) {
-        self.accelerator.count(Purpose::Fetch, address.wrapping_sub(crate::model::FLASH_BASE), self.cycle);
+        self.accelerator.count(Purpose::Fetch, address.wrapping_sub(FLASH_BASE), self.cycle);
     }
 
     #[inline]
@@ -155,11 +163,8 @@ impl Bus for Chip {
     #[inline]
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
         match self.memory.place(address) {
-            Some(Place::Flash(_)) if address < crate::model::FLASH_BASE => Err(BusError),
-            Some(Place::Flash(_)) => self.write_peripheral(address, width, value),
+            Some(Place::Flash(_)) | None => self.write_peripheral(address, width, value),
             Some(place) => self.memory.store(place, width, value).ok_or(BusError),
-            None if is_peripheral(address) => self.write_peripheral(address, width, value),
-            None => Err(BusError),
         }
     }
 

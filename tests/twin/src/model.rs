@@ -29,18 +29,6 @@ impl Part {
         }
     }
 
-    /// Whether no memory answers below RAM and CCM: the bus answers with a fault, which a program may live on (RM0090 figure 2,
-    /// RM0390 figure 2).
-    pub(crate) const fn is_reserved(self, address: u32) -> bool {
-        match address {
-            // From the end of the option bytes to RAM.
-            0x1FFF_C010..0x2000_0000 => true,
-            // From the end of flash to CCM, where the part has it.
-            0x0810_0000..0x1000_0000 => self.ccm_bytes() > 0,
-            _ => false,
-        }
-    }
-
     /// Number of GPIO ports, from A on.
     pub(crate) const fn ports(self) -> usize {
         match self {

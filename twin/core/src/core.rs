@@ -153,8 +153,6 @@ pub struct Core {
     /// During an instruction: the first register of a load or store multiple that goes on (B1.5.10), 0 for its beginning.
     pub(crate) resume: u8,
     pub(crate) raised: Option<Trap>,
-    /// Address of the last access that the bus refused.
-    pub(crate) refused: Option<u32>,
     cache: Cache,
 }
 
@@ -188,7 +186,6 @@ impl Core {
             spent: 0,
             resume: 0,
             raised: None,
-            refused: None,
             cache,
             config,
         };
@@ -223,7 +220,7 @@ impl Core {
         self.mpu = Mpu::default();
         self.debug.reset();
         (self.flags, self.epsr, self.ipsr) = (Flags::default(), EPSR_T, 0);
-        (self.raised, self.refused) = (None, None);
+        self.raised = None;
         self.attention = 0;
     }
 

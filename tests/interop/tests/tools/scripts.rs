@@ -20,6 +20,20 @@ fn a_spacecraft_left_alone_is_heard_as_it_should_be() {
     passes("listening.py", &["--profile", "standard", "--slaves", "3"]);
 }
 
+/// Given boards with 125 kbit/s, when python-can attaches with this bit rate, then it sees every frame. When it attaches with 1 Mbit/s,
+/// then it hears nothing, and both bit rates are named.
+///
+/// Verifies: ECSS 5.4.2a.3
+#[test]
+fn python_can_sees_every_frame_at_125_kbit_per_second() {
+    let said = script::run_at_125_kbit("slow_bus.py").unwrap_or_else(|failure| panic!("{failure:#}"));
+    let named = ["nominal", "redundant"].map(|bus| format!("{bus} bus: slcan socket://127.0.0.1:"));
+    let rated =
+        |start: &String| said.lines().any(|line| line.starts_with(start) && line.contains(" at 125 kbit/s"));
+    assert!(named.iter().all(rated), "{said}");
+    assert!(said.contains("cannot be opened with 1000 kbit/s, the bus has 125 kbit/s"), "{said}");
+}
+
 /// The canopen package commands slaves whose master it is.
 ///
 /// Verifies: ECSS 6.5.1a, 6.5.4a

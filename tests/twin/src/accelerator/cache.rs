@@ -111,18 +111,24 @@ impl<const N: usize> Cache<N> {
         }
     }
 
-    /// Flash changes from `old` to `new` at `range`: a line that shows something else takes the bytes that change.
-    pub fn write_through(&mut self, range: &Range<u32>, old: &[u8], new: &[u8]) {
+    /// The core has stored `bytes` at `offset`, and flash changes from `old` to `new` at `range`: a line shows the bytes that were
+    /// stored, whatever flash made of them.
+    pub fn write_through(
+        &mut self,
+        range: &Range<u32>,
+        old: &[u8],
+        new: &[u8],
+        (offset, bytes): (u32, &[u8]),
+    ) {
         for place in &mut self.places {
-            let (Some(line), Some(shown)) = (place.line, &mut place.old) else { continue };
-            if let Some(at) = within(range, line) {
-                let bytes = old[at.clone()].iter().zip(&new[at]);
-                shown
-                    .iter_mut()
-                    .zip(bytes)
-                    .filter(|(_, (old, new))| old != new)
-                    .for_each(|(byte, (_, new))| *byte = *new);
+            let Some(line) = place.line else { continue };
+            let Some(at) = within(range, line) else { continue };
+            let mut shown = place.old.unwrap_or_else(|| std::array::from_fn(|k| old[at.start + k]));
+            for (k, byte) in (line * LINE..).zip(&mut shown) {
+                let stored = k.checked_sub(offset).and_then(|k| bytes.get(k as usize));
+                *byte = stored.copied().unwrap_or(*byte);
             }
+            place.old = (shown != new[at]).then_some(shown);
         }
     }
 

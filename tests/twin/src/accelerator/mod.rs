@@ -11,7 +11,8 @@
 //! * Vectors come over the instruction bus while the core stacks its registers, so they cost nothing and use a line.
 //!
 //! An erase leaves both caches as they are and programming leaves the instruction cache as it is: until it is reset, such
-//! a line shows what the flash held before. A reset of the chip empties both.
+//! a line shows what the flash held before. A line of the data cache takes what the core stores to flash. Until that cache is
+//! reset, it shows the stored bits, which the flash itself may not have taken. A reset of the chip empties both.
 //!
 //! The model is on the slow side of a real part: the core's own fetch of some halfwords ahead hides none of the
 //! cycles, and each halfword of an unaligned load reads anew while the data cache is off. The order of two accesses in
@@ -129,14 +130,13 @@ impl Accelerator {
         self.look_for_stale_lines();
     }
 
-    /// Flash is about to hold `new` instead of `old` at `range`, which is made of whole lines. Programming writes through
-    /// the data cache, erasing does not (RM0090 3.5.2).
-    pub fn change(&mut self, range: Range<u32>, old: &[u8], new: &[u8], erased: bool) {
+    /// Flash is about to hold `new` instead of `old` at `range`, which is made of whole lines. `stored`: the bytes that the core
+    /// stored and where, which the data cache takes as well; `None` for an erase, of which it learns nothing (RM0090 3.6.4).
+    pub fn change(&mut self, range: Range<u32>, old: &[u8], new: &[u8], stored: Option<(u32, &[u8])>) {
         self.lines.instructions.keep(&range, old);
-        if erased {
-            self.lines.data.keep(&range, old);
-        } else {
-            self.lines.data.write_through(&range, old, new);
+        match stored {
+            Some(stored) => self.lines.data.write_through(&range, old, new, stored),
+            None => self.lines.data.keep(&range, old),
         }
         self.look_for_stale_lines();
     }

@@ -152,7 +152,7 @@ fn erased(acr: u32) -> Accelerator {
         load(&mut accelerator, 0, line);
         run(&mut accelerator, 0, [line * LINE]);
     }
-    accelerator.change(0..64, &OLD, &NEW, true);
+    accelerator.change(0..64, &OLD, &NEW, None);
     accelerator
 }
 
@@ -197,10 +197,27 @@ fn programming_writes_through_the_data_cache_alone() {
     let mut accelerator = erased(ICEN | DCEN);
     let mut programmed = NEW;
     programmed[36..40].fill(0x22);
-    accelerator.change(0..64, &NEW, &programmed, false);
+    accelerator.change(0..64, &NEW, &programmed, Some((36, &[0x22; 4])));
     let mut line = |access| accelerator.read(access, 2 * LINE, 0).expect("stale");
     let mut expected = [0x11; 16];
     assert_eq!(line(Purpose::Fetch), expected);
     expected[4..8].fill(0x22);
     assert_eq!(line(Purpose::Load), expected);
+}
+
+/// RM0090 3.6.4: a store to flash modifies the data in the cache as well, with the value that was stored. Given a line that the data
+/// cache holds, when flash keeps some of the bits that are to be programmed, then the cache shows the stored bytes until it is reset.
+#[test]
+fn data_cache_shows_what_was_stored_and_not_what_flash_took() {
+    let mut accelerator = accelerator(ICEN | DCEN);
+    load(&mut accelerator, 0, 2);
+    let mut programmed = NEW;
+    programmed[36..40].fill(0x32);
+    accelerator.change(0..64, &NEW, &programmed, Some((36, &[0x22; 4])));
+    let mut expected = [0xFF; 16];
+    expected[4..8].fill(0x22);
+    assert_eq!(accelerator.read(Purpose::Load, 2 * LINE, 0), Some(expected));
+    accelerator.set(ICEN | DCRST);
+    accelerator.set(ICEN | DCEN);
+    assert_eq!(accelerator.read(Purpose::Load, 2 * LINE, 0), None, "flash itself");
 }

@@ -12,6 +12,13 @@ pub enum Defect {
     ExchangedCaptures,
     /// The prescaler of APB1 divides by 2, whatever the program asks for.
     Apb1Prescaler,
+    /// A word of flash is worn: these of its bits stay ones when they are programmed to zero.
+    WornFlash {
+        /// Address of the word.
+        address: u32,
+        /// The bits.
+        bits: u32,
+    },
 }
 
 impl EmulatedBoard {
@@ -20,6 +27,7 @@ impl EmulatedBoard {
         match defect {
             Defect::Can(bits) => self.chip.peripherals.can_mut().stick(bits),
             Defect::ExchangedCaptures => self.captures_exchanged = true,
+            Defect::WornFlash { address, bits } => self.flash.worn.push((address, bits)),
             Defect::Apb1Prescaler => self.chip.peripherals.stick_apb1(),
         }
     }

@@ -38,6 +38,8 @@ pub(super) struct FlashCare {
     under_way: Option<UnderWay>,
     /// After how many operations power fails, and what remains.
     cut: Option<(u64, Remains)>,
+    /// Words that are worn: address, and the bits that programming does not change.
+    pub(super) worn: Vec<(u32, u32)>,
 }
 
 impl FlashCare {
@@ -73,6 +75,11 @@ impl EmulatedBoard {
     /// Programs the option bytes from outside, as a debug probe does: bits as in FLASH_OPTCR.
     pub fn set_option_bytes(&mut self, optcr: u32) {
         self.chip.peripherals.flash_mut().set_options(optcr);
+    }
+
+    /// Sets error flags of FLASH_SR from outside, as an operation of a debug probe leaves them that failed.
+    pub fn leave_flash_errors(&mut self, sr: u32) {
+        self.chip.peripherals.flash_mut().leave_errors(sr);
     }
 
     /// Whether the core waits for the flash.
@@ -145,12 +152,27 @@ impl EmulatedBoard {
         let mut new = old.clone();
         let changed = change.range();
         change.apply(&mut new[(changed.start - range.start) as usize..(changed.end - range.start) as usize]);
-        let content = match remains {
+        let mut content = match remains {
             Remains::Old => old.clone(),
             Remains::New => new,
             Remains::Mixed(seed) => mixed(&old, &new, seed),
         };
-        self.chip.accelerator.change(range, &old, &content, matches!(change, Change::Erase(_)));
+        for &(worn, bits) in &self.flash.worn {
+            let bytes = bits.to_le_bytes();
+            for ((content, old), at) in content.iter_mut().zip(&old).zip(address..) {
+                let bits = at.checked_sub(worn).and_then(|k| bytes.get(k as usize));
+                *content |= old & bits.unwrap_or(&0);
+            }
+        }
+        let value;
+        let stored = match change {
+            Change::Program { offset, width, value: stored } => {
+                value = stored.to_le_bytes();
+                Some((offset, &value[..width.bytes() as usize]))
+            }
+            _ => None,
+        };
+        self.chip.accelerator.change(range, &old, &content, stored);
         self.write_flash(address, &content).expect(in_flash);
     }
 }

@@ -140,7 +140,7 @@ impl EmulatedBoard {
             return Err(self.refuse_deep_sleep());
         }
         if exception != HARD_FAULT && self.core.exception() == HARD_FAULT {
-            self.on_hard_fault()?;
+            self.on_hard_fault();
         }
         if self.core.exception() == HARD_FAULT && self.branches_to_itself() {
             self.state = State::Stuck;
@@ -155,19 +155,12 @@ impl EmulatedBoard {
     }
 
     /// The core has entered HardFault.
-    fn on_hard_fault(&mut self) -> Result<(), AccessError> {
-        if let Some(address) = self.core.take_refused()
-            && !self.config.model.part.is_reserved(address)
-        {
-            let refused = RefusedAccess { address, write: false, refusal: Refusal::Unmodelled };
-            return Err(self.refuse(refused));
-        }
+    fn on_hard_fault(&mut self) {
         self.drain();
         if !self.panicked {
             self.counters.panics += 1;
             self.panicked = true;
         }
-        Ok(())
     }
 
     fn on_stop(&mut self, stop: Stop) -> Result<(), AccessError> {

@@ -46,7 +46,7 @@ use interfaces::Interfaces;
 pub use interfaces::Sent;
 use iwdg::Iwdg;
 use map::{APB1, Block, CAN1_BIT, CAN2_BIT, TIM3_BIT, TIM5_BIT};
-pub(crate) use names::name;
+pub(crate) use names::{is_reserved, name};
 use numbers::{Crc, Rng};
 use rcc::{BDCR, Gate, Rcc};
 pub use rcc::{Clocks, ResetCause};

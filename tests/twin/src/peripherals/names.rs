@@ -1,5 +1,9 @@
-//! Names of all peripherals of the parts and of their registers, for messages (RM0090 and RM0390, tables 1, and the register
-//! map at the end of each chapter).
+//! The memory map of the parts: what is where, and which addresses are reserved.
+//!
+//! Names of memories, peripherals and registers are those of RM0090 and RM0390 (tables 1, and the register map at the end of each
+//! chapter). The manuals call the rest "reserved" and do not say what answers there. The twin takes the strict reading: a bus fault
+//! everywhere, also in a gap behind a bridge to APB. Addresses of the core itself (E000 0000h to E00F FFFFh) do not come here, but
+//! for DBGMCU.
 
 use crate::model::Part;
 
@@ -30,13 +34,26 @@ const DMA: &str = "LISR HISR LIFCR HIFCR S0CR S0NDTR S0PAR S0M0AR S0M1AR S0FCR S
 const FMPI2C: &str = "CR1 CR2 OAR1 OAR2 TIMINGR TIMEOUTR ISR ICR PECR RXDR TXDR";
 const QUADSPI: &str = "CR DCR SR FCR DLR CCR AR ABR DR PSMKR PSMAR PIR LPTR";
 const DCMI: &str = "CR SR RIS IER MIS ICR ESCR ESUR CWSTRT CWSIZE DR";
+/// The ports follow each other from A on.
+const GPIO_BASE: u32 = 0x4002_0000;
 const F405: Option<Part> = Some(Part::Stm32f405);
 const F446: Option<Part> = Some(Part::Stm32f446);
 
 /// First address, length, name, registers, and the one part that has it; `None` for both.
 type Place = (u32, u32, &'static str, &'static str, Option<Part>);
 
-const PLACES: [Place; 65] = [
+const PLACES: [Place; 75] = [
+    (0x0000_0000, 0x10_0000, "flash at zero", "", F405),
+    (0x0000_0000, 0x8_0000, "flash at zero", "", F446),
+    (0x0800_0000, 0x10_0000, "flash", "", F405),
+    (0x0800_0000, 0x8_0000, "flash", "", F446),
+    (0x1000_0000, 0x1_0000, "CCM", "", F405),
+    (0x1FFF_0000, 0x7800, "system memory", "", None),
+    (0x1FFF_7800, 0x210, "OTP area", "", None),
+    // The unique ID, the size of the flash and the calibration of the ADC; the manuals do not say what is behind them.
+    (0x1FFF_7A10, 0x45F0, "device signature", "", None),
+    (0x1FFF_C000, 0x10, "option bytes", "", None),
+    (0x2000_0000, 0x2_0000, "SRAM", "", None),
     (0x4000_0000, 0x400, "TIM2", TIMER, None),
     (0x4000_0400, 0x400, "TIM3", TIMER, None),
     (0x4000_0800, 0x400, "TIM4", TIMER, None),
@@ -99,25 +116,35 @@ const PLACES: [Place; 65] = [
     (0x8000_0000, 0x2000_0000, "external memory", "", None),
     (0xA000_0000, 0x1000, "FSMC", "", F405),
     (0xA000_0000, 0x1000, "FMC", "", F446),
-    (0xA000_1000, 0x400, "QUADSPI", QUADSPI, F446),
+    (0xA000_1000, 0x1000, "QUADSPI", QUADSPI, F446),
+    (0xC000_0000, 0x2000_0000, "external memory", "", F446),
     (0xE004_2000, 0x400, "DBGMCU", "IDCODE CR APB1_FZ APB2_FZ", None),
-    (0x1FFF_C000, 0x400, "option bytes", "", None),
 ];
 
 /// What lies at `address`: `DAC.SWTRIGR`, or `USB OTG FS + 800h` where registers have no names here. `None` for reserved
 /// addresses.
 pub(crate) fn name(part: Part, address: u32) -> Option<String> {
-    if let Some(port) = address.checked_sub(0x4002_0000).map(|offset| offset / 0x400)
+    if let Some(port) = address.checked_sub(GPIO_BASE).map(|offset| offset / 0x400)
         && (port as usize) < part.ports()
     {
         let port = char::from(b'A' + port as u8);
         return Some(register(&format!("GPIO{port}"), GPIO, address % 0x400));
     }
+    let &(base, _, name, registers, _) = place(part, address)?;
+    Some(register(name, registers, address - base))
+}
+
+/// Returns whether a part has nothing at `address`: the bus answers with a fault, which a program may survive.
+pub(crate) fn is_reserved(part: Part, address: u32) -> bool {
+    let is_port = (GPIO_BASE..GPIO_BASE + 0x400 * part.ports() as u32).contains(&address);
+    !is_port && place(part, address).is_none()
+}
+
+fn place(part: Part, address: u32) -> Option<&'static Place> {
     let is_here = |&&(base, len, _, _, only): &&Place| {
         (base..=base + (len - 1)).contains(&address) && only.is_none_or(|one| one == part)
     };
-    let &(base, _, name, registers, _) = PLACES.iter().find(is_here)?;
-    Some(register(name, registers, address - base))
+    PLACES.iter().find(is_here)
 }
 
 fn register(block: &str, registers: &str, offset: u32) -> String {
@@ -155,6 +182,65 @@ mod tests {
             (Part::Stm32f405, 0x4000_2400, None),
         ] {
             assert_eq!(name(part, address).as_deref(), expected, "{address:08X}h");
+        }
+    }
+    /// First and last addresses of the gaps, by figures 18 and 16 of the data sheets (DS8626, DS10693) and tables 1 of RM0090 and RM0390.
+    const GAPS_OF_BOTH: [(u32, u32); 14] = [
+        (0x1FFF_C010, 0x1FFF_FFFF),
+        (0x2002_0000, 0x3FFF_FFFF),
+        (0x4000_2400, 0x4000_27FF),
+        (0x4000_7800, 0x4000_FFFF),
+        (0x4001_0800, 0x4001_0FFF),
+        (0x4001_1800, 0x4001_1FFF),
+        (0x4001_2400, 0x4001_2BFF),
+        (0x4001_4C00, 0x4001_57FF),
+        (0x4002_3400, 0x4002_37FF),
+        (0x4002_5000, 0x4002_5FFF),
+        (0x4002_6800, 0x4003_FFFF),
+        (0x4008_0000, 0x4FFF_FFFF),
+        (0x5004_0000, 0x5004_FFFF),
+        (0xE010_0000, 0xFFFF_FFFF),
+    ];
+    const GAPS_OF_THE_F405: [(u32, u32); 11] = [
+        (0x0010_0000, 0x07FF_FFFF),
+        (0x0810_0000, 0x0FFF_FFFF),
+        (0x1001_0000, 0x1FFE_FFFF),
+        (0x4000_6000, 0x4000_63FF),
+        (0x4000_6C00, 0x4000_6FFF),
+        (0x4001_3400, 0x4001_37FF),
+        (0x4001_5800, 0x4001_FFFF),
+        (0x4002_2400, 0x4002_2FFF),
+        (0x5005_0000, 0x5006_07FF),
+        (0x5006_0C00, 0x5FFF_FFFF),
+        (0xA000_1000, 0xDFFF_FFFF),
+    ];
+    const GAPS_OF_THE_F446: [(u32, u32); 7] = [
+        (0x0008_0000, 0x07FF_FFFF),
+        (0x0808_0000, 0x1FFE_FFFF),
+        (0x4000_3400, 0x4000_37FF),
+        (0x4001_6000, 0x4001_FFFF),
+        (0x4002_2000, 0x4002_2FFF),
+        (0x5005_0400, 0x5FFF_FFFF),
+        (0xA000_2000, 0xBFFF_FFFF),
+    ];
+
+    /// First address of the registers of the core.
+    const CORE: u32 = 0xE000_0000;
+
+    /// Given each gap of the memory map, then its ends are reserved. What lies before and behind it is not, or is another gap.
+    #[test]
+    fn gaps_of_the_memory_map_are_reserved_to_their_ends() {
+        for (part, own) in
+            [(Part::Stm32f405, &GAPS_OF_THE_F405[..]), (Part::Stm32f446, &GAPS_OF_THE_F446[..])]
+        {
+            let gaps: Vec<_> = GAPS_OF_BOTH.iter().chain(own).collect();
+            let is_gap = |address: u32| gaps.iter().any(|&&(first, last)| (first..=last).contains(&address));
+            for &&(first, last) in &gaps {
+                let around = [first.wrapping_sub(1), first, last, last.wrapping_add(1)];
+                for address in around.into_iter().filter(|address| address >> 20 != CORE >> 20) {
+                    assert_eq!(is_reserved(part, address), is_gap(address), "{part:?}: {address:08X}h");
+                }
+            }
         }
     }
 }

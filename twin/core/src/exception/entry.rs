@@ -46,10 +46,7 @@ impl Core {
         let derived = match self.raised.take() {
             Some(Trap::DataAccess(_)) => self.fault(MEM_MANAGE, MSTKERR),
             Some(Trap::Usage(bits)) => self.fault(USAGE_FAULT, bits),
-            refused => {
-                self.refused = if let Some(Trap::DataBus(address)) = refused { Some(address) } else { None };
-                self.fault(BUS_FAULT, STKERR)
-            }
+            _ => self.fault(BUS_FAULT, STKERR),
         };
         match derived {
             Some(fault) if self.priority(fault) < self.priority(exception) => {

@@ -56,11 +56,7 @@ impl Core {
             Err(Raised) => match self.raised.take() {
                 Some(Trap::DataAccess(_)) => self.chain_fault(bus, MEM_MANAGE, MUNSTKERR, value),
                 Some(Trap::Usage(bits)) => self.chain_fault(bus, USAGE_FAULT, bits, value),
-                refused => {
-                    self.refused =
-                        if let Some(Trap::DataBus(address)) = refused { Some(address) } else { None };
-                    self.chain_fault(bus, BUS_FAULT, UNSTKERR, value);
-                }
+                _ => self.chain_fault(bus, BUS_FAULT, UNSTKERR, value),
             },
         }
     }

@@ -105,12 +105,8 @@ impl Core {
                 self.scb.mmfar = address;
                 self.fault(MEM_MANAGE, DACCVIOL | MMARVALID)
             }
-            Trap::FetchBus => {
-                self.refused = Some(pc);
-                self.fault(BUS_FAULT, IBUSERR)
-            }
+            Trap::FetchBus => self.fault(BUS_FAULT, IBUSERR),
             Trap::DataBus(address) => {
-                self.refused = Some(address);
                 self.scb.bfar = address;
                 self.fault(BUS_FAULT, PRECISERR | BFARVALID)
             }

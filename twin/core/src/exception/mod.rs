@@ -95,11 +95,6 @@ impl Core {
         self.systick.deadline()
     }
 
-    /// Returns where the bus refused an access since the last call.
-    pub fn take_refused(&mut self) -> Option<u32> {
-        self.refused.take()
-    }
-
     /// Lets time pass up to `cycle` in which the core does nothing, asleep or waiting for its memory. SysTick counts; the cycle
     /// counter counts unless the core sleeps.
     pub fn advance_to(&mut self, cycle: u64) {

@@ -139,10 +139,7 @@ impl Core {
     /// A fault whose priority does not suffice now waits, and the instruction runs. `Err`: the fault ends the instruction.
     fn fail_deferred(&mut self) -> Result<(), Raised> {
         let (fault, bits, ready) = match self.raised.take() {
-            Some(Trap::DataBus(address)) => {
-                self.refused = Some(address);
-                (BUS_FAULT, LSPERR, BFRDY)
-            }
+            Some(Trap::DataBus(_)) => (BUS_FAULT, LSPERR, BFRDY),
             _ => (MEM_MANAGE, MLSPERR, MMRDY),
         };
         self.scb.cfsr |= bits;

@@ -119,7 +119,7 @@ fn values_of_every_type_are_read_by_most_readers() {
     assert_eq!(refused(&fixture, node_canopen), Vec::<u16>::new());
 }
 
-/// gocanopen keeps an ARRAY in a slice of `SubNumber` entries.
+/// gocanopen keeps an ARRAY in a slice of `SubNumber` entries, and refuses one with `CompactSubObj` instead.
 #[test]
 fn arrays_have_no_holes() {
     for (name, file) in committed() {

@@ -296,6 +296,11 @@ impl Flash {
         }
     }
 
+    /// A debug probe leaves error flags; bits as in SR.
+    pub fn leave_errors(&mut self, sr: u32) {
+        self.sr |= sr & SR_FLAGS;
+    }
+
     /// A debug probe programs the option bytes; bits as in OPTCR.
     pub fn set_options(&mut self, optcr: u32) {
         self.options.set(optcr);

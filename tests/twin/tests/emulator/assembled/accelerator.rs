@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::programs::*;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
+use twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, FlashTiming};
 use twin::image::Image;
 use twin::mmio::Refusal;
 
@@ -80,6 +80,32 @@ fn load_after_programming_is_not_stale() {
     let mut board = on(image(&program.concat(), &STOP), Fittings::default());
     board.run_until(Time::from_us(200)).unwrap();
     assert_eq!([word(&board, RAM), word(&board, RAM + 4)], [u32::MAX, 0x1234_5678]);
+}
+
+/// Given a worn word in the data cache, when it is programmed, then a load shows what was stored (RM0090 3.6.4). After a reset of the
+/// cache it shows what flash holds.
+#[test]
+fn load_of_a_worn_word_shows_the_stored_value_until_the_reset() {
+    let program = [
+        store(FLASH_ACR, DCEN),
+        copy(SECTOR, RAM),
+        unlock(),
+        store(CR, X32 | 1),
+        store(SECTOR + 4, 0x1234_5678),
+        wait_for_clear(SR, BSY),
+        copy(SECTOR + 4, RAM),
+        store(FLASH_ACR, 0),
+        store(FLASH_ACR, DCRST),
+        store(FLASH_ACR, DCEN),
+        copy(SECTOR + 4, RAM + 4),
+        STOP.to_vec(),
+    ];
+    let mut board = EmulatedBoard::new(board("worn", image(&program.concat(), &STOP)), 0);
+    board.inflict(Defect::WornFlash { address: SECTOR + 4, bits: 0x0000_0180 });
+    board.power(true);
+    board.run_until(Time::from_us(200)).unwrap();
+    assert_eq!([word(&board, RAM), word(&board, RAM + 4)], [0x1234_5678, 0x1234_57F8]);
+    assert_eq!(word(&board, SECTOR + 4), 0x1234_57F8);
 }
 
 /// 160 NOPs of 16 bits are 20 lines. At 168 MHz each line costs five cycles more; prefetch and ideal memory hide them.

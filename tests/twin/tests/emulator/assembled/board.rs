@@ -317,6 +317,71 @@ fn rtt_without_defmt_is_shown_as_text() {
     assert_eq!(board.counters().malformed_logs, 0);
 }
 
+/// Given a load or store at a reserved address, then the bus answers with a fault at that address (BFSR 82h: precise, address valid), and
+/// the handler of the program goes on. So does a fetch from CCM, which the instruction bus does not reach (RM0090 2.3.1).
+#[test]
+fn reserved_address_is_a_bus_fault_that_a_program_survives() {
+    // Enables BusFault; CFSR and BFAR go to RAM.
+    let enable = store(0xE000_ED24, 1 << 17);
+    let handler = [copy(0xE000_ED28, RAM), copy(0xE000_ED38, RAM + 4), STOP.to_vec()].concat();
+    let flown = |model, program: &[u16]| {
+        let program = [&enable[..], program, &STOP].concat();
+        let config = BoardConfig { model, ..board("lost", image(&program, &handler)) };
+        let board = flown(config, Time::from_us(50));
+        assert_eq!((board.state(), board.counters().panics), (&State::Running, 0), "{model:?}");
+        (word(&board, RAM), word(&board, RAM + 4))
+    };
+    for (model, reserved) in [
+        (Model::PYBOARD_V11, [0x0010_0000, 0x0810_0000, 0x1001_0000, 0x2002_0000, 0x4000_7800, 0xA000_1000]),
+        (
+            Model::NUCLEO_F446RE,
+            [0x0008_0000, 0x0808_0000, 0x1000_0000, 0x4002_2000, 0x5006_0800, 0xA000_2000],
+        ),
+    ] {
+        for address in reserved {
+            assert_eq!(flown(model, &copy(address, RAM + 8)), (0x8200, address), "{model:?}: load");
+            assert_eq!(flown(model, &store(address, 1)), (0x8200, address), "{model:?}: store");
+        }
+    }
+    // MOV pc, r2: IBUSERR, without an address.
+    let (status, _) = flown(Model::PYBOARD_V11, &[&load(2, 0x1000_0000)[..], &[0x4697]].concat());
+    assert_eq!(status, 0x0100);
+}
+
+/// Given a store to flash where it answers at zero, then the board stops, and its message names a store and the flash.
+#[test]
+fn store_to_address_zero_stops_the_board_as_a_store() {
+    let mut board = EmulatedBoard::new(board("null", image(&store(0, 1), &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    assert_eq!((error.address, error.write, error.refusal), (0, true, Refusal::Unmodelled));
+    assert_eq!(error.pc, 0x0800_0210);
+    let text = error.to_string();
+    assert!(text.contains("null: store to flash at zero + 0h (00000000h)"), "{text}");
+}
+
+/// Given parts of the memory map that exist and have no model, then a load or store stops the board, also where the program would
+/// survive a bus fault.
+#[test]
+fn memory_without_a_model_stops_the_board_with_its_name() {
+    for (address, name) in [
+        (0x1FFF_0000, "system memory + 0h"),
+        (0x1FFF_7800, "OTP area + 0h"),
+        (0x4002_4000, "BKPSRAM + 0h"),
+        (0x6000_0000, "external memory + 0h"),
+        (0xA000_0000, "FSMC + 0h"),
+    ] {
+        for (access, write) in [(copy(address, RAM), false), (store(address, 1), true)] {
+            let program = [store(0xE000_ED24, 1 << 17), access].concat();
+            let mut board = EmulatedBoard::new(board("lost", image(&program, &RETURN)), 0);
+            board.power(true);
+            let error = board.run_until(Time::from_us(50)).unwrap_err();
+            assert_eq!((error.address, error.write, error.refusal), (address, write, Refusal::Unmodelled));
+            assert!(error.to_string().contains(name), "{error}");
+        }
+    }
+}
+
 /// Given a stack that grows below CCM (F405) or RAM (F446), then the bus answers with a fault, and the handler of faults runs: on
 /// another stack, as the frame is lost.
 #[test]
