@@ -24,13 +24,13 @@
 //! boot.start(Instant::ZERO);
 //! boot.on_heartbeat(node, NmtState::Initialising, true, false); // its boot-up message on the active bus
 //!
-//! let request = boot.request(|_| expected, None, []);
+//! let request = boot.request(|_| expected, None);
 //! assert_eq!(request, Some(BootRequest::Read { node, at: Address::new(0x1000, 0), most: 4 }));
 //! boot.on_data(&0x191_u32.to_le_bytes());
-//! boot.on_done(Ok(()));
+//! boot.on_done(Ok(()), |_| false);
 //! // It has neither emergencies nor TPDOs: 1014h and 1800h to 1807h do not exist.
-//! while boot.request(|_| expected, None, []).is_some() {
-//!     boot.on_done(Err(Error::Abort(AbortCode::NoObject)));
+//! while boot.request(|_| expected, None).is_some() {
+//!     boot.on_done(Err(Error::Abort(AbortCode::NoObject)), |_| false);
 //! }
 //! assert_eq!(boot.take_start(), Some(node));
 //! assert_eq!(boot.progress(node), BootProgress::Started);
@@ -50,7 +50,8 @@
 //!
 //! - There is one SDO transfer at a time, in the order of the Node-IDs.
 //! - COB-IDs of emergencies and of the first eight TPDOs are compared, of the master and of slaves that were checked
-//!   since its power-on. A network with more than 256 of them is not started.
+//!   since its power-on. A slave is not started if the network then has more than 64 of them outside the
+//!   pre-defined connection set.
 //! - Without mandatory slaves SYNC does not wait, and [`Boot::poll`] never reports the end of the boot-up.
 
 mod expected;
@@ -65,7 +66,7 @@ pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
 use crate::boot::process::{Next, Process};
 use crate::boot::progress::Phase;
-use crate::boot::senders::{Refused, Senders};
+use crate::boot::senders::Senders;
 use crate::nmt::Target;
 use crate::sdo;
 use crate::types::{CobId, Instant, NmtState, NodeId};
@@ -284,12 +285,11 @@ impl Boot {
     }
 
     /// Returns the next SDO transfer if none is running. `expected` returns the expected identity of a slave.
-    /// `time` describes the Spacecraft Time PDO if the master sends one. `sent`: COB-IDs that the master sends.
+    /// `time` describes the Spacecraft Time PDO if the master sends one.
     pub fn request(
         &mut self,
         expected: impl FnOnce(NodeId) -> Expected,
         time: Option<TimePdo>,
-        sent: impl IntoIterator<Item = CobId>,
     ) -> Option<BootRequest<'_>> {
         if self.process.is_none() {
             // In turn: a slave that does not answer must not delay the others.
@@ -298,11 +298,6 @@ impl Boot {
             self.queued &= !bit(node);
             self.last = node.get();
             self.senders.forget(node);
-            self.senders.forget(NodeId::MASTER);
-            for id in sent {
-                // Without room for those of the master there is none for those of the slave, which is reported.
-                let _ = self.senders.add(id, NodeId::MASTER);
-            }
             self.process = Some(Process::new(node, self.objects, expected(node), self.settings, time));
             self.set_progress(node, BootProgress::Checking);
         }
@@ -316,19 +311,18 @@ impl Boot {
         }
     }
 
-    /// Takes the outcome of a transfer.
-    pub fn on_done(&mut self, outcome: Result<(), sdo::Error>) {
+    /// Takes the outcome of a transfer. `is_own` returns whether the master sends a COB-ID.
+    pub fn on_done(&mut self, outcome: Result<(), sdo::Error>, is_own: impl FnOnce(CobId) -> bool) {
         let Some(process) = &mut self.process else { return };
         let node = process.node;
         let mut next = process.on_done(outcome);
         let (deviation, sent, progress) = (process.take_deviation(), process.take_sent(), process.progress());
-        if let Some((at, id)) = sent
-            && let Err(refused) = self.senders.add(id, node)
-        {
-            let cause = match refused {
-                Refused::SentBy(other) => BootCause::CobIdInUse { at, id, other },
-                Refused::Full => BootCause::TooManyCobIds,
-            };
+        let unique = match sent {
+            Some((at, id)) if is_own(id) => Err(BootCause::CobIdInUse { at, id, other: NodeId::MASTER }),
+            Some((at, id)) => self.senders.add(at, id, node),
+            None => Ok(()),
+        };
+        if let Err(cause) = unique {
             self.senders.forget(node);
             next = Next::Fail(BootFailure { error: BootError::Configuration, cause });
         }

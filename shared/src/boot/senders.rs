@@ -1,43 +1,59 @@
-//! COB-IDs that the nodes of a network send: no two nodes may send the same one (ECSS 6.10l, m).
+//! COB-IDs that the slaves of a network send: no two nodes may send the same one (ECSS 6.10l, m).
 
 use heapless::Vec;
 
-use crate::types::{CobId, NodeId};
+use super::{BootCause, PLACES};
+use crate::types::{Address, CobId, NodeId};
 
-/// COB-IDs that the table holds: nine each of 28 nodes.
-const CAPACITY: usize = 256;
+/// COB-IDs outside the pre-defined connection set that the table holds.
+const CAPACITY: usize = 64;
 
-/// COB-IDs with the node that sends them, as the boot-up process read them.
+/// COB-IDs that the boot-up process read, with the slaves that send them.
 #[derive(Clone, Debug)]
 pub(super) struct Senders {
-    sent: Vec<(CobId, NodeId), CAPACITY>,
-}
-
-/// Reason why a COB-ID was not taken into the table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Refused {
-    /// This node sends it as well.
-    SentBy(NodeId),
-    /// The table is full.
-    Full,
+    /// For each node the functions of the pre-defined connection set that it sends with its own Node-ID: bit 0 is its
+    /// emergencies, bits 1 to 4 are its TPDOs 1 to 4.
+    own: [u8; PLACES],
+    others: Vec<(CobId, NodeId), CAPACITY>,
 }
 
 impl Senders {
     pub const fn new() -> Senders {
-        Senders { sent: Vec::new() }
+        Senders { own: [0; PLACES], others: Vec::new() }
     }
 
     /// Removes the COB-IDs of a node.
     pub fn forget(&mut self, node: NodeId) {
-        self.sent.retain(|(_, sender)| *sender != node);
+        if let Some(functions) = self.own.get_mut(usize::from(node.get())) {
+            *functions = 0;
+        }
+        self.others.retain(|(_, sender)| *sender != node);
     }
 
-    /// Notes that `node` sends `id`.
-    pub fn add(&mut self, id: CobId, node: NodeId) -> Result<(), Refused> {
-        match self.sent.iter().find(|(sent, _)| *sent == id) {
-            Some((_, sender)) if *sender == node => Ok(()),
-            Some((_, sender)) => Err(Refused::SentBy(*sender)),
-            None => self.sent.push((id, node)).map_err(|_| Refused::Full),
+    /// Notes that `node` sends `id`, as its object `at` says.
+    ///
+    /// # Errors
+    /// [`BootCause::CobIdInUse`] if another slave sends it. [`BootCause::TooManyCobIds`] if the table is full.
+    pub fn add(&mut self, at: Address, id: CobId, node: NodeId) -> Result<(), BootCause> {
+        if let Some((_, other)) = self.others.iter().find(|(other, _)| *other == id) {
+            return if *other == node {
+                Ok(())
+            } else {
+                Err(BootCause::CobIdInUse { at, id, other: *other })
+            };
         }
+        if let Some(other) = id.sender()
+            && let Some(functions) = self.own.get_mut(usize::from(other.get()))
+        {
+            let function = 1 << (id.function() >> 8);
+            if other == node {
+                *functions |= function;
+                return Ok(());
+            }
+            if *functions & function != 0 {
+                return Err(BootCause::CobIdInUse { at, id, other });
+            }
+        }
+        self.others.push((id, node)).map_err(|_| BootCause::TooManyCobIds)
     }
 }

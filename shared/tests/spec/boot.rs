@@ -6,7 +6,7 @@ use ecss_can::boot::{
 };
 use ecss_can::nmt::Target;
 use ecss_can::sdo::Error;
-use ecss_can::types::{AbortCode, Address, NmtState, NodeId};
+use ecss_can::types::{AbortCode, Address, CobId, NmtState, NodeId};
 
 use crate::bench::{ms, node, span};
 
@@ -63,6 +63,9 @@ fn transfer(node: NodeId, error: BootError, at: Address, code: u32) -> Option<(N
     Some((node, BootFailure { error, cause: BootCause::Transfer { at, code } }))
 }
 
+/// The master sends none of the COB-IDs.
+const NOT_OWN: fn(CobId) -> bool = |_| false;
+
 /// A transfer, and what is done to it.
 #[derive(Debug, PartialEq)]
 enum Asked {
@@ -71,7 +74,7 @@ enum Asked {
 }
 
 fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
-    boot.request(|_| expected, None, []).map(|request| match request {
+    boot.request(|_| expected, None).map(|request| match request {
         BootRequest::Read { node, at, .. } => Asked::Read(node.get(), at.index, at.sub),
         BootRequest::Write { node, at, value } => Asked::Write(node.get(), at.index, at.sub, value.to_vec()),
     })
@@ -79,7 +82,7 @@ fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
 
 fn answer(boot: &mut Boot, data: &[u8]) {
     boot.on_data(data);
-    boot.on_done(Ok(()));
+    boot.on_done(Ok(()), NOT_OWN);
 }
 
 /// The slave has neither emergencies nor TPDOs: none of the objects with their COB-IDs exists.
@@ -87,7 +90,7 @@ fn sends_nothing(boot: &mut Boot, node: u8, expected: Expected) {
     let objects = [(0x1014, 0)].into_iter().chain((0x1800..0x1808).map(|index| (index, 1)));
     for (index, sub) in objects {
         assert_eq!(next(boot, expected), Some(Asked::Read(node, index, sub)));
-        boot.on_done(Err(Error::Abort(AbortCode::NoObject)));
+        boot.on_done(Err(Error::Abort(AbortCode::NoObject)), NOT_OWN);
     }
 }
 
@@ -135,10 +138,10 @@ fn what_differs_is_written_and_nothing_else() {
         identify(&mut boot, 3);
         assert_eq!(next(&mut boot, expected()), Some(Asked::Read(3, 0x1017, 0)));
         boot.on_data(data);
-        boot.on_done(outcome);
+        boot.on_done(outcome, NOT_OWN);
         assert_eq!(next(&mut boot, expected()), Some(Asked::Write(3, 0x1017, 0, vec![200, 0])));
         assert_eq!(boot.progress(THREE), BootProgress::Configuring);
-        boot.on_done(Ok(()));
+        boot.on_done(Ok(()), NOT_OWN);
         sends_nothing(&mut boot, 3, expected());
         assert_eq!((next(&mut boot, expected()), boot.take_start()), (None, Some(THREE)));
     }
@@ -178,7 +181,7 @@ fn aborts_fail_with_the_letter_of_their_step_and_their_code() {
     boots_up(&mut boot, TWO);
     for _ in 0..2 {
         assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
-        boot.on_done(abort);
+        boot.on_done(abort, NOT_OWN);
     }
     let device_type = Address::new(0x1000, 0);
     let failure = transfer(TWO, BootError::NoResponse, device_type, 0x0602_0000);
@@ -191,7 +194,7 @@ fn aborts_fail_with_the_letter_of_their_step_and_their_code() {
         next(&mut boot, expected());
         answer(&mut boot, &[0, 0]);
         next(&mut boot, expected());
-        boot.on_done(Err(Error::Abort(AbortCode::ReadOnly)));
+        boot.on_done(Err(Error::Abort(AbortCode::ReadOnly)), NOT_OWN);
     }
     let failure = transfer(TWO, BootError::Configuration, Address::new(0x1017, 0), 0x0601_0002);
     assert_eq!(boot.take_failure(), failure);
@@ -207,7 +210,7 @@ fn slave_that_aborts_once_is_checked_again() {
         next(&mut boot, expected());
         answer(&mut boot, &0x191_u32.to_le_bytes());
         assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1018, 1)));
-        boot.on_done(Err(busy));
+        boot.on_done(Err(busy), NOT_OWN);
         assert_eq!((boot.take_failure(), boot.progress(TWO)), (None, BootProgress::Checking));
         identify(&mut boot, 2);
         next(&mut boot, expected());
@@ -230,7 +233,7 @@ fn failed_slave_begins_again_after_a_change_of_bus() {
     answer(&mut boot, &0xBAD_u32.to_le_bytes());
     for _ in 0..3 {
         assert_eq!(next(&mut boot, expected()), Some(Asked::Read(3, 0x1000, 0)));
-        boot.on_done(Err(Error::Timeout));
+        boot.on_done(Err(Error::Timeout), NOT_OWN);
     }
     assert_eq!([TWO, THREE].map(|node| boot.progress(node)), [BootProgress::Failed; 2]);
     boot.on_bus_changed();
@@ -254,7 +257,7 @@ fn a_slave_that_does_not_answer_is_asked_three_times() {
     for _ in 0..3 {
         assert_eq!(boot.take_failure(), None);
         assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
-        boot.on_done(Err(Error::Timeout));
+        boot.on_done(Err(Error::Timeout), NOT_OWN);
     }
     let failure = transfer(TWO, BootError::NoResponse, Address::new(0x1000, 0), 0x0504_0000);
     assert_eq!(boot.take_failure(), failure);
@@ -294,7 +297,7 @@ fn matching_stamp_skips_comparison_and_other_is_written_last() {
             next(&mut boot, stamped),
             Some(Asked::Write(3, 0x1020, sub, value.to_le_bytes().to_vec()))
         );
-        boot.on_done(Ok(()));
+        boot.on_done(Ok(()), NOT_OWN);
     }
     assert_eq!(boot.take_start(), Some(THREE));
 
@@ -303,7 +306,7 @@ fn matching_stamp_skips_comparison_and_other_is_written_last() {
     next(&mut boot, stamped);
     answer(&mut boot, &[0; 4]);
     next(&mut boot, stamped);
-    boot.on_done(Err(Error::Abort(AbortCode::NoObject)));
+    boot.on_done(Err(Error::Abort(AbortCode::NoObject)), NOT_OWN);
     next(&mut boot, stamped);
     answer(&mut boot, &[200, 0]);
     sends_nothing(&mut boot, 3, stamped);
@@ -472,14 +475,14 @@ fn a_lost_configuration_is_reported_and_written_again() {
     next(&mut boot, stamped);
     answer(&mut boot, &[0xE8, 3]);
     assert_eq!(next(&mut boot, stamped), Some(Asked::Write(2, 0x1017, 0, vec![100, 0])));
-    boot.on_done(Ok(()));
+    boot.on_done(Ok(()), NOT_OWN);
     next(&mut boot, stamped);
     answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
     sends_nothing(&mut boot, 2, stamped);
     for (sub, value) in [(1, 5_u32), (2, 6)] {
         let written = Asked::Write(2, 0x1020, sub, value.to_le_bytes().to_vec());
         assert_eq!((next(&mut boot, stamped), boot.take_start()), (Some(written), None));
-        boot.on_done(Ok(()));
+        boot.on_done(Ok(()), NOT_OWN);
     }
     assert_eq!((boot.take_start(), boot.take_deviation()), (Some(TWO), None));
 }
@@ -502,7 +505,7 @@ fn a_running_slave_that_cannot_be_checked_goes_on() {
     boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
     for _ in 0..3 {
         next(&mut boot, expected());
-        boot.on_done(Err(Error::Timeout));
+        boot.on_done(Err(Error::Timeout), NOT_OWN);
     }
     let failure = transfer(TWO, BootError::NoResponse, Address::new(0x1000, 0), 0x0504_0000);
     assert_eq!(boot.take_failure(), failure);

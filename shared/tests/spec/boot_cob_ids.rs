@@ -43,17 +43,17 @@ impl Network {
     fn check(&mut self, raw: u8, sent: Sent) -> Result<(), BootFailure> {
         let Network(boot) = self;
         let mut left = sent.iter();
-        let own = || [0x181, 0x305].map(|raw| CobId::new(raw).unwrap());
-        while let Some(request) = boot.request(|_| ANY, None, own()) {
+        let is_own = |id: CobId| [0x181, 0x305].contains(&id.raw());
+        while let Some(request) = boot.request(|_| ANY, None) {
             let BootRequest::Read { node, at, .. } = request else { panic!("{request:?}") };
             assert_eq!(node.get(), raw);
             let value = if at.index == 0x1000 { Some(0) } else { left.next().copied().flatten() };
             match value {
                 Some(value) => {
                     boot.on_data(&value.to_le_bytes());
-                    boot.on_done(Ok(()));
+                    boot.on_done(Ok(()), is_own);
                 }
-                None => boot.on_done(Err(Error::Abort(AbortCode::NoObject))),
+                None => boot.on_done(Err(Error::Abort(AbortCode::NoObject)), is_own),
             }
         }
         match boot.take_failure() {
@@ -135,17 +135,32 @@ fn a_running_slave_that_took_a_cob_id_is_not_started_again() {
     assert!(!network.0.on_heartbeat(node(3), NmtState::PreOperational, true, false));
 }
 
-/// The table has room for 256 COB-IDs: two of the master, nine each of 28 slaves, and two more.
+/// Given a slave that uses 183h while slave 3 does not send it, Then it may, and slave 3 may not send it later.
+///
+/// Verifies: ECSS 6.10l
+#[test]
+fn a_predefined_cob_id_belongs_to_the_slave_that_sends_it_first() {
+    let mut network = Network::new();
+    assert_eq!(network.boot(3, &[Some(0x83)]), Ok(()));
+    assert_eq!(network.boot(2, &[Some(0x82), Some(0x183)]), Ok(()));
+    assert_eq!(network.boot(3, &[Some(0x83), Some(0x183)]), in_use(Address::new(0x1800, 1), 0x183, 2));
+}
+
+/// All 126 slaves with the COB-IDs of the pre-defined connection set are compared. The table has room for 64 others.
 #[test]
 fn a_network_with_too_many_cob_ids_is_reported() {
     let mut network = Network::new();
-    let nine = |first: u32| -> Vec<Option<u32>> { (first..first + 9).map(Some).collect() };
-    for slave in 2..30 {
-        assert_eq!(network.boot(slave, &nine(0x3B0 + 9 * u32::from(slave))), Ok(()));
+    for slave in 2..=127 {
+        let own = [0x80, 0x180, 0x280, 0x380, 0x480].map(|function| Some(function + u32::from(slave)));
+        assert_eq!(network.boot(slave, &own), Ok(()), "{slave}");
+    }
+    let eight = |first: u32| -> Vec<Option<u32>> { (first..first + 8).map(Some).collect() };
+    for slave in 2..10 {
+        assert_eq!(network.boot(slave, &eight(0x500 + 8 * u32::from(slave))), Ok(()));
     }
     let failure = BootFailure { error: BootError::Configuration, cause: BootCause::TooManyCobIds };
-    assert_eq!(network.boot(30, &nine(0x6A0)), Err(failure));
-    assert_eq!(network.boot(31, &[Some(0x9F), Some(0x19F)]), Ok(()), "the two that are left");
+    assert_eq!(network.boot(10, &[Some(0x680)]), Err(failure));
+    assert_eq!(network.boot(10, &[Some(0x8A)]), Ok(()));
 }
 
 /// The same over the bus: slave 2 sends 302h, the first command PDO of this master.

@@ -83,7 +83,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         if let Some(outcome) = client.outcome() {
             self.transfers.owner = Owner::Nobody;
-            self.boot.on_done(outcome.map(drop));
+            self.boot.on_done(outcome.map(drop), |id| self.services.sends(id));
         }
     }
 
@@ -99,8 +99,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         let time = self.services.time_pdo();
         let objects = &self.services.dictionary.objects.application.network;
-        let sent = self.services.sent_cob_ids();
-        match self.boot.request(|node| objects.expected(node), time, sent) {
+        match self.boot.request(|node| objects.expected(node), time) {
             Some(BootRequest::Read { node, at, most }) => {
                 self.transfers.take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
             }

@@ -1,13 +1,23 @@
 //! Applies the PDO configuration from SDO, from defaults and from the application.
 
-use super::{Brings, Dictionary, rules};
+use super::{Brings, Dictionary, Services, rules};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
 use crate::node::{Device, Extension, NodeObjects};
-use crate::od::INVALID;
+use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::{Direction, Mapping, PdoParameters, PdoSlots, RpdoEvent, rules as pdo};
-use crate::types::{AbortCode, Address, Frame, Instant, NmtState};
+use crate::types::{AbortCode, Address, CobId, Frame, Instant, NmtState};
+
+impl<D: Device, E: Extension> Services<D, E> {
+    /// Returns whether the node sends this COB-ID: in its emergencies or in a valid transmit PDO.
+    pub fn sends(&self, id: CobId) -> bool {
+        let objects = &self.dictionary.objects;
+        let pdos = objects.pdos.tpdos().0.iter().map(|pdo| pdo.cob_id);
+        let mut all = pdos.chain([objects.communication.emcy.cob_id]);
+        all.any(|entry| CobIdEntry::from_raw(entry).cob_id() == Some(id))
+    }
+}
 
 impl<D: Device, E: Extension> Dictionary<D, E> {
     /// Takes all PDOs from the objects. A PDO that is impossible becomes invalid (bit 31 of its COB-ID). That is

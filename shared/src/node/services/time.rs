@@ -339,14 +339,6 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.numbered_time_pdo().map(|(_, pdo)| pdo)
     }
 
-    /// Returns the COB-IDs of the emergencies and transmit PDOs that the node sends.
-    pub fn sent_cob_ids(&self) -> impl Iterator<Item = crate::types::CobId> {
-        let objects = &self.dictionary.objects;
-        let pdos = objects.pdos.tpdos().0.iter().map(|pdo| pdo.cob_id);
-        let all = pdos.chain([objects.communication.emcy.cob_id]);
-        all.filter_map(|entry| CobIdEntry::from_raw(entry).cob_id())
-    }
-
     fn numbered_time_pdo(&self) -> Option<(usize, TimePdo)> {
         let pdos = &self.dictionary.objects.pdos;
         let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref()).enumerate();

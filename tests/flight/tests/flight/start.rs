@@ -48,7 +48,7 @@ fn a_lone_slave_waits_for_its_master() {
     craft.fly_to(3300);
     let operational = craft.heartbeats(3, Bus::Nominal).into_iter().find(|(_, state)| *state == OPERATIONAL);
     let (at, _) = operational.unwrap();
-    assert!(at < ms(3020), "{} us", at.as_us());
+    assert!(at < ms(3025), "{} us", at.as_us());
     assert!(craft.is_operational(3, Bus::Nominal));
     let heartbeats = craft.heartbeats(3, Bus::Nominal);
     // Of all that waited, one message is left.
@@ -70,7 +70,7 @@ fn telemetry_tells_the_error_counters_as_they_are() {
     craft.fly_to(2_000);
     let [state, tec, rec, ..] = telemetry(&craft, 3, 0x0130)[..] else { panic!("6 octets") };
     assert_eq!((state, rec), (0, 0));
-    assert!((100..127).contains(&tec), "some 20 frames after 128: {tec}");
+    assert!((90..127).contains(&tec), "some 30 frames after 128: {tec}");
     craft.fly_to(13_000);
     assert_eq!(telemetry(&craft, 3, 0x0130), [0; 6]);
     craft.assert_nothing_lost();
@@ -135,7 +135,7 @@ fn a_master_that_waits_for_its_slaves_stays_on_the_default_bus() {
     for node in [2, 3, 4] {
         let heartbeats = craft.heartbeats(node, Bus::Nominal);
         assert_eq!((heartbeats[0].1, heartbeats[1].1), (BOOT_UP, OPERATIONAL), "node {node}");
-        assert!(heartbeats[1].0 < ms(5165), "node {node}: {} us", heartbeats[1].0.as_us());
+        assert!(heartbeats[1].0 < ms(5170), "node {node}: {} us", heartbeats[1].0.as_us());
         assert!(craft.is_operational(node, Bus::Nominal), "node {node}");
     }
     assert_eq!(craft.on(Bus::Redundant).count(), 0);
