@@ -59,7 +59,7 @@ enum Command {
     Licences(tool::Source),
     /// Change the protocol crate on purpose, in many places one by one: its tests must find it
     Mutants(mutants::Options),
-    /// Test flights, recordings and data sheets against tools of others: python-can, canopen, durand, tshark, can-utils
+    /// Test flights, recordings, reports and data sheets with tools of others: python-can, canopen, tshark, chromium ...
     TestTools(test_tools::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware::Options),

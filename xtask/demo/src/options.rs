@@ -12,6 +12,7 @@ use support::craft::{Craft, FIRST, Images, LAST, Node};
 use support::misuse::Misuse;
 use support::project;
 
+use super::pdos::OwnSheet;
 use super::plan::SEED;
 
 /// Allowed lengths of a flight, virtual seconds.
@@ -21,7 +22,8 @@ pub const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Every run with the same options gives byte-identical logs: all times are virtual.\n\
     With an image of your own (--master, --slave) the flight is judged and reported by what the standards define: NMT\n\
-    states, heartbeats, changes of bus, bus load. Commands and telemetry of the shipped mission are left out.\n\
+    states, heartbeats, changes of bus, bus load. Commands and telemetry of the shipped mission are left out. With --eds the\n\
+    report has the last values of its PDOs.\n\
     Exit code 0: all slaves were operational at the end, no frame was lost, no board locked up or panicked;\n\
     1: one of these failed, the reason is printed; 2: wrong command line; 130: stopped by Ctrl-C or SIGTERM, what was\n\
     flown is written all the same; 141: the reader of its output has left, likewise.")]
@@ -59,6 +61,11 @@ pub struct Options {
     /// Chooses crystal errors, places on the bus and power-on times [0..18446744073709551615]
     #[arg(long, value_name = "N", default_value_t = SEED, allow_negative_numbers = true)]
     pub seed: u64,
+
+    /// EDS or DCF of node N [1..15], by which the report shows the last values of its PDOs under the names of its objects; may be
+    /// given several times. The shipped images have theirs in docs/eds
+    #[arg(long = "eds", value_name = "N=FILE")]
+    pub sheets: Vec<OwnSheet>,
 
     /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
     /// earlier flight there are removed first [default: target/demo] of the project

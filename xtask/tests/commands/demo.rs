@@ -257,18 +257,28 @@ fn own_image_that_falls_silent_fails_the_flight() {
     assert!((20..=32).contains(&count), "{count} heartbeats");
 }
 
+/// The thermometer's TPDO of each SYNC: two numbers of 16 bits with a sign.
+const SHEET: &str = "[1803sub1]\nDefaultValue=$NODEID+0x480\n[1A03sub0]\nDefaultValue=2\n\
+    [1A03sub1]\nDefaultValue=0x60000010\n[1A03sub2]\nDefaultValue=0x60010010\n\
+    [6000]\nParameterName=Temperature\nDataType=0x0003\n[6001]\nParameterName=Highest\nDataType=0x0003\n";
+
 /// Given the thermometer and its master, when the nominal bus is cut, then the flight is judged by heartbeats and states. Of the
-/// one reset the master commanded one. Commands and telemetry are left out, and everything that is written says so.
+/// one reset the master commanded one. Commands and telemetry are left out, and everything that is written says so. Of the node with a
+/// data sheet the values of its PDO have names.
 #[test]
 fn own_images_are_judged_by_the_protocol_alone() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let master = example("thermometer-master");
     let slave = format!("3={}", example("thermometer").display());
+    let sheets = tempfile::tempdir().expect("a temporary directory");
+    let sheet = sheets.path().join("thermometer.eds");
+    std::fs::write(&sheet, SHEET).expect("a data sheet");
+    let sheet = format!("3={}", sheet.display());
     let output = fly(
         here.path(),
         &[
             &["--master", master.to_str().expect("UTF-8"), "--slaves", "0", "--slave", &slave][..],
-            &["--slave", &slave.replacen('3', "4", 1), "--seconds", "4", "--cut-at", "3"],
+            &["--slave", &slave.replacen('3', "4", 1), "--seconds", "4", "--cut-at", "3", "--eds", &sheet],
         ]
         .concat(),
     );
@@ -298,6 +308,11 @@ fn own_images_are_judged_by_the_protocol_alone() {
         "{report}"
     );
     assert!(!report.contains("TM reply"));
+    let pdos = summary["pdo_values"].as_array().expect("an array");
+    let cycle: Vec<&Value> = pdos.iter().filter(|pdo| pdo["cob_id"] == "483h").collect();
+    assert_eq!((pdos.len(), cycle.len()), (1, 1), "{summary}");
+    assert_eq!(cycle[0]["values"][0][0], "Temperature");
+    assert!(report.contains("Temperature ") && report.contains("; Highest "), "{report}");
     let log = String::from_utf8(read(here.path(), "bus-redundant.log")).expect("UTF-8");
     // The master and the temperature with every SYNC.
     assert!(log.contains(" redundant 701#05") && log.contains(" redundant 483#"), "{log}");
