@@ -57,7 +57,6 @@ use verdict::Outcome;
 /// # Errors
 /// When an image cannot be read or built, a file cannot be written, or the flight was not a good one.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let options = &options.resolved();
     options.check()?;
     let plan = Plan::new(options)?;
     plan.check_length(options)?;

@@ -7,7 +7,6 @@ use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::board::Profile;
 use support::craft::{Craft, FIRST, Images, LAST, Node};
 use support::misuse::Misuse;
 use support::project;
@@ -46,15 +45,14 @@ pub struct Options {
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
 
-    /// Fly two master boards at both ends of the buses, one of them the standby of the other (profile standby). At a quarter of
-    /// the second of --cut-at the standby is reset. At half of it the nominal bus is cut between the two halves of the slaves.
-    /// At the second of --cut-at the active master loses its power, and the standby takes over
-    #[arg(long, conflicts_with_all = ["profile", "master"])]
+    /// Removed, refused by [`Options::check`]: it is `--profile standby` now.
+    #[arg(long, hide = true)]
     pub standby: bool,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
-    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again; a shorter flight is refused. With
-    /// --standby: when the active master loses its power, at least 5; "never" leaves out all three faults
+    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again; a shorter flight is refused.
+    /// In profile standby: when the active master loses its power, at least 5. The standby is reset at a quarter of it, and the
+    /// nominal bus is cut between the two halves of the slaves at half of it. "never" leaves out all three faults
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub cut_at: Option<CutAt>,
 
@@ -115,8 +113,11 @@ impl Options {
     /// Checks what the parser cannot see of boards and images.
     ///
     /// # Errors
-    /// When no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
+    /// When an option was removed, no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
     pub fn check(&self) -> Result<(), Misuse> {
+        if self.standby {
+            return Err(Misuse::of("demo", "'--standby' is not an option any more; give --profile standby"));
+        }
         self.craft.check("demo")?;
         if self.craft.slaves().is_empty() {
             let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
@@ -139,16 +140,6 @@ impl Options {
             return Err(Misuse::of("demo", text));
         }
         Ok(())
-    }
-
-    /// Returns the options with the profile that `--standby` stands for.
-    #[must_use]
-    pub fn resolved(&self) -> Options {
-        let mut options = self.clone();
-        if options.standby {
-            options.craft.profile = Profile::Standby;
-        }
-        options
     }
 
     /// All boards, the master first.

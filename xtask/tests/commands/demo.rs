@@ -60,7 +60,7 @@ fn flight_too_short_to_be_judged_is_refused() {
         (&["--seconds", "4", "--cut-at", "1"][..], "'4'", "allowed are 14 to 3600"),
         (&["--seconds", "20"], "'20'", "allowed are 26 to 3600"),
         (&["--seconds", "15", "--cut-at", "2.5"], "'15'", "allowed are 15.5 to 3600"),
-        (&["--standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
+        (&["--profile", "standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
     ] {
         let output = fly(here.path(), arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -69,7 +69,7 @@ fn flight_too_short_to_be_judged_is_refused() {
         assert!(stderr.contains(allowed) && stderr.contains("--cut-at never"), "{arguments:?}: {stderr}");
         assert!(!here.path().join("report.html").exists());
     }
-    let output = fly(here.path(), &["--standby", "--seconds", "8"]);
+    let output = fly(here.path(), &["--profile", "standby", "--seconds", "8"]);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert!(stderr.contains("'4' for '--cut-at <S>'") && stderr.contains("allowed are 5 to 8"), "{stderr}");
@@ -92,7 +92,8 @@ fn shortest_allowed_flight_passes() {
 #[test]
 fn a_standby_takes_over_and_everything_shows_it() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let output = fly(here.path(), &["--standby", "--slaves", "2", "--seconds", "8", "--cut-at", "6"]);
+    let output =
+        fly(here.path(), &["--profile", "standby", "--slaves", "2", "--seconds", "8", "--cut-at", "6"]);
     let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{stdout}{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");

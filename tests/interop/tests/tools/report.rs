@@ -127,7 +127,8 @@ fn report_fits_the_page_and_has_the_numbers_of_the_summary() {
 fn report_of_two_masters_and_many_slaves_fits_the_page() {
     tools::require(&[CHROMIUM]).unwrap_or_else(|failure| panic!("{failure:#}"));
     let here = tempfile::tempdir().expect("a temporary directory");
-    let summary = fly(here.path(), &["--standby", "--slaves", "14", "--seconds", "8", "--cut-at", "6"]);
+    let summary =
+        fly(here.path(), &["--profile", "standby", "--slaves", "14", "--seconds", "8", "--cut-at", "6"]);
     let keys = check(here.path(), &summary);
     has(&keys, &["takeover_ms", "takeover_failover_ms.15", "failover_ms.15"]);
 }
