@@ -86,6 +86,7 @@ fn check(out: &Path, summary: &Value) -> Vec<String> {
         let width = &page["width"];
         assert!(page["scrollWidth"].as_u64() <= width.as_u64(), "{width} px: {}", page["scrollWidth"]);
         assert_eq!(page["wide"], Value::Array(vec![]), "{width} px: wider than the page");
+        assert_eq!(page["cut"], Value::Array(vec![]), "{width} px: words outside of their picture");
         keys.clear();
         for entry in page["numbers"].as_array().expect("numbers") {
             let [key, text] = [0, 1].map(|part| entry[part].as_str().expect("text"));
@@ -120,6 +121,17 @@ fn report_fits_the_page_and_has_the_numbers_of_the_summary() {
     has(&keys, &["slaves_operational_at_end", "tc_executed", "tc_due", "tm_received", "emergencies"]);
     has(&keys, &["failover_ms.4", "frames.nominal", "bus_load_percent.redundant", "clock_rms_error_ns.2"]);
     has(&keys, &["lost_frames", "aborted_frames", "resets", "lockups", "panics"]);
+}
+
+/// Given a flight with an image of the user's, whose PDOs have rows of other names, then the report fits as well.
+#[test]
+fn report_of_unknown_images_fits_the_page() {
+    tools::require(&[CHROMIUM]).unwrap_or_else(|failure| panic!("{failure:#}"));
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let images = firmware_images::build("pyboard-v11", "librecube").unwrap_or_else(|error| panic!("{error}"));
+    let slave = format!("2={}", images.slave.display());
+    let summary = fly(here.path(), &["--slaves", "1", "--slave", &slave, "--seconds", "4", "--cut-at", "2"]);
+    has(&check(here.path(), &summary), &["bus_changes", "failover_ms.2", "aborted_frames"]);
 }
 
 /// Given two masters and fourteen slaves, then the longest tables fit as well.
