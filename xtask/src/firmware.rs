@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use firmware_images::Package;
 
-use support::board::{BitRate, BoardName, Profile};
+use support::board::{BitRate, Target};
 use support::elf::{Facts, Size};
 use support::output;
 use support::project::manifest;
@@ -13,20 +13,20 @@ use support::project::manifest;
 /// Command line of `firmware`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Board to build for
-    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
-    board: BoardName,
+    /// Board and profile.
+    #[command(flatten)]
+    target: Target,
 
-    /// Mission profile to build with
-    #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
-    profile: Profile,
+    /// The minimal slave has one CAN controller and two transceivers (ECSS Figure A-6)
+    #[arg(long)]
+    one_controller: bool,
 
     /// Bit rate of both buses in kbit/s
     #[arg(long, value_name = "KBIT", value_enum, default_value_t = BitRate::Kbit1000)]
     bit_rate: BitRate,
 
     /// Firmware of your own: a package with a feature for each of its boards
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["profile", "bit_rate"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["profile", "bit_rate", "one_controller"])]
     package: Option<String>,
 
     /// Cargo.toml of that package or of its workspace [default: the one of the current directory]
@@ -39,11 +39,13 @@ pub struct Options {
 /// # Errors
 /// When an image cannot be built or read.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let board = options.board.name();
+    let Target { board, profile } = options.target;
+    let board = board.name();
     let Some(name) = &options.package else {
-        let profile = options.bit_rate.configuration(options.profile);
+        let profile = options.bit_rate.configuration(profile);
         let images = firmware_images::build(board, &profile)?;
-        let minimal = firmware_images::build_minimal(board, &profile, firmware_images::LOG)?;
+        let fitting = if options.one_controller { "+one-controller" } else { "" };
+        let minimal = firmware_images::build_minimal(board, &(profile + fitting), firmware_images::LOG)?;
         return [("master", &images.master), ("slave", &images.slave), ("minimal", &minimal)]
             .into_iter()
             .try_for_each(|(role, path)| describe(role, path));
@@ -69,6 +71,6 @@ fn describe(role: &str, path: &Path) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// When there is a warning.
-pub fn clippy(options: &Options) -> anyhow::Result<()> {
-    Ok(firmware_images::clippy(options.board.name(), options.profile.name())?)
+pub fn clippy(target: &Target) -> anyhow::Result<()> {
+    Ok(firmware_images::clippy(target.board.name(), target.profile.name())?)
 }

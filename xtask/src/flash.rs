@@ -11,8 +11,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
-use support::board::BoardName;
-use support::board::{BitRate, Profile};
+use support::board::{BitRate, BoardName, Target};
 use support::misuse::Misuse;
 
 /// The program that writes to a board.
@@ -29,18 +28,17 @@ pub struct Options {
     #[arg(value_enum)]
     role: Role,
 
-    /// Board to build for [default: pyboard-v11]
-    #[arg(long, value_name = "BOARD", value_enum)]
-    board: Option<BoardName>,
+    /// Board and profile.
+    #[command(flatten)]
+    target: Target,
 
-    /// Mission profile to build with [default: librecube]
-    #[arg(long, value_name = "PROFILE", value_enum, conflicts_with = "features")]
-    profile: Option<Profile>,
+    /// The board has one CAN controller and two transceivers (ECSS Figure A-6); for the minimal slave
+    #[arg(long)]
+    one_controller: bool,
 
-    /// Board and profile as features of the firmware crates, for example pyboard-v11,librecube; without librecube it is
-    /// the profile standard
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
-    features: Vec<Feature>,
+    /// Removed: a list of board, profile and one-controller.
+    #[arg(long, hide = true)]
+    features: Option<String>,
 
     /// Bit rate of both buses in kbit/s
     #[arg(long, value_name = "KBIT", value_enum, default_value_t = BitRate::Kbit1000)]
@@ -62,66 +60,30 @@ enum Role {
     Minimal,
 }
 
-/// A feature of the firmware crates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Feature {
-    #[value(name = "pyboard-v11")]
-    PyboardV11,
-    #[value(name = "nucleo-f446re")]
-    NucleoF446re,
-    Librecube,
-    Standby,
-    /// A board with one CAN controller and two transceivers; for the minimal slave
-    OneController,
-}
-
-impl Feature {
-    fn board(self) -> Option<BoardName> {
-        match self {
-            Feature::PyboardV11 => Some(BoardName::PyboardV11),
-            Feature::NucleoF446re => Some(BoardName::NucleoF446re),
-            Feature::Librecube | Feature::Standby | Feature::OneController => None,
-        }
-    }
-}
-
 impl Options {
-    fn board(&self) -> Result<BoardName, Misuse> {
-        let named = self.board.into_iter().chain(self.features.iter().filter_map(|feature| feature.board()));
-        let named: Vec<BoardName> = named.collect();
-        match named.iter().find(|board| **board != named[0]) {
-            Some(other) => Err(Misuse::of(
-                "flash",
-                format!("two boards: {} and {}; an image is for one of them", named[0].name(), other.name()),
-            )),
-            None => Ok(named.first().copied().unwrap_or(BoardName::PyboardV11)),
-        }
-    }
-
     /// Features of the image beside board, profile and bit rate.
     fn fitting(&self) -> Result<&'static str, Misuse> {
-        match (self.features.contains(&Feature::OneController), self.role) {
+        match (self.one_controller, self.role) {
             (false, _) => Ok(""),
             (true, Role::Minimal) => Ok("+one-controller"),
             (true, Role::Master | Role::Slave) => Err(Misuse::of(
                 "flash",
-                "one-controller is a feature of the minimal slave alone: cargo minimal".to_owned(),
+                "--one-controller is for the minimal slave alone: cargo minimal --one-controller",
             )),
         }
     }
 
-    fn profile(&self) -> Result<Profile, Misuse> {
-        let has = |feature| self.features.contains(&feature);
-        match (self.profile, has(Feature::Librecube), has(Feature::Standby)) {
-            (Some(profile), ..) => Ok(profile),
-            (None, true, true) => Err(Misuse::of(
+    /// Refuses the option that is there no more.
+    fn check(&self) -> Result<(), Misuse> {
+        match &self.features {
+            Some(features) => Err(Misuse::of(
                 "flash",
-                "two profiles: librecube and standby; an image has one of them".to_owned(),
+                format!(
+                    "'--features {features}' is not an option any more; allowed are --board pyboard-v11 or nucleo-f446re, --profile \
+                     librecube, standard or standby, and --one-controller"
+                ),
             )),
-            (None, true, false) => Ok(Profile::Librecube),
-            (None, false, true) => Ok(Profile::Standby),
-            (None, false, false) if self.features.is_empty() => Ok(Profile::Librecube),
-            (None, false, false) => Ok(Profile::Standard),
+            None => Ok(()),
         }
     }
 }
@@ -131,7 +93,8 @@ impl Options {
 /// # Errors
 /// When the image cannot be built, or probe-rs is missing or fails.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let (board, fitting, profile) = (options.board()?, options.fitting()?, options.profile()?);
+    options.check()?;
+    let (Target { board, profile }, fitting) = (options.target, options.fitting()?);
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
     let profile = options.bit_rate.configuration(profile);

@@ -35,7 +35,7 @@ enum Command {
     Demo(demo::Options),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
     Twin(live::Options),
-    /// Build both firmware images and print where they are and how big
+    /// Build the firmware images and print where they are and how big
     Firmware(firmware::Options),
     /// Build an image, write it to a board with probe-rs and show its log
     Flash(flash::Options),
@@ -59,10 +59,10 @@ enum Command {
     Licences(tool::Source),
     /// Change the protocol crate on purpose, in many places one by one: its tests must find it
     Mutants(mutants::Options),
-    /// Test flights, recordings and data sheets against tools of others: python-can, canopen, durand, tshark, can-utils
+    /// Test flights, recordings, reports and data sheets with tools of others: python-can, canopen, tshark, chromium ...
     TestTools(test_tools::Options),
     /// Lint firmware and boards for their target; warnings are errors
-    Clippy(firmware::Options),
+    Clippy(support::board::Target),
 }
 
 /// Reports a failure that has not been reported yet.

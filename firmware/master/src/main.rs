@@ -12,7 +12,7 @@ mod application;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("This is firmware. Flash a board:  cargo master --features pyboard-v11,librecube");
-    println!("or a NUCLEO-F446RE:               cargo nucleo-master --features librecube");
+    println!("This is firmware. Flash a board:  cargo master");
+    println!("or a NUCLEO-F446RE:               cargo master --board nucleo-f446re");
     println!("Or see it fly without a board:   cargo demo");
 }

@@ -12,9 +12,7 @@ mod application;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("This is firmware. Flash a board:  cargo minimal --features pyboard-v11,librecube");
-    println!("or a NUCLEO-F446RE:               cargo nucleo-minimal --features librecube");
-    println!(
-        "with one CAN controller:          cargo minimal --features pyboard-v11,librecube,one-controller"
-    );
+    println!("This is firmware. Flash a board:  cargo minimal");
+    println!("or a NUCLEO-F446RE:               cargo minimal --board nucleo-f446re");
+    println!("with one CAN controller:          cargo minimal --one-controller");
 }

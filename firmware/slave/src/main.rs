@@ -12,7 +12,7 @@ mod application;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("This is firmware. Flash a board:  cargo slave --features pyboard-v11,librecube");
-    println!("or a NUCLEO-F446RE:               cargo nucleo-slave --features librecube");
+    println!("This is firmware. Flash a board:  cargo slave");
+    println!("or a NUCLEO-F446RE:               cargo slave --board nucleo-f446re");
     println!("Or see it fly without a board:   cargo demo");
 }

@@ -22,6 +22,8 @@ pub struct Symbol {
 
 /// A parsed ELF file. Boards share it.
 pub struct Image {
+    /// Source of all else, for those who name an image by its hash.
+    elf: Vec<u8>,
     flash: Vec<u8>,
     code: OnceLock<Code>,
     symbols: HashMap<String, Symbol>,
@@ -106,12 +108,14 @@ impl Image {
             .collect();
         functions.sort_by_key(|(place, _)| place.address);
         let log_table = Table::parse(elf).map_err(|error| ImageError::LogTable(error.to_string()))?;
-        Ok(Image { flash, code: OnceLock::new(), symbols, functions, log_table })
+        let elf = elf.to_vec();
+        Ok(Image { elf, flash, code: OnceLock::new(), symbols, functions, log_table })
     }
 
     /// A program without ELF file: `flash` is the content from 0800 0000h on, vector table first.
     pub fn from_flash(flash: Vec<u8>) -> Image {
         Image {
+            elf: Vec::new(),
             flash,
             code: OnceLock::new(),
             symbols: HashMap::new(),
@@ -125,6 +129,11 @@ impl Image {
     pub fn with_symbol(mut self, name: &str, place: Symbol) -> Image {
         self.symbols.insert(name.to_owned(), place);
         self
+    }
+
+    /// The ELF file; empty for a program without one.
+    pub fn elf(&self) -> &[u8] {
+        &self.elf
     }
 
     /// Content of flash from 0800 0000h on.

@@ -104,6 +104,11 @@ impl Flight {
         })
     }
 
+    /// All emergency messages, in order of completion.
+    pub fn emergencies(&self) -> impl Iterator<Item = (Time, &Seen)> {
+        self.frames().filter(|(_, seen)| matches!(seen.meaning, Some(Meaning::Emergency { .. })))
+    }
+
     /// Load of a bus over the whole flight, 0 to 1.
     pub fn load(&self, bus: Bus) -> f64 {
         self.busy[bus as usize].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)

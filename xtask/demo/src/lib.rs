@@ -3,7 +3,9 @@
 #![forbid(unsafe_code)]
 
 pub mod change;
+mod checks;
 mod clocks;
+mod emergency;
 mod files;
 pub mod flight;
 mod line;
@@ -13,11 +15,14 @@ pub mod mission;
 mod narrator;
 pub mod observer;
 mod options;
+mod origin;
 mod outcome;
+mod pdos;
 pub mod plan;
 pub mod record;
 pub mod report;
 pub mod sample;
+mod sheet;
 pub mod stamps;
 mod summary;
 mod telemetry;
@@ -34,6 +39,8 @@ use flight::Interruption;
 use meaning::Scope;
 use narrator::name;
 pub use options::Options;
+use origin::Origin;
+use pdos::Sheets;
 use plan::Plan;
 use summary::Summary;
 use support::craft::Node;
@@ -50,10 +57,10 @@ use verdict::Outcome;
 /// # Errors
 /// When an image cannot be read or built, a file cannot be written, or the flight was not a good one.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let options = &options.resolved();
     options.check()?;
     let plan = Plan::new(options)?;
     plan.check_length(options)?;
+    let sheets = Sheets::of(&plan, &options.sheets)?;
     let nodes = options.nodes();
     let mut images = options.craft.own_images("demo", &nodes)?;
     for (node, image) in &images {
@@ -67,6 +74,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         output::line(outcome::UNKNOWN_IMAGES)?;
     }
 
+    let origin = Origin::of(&plan, &images);
     let stop = Stop::at_ctrl_c()?;
     let progress = progress(plan.end);
     let mut printed = Ok(());
@@ -84,7 +92,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     progress.finish_and_clear();
     let flight = flight?;
 
-    let summary = Summary::of(&flight);
+    let summary = Summary::of(&flight, origin, &sheets);
     files::write(&options.out, &flight, &summary)?;
     printed?;
     output::line(format_args!(

@@ -18,6 +18,21 @@ pub struct Line {
     pub text: String,
     /// Emphasis of the text.
     pub tone: Tone,
+    /// Kind of the line.
+    pub topic: Topic,
+}
+
+/// Kind of a line, by which the report picks lines for its tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// A change of a node or a bus: power, reset, cut, boot-up, NMT command, state, bus.
+    Event,
+    /// An emergency message.
+    Emergency,
+    /// A line that a firmware logged.
+    Log,
+    /// Routine traffic: spacecraft time, sums.
+    Traffic,
 }
 
 /// Emphasis of a line.

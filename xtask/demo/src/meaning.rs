@@ -28,8 +28,8 @@ pub enum Meaning {
     Nmt { command: NmtCommand, node: Node },
     /// SYNC (CiA 301 7.2.5).
     Sync,
-    /// Emergency with its error code (CiA 301 7.2.7).
-    Emergency { node: Node, code: u16 },
+    /// Emergency with its error code, the error register and the field of the manufacturer (CiA 301 7.2.7).
+    Emergency { node: Node, code: u16, register: u8, details: [u8; 5] },
     /// Spacecraft Time PDO of the master (ECSS 7.2.2).
     SpacecraftTime(Scet),
     /// Local Time PDO of a slave (ECSS 7.2.2).
@@ -110,7 +110,9 @@ impl Meaning {
             }
             (_, 0) => None,
             (0x080, _) => {
-                (data.len() == 8).then(|| Meaning::Emergency { node, code: little_endian(&data[..2]) as u16 })
+                let &[low, high, register, ref details @ ..] = data else { return None };
+                let (code, details) = (u16::from_le_bytes([low, high]), details.try_into().ok()?);
+                Some(Meaning::Emergency { node, code, register, details })
             }
             (0x180, _) => {
                 let scet = Scet::decode(data)?;
@@ -261,7 +263,7 @@ mod tests {
         );
         assert_eq!(
             decode(0x082, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0]),
-            Some(Meaning::Emergency { node: 2, code: 0x8110 })
+            Some(Meaning::Emergency { node: 2, code: 0x8110, register: 0x11, details: [0; 5] })
         );
         assert_eq!(decode(0x602, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]), Some(Meaning::Sdo { node: 2 }));
         assert_eq!(decode(0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]), Some(Meaning::Sdo { node: 2 }));
@@ -299,7 +301,10 @@ mod tests {
         assert_eq!(decode(0x181, &[1, 2]), Some(Meaning::Pdo));
         assert_eq!(decode(0x603, &[0; 8]), Some(Meaning::Sdo { node: 3 }));
         assert_eq!(decode(0x703, &[0]), Some(Meaning::BootUp { node: 3 }));
-        assert_eq!(decode(0x083, &[0; 8]), Some(Meaning::Emergency { node: 3, code: 0 }));
+        assert_eq!(
+            decode(0x083, &[0; 8]),
+            Some(Meaning::Emergency { node: 3, code: 0, register: 0, details: [0; 5] })
+        );
         for id in [0x100, 0x180, 0x6E0, 0x7E5] {
             assert_eq!(decode(id, &[0; 8]), None, "{id:03X}h");
         }

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use can_wire::time::Time;
 
 use super::change::{Change, Since};
-use super::line::{Line, Tone};
+use super::emergency;
+use super::line::{Line, Tone, Topic};
 use super::meaning::{Meaning, NmtState, Scope};
 use super::plan::Plan;
 use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
@@ -91,7 +92,10 @@ impl Narrator {
                     Level::Warn => Tone::Warning,
                     Level::Error => Tone::Bad,
                 };
-                lines.push(line(record.at, None, *node, format!("log: {text}"), tone));
+                lines.push(Line {
+                    topic: Topic::Log,
+                    ..line(record.at, None, *node, format!("log: {text}"), tone)
+                });
             }
             Happening::Frame(seen) => self.on_frame(record.at, seen, &mut lines),
         }
@@ -100,7 +104,14 @@ impl Narrator {
     }
 
     fn on_frame(&mut self, at: Time, seen: &Seen, lines: &mut Vec<Line>) {
-        let mut say = |node, text: String, tone| lines.push(line(at, Some(seen.bus), node, text, tone));
+        let topic = match seen.meaning {
+            Some(Meaning::Emergency { .. }) => Topic::Emergency,
+            Some(Meaning::SpacecraftTime(_)) => Topic::Traffic,
+            _ => Topic::Event,
+        };
+        let mut say = |node, text: String, tone| {
+            lines.push(Line { topic, ..line(at, Some(seen.bus), node, text, tone) });
+        };
         self.traffic.count(seen.meaning);
         match seen.meaning {
             Some(Meaning::BootUp { node }) => say(seen.board(node), "boot-up".into(), Tone::Plain),
@@ -108,8 +119,12 @@ impl Narrator {
                 let whom = if node == 0 { "all nodes".into() } else { name(node) };
                 say(seen.board(MASTER), format!("NMT {command}: {whom}"), Tone::Plain);
             }
-            Some(Meaning::Emergency { node, code }) => {
-                say(seen.board(node), format!("emergency {code:04X}h"), Tone::Warning)
+            Some(Meaning::Emergency { node, code, .. }) => {
+                say(
+                    seen.board(node),
+                    format!("emergency {code:04X}h: {}", emergency::meaning(code)),
+                    Tone::Warning,
+                );
             }
             Some(Meaning::SpacecraftTime(scet)) => {
                 say(seen.board(MASTER), format!("distributes spacecraft time {scet}"), Tone::Quiet);
@@ -183,6 +198,7 @@ impl Narrator {
             who: String::new(),
             text: format!("in the last {} s: {counts}", SUMMARY_EVERY.as_us() / 1_000_000),
             tone: Tone::Quiet,
+            topic: Topic::Traffic,
         })
     }
 
@@ -245,11 +261,12 @@ fn milliseconds(span: Time) -> String {
 
 /// A line about a fault that the demo causes.
 fn fault(at: Time, bus: Option<Bus>, text: &str) -> Line {
-    Line { at, bus, who: String::new(), text: format!("===== {text} ====="), tone: Tone::Bad }
+    let text = format!("===== {text} =====");
+    Line { at, bus, who: String::new(), text, tone: Tone::Bad, topic: Topic::Event }
 }
 
 fn line(at: Time, bus: Option<Bus>, node: Node, text: impl Into<String>, tone: Tone) -> Line {
-    Line { at, bus, who: name(node), text: text.into(), tone }
+    Line { at, bus, who: name(node), text: text.into(), tone, topic: Topic::Event }
 }
 
 #[cfg(test)]

@@ -7,11 +7,11 @@ use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::board::Profile;
 use support::craft::{Craft, FIRST, Images, LAST, Node};
 use support::misuse::Misuse;
 use support::project;
 
+use super::pdos::OwnSheet;
 use super::plan::SEED;
 
 /// Allowed lengths of a flight, virtual seconds.
@@ -21,7 +21,8 @@ pub const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Every run with the same options gives byte-identical logs: all times are virtual.\n\
     With an image of your own (--master, --slave) the flight is judged and reported by what the standards define: NMT\n\
-    states, heartbeats, changes of bus, bus load. Commands and telemetry of the shipped mission are left out.\n\
+    states, heartbeats, changes of bus, bus load. Commands and telemetry of the shipped mission are left out. With --eds the\n\
+    report has the last values of its PDOs.\n\
     Exit code 0: all slaves were operational at the end, no frame was lost, no board locked up or panicked;\n\
     1: one of these failed, the reason is printed; 2: wrong command line; 130: stopped by Ctrl-C or SIGTERM, what was\n\
     flown is written all the same; 141: the reader of its output has left, likewise.")]
@@ -44,21 +45,25 @@ pub struct Options {
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
 
-    /// Fly two master boards at both ends of the buses, one of them the standby of the other (profile standby). At a quarter of
-    /// the second of --cut-at the standby is reset. At half of it the nominal bus is cut between the two halves of the slaves.
-    /// At the second of --cut-at the active master loses its power, and the standby takes over
-    #[arg(long, conflicts_with_all = ["profile", "master"])]
+    /// Removed, refused by [`Options::check`]: it is `--profile standby` now.
+    #[arg(long, hide = true)]
     pub standby: bool,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
-    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again; a shorter flight is refused. With
-    /// --standby: when the active master loses its power, at least 5; "never" leaves out all three faults
+    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again; a shorter flight is refused.
+    /// In profile standby: when the active master loses its power, at least 5. The standby is reset at a quarter of it, and the
+    /// nominal bus is cut between the two halves of the slaves at half of it. "never" leaves out all three faults
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub cut_at: Option<CutAt>,
 
     /// Chooses crystal errors, places on the bus and power-on times [0..18446744073709551615]
     #[arg(long, value_name = "N", default_value_t = SEED, allow_negative_numbers = true)]
     pub seed: u64,
+
+    /// EDS or DCF of node N [1..15], by which the report shows the last values of its PDOs under the names of its objects; may be
+    /// given several times. The shipped images have theirs in docs/eds
+    #[arg(long = "eds", value_name = "N=FILE")]
+    pub sheets: Vec<OwnSheet>,
 
     /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
     /// earlier flight there are removed first [default: target/demo] of the project
@@ -108,8 +113,11 @@ impl Options {
     /// Checks what the parser cannot see of boards and images.
     ///
     /// # Errors
-    /// When no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
+    /// When an option was removed, no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
     pub fn check(&self) -> Result<(), Misuse> {
+        if self.standby {
+            return Err(Misuse::of("demo", "'--standby' is not an option any more; give --profile standby"));
+        }
         self.craft.check("demo")?;
         if self.craft.slaves().is_empty() {
             let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
@@ -132,16 +140,6 @@ impl Options {
             return Err(Misuse::of("demo", text));
         }
         Ok(())
-    }
-
-    /// Returns the options with the profile that `--standby` stands for.
-    #[must_use]
-    pub fn resolved(&self) -> Options {
-        let mut options = self.clone();
-        if options.standby {
-            options.craft.profile = Profile::Standby;
-        }
-        options
     }
 
     /// All boards, the master first.

@@ -175,8 +175,8 @@ impl Plan {
         let (cut_at, position_m) =
             if has_standby { (at(CUT_SHARE), between_halves(&boards)) } else { (at(1.0), CUT_AT_M) };
         Ok(Plan {
-            board: options.craft.board,
-            profile: options.craft.profile,
+            board: options.craft.target.board,
+            profile: options.craft.target.profile,
             seed: options.seed,
             boards,
             end: from_seconds(options.seconds),
@@ -330,9 +330,10 @@ mod tests {
     use super::*;
 
     fn planned(slaves: u8) -> Plan {
-        let mut options = Options { standby: true, ..Options::default() };
+        let mut options = Options::default();
+        options.craft.target.profile = Profile::Standby;
         options.craft.slaves = slaves;
-        Plan::new(&options.resolved()).expect("the options fit together")
+        Plan::new(&options).expect("the options fit together")
     }
 
     #[test]

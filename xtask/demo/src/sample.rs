@@ -15,6 +15,7 @@ use super::line::Line;
 use super::meaning::{Meaning, NmtState, Scope};
 use super::narrator::Narrator;
 use super::observer::Observer;
+use super::origin::{ImageFile, Origin};
 use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
@@ -146,6 +147,17 @@ pub fn plan() -> Plan {
         standby_reset: None,
         cut: Some(CUT),
         loss: None,
+    }
+}
+
+/// Origin of the flight.
+pub fn origin() -> Origin {
+    let file = |file: &str, digit: &str| ImageFile { file: file.into(), sha256: digit.repeat(64) };
+    Origin {
+        date: "2026-11-26T07:30:00Z".into(),
+        commit: "0123456789abcdef0123456789abcdef01234567".into(),
+        modified: Some(true),
+        images: [(1, file("master", "a")), (2, file("slave", "b")), (4, file("slave", "b"))].into(),
     }
 }
 

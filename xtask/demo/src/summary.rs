@@ -5,8 +5,11 @@ use std::collections::BTreeMap;
 use can_wire::time::Time;
 use serde::Serialize;
 
+use super::checks::{Check, checks};
 use super::flight::Flight;
 use super::meaning::{Meaning, Scope};
+use super::origin::Origin;
+use super::pdos::{PdoValues, Sheets};
 use super::plan::BoardPlan;
 use super::record::{Bus, Node, is_master};
 use super::track::Track;
@@ -19,6 +22,11 @@ pub struct Summary {
     /// `verdict`: `passed`, `failed` or `interrupted`; `reasons`: why it did not pass.
     #[serde(flatten)]
     pub verdict: Verdict,
+    /// The checks of the verdict: `name`, `limit`, `measured`, and `result`: `held`, `failed` or `not judged`.
+    pub checks: Vec<Check>,
+    /// Date, commit and images.
+    #[serde(flatten)]
+    pub origin: Origin,
     /// Number of boards: masters and their slaves.
     pub boards: usize,
     /// Number of master boards.
@@ -65,6 +73,10 @@ pub struct Summary {
     pub frames: BTreeMap<&'static str, u64>,
     /// Load of each bus over the whole flight, percent.
     pub bus_load_percent: BTreeMap<&'static str, f64>,
+    /// Number of emergency messages that completed.
+    pub emergencies: u64,
+    /// Last values of each PDO of the boards with a data sheet: the shipped images, and those with `--eds`.
+    pub pdo_values: Vec<PdoValues>,
     /// Number of changes of bus of the first master.
     pub bus_changes: usize,
     /// Heartbeats of each node that completed; 127 is the second master.
@@ -114,13 +126,15 @@ pub struct MissionCounts {
 
 impl Summary {
     /// Of a finished flight.
-    pub fn of(flight: &Flight) -> Summary {
+    pub fn of(flight: &Flight, origin: Origin, sheets: &Sheets) -> Summary {
         let wall_seconds = flight.wall.as_secs_f64();
         let instructions: u64 = flight.boards.iter().map(|board| board.instructions).sum();
         let heartbeats = || flight.boards.iter().map(|board| (board.node, flight.heartbeats(board.node)));
         let own = |board: &BoardPlan| Some((board.node, board.own_image.clone()?));
         Summary {
             verdict: Verdict::of(flight),
+            checks: checks(flight),
+            origin,
             boards: flight.boards.len(),
             masters: flight.masters(),
             minimal: flight.plan.boards.iter().filter(|board| board.is_minimal).count(),
@@ -146,6 +160,8 @@ impl Summary {
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
             bus_load_percent: Bus::ALL.map(|bus| (bus.name(), rounded(flight.load(bus) * 100.0, 2))).into(),
+            emergencies: flight.emergencies().count() as u64,
+            pdo_values: sheets.values(flight),
             bus_changes: flight.bus_changes(),
             heartbeats: heartbeats().map(|(node, heartbeats)| (node, heartbeats.count)).collect(),
             heartbeat_longest_gap_ms: heartbeats()
@@ -229,7 +245,7 @@ mod tests {
     #[test]
     fn a_good_flight_has_its_numbers_and_no_fault() {
         let flight = sample::flight();
-        let summary = Summary::of(&flight);
+        let summary = Summary::of(&flight, sample::origin(), &Sheets::default());
         assert_eq!(summary.boards, 3);
         let mission = summary.mission.expect("the images are the shipped ones");
         assert_eq!(mission.tc_sent, sample::COMMANDS_ON_THE_WIRE);
@@ -251,11 +267,11 @@ mod tests {
     fn the_source_of_stamps_is_that_of_all_boards() {
         let mut flight = sample::flight();
         flight.boards[2].telltale.stamps.missed[3] = 1;
-        assert_eq!(Summary::of(&flight).stamp_source, "mixed");
+        assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "mixed");
         flight.boards.iter_mut().for_each(|board| board.telltale.stamps.captured = 0);
-        assert_eq!(Summary::of(&flight).stamp_source, "interrupt");
+        assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "interrupt");
         flight.boards[2].telltale.stamps.missed[3] = 0;
-        assert_eq!(Summary::of(&flight).stamp_source, "unknown");
+        assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "unknown");
     }
 
     #[test]
@@ -266,7 +282,7 @@ mod tests {
         flight.boards[1].counters.as_mut().unwrap().commands -= 1;
         flight.boards[2].lost_frames = 3;
         flight.boards[2].counters.as_mut().unwrap().repeats = 4;
-        let summary = Summary::of(&flight);
+        let summary = Summary::of(&flight, sample::origin(), &Sheets::default());
         assert_eq!(summary.mission.map(|mission| mission.tc_repeats), Some(4), "reported, and no fault");
         assert_eq!((summary.lockups, summary.panics, summary.lost_frames), (1, 1, 3));
         let faults = faults(&flight);
@@ -278,7 +294,7 @@ mod tests {
     /// Loads are of 40 s. A master's heartbeat every 250 ms but between 19.8 s and 20.6 s, where no node acknowledged.
     #[test]
     fn buses_and_heartbeats_have_their_numbers() {
-        let summary = Summary::of(&sample::flight());
+        let summary = Summary::of(&sample::flight(), sample::origin(), &Sheets::default());
         assert_eq!(summary.bus_load_percent, BTreeMap::from([("nominal", 2.25), ("redundant", 1.5)]));
         assert_eq!(summary.bus_changes, 1);
         assert_eq!(summary.heartbeats[&1], 80 + 78);
@@ -289,7 +305,7 @@ mod tests {
     /// Cut at 10 s, first TC on the redundant bus at 11.205 s; loss at 20 s, first TC of the other master at 20.305 s.
     #[test]
     fn flight_of_two_masters_has_both_times_of_each_slave() {
-        let summary = Summary::of(&sample::standby::flight());
+        let summary = Summary::of(&sample::standby::flight(), sample::origin(), &Sheets::default());
         let faults =
             [summary.standby_reset_at_seconds, summary.cut_at_seconds, summary.master_lost_at_seconds];
         assert_eq!(faults, [Some(5.0), Some(10.0), Some(20.0)]);
@@ -302,7 +318,7 @@ mod tests {
     fn unknown_images_have_their_names_and_no_commands() {
         let mut flight = sample::flight();
         flight.plan.boards[2].own_image = Some("own.elf".into());
-        let json = serde_json::to_value(Summary::of(&flight)).unwrap();
+        let json = serde_json::to_value(Summary::of(&flight, sample::origin(), &Sheets::default())).unwrap();
         assert_eq!(json["own_images"]["4"], "own.elf");
         assert_eq!(json.get("tc_due").or(json.get("tm_received")), None);
         assert!(json.get("failover_ms").is_some());
@@ -310,7 +326,8 @@ mod tests {
 
     #[test]
     fn the_names_that_others_read_are_there() {
-        let json = serde_json::to_value(Summary::of(&sample::flight())).unwrap();
+        let json = serde_json::to_value(Summary::of(&sample::flight(), sample::origin(), &Sheets::default()))
+            .unwrap();
         for key in [
             "verdict",
             "reasons",

@@ -2,11 +2,8 @@
 
 use serde::Serialize;
 
+use super::checks::{Check, checks};
 use super::flight::{Flight, Interruption};
-use super::meaning::Scope;
-use super::narrator::name;
-use super::record::MASTER;
-use super::track::BusAccess;
 
 /// Result of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -31,16 +28,22 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Judges a flight. Of an interrupted one only what an early end does not explain.
+    /// Judges a flight by its [`checks`]. Of an interrupted one only what an early end does not explain.
     pub fn of(flight: &Flight) -> Verdict {
+        let faults = faults(flight);
         if let Some(interruption) = flight.interrupted {
-            let reasons = [vec![stopped(flight, interruption)], damage(flight)].concat();
+            let reasons = [vec![stopped(flight, interruption)], faults].concat();
             return Verdict { outcome: Outcome::Interrupted, reasons };
         }
-        let reasons = faults(flight);
-        let outcome = if reasons.is_empty() { Outcome::Passed } else { Outcome::Failed };
-        Verdict { outcome, reasons }
+        let outcome = if faults.is_empty() { Outcome::Passed } else { Outcome::Failed };
+        Verdict { outcome, reasons: faults }
     }
+}
+
+/// Why the checks of a flight failed; empty when all held.
+pub fn faults(flight: &Flight) -> Vec<String> {
+    let reasons = |check: Check| check.reasons;
+    checks(flight).into_iter().flat_map(reasons).collect()
 }
 
 fn stopped(flight: &Flight, interruption: Interruption) -> String {
@@ -51,93 +54,6 @@ fn stopped(flight: &Flight, interruption: Interruption) -> String {
     format!("stopped after {:.3} s of {} s: {cause}", flight.end.as_secs_f64(), flight.plan.end.as_secs_f64())
 }
 
-/// Why a whole flight was not a good one; empty when it was.
-pub fn faults(flight: &Flight) -> Vec<String> {
-    [not_operational(flight), of_masters(flight), damage(flight)].concat()
-}
-
-/// Slaves that are not operational at the end. Minimal ones are wherever they are: those that are not on the bus of the master.
-fn not_operational(flight: &Flight) -> Vec<String> {
-    let master = flight.observer.active_master().unwrap_or(MASTER);
-    let bus = flight.observer.nodes()[&master].now().bus;
-    let slaves = flight.observer.slaves().filter(|(_, track)| match track.operational_on() {
-        Some(at) => track.is_minimal && at != bus,
-        None => true,
-    });
-    slaves
-        .map(|(node, track)| {
-            let now = track.now();
-            let mut fault =
-                format!("{} is {} on the {} bus at the end", name(node), now.phase.name(), now.bus.name());
-            if let (Some(BusAccess::Selective), Some((cut, _))) = (track.access, flight.cut()) {
-                fault += &format!(
-                    " (selective access: it searches {} s after the master's last heartbeat, the flight ended \
-                     {:.1} s after the cut)",
-                    flight.plan.toggling_time().as_secs_f64(),
-                    flight.end.since(cut).as_secs_f64()
-                );
-            }
-            fault
-        })
-        .collect()
-}
-
-/// Faults of two master boards: two were active at once, none took over, or none was active when the demo had to cause a fault.
-fn of_masters(flight: &Flight) -> Vec<String> {
-    let rivalry = flight.observer.rivalry().map(|rival| {
-        let (at, rival, active) = (rival.first.as_secs_f64(), name(rival.to), name(rival.from));
-        format!("two masters were active: {rival} sent 701h at {at} s, while {active} had power")
-    });
-    let reset = match (flight.plan.standby_reset, flight.standby_reset()) {
-        (Some(at), None) => Some(format!(
-            "no master was active at {} s, so no standby was reset: give a later --cut-at",
-            at.as_secs_f64()
-        )),
-        _ => None,
-    };
-    let takeover = match (flight.plan.loss, flight.loss()) {
-        (Some(_), Some((_, board))) if flight.takeover().is_none() => {
-            Some(format!("no board took over from {} until the end", name(board)))
-        }
-        (Some(at), None) => Some(format!("no master was active at {} s to lose its power", at.as_secs_f64())),
-        _ => None,
-    };
-    [rivalry, reset, takeover].into_iter().flatten().collect()
-}
-
-/// Faults that excuse nothing, not even an early end of the flight.
-fn damage(flight: &Flight) -> Vec<String> {
-    let mut faults = Vec::new();
-    for board in &flight.boards {
-        let who = name(board.node);
-        if let Some(reason) = &board.stopped {
-            faults.push(format!("the twin stopped {reason}"));
-        }
-        if board.lockups > 0 {
-            faults.push(format!("{who} locked up"));
-        }
-        if board.panics > 0 {
-            faults.push(format!("{who} panicked"));
-        }
-        if board.lost_frames > 0 {
-            faults.push(format!("{who} lost {} frames", board.lost_frames));
-        }
-        let Some(track) = flight.observer.nodes().get(&board.node) else { continue };
-        if board.resets > track.resets_due {
-            let due = track.resets_due;
-            faults.push(format!("{who} reset itself {} times, {due} of them commanded", board.resets));
-        }
-        if flight.plan.scope() == Scope::Mission
-            && track.access.is_some()
-            && let executed = board.counters.map_or(0, |counters| counters.commands)
-            && track.tc_due != u64::from(executed)
-        {
-            faults.push(format!("{who} executed {executed} commands, {} were due", track.tc_due));
-        }
-    }
-    faults
-}
-
 #[cfg(test)]
 mod tests {
     use can_wire::frame::WireFrame;
@@ -145,6 +61,7 @@ mod tests {
     use support::counters::Counters;
 
     use super::*;
+    use crate::meaning::Scope;
     use crate::record::{Bus, Happening, Nodes, Occurrence, Seen};
     use crate::sample;
 
@@ -183,8 +100,7 @@ mod tests {
         for record in flight.records.iter().filter(|record| record.at < Time::from_ms(22_000)) {
             flight.observer.on(record);
         }
-        let faults = not_operational(&flight);
-        assert_eq!(faults.len(), 1, "{faults:?}");
+        let faults = faults(&flight);
         assert!(
             faults[0].starts_with("node 4 is operational on the nominal bus at the end (selective"),
             "{faults:?}"
@@ -212,7 +128,11 @@ mod tests {
         let verdict = Verdict::of(&flight);
         assert_eq!(verdict.outcome, Outcome::Failed);
         assert_eq!(verdict.reasons, ["node 2 is silent on the redundant bus at the end"]);
-        assert_eq!(crate::summary::Summary::of(&flight).slaves_operational_at_end, 1);
+        assert_eq!(
+            crate::summary::Summary::of(&flight, sample::origin(), &crate::pdos::Sheets::default())
+                .slaves_operational_at_end,
+            1
+        );
         let gap = flight.heartbeats(2).longest_gap.unwrap();
         assert!(gap > Time::from_ms(9_700), "{} us", gap.as_us());
     }

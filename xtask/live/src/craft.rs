@@ -19,7 +19,7 @@ pub fn boards(options: &Options, images: &Images) -> BTreeMap<Node, BoardConfig>
                 SECOND_MASTER => "second master".into(),
                 slave => format!("slave {slave}"),
             };
-            (board.node, board.config(options.craft.board, name, images[&board.node].clone()))
+            (board.node, board.config(options.craft.target.board, name, images[&board.node].clone()))
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! The boards that images are built for and flown on, and the mission profiles that they are built with.
 
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use twin::model::Model;
 use twin::peripherals::Pin;
 
@@ -80,6 +80,18 @@ impl Profile {
             Profile::Standby => "standby",
         }
     }
+}
+
+/// Options that choose what an image is built for: the same in each command that builds images.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Target {
+    /// Board to build for
+    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
+    pub board: BoardName,
+
+    /// Mission profile to build with; standby: two master boards
+    #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
+    pub profile: Profile,
 }
 
 /// A bit rate that images can be built for: those of CiA 301 that divide the clock of the boards.

@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::Args;
 use twin::image::Image;
 
-use crate::board::{BoardName, Profile};
+use crate::board::{Profile, Target};
 use crate::misuse::Misuse;
 
 /// Number of a board: 1 is the master, 2 to 15 are slaves, by their Node-IDs; [`SECOND_MASTER`].
@@ -50,13 +50,9 @@ pub struct Craft {
     #[arg(long = "slave", value_name = "N=FILE")]
     pub own_slaves: Vec<OwnSlave>,
 
-    /// Board that all images are for
-    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
-    pub board: BoardName,
-
-    /// Mission profile to build the shipped images with; standby flies two masters
-    #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
-    pub profile: Profile,
+    /// What the shipped images are built for.
+    #[command(flatten)]
+    pub target: Target,
 
     /// Fly the shipped images as they were built last
     #[arg(long)]
@@ -103,7 +99,8 @@ impl Craft {
 
     /// The master boards: two in the profile standby, unless the master is an image of the user's.
     pub fn masters(&self) -> BTreeSet<Node> {
-        let second = (self.profile == Profile::Standby && self.master.is_none()).then_some(SECOND_MASTER);
+        let second =
+            (self.target.profile == Profile::Standby && self.master.is_none()).then_some(SECOND_MASTER);
         std::iter::once(MASTER).chain(second).collect()
     }
 
@@ -144,7 +141,8 @@ impl Craft {
         if nodes.is_empty() {
             return Ok(());
         }
-        let (board, profile) = (self.board.name(), &format!("{}{fitting}", self.profile.name()));
+        let (board, profile) =
+            (self.target.board.name(), &format!("{}{fitting}", self.target.profile.name()));
         let path = if self.no_build {
             firmware_images::built_minimal(board, profile).with_context(|| {
                 format!(
@@ -167,7 +165,7 @@ impl Craft {
         let missing: BTreeSet<Node> =
             nodes.iter().copied().filter(|node| !images.contains_key(node)).collect();
         if !missing.is_empty() {
-            let (board, profile) = (self.board.name(), self.profile.name());
+            let (board, profile) = (self.target.board.name(), self.target.profile.name());
             let built = if self.no_build {
                 firmware_images::built(board, profile).with_context(|| {
                     format!("nothing was built for {board}, profile {profile}, yet: leave out --no-build")

@@ -41,6 +41,8 @@ pub const QEMU: Need = Need::Program { name: "qemu-system-arm", package: "qemu-s
 pub const LLVM: Need = Need::Program { name: "llvm-mc", package: "llvm" };
 /// Links it.
 pub const LLD: Need = Need::Program { name: "ld.lld", package: "lld" };
+/// Opens the report of a flight.
+pub const CHROMIUM: Need = Need::Program { name: "chromium", package: "chromium" };
 /// Counts the instructions of a program.
 pub const VALGRIND: Need = Need::Program { name: "valgrind", package: "valgrind" };
 

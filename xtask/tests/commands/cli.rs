@@ -233,9 +233,8 @@ fn folders_given_are_those_seen_from_the_current_one() {
 }
 
 #[test]
-fn two_masters_are_shipped_ones_of_their_profile() {
-    refuses(&["demo", "--standby", "--profile", "standard"], &["--standby", "--profile"]);
-    refuses(&["demo", "--standby", "--master", "a.elf"], &["--standby", "--master"]);
+fn removed_spelling_of_two_masters_names_the_present_one() {
+    refuses(&["demo", "--standby"], &["'--standby'", "--profile standby"]);
 }
 
 #[test]

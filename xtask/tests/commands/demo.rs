@@ -60,7 +60,7 @@ fn flight_too_short_to_be_judged_is_refused() {
         (&["--seconds", "4", "--cut-at", "1"][..], "'4'", "allowed are 14 to 3600"),
         (&["--seconds", "20"], "'20'", "allowed are 26 to 3600"),
         (&["--seconds", "15", "--cut-at", "2.5"], "'15'", "allowed are 15.5 to 3600"),
-        (&["--standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
+        (&["--profile", "standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
     ] {
         let output = fly(here.path(), arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -69,7 +69,7 @@ fn flight_too_short_to_be_judged_is_refused() {
         assert!(stderr.contains(allowed) && stderr.contains("--cut-at never"), "{arguments:?}: {stderr}");
         assert!(!here.path().join("report.html").exists());
     }
-    let output = fly(here.path(), &["--standby", "--seconds", "8"]);
+    let output = fly(here.path(), &["--profile", "standby", "--seconds", "8"]);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert!(stderr.contains("'4' for '--cut-at <S>'") && stderr.contains("allowed are 5 to 8"), "{stderr}");
@@ -92,7 +92,8 @@ fn shortest_allowed_flight_passes() {
 #[test]
 fn a_standby_takes_over_and_everything_shows_it() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let output = fly(here.path(), &["--standby", "--slaves", "2", "--seconds", "8", "--cut-at", "6"]);
+    let output =
+        fly(here.path(), &["--profile", "standby", "--slaves", "2", "--seconds", "8", "--cut-at", "6"]);
     let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{stdout}{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
@@ -257,18 +258,28 @@ fn own_image_that_falls_silent_fails_the_flight() {
     assert!((20..=32).contains(&count), "{count} heartbeats");
 }
 
+/// The thermometer's TPDO of each SYNC: two numbers of 16 bits with a sign.
+const SHEET: &str = "[1803sub1]\nDefaultValue=$NODEID+0x480\n[1A03sub0]\nDefaultValue=2\n\
+    [1A03sub1]\nDefaultValue=0x60000010\n[1A03sub2]\nDefaultValue=0x60010010\n\
+    [6000]\nParameterName=Temperature\nDataType=0x0003\n[6001]\nParameterName=Highest\nDataType=0x0003\n";
+
 /// Given the thermometer and its master, when the nominal bus is cut, then the flight is judged by heartbeats and states. Of the
-/// one reset the master commanded one. Commands and telemetry are left out, and everything that is written says so.
+/// one reset the master commanded one. Commands and telemetry are left out, and everything that is written says so. Of the node with a
+/// data sheet the values of its PDO have names.
 #[test]
 fn own_images_are_judged_by_the_protocol_alone() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let master = example("thermometer-master");
     let slave = format!("3={}", example("thermometer").display());
+    let sheets = tempfile::tempdir().expect("a temporary directory");
+    let sheet = sheets.path().join("thermometer.eds");
+    std::fs::write(&sheet, SHEET).expect("a data sheet");
+    let sheet = format!("3={}", sheet.display());
     let output = fly(
         here.path(),
         &[
             &["--master", master.to_str().expect("UTF-8"), "--slaves", "0", "--slave", &slave][..],
-            &["--slave", &slave.replacen('3', "4", 1), "--seconds", "4", "--cut-at", "3"],
+            &["--slave", &slave.replacen('3', "4", 1), "--seconds", "4", "--cut-at", "3", "--eds", &sheet],
         ]
         .concat(),
     );
@@ -298,6 +309,11 @@ fn own_images_are_judged_by_the_protocol_alone() {
         "{report}"
     );
     assert!(!report.contains("TM reply"));
+    let pdos = summary["pdo_values"].as_array().expect("an array");
+    let cycle: Vec<&Value> = pdos.iter().filter(|pdo| pdo["cob_id"] == "483h").collect();
+    assert_eq!((pdos.len(), cycle.len()), (1, 1), "{summary}");
+    assert_eq!(cycle[0]["values"][0][0], "Temperature");
+    assert!(report.contains("Temperature ") && report.contains("; Highest "), "{report}");
     let log = String::from_utf8(read(here.path(), "bus-redundant.log")).expect("UTF-8");
     // The master and the temperature with every SYNC.
     assert!(log.contains(" redundant 701#05") && log.contains(" redundant 483#"), "{log}");

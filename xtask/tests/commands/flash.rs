@@ -51,10 +51,15 @@ fn image_is_built_and_handed_to_probe_rs() {
     let written = fake_probe_rs(here.path());
     let path = path(Some(here.path()));
     for (name, arguments, chip, image) in [
-        ("slave", &["--features", "pyboard-v11,librecube"][..], "STM32F405RG", "pyboard-v11-librecube"),
+        (
+            "slave",
+            &["--board", "pyboard-v11", "--profile", "librecube"][..],
+            "STM32F405RG",
+            "pyboard-v11-librecube",
+        ),
         ("master", &[], "STM32F405RG", "pyboard-v11-librecube"),
-        ("minimal", &[], "STM32F405RG", "pyboard-v11-librecube"),
-        ("nucleo-master", &["--features", "librecube"], "STM32F446RETx", "nucleo-f446re-librecube"),
+        ("minimal", &["--one-controller"], "STM32F405RG", "pyboard-v11-librecube+one-controller"),
+        ("master", &["--board", "nucleo-f446re"], "STM32F446RETx", "nucleo-f446re-librecube"),
     ] {
         let output = run(name, &[arguments, &["--", "--probe", "1234:5678"]].concat(), &path);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -65,8 +70,7 @@ fn image_is_built_and_handed_to_probe_rs() {
         };
         assert_eq!([*run, *option, *target], ["run", "--chip", chip]);
         assert_eq!(rest, ["--probe", "1234:5678"]);
-        let role = name.strip_prefix("nucleo-").unwrap_or(name);
-        assert!(elf.ends_with(role) && elf.contains(image), "{elf}");
+        assert!(elf.ends_with(name) && elf.contains(image), "{elf}");
         assert_eq!(fs::read(elf).expect("the image is there")[..4], *b"\x7FELF");
     }
 }
@@ -84,11 +88,15 @@ fn missing_probe_rs_is_reported_with_how_to_install_it() {
 #[test]
 fn wrong_arguments_are_refused_with_the_allowed_ones() {
     for (name, arguments, expected) in [
-        ("slave", &["--features", "warp"][..], &["warp", "pyboard-v11", "nucleo-f446re", "librecube"][..]),
-        ("slave", &["--board", "nucleo"], &["nucleo", "pyboard-v11", "nucleo-f446re"]),
-        ("nucleo-slave", &["--features", "pyboard-v11"], &["two boards", "nucleo-f446re", "pyboard-v11"]),
-        ("master", &["--features", "librecube,standby"], &["two profiles", "librecube", "standby"]),
-        ("master", &["--profile", "standard", "--features", "librecube"], &["--profile", "--features"]),
+        ("slave", &["--board", "nucleo"][..], &["nucleo", "pyboard-v11", "nucleo-f446re"][..]),
+        ("master", &["--profile", "warp"], &["warp", "librecube", "standard", "standby"]),
+        ("master", &["--one-controller"], &["--one-controller", "cargo minimal"]),
+        (
+            "slave",
+            &["--features", "nucleo-f446re"],
+            &["--features", "--board", "--profile", "--one-controller"],
+        ),
+        ("nucleo-slave", &[], &["allowed are", "--board", "nucleo-f446re"]),
         ("master", &["slave"], &["slave", "Usage: cargo xtask flash"]),
     ] {
         let output = run(name, arguments, &path(None));

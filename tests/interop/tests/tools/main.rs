@@ -5,6 +5,7 @@
 mod data_sheets;
 mod qemu;
 mod recordings;
+mod report;
 mod scripts;
 mod sdo_client;
 mod your_own;

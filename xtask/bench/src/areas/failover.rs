@@ -23,6 +23,7 @@ use demo::flight::Flight;
 use demo::meaning::Meaning;
 use demo::plan::Plan;
 use demo::record::{MASTER, Node, Seen};
+use support::board::Profile;
 use twin::spacecraft::Bus;
 
 pub const AREA: Area =
@@ -134,7 +135,8 @@ fn selective(flight: &Flight) -> Option<f64> {
 
 /// The longest time without a master, milliseconds, and the largest load of the bus that is not active, percent.
 fn standby(context: &Context) -> anyhow::Result<(f64, f64)> {
-    let options = Options { standby: true, seconds: 4.0, ..Options::default() }.resolved();
+    let mut options = Options { seconds: 4.0, ..Options::default() };
+    options.craft.target.profile = Profile::Standby;
     let (mut worst, mut load): (f64, f64) = (0.0, 0.0);
     for at in LOSSES_MS {
         let loss = Some(Time::from_ms(at));

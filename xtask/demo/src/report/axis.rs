@@ -24,7 +24,7 @@ impl Layout {
     pub const WIDE: Layout = Layout { width: 1160.0, left: 150.0, margin: 20.0, marks: 10.0, brief: false };
 
     /// For a phone: as wide as a page of 400 px leaves it, so that letters keep their size.
-    pub const NARROW: Layout = Layout { width: 348.0, left: 82.0, margin: 16.0, marks: 5.0, brief: true };
+    pub const NARROW: Layout = Layout { width: 348.0, left: 90.0, margin: 16.0, marks: 5.0, brief: true };
 
     /// Left and right end of the plot.
     pub fn plot(&self) -> (f64, f64) {

@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::duration;
+use super::tables::{number, text};
 use crate::flight::Flight;
 use crate::meaning::Scope;
 use crate::narrator::name;
@@ -79,29 +80,29 @@ fn notice(flight: &Flight) -> String {
 pub fn tiles(summary: &Summary) -> Markup {
     let slaves = summary.boards - summary.masters;
     let failovers = || summary.failover_ms.values().flatten().copied();
-    let mut tiles = vec![(
-        format!("{} of {slaves}", summary.slaves_operational_at_end),
-        "slaves operational at the end".into(),
-    )];
+    let operational = number("slaves_operational_at_end", summary.slaves_operational_at_end);
+    let mut tiles =
+        vec![(html! { (operational) " of " (slaves) }, html! { "slaves operational at the end" })];
     if let Some(mission) = &summary.mission {
-        tiles.push((mission.tc_executed.to_string(), format!("commands executed, {} due", mission.tc_due)));
-        tiles.push((mission.tm_received.to_string(), "telemetry replies received".into()));
+        let due = html! { "commands executed, " (number("tc_due", mission.tc_due)) " due" };
+        tiles.push((number("tc_executed", mission.tc_executed), due));
+        tiles.push((number("tm_received", mission.tm_received), text("telemetry replies received")));
     } else {
-        tiles.push((summary.bus_changes.to_string(), "changes of bus by the master".into()));
+        tiles.push((number("bus_changes", summary.bus_changes), text("changes of bus by the master")));
         let highest = summary.bus_load_percent.values().copied().fold(0.0, f64::max);
-        tiles.push((format!("{highest} %"), "load of the busier bus".into()));
+        tiles.push((text(format!("{highest} %")), text("load of the busier bus")));
     }
     if let (Some(fastest), Some(slowest)) = (failovers().reduce(f64::min), failovers().reduce(f64::max)) {
-        tiles.push((duration(fastest), "fastest fail-over".into()));
-        tiles.push((duration(slowest), "slowest fail-over".into()));
+        tiles.push((text(duration(fastest)), text("fastest fail-over")));
+        tiles.push((text(duration(slowest)), text("slowest fail-over")));
     }
     if let Some(takeover) = summary.takeover_ms {
-        tiles.push((duration(takeover), "without a master's heartbeat".into()));
+        tiles.push((number("takeover_ms", duration(takeover)), text("without a master's heartbeat")));
     }
     if let Some(slowest) = summary.takeover_failover_ms.values().flatten().copied().reduce(f64::max) {
-        tiles.push((duration(slowest), "slowest slave after the loss of the master".into()));
+        tiles.push((text(duration(slowest)), text("slowest slave after the loss of the master")));
     }
-    tiles.push((summary.lost_frames.to_string(), "frames lost".into()));
+    tiles.push((number("lost_frames", summary.lost_frames), text("frames lost")));
     html! {
         .tiles { @for (value, what) in tiles { .tile { b { (value) } span { (what) } } } }
     }

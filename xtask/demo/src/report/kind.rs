@@ -7,7 +7,9 @@ use crate::record::{MASTER, Seen, is_master};
 /// Kinds of frames, in the order of their rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
-    Network,
+    Nmt,
+    BootUp,
+    Emergency,
     Master,
     Claim,
     Slave,
@@ -26,27 +28,25 @@ impl Kind {
     /// fly.
     pub fn rows(flight: &Flight) -> Vec<Kind> {
         let traffic = match flight.plan.scope() {
-            Scope::Mission => [Kind::Command, Kind::Request, Kind::Reply],
-            Scope::Protocol => [Kind::Sdo, Kind::MasterPdo, Kind::SlavePdo],
+            Scope::Mission => &[Kind::Command, Kind::Request, Kind::Reply][..],
+            Scope::Protocol => &[Kind::MasterPdo, Kind::SlavePdo],
         };
         let has_claims = flight.masters() > 1 && flight.plan.scope() == Scope::Mission;
         let claims = has_claims.then_some(Kind::Claim);
-        let common = [Kind::Network, Kind::Master].into_iter().chain(claims).chain([Kind::Slave, Kind::Time]);
-        common.chain(traffic).collect()
+        let services = [Kind::Nmt, Kind::BootUp, Kind::Emergency, Kind::Sdo, Kind::Master];
+        let common = services.into_iter().chain(claims).chain([Kind::Slave, Kind::Time]);
+        common.chain(traffic.iter().copied()).collect()
     }
 
     /// Kinds without a row of their own.
-    pub fn others(scope: Scope) -> &'static [Kind] {
-        match scope {
-            Scope::Mission => &[Kind::Sdo, Kind::Other],
-            Scope::Protocol => &[Kind::Other],
-        }
-    }
+    pub const OTHERS: [Kind; 1] = [Kind::Other];
 
     /// The kind of a frame.
     pub fn of(seen: &Seen) -> Kind {
         match seen.meaning {
-            Some(Meaning::Nmt { .. } | Meaning::BootUp { .. } | Meaning::Emergency { .. }) => Kind::Network,
+            Some(Meaning::Nmt { .. }) => Kind::Nmt,
+            Some(Meaning::BootUp { .. }) => Kind::BootUp,
+            Some(Meaning::Emergency { .. }) => Kind::Emergency,
             Some(Meaning::Sdo { .. }) => Kind::Sdo,
             Some(Meaning::Claim { .. }) => Kind::Claim,
             Some(Meaning::Pdo) if is_master(seen.from) => Kind::MasterPdo,
@@ -64,7 +64,9 @@ impl Kind {
     /// Its name for people.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Network => "NMT, boot-up, EMCY",
+            Kind::Nmt => "NMT",
+            Kind::BootUp => "boot-up",
+            Kind::Emergency => "EMCY",
             Kind::Master => "heartbeat, master",
             Kind::Claim => "claims, master",
             Kind::Slave => "heartbeats, slaves",
@@ -82,7 +84,6 @@ impl Kind {
     /// Its name where there is little room.
     pub fn brief(self) -> &'static str {
         match self {
-            Kind::Network => "NMT, EMCY",
             Kind::Master => "HB master",
             Kind::Claim => "claims",
             Kind::Slave => "HB slaves",
@@ -96,12 +97,15 @@ impl Kind {
     /// Its class in the pictures.
     pub fn class(self) -> &'static str {
         match self {
-            Kind::Network => "network",
+            Kind::Nmt => "network",
+            Kind::BootUp => "boot-up",
+            Kind::Emergency => "emergency",
+            Kind::Sdo => "sdo",
             Kind::Master => "master",
             Kind::Slave => "slave",
             Kind::Time => "time",
             Kind::Command | Kind::MasterPdo => "command",
-            Kind::Request | Kind::Sdo => "request",
+            Kind::Request => "request",
             Kind::Reply | Kind::SlavePdo => "reply",
             Kind::Claim | Kind::Other => "other",
         }

@@ -30,7 +30,7 @@ impl Label {
     /// Right of its line; left of it where there is no room.
     pub fn beside(layout: Layout, line: f64, text: &str) -> Label {
         let width = text_width(text);
-        let left = if layout.has_room(line + GAP, text) { line + GAP } else { line - GAP - width };
+        let left = if layout.has_room(line + GAP + APART, text) { line + GAP } else { line - GAP - width };
         Label { line, left, right: left + width, row: 0 }
     }
 

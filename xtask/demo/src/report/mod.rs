@@ -3,6 +3,7 @@
 pub mod axis;
 pub mod chart;
 mod clocks;
+mod events;
 mod faults;
 mod flags;
 mod header;
@@ -53,6 +54,7 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                 main {
                     (header::header(flight, summary))
                     (header::tiles(summary))
+                    (section("Pass criteria", CHECKS_HELP, &tables::checks(summary)))
                     (section("The two buses", &buses_help(flight), &both(|layout| timeline::overview(flight, layout))))
                     @for (since, title, help) in [
                         (Since::Cut, "Around the cut", cut_help(flight)),
@@ -80,7 +82,22 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                         (section("Fail-over", &failover_help(flight), &tables::failover(flight)))
                         (section("Frames", "Completed frames per bus, and the share of the flight in which the bus was busy.", &tables::frames(flight)))
                     }
-                    (section("Boards", boards_help(scope), &tables::boards(flight)))
+                    (section("Emergencies", EMERGENCIES_HELP, &events::emergencies(flight)))
+                    @if !summary.pdo_values.is_empty() {
+                        (section("Values of PDOs", PDOS_HELP, &tables::pdos(summary)))
+                    }
+                    (section("Boards", &boards_help(scope), &html! {
+                        (tables::boards(flight))
+                        p.totals {
+                            "All boards: " (tables::number("lost_frames", summary.lost_frames)) " frames lost, "
+                            (tables::number("aborted_frames", summary.aborted_frames)) " aborted, "
+                            (tables::number("resets", summary.resets)) " resets, "
+                            (tables::number("lockups", summary.lockups)) " lock-ups, "
+                            (tables::number("panics", summary.panics)) " panics."
+                        }
+                    }))
+                    (section("Date and images", "", &tables::origin(summary)))
+                    (section("Other events", EVENTS_HELP, &events::others(flight)))
                     (story(flight))
                     (section("How to read this", "", &how_to_read(flight)))
                     footer { (footer(summary)) }
@@ -160,8 +177,24 @@ fn failover_help(flight: &Flight) -> String {
     if flight.masters() > 1 { format!("{works}{takeover}") } else { works.into() }
 }
 
-fn boards_help(scope: Scope) -> &'static str {
-    match scope {
+const CHECKS_HELP: &str =
+    "The flight passes when every check holds. Fail-over times and clock errors are reported, not judged.";
+
+const EMERGENCIES_HELP: &str = "Emergency messages (EMCY), with the error code and the error register as CiA 301 names them. Code \
+    0000h ends an error. The details are the field of the manufacturer.";
+
+const PDOS_HELP: &str =
+    "The last frame of each PDO, with the names that the data sheet of its sender has for the objects in it.";
+
+const EVENTS_HELP: &str = "Power, faults that the demo caused, boot-up messages, NMT commands, and changes of state and bus as \
+    the wires show them.";
+
+const ABORTED_HELP: &str = "Aborted are the frames that a board took back before they were sent. A master does so when it leaves a bus: \
+    a frame that waits there would be out of date when the bus comes back. An aborted frame is no fault. Lost are frames that a \
+    board received and its program never handled.";
+
+fn boards_help(scope: Scope) -> String {
+    let columns = match scope {
         Scope::Mission => {
             "Crystal, place and power-on time come from the seed. Due are the commands that completed while the slave was \
              operational on that bus, by the observer's model; executed is the slave's own count."
@@ -170,7 +203,8 @@ fn boards_help(scope: Scope) -> &'static str {
             "Crystal, place and power-on time come from the seed. The gap is the longest time without a heartbeat of the \
              node, on whichever bus, up to the end of the flight."
         }
-    }
+    };
+    format!("{columns} {ABORTED_HELP}")
 }
 
 fn how_to_read(flight: &Flight) -> Markup {

@@ -101,7 +101,7 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
             let name = if layout.brief { kind.brief() } else { kind.name() };
             svg.text("soft end", left - 12.0, y + 11.0, name);
         }
-        let others = Kind::others(flight.plan.scope()).iter().map(|kind| (0, kind));
+        let others = Kind::OTHERS.iter().map(|kind| (0, kind));
         for (row, &kind) in lanes.rows.iter().enumerate().chain(others) {
             let places: BTreeSet<i64> = flight
                 .frames()

@@ -1,0 +1,268 @@
+//! Checks of a flight: each with its limit, the value of the flight, and whether it held.
+
+use serde::Serialize;
+
+use super::flight::{BoardCount, Flight};
+use super::meaning::Scope;
+use super::narrator::name;
+use super::record::{MASTER, Node};
+use super::track::{BusAccess, Track};
+
+/// One check of the verdict.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Check {
+    /// What is checked.
+    pub name: &'static str,
+    /// Values that pass.
+    pub limit: String,
+    /// Value of this flight.
+    pub measured: String,
+    /// Result of the comparison.
+    pub result: CheckResult,
+    /// Why it failed, one sentence for each board that is to blame; empty when it held.
+    #[serde(skip)]
+    pub reasons: Vec<String>,
+}
+
+/// Result of a check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum CheckResult {
+    /// The value is within the limit.
+    #[serde(rename = "held")]
+    Held,
+    /// It is not.
+    #[serde(rename = "failed")]
+    Failed,
+    /// The flight was interrupted before it could be judged.
+    #[serde(rename = "not judged")]
+    NotJudged,
+}
+
+impl CheckResult {
+    /// For people, and in `summary.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            CheckResult::Held => "held",
+            CheckResult::Failed => "failed",
+            CheckResult::NotJudged => "not judged",
+        }
+    }
+}
+
+impl Check {
+    fn new(
+        name: &'static str,
+        limit: impl ToString,
+        measured: impl ToString,
+        reasons: impl IntoIterator<Item = String>,
+    ) -> Check {
+        let reasons: Vec<String> = reasons.into_iter().collect();
+        let result = if reasons.is_empty() { CheckResult::Held } else { CheckResult::Failed };
+        Check { name, limit: limit.to_string(), measured: measured.to_string(), result, reasons }
+    }
+
+    /// A count over all boards that must be zero; `reason` has the words for a board that has some.
+    fn none(
+        name: &'static str,
+        flight: &Flight,
+        count: impl Fn(&BoardCount) -> u64,
+        reason: impl Fn(&BoardCount, u64) -> String,
+    ) -> Check {
+        let counts =
+            || flight.boards.iter().map(|board| (board, count(board))).filter(|(_, count)| *count > 0);
+        let sum: u64 = counts().map(|(_, count)| count).sum();
+        Check::new(name, 0, sum, counts().map(|(board, count)| reason(board, count)))
+    }
+}
+
+/// All checks of a flight. An interrupted one is not judged by its end, and not by faults that it did not reach.
+pub fn checks(flight: &Flight) -> Vec<Check> {
+    let mut of_the_end = vec![operational(flight)];
+    of_the_end.extend(of_masters(flight));
+    if flight.interrupted.is_some() {
+        for check in &mut of_the_end {
+            check.result = CheckResult::NotJudged;
+            check.reasons.clear();
+        }
+    }
+    [of_the_end, damage(flight)].concat()
+}
+
+/// Slaves that are operational at the end. Minimal ones are wherever they are: those on the bus of the master.
+fn operational(flight: &Flight) -> Check {
+    let master = flight.observer.active_master().unwrap_or(MASTER);
+    let bus = flight.observer.nodes()[&master].now().bus;
+    let is_operational = |track: &Track| match track.operational_on() {
+        Some(at) => !track.is_minimal || at == bus,
+        None => false,
+    };
+    let slaves = flight.observer.slaves().count();
+    let others: Vec<(Node, &Track)> =
+        flight.observer.slaves().filter(|(_, track)| !is_operational(track)).collect();
+    Check::new(
+        "slaves operational at the end",
+        format_args!("{slaves} of {slaves}"),
+        format_args!("{} of {slaves}", slaves - others.len()),
+        others.iter().map(|(node, track)| not_operational(flight, *node, track)),
+    )
+}
+
+fn not_operational(flight: &Flight, node: Node, track: &Track) -> String {
+    let now = track.now();
+    let mut fault =
+        format!("{} is {} on the {} bus at the end", name(node), now.phase.name(), now.bus.name());
+    if let (Some(BusAccess::Selective), Some((cut, _))) = (track.access, flight.cut()) {
+        fault += &format!(
+            " (selective access: it searches {} s after the master's last heartbeat, the flight ended \
+             {:.1} s after the cut)",
+            flight.plan.toggling_time().as_secs_f64(),
+            flight.end.since(cut).as_secs_f64()
+        );
+    }
+    fault
+}
+
+/// Checks of two master boards: one is active at a time, and the faults that the demo caused found one active.
+fn of_masters(flight: &Flight) -> Vec<Check> {
+    let rivalry = flight.observer.rivalry().map(|rival| {
+        let (at, rival, active) = (rival.first.as_secs_f64(), name(rival.to), name(rival.from));
+        format!("two masters were active: {rival} sent 701h at {at} s, while {active} had power")
+    });
+    let mut checks = Vec::new();
+    if flight.masters() > 1 || rivalry.is_some() {
+        let measured = if rivalry.is_some() { 2 } else { 1 };
+        checks.push(Check::new("masters active at the same time", "1 at most", measured, rivalry));
+    }
+    if let Some(at) = flight.plan.standby_reset {
+        let missing = flight.standby_reset().is_none().then(|| {
+            let at = at.as_secs_f64();
+            format!("no master was active at {at} s, so no standby was reset: give a later --cut-at")
+        });
+        let measured = flight.standby_reset().map_or("none".into(), |(_, board)| name(board));
+        checks.push(Check::new("standby to be reset", "one board", measured, missing));
+    }
+    if let Some(at) = flight.plan.loss {
+        let reason = match (flight.loss(), flight.takeover()) {
+            (None, _) => Some(format!("no master was active at {} s to lose its power", at.as_secs_f64())),
+            (Some((_, board)), None) => {
+                Some(format!("no board took over from {} until the end", name(board)))
+            }
+            (Some(_), Some(_)) => None,
+        };
+        let measured = flight.takeover().map_or("none".into(), |takeover| name(takeover.to));
+        checks.push(Check::new("takeover after the loss of the master", "another board", measured, reason));
+    }
+    checks
+}
+
+/// Checks that even an early end of the flight does not excuse.
+fn damage(flight: &Flight) -> Vec<Check> {
+    let stops = Check::none(
+        "boards that the twin had to stop",
+        flight,
+        |board| u64::from(board.stopped.is_some()),
+        |board, _| format!("the twin stopped {}", board.stopped.as_deref().unwrap_or_default()),
+    );
+    let lockups = Check::none(
+        "lock-ups of a CPU",
+        flight,
+        |board| board.lockups,
+        |board, _| format!("{} locked up", name(board.node)),
+    );
+    let panics = Check::none(
+        "panics of a firmware",
+        flight,
+        |board| board.panics,
+        |board, _| format!("{} panicked", name(board.node)),
+    );
+    let due = |board: &BoardCount| flight.observer.nodes().get(&board.node).map(|track| track.resets_due);
+    let resets = Check::none(
+        "resets without a command",
+        flight,
+        |board| due(board).map_or(0, |due| board.resets.saturating_sub(due)),
+        |board, _| {
+            let due = due(board).unwrap_or_default();
+            format!("{} reset itself {} times, {due} of them commanded", name(board.node), board.resets)
+        },
+    );
+    let lost = Check::none(
+        "frames lost",
+        flight,
+        |board| board.lost_frames,
+        |board, lost| format!("{} lost {lost} frames", name(board.node)),
+    );
+    let commands = (flight.plan.scope() == Scope::Mission).then(|| commands(flight));
+    [stops, lockups, panics, resets].into_iter().chain(commands).chain([lost]).collect()
+}
+
+/// Commands executed by each slave, against those due.
+fn commands(flight: &Flight) -> Check {
+    let of = |board: &BoardCount| {
+        let track = flight.observer.nodes().get(&board.node).filter(|track| track.access.is_some())?;
+        let executed = board.counters.map_or(0, |counters| u64::from(counters.commands));
+        Some((board.node, executed, track.tc_due))
+    };
+    let counts = || flight.boards.iter().filter_map(of);
+    let wrong = counts().filter(|(_, executed, due)| executed != due);
+    Check::new(
+        "commands executed by the slaves, each one as many as were due",
+        counts().map(|(.., due)| due).sum::<u64>(),
+        counts().map(|(_, executed, _)| executed).sum::<u64>(),
+        wrong.map(|(node, executed, due)| {
+            format!("{} executed {executed} commands, {due} were due", name(node))
+        }),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::Interruption;
+    use crate::sample;
+
+    fn row(flight: &Flight, name: &str) -> (String, String, CheckResult) {
+        let check = checks(flight).into_iter().find(|check| check.name.starts_with(name)).expect(name);
+        (check.limit, check.measured, check.result)
+    }
+
+    fn expected(limit: &str, measured: &str, result: CheckResult) -> (String, String, CheckResult) {
+        (limit.into(), measured.into(), result)
+    }
+
+    #[test]
+    fn every_check_has_its_limit_and_its_value() {
+        let mut flight = sample::flight();
+        flight.boards[2].lost_frames = 3;
+        assert_eq!(row(&flight, "slaves"), expected("2 of 2", "2 of 2", CheckResult::Held));
+        assert_eq!(row(&flight, "frames lost"), expected("0", "3", CheckResult::Failed));
+        let due = sample::COMMANDS_DUE.to_string();
+        assert_eq!(row(&flight, "commands"), expected(&due, &due, CheckResult::Held));
+        assert!(!checks(&flight).iter().any(|check| check.name.contains("takeover")));
+    }
+
+    #[test]
+    fn two_masters_have_checks_of_their_own() {
+        let flight = sample::standby::flight();
+        assert_eq!(row(&flight, "masters active"), expected("1 at most", "1", CheckResult::Held));
+        assert_eq!(row(&flight, "standby"), expected("one board", "master 2", CheckResult::Held));
+        assert_eq!(row(&flight, "takeover"), expected("another board", "master 2", CheckResult::Held));
+    }
+
+    /// Given slaves that execute too many and too few commands, then the equal sums do not hide it.
+    #[test]
+    fn commands_are_compared_slave_by_slave() {
+        let mut flight = sample::flight();
+        flight.boards[1].counters.as_mut().unwrap().commands += 1;
+        flight.boards[2].counters.as_mut().unwrap().commands -= 1;
+        let due = sample::COMMANDS_DUE.to_string();
+        assert_eq!(row(&flight, "commands"), expected(&due, &due, CheckResult::Failed));
+    }
+
+    #[test]
+    fn an_interrupted_flight_is_not_judged_by_its_end() {
+        let mut flight = sample::flight();
+        flight.interrupted = Some(Interruption::Asked);
+        assert_eq!(row(&flight, "slaves").2, CheckResult::NotJudged);
+        assert_eq!(row(&flight, "frames lost").2, CheckResult::Held);
+    }
+}
