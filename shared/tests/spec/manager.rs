@@ -286,7 +286,6 @@ fn with_all_slaves_silent_master_leaves_at_once_and_every_dwell() {
     );
 }
 
-/// Verifies: ECSS 8.2.2a
 #[test]
 fn slaves_heard_only_on_other_bus_draw_master_after_settling() {
     let mut manager = started();

@@ -135,7 +135,7 @@ fn slave_without_heartbeat_is_never_missed() {
 /// The master has the SYNC of Tables 9-7 to 9-10 in its dictionary, with the producer bit of CiA 301 in 1005h, and sends it in the period
 /// that stands there. The synchronous window is zero: no node has one.
 ///
-/// Verifies: ECSS 9.4.7.3a, 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3b.2, 9.4.7.3d
+/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1
 #[test]
 fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
     let mut master = powered(&MIXED);

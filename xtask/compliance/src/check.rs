@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::path::Path;
 
-use crate::requirements::{Requirement, Who};
+use crate::requirements::{Deviation, Requirement, Who};
 use crate::tags::Tag;
 
 /// A test that names more verifies none of them well.
@@ -82,6 +83,24 @@ pub fn check(requirements: &[Requirement], tags: &[Tag]) -> Vec<Finding> {
     let untested = |row: &&Requirement| row.who == Who::Software && tests.get(row.id.as_str()) == Some(&0);
     findings.extend(requirements.iter().filter(untested).map(|row| Finding::Untested(row.id.clone())));
     findings
+}
+
+/// Deviations that name no requirement or no page of `docs`, or that are no sentence.
+pub fn check_deviations(requirements: &[Requirement], deviations: &[Deviation], docs: &Path) -> Vec<Finding> {
+    let wrong = deviations.iter().filter_map(|Deviation { id, text, page }| {
+        let file = page.split('#').next().unwrap_or_default();
+        let reason = if requirements.iter().all(|row| row.id != *id) {
+            "its deviation names no requirement"
+        } else if text.is_empty() || !text.ends_with('.') {
+            "its deviation is no sentence"
+        } else if !file.ends_with(".md") || !docs.join(file).is_file() {
+            "its deviation names no page of docs"
+        } else {
+            return None;
+        };
+        Some(Finding::Row { id: id.clone(), reason })
+    });
+    wrong.collect()
 }
 
 fn rows(requirements: &[Requirement]) -> impl Iterator<Item = Finding> {

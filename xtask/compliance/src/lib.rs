@@ -1,7 +1,8 @@
 //! `cargo xtask compliance`: each requirement of the standard, who meets it, and the tests that verify it.
 //!
 //! Requirements are rows of `data/requirements.csv`, in our own words. A test names what it verifies in its doc comment:
-//! `Verifies: ECSS 8.3.3h`. Both together are `docs/compliance.md`. The second table of that page is `data/table_11_1.csv`:
+//! `Verifies: ECSS 8.3.3h`. Both together are `docs/compliance.md`, with our
+//! deviations, rows of `data/deviations.csv`. The second table of that page is `data/table_11_1.csv`:
 //! what Table 11-1 says of each part of CiA 301, and where we deviate.
 
 #![forbid(unsafe_code)]
@@ -20,13 +21,15 @@ use clap::Args;
 use support::output;
 use support::project::path;
 
-pub use check::{Finding, check};
-pub use requirements::{Clause, Requirement, Who, clauses, requirements};
+pub use check::{Finding, check, check_deviations};
+pub use requirements::{Clause, Deviation, Requirement, Who, clauses, deviations, requirements};
 pub use sources::{read, read_all, root};
 pub use tags::{Tag, tags};
 
 /// The page that it writes, from the root of the repository.
 const PAGE: &str = "docs/compliance.md";
+/// Folder of the pages that deviations name.
+const DOCS: &str = "docs";
 
 /// Command line of `compliance`.
 #[derive(Args, Debug)]
@@ -43,8 +46,9 @@ pub struct Options {
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let requirements = requirements();
     let tags = read_all(&path("."))?;
-    let findings = check(&requirements, &tags);
-    let text = page::write(&requirements, &clauses(), &tags);
+    let mut findings = check(&requirements, &tags);
+    findings.extend(check_deviations(&requirements, &deviations(), &path(DOCS)));
+    let text = page::write(&requirements, &deviations(), &clauses(), &tags);
     let page = path(PAGE);
     let summary = page::summary(&requirements, &tags);
     if !options.check {

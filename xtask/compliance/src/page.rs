@@ -2,13 +2,16 @@
 
 use std::fmt::Write as _;
 
-use crate::requirements::{Clause, Requirement, Who};
+use crate::requirements::{Clause, Deviation, Requirement, Who};
 use crate::tags::Tag;
 
 const HEAD: &str = "# Compliance
 
 Written by `cargo xtask compliance`; do not edit. `cargo xtask compliance --check` fails if a tag names no requirement, stands on
 no test that runs, or a requirement on software has no test.
+
+The column \"deviation\" says where we do something else than the text, or read an unclear text in one way. Its link leads to the
+decision.
 
 ";
 
@@ -37,7 +40,12 @@ pub fn summary(requirements: &[Requirement], tags: &[Tag]) -> String {
 }
 
 /// The whole page.
-pub fn write(requirements: &[Requirement], clauses: &[Clause], tags: &[Tag]) -> String {
+pub fn write(
+    requirements: &[Requirement],
+    deviations: &[Deviation],
+    clauses: &[Clause],
+    tags: &[Tag],
+) -> String {
     let mut page = HEAD.to_owned();
     let _ = writeln!(page, "{}.", summary(requirements, tags));
     let mut chapter = "";
@@ -45,17 +53,23 @@ pub fn write(requirements: &[Requirement], clauses: &[Clause], tags: &[Tag]) -> 
         let own = row.id.split('.').next().unwrap_or_default();
         if own != chapter {
             chapter = own;
-            let _ = write!(page, "\n## Clause {own}\n\n| id | requirement | who | tests | remark |\n");
-            page.push_str("| --- | --- | --- | --- | --- |\n");
+            let _ = write!(
+                page,
+                "\n## Clause {own}\n\n| id | requirement | who | tests | deviation | remark |\n"
+            );
+            page.push_str("| --- | --- | --- | --- | --- | --- |\n");
         }
         let tests: Vec<String> = tests(row, tags).map(link).collect();
+        let own = deviations.iter().filter(|deviation| deviation.id == row.id);
+        let deviations: Vec<String> = own.map(decision).collect();
         let _ = writeln!(
             page,
-            "| {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} |",
             row.id,
             row.text,
             row.who,
             tests.join("<br>"),
+            deviations.join("<br>"),
             row.remark
         );
     }
@@ -69,6 +83,10 @@ pub fn write(requirements: &[Requirement], clauses: &[Clause], tags: &[Tag]) -> 
 
 fn tests<'t>(row: &'t Requirement, tags: &'t [Tag]) -> impl Iterator<Item = &'t Tag> {
     tags.iter().filter(|tag| tag.runs && tag.ids.contains(&row.id))
+}
+
+fn decision(deviation: &Deviation) -> String {
+    format!("{} [Decision]({})", deviation.text, deviation.page)
 }
 
 /// To the file alone: lines move too often.

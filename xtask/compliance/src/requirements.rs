@@ -1,4 +1,4 @@
-//! The two tables of the standard that we answer, as rows.
+//! The two tables of the standard that we answer, and our deviations, as rows.
 
 use std::fmt;
 
@@ -16,6 +16,18 @@ pub struct Requirement {
     pub text: String,
     /// A reason, or our reading; may be empty.
     pub remark: String,
+}
+
+/// Where we do something else than the text of a requirement, or read an unclear text in one way.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Deviation {
+    /// Requirement. One may have several deviations.
+    pub id: String,
+    /// One short sentence.
+    #[serde(rename = "deviation")]
+    pub text: String,
+    /// Page with the decision, from `docs`, with an anchor or without.
+    pub page: String,
 }
 
 /// Who meets a requirement.
@@ -61,6 +73,11 @@ pub struct Clause {
 /// All requirements, in the order of the standard.
 pub fn requirements() -> Vec<Requirement> {
     rows(include_str!("../data/requirements.csv"))
+}
+
+/// All deviations, in the order of the standard.
+pub fn deviations() -> Vec<Deviation> {
+    rows(include_str!("../data/deviations.csv"))
 }
 
 /// Table 11-1, in its order.

@@ -1,8 +1,12 @@
 //! What makes `cargo xtask compliance --check` fail.
 
 use std::fs;
+use std::path::{Path, PathBuf};
 
-use compliance::{Finding, Requirement, Tag, Who, check, clauses, read, requirements, root, tags};
+use compliance::{
+    Deviation, Finding, Requirement, Tag, Who, check, check_deviations, clauses, deviations, read,
+    requirements, root, tags,
+};
 
 /// So that this file has no tag in a comment.
 const MARK: &str = "/// Verifies: ECSS";
@@ -150,6 +154,58 @@ fn the_tables_of_the_standard_are_whole() {
     assert_eq!(requirements.len(), 261);
     let marks = ["A", "O", "NA", "R"];
     assert!(clauses().iter().all(|clause| marks.contains(&clause.applicability.as_str())));
+}
+
+fn docs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
+}
+
+#[test]
+fn each_deviation_names_a_requirement_and_a_page() {
+    let (requirements, deviations) = (requirements(), deviations());
+    assert_eq!(check_deviations(&requirements, &deviations, &docs()), []);
+    // In the order of the standard, and one sentence of a line.
+    let place = |deviation: &Deviation| requirements.iter().position(|row| row.id == deviation.id);
+    assert!(deviations.is_sorted_by_key(place));
+    assert!(deviations.iter().all(|deviation| deviation.text.split_whitespace().count() <= 25));
+}
+
+/// The errors of the standard that are known have a row each.
+#[test]
+fn known_errors_of_the_standard_are_deviations() {
+    let deviations = deviations();
+    let known = [
+        "6.4a", "6.5.1a.4", "6.5.1a.5", "7.1.3d", "8.3.1b", "8.3.3g", "8.3.3l", "9.3a", "9.4.4c", "9.4.7.3a",
+        "11.1c",
+    ];
+    for id in known {
+        assert!(deviations.iter().any(|deviation| deviation.id == id), "{id}");
+    }
+}
+
+#[test]
+fn a_deviation_without_requirement_sentence_or_page_is_found() {
+    let deviation = |id: &str, text: &str, page: &str| Deviation {
+        id: id.to_owned(),
+        text: text.to_owned(),
+        page: page.to_owned(),
+    };
+    let deviations = [
+        deviation("8.3.3a", "We do so.", "wiring.md#straps"),
+        deviation("8.3.3z", "We do so.", "wiring.md"),
+        deviation("8.3.3a", "", "wiring.md"),
+        deviation("8.3.3a", "We do so.", "no_page.md"),
+        deviation("8.3.3a", "We do so.", ""),
+    ];
+    let found = check_deviations(&table(), &deviations, &docs());
+    let found: Vec<String> = found.iter().map(ToString::to_string).collect();
+    let expected = [
+        "8.3.3z: its deviation names no requirement",
+        "8.3.3a: its deviation is no sentence",
+        "8.3.3a: its deviation names no page of docs",
+        "8.3.3a: its deviation names no page of docs",
+    ];
+    assert_eq!(found, expected);
 }
 
 /// Given Table 11-1, then what applies is there or has a reason why not, what is not used but there has a reason, and what is for

@@ -198,7 +198,7 @@ fn a_time_of_type_255_holds_when_it_arrives() {
     assert_eq!(read(&mut slave, 0x2015, 2), [4, 0, 0, 0]);
 }
 
-/// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3j, 7.2.3k
+/// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3k
 #[test]
 fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
     let mut slave = operational::<Keeper>();

@@ -98,9 +98,8 @@ fn minimal_slave_sends_heartbeats_and_no_boot_up_message() {
     assert!(gaps(&ends).all(|gap| about(ms(100), Time::from_us(9 * 135)).contains(&gap)));
 }
 
-/// Nothing but heartbeat, telemetry and what SYNC asks for: no EMCY, no SDO, no time.
+/// Nothing but heartbeat, telemetry and what SYNC asks for: no EMCY, no SDO, no time. There is no request by 505h in this flight.
 ///
-/// Verifies: ECSS 9.3a
 /// Verifies: ECSS 9.4.1b
 #[test]
 fn minimal_slave_sends_objects_of_the_minimal_set_only() {
@@ -190,8 +189,9 @@ fn sync_brings_the_number_of_executed_commands() {
 
 /// Figures 9-1 and 9-2: any length of a command, of a request and of telemetry.
 ///
+/// Verifies: ECSS 9.3a
 /// Verifies: ECSS 9.4.2a
-/// Verifies: ECSS 9.4.3a
+/// Verifies: ECSS 9.4.3a, 9.4.3c
 #[test]
 fn commands_requests_and_telemetry_have_any_length() {
     let mut craft = standard(&PAIR);
@@ -212,6 +212,9 @@ fn commands_requests_and_telemetry_have_any_length() {
     craft.twin.inject(guest, craft.end, WireFrame::standard(0x305, &[0x02, 0x01]));
     let reply = craft.fly_until(|seen| seen.id() == Some(0x385) && seen.data()[2] == 0x78);
     assert_eq!(reply.data(), [0x02, 0x01, 0x78, 0x56, 0x34, 0x12, 0, 0]);
+    // All objects of Table 9-1 that this device has in use: nine commands by 205h, which bring nothing, and nine requests by 505h.
+    assert_eq!(ids_of(&craft, MINIMAL), [0x285, 0x385, 0x485, 0x705]);
+    assert_eq!(craft.sent(MINIMAL, Bus::Nominal, 0x485).count(), 9);
     craft.assert_nothing_lost();
 }
 
@@ -352,6 +355,44 @@ fn minimal_slave_sends_its_local_time_with_sync() {
     let apart = ((units(minimal.data()) - units(full.data())) * 1_000_000) >> 24;
     assert!(apart.abs() < 1_100, "{apart} us");
     assert_eq!((full.data().len(), minimal.data().len()), (7, 7));
+}
+
+/// Given full and minimal slaves with a clock, among commands and telemetry, then each of them sends one Local Time PDO after each SYNC
+/// on its bus, and no other board sends its COB-ID.
+///
+/// Verifies: ECSS 7.2.3i, 7.2.3j
+#[test]
+fn each_slave_with_a_clock_sends_one_local_time_pdo() {
+    let slaves = [2, 3, MINIMAL, SELECTIVE];
+    let syncs: Vec<Time> =
+        MIXED.frames.iter().filter(|seen| seen.id() == Some(0x080)).map(|seen| seen.end).collect();
+    let mut number = 0;
+    for sync in syncs.iter().filter(|sync| **sync > ms(500)) {
+        let until = *sync + ms(4_000);
+        let after = |seen: &&Seen| seen.start >= *sync && seen.end < until;
+        let times: Vec<&Seen> = MIXED
+            .frames
+            .iter()
+            .filter(after)
+            .filter(|seen| matches!(seen.id(), Some(0x182..0x200)))
+            .collect();
+        for node in slaves {
+            let own: Vec<_> =
+                times.iter().filter(|seen| seen.id() == Some(0x180 + u16::from(node))).collect();
+            // The selective slave needs 12.5 s to the other bus.
+            if node == SELECTIVE && *sync > CUT && own.is_empty() {
+                continue;
+            }
+            assert_eq!(own.len(), 1, "node {node} after the SYNC at {} us", sync.as_us());
+            assert_eq!(own[0].sender, MIXED.board(node).0);
+            number += 1;
+        }
+        let nobody = times
+            .iter()
+            .filter(|seen| !slaves.iter().any(|node| seen.id() == Some(0x180 + u16::from(*node))));
+        assert_eq!(nobody.count(), 0);
+    }
+    assert!(number >= 7, "{number}");
 }
 
 #[test]

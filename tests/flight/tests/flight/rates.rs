@@ -34,6 +34,46 @@ fn controllers_have_the_bit_timing_of_their_network() {
     }
 }
 
+/// Rates of the standard beside 1 Mbit/s, kbit/s.
+const REQUIRED: [&str; 3] = ["500", "250", "125"];
+
+/// Given what the images offer, the features of their manifests and the rates in their data sheets, then each image that offers a
+/// rate beside those of the standard offers all of these.
+///
+/// Verifies: ECSS 5.4.2b
+#[test]
+fn images_with_further_rates_have_all_rates_of_the_standard() {
+    let manifests = [
+        include_str!("../../../../firmware/master/Cargo.toml"),
+        include_str!("../../../../firmware/slave/Cargo.toml"),
+        include_str!("../../../../firmware/minimal/Cargo.toml"),
+    ];
+    for manifest in manifests {
+        let features = manifest.lines().filter_map(|line| line.strip_prefix("kbit-")?.split_once(" = "));
+        let rates: Vec<_> =
+            features.inspect(|(rate, of)| assert_eq!(*of, format!("[\"mission/kbit-{rate}\"]"))).collect();
+        assert_complete(&rates.into_iter().map(|(rate, _)| rate).collect::<Vec<_>>());
+    }
+    let sheets = [
+        include_str!("../../../../docs/eds/master.eds"),
+        include_str!("../../../../docs/eds/slave.eds"),
+        include_str!("../../../../docs/eds/minimal.eds"),
+        include_str!("../../../../docs/eds/minimal-librecube.eds"),
+    ];
+    for sheet in sheets {
+        let rates: Vec<_> =
+            sheet.lines().filter_map(|line| line.strip_prefix("BaudRate_")?.strip_suffix("=1")).collect();
+        assert!(rates.contains(&"1000"));
+        assert_complete(&rates);
+    }
+}
+
+fn assert_complete(rates: &[&str]) {
+    let has_further = rates.iter().any(|rate| !REQUIRED.contains(rate) && *rate != "1000");
+    assert!(has_further, "the slower rates of CiA 301: {rates:?}");
+    assert!(REQUIRED.iter().all(|rate| rates.contains(rate)), "{rates:?}");
+}
+
 #[test]
 fn a_bus_of_10_kbit_per_second_carries_a_slave() {
     assert_carries_a_slave(10);

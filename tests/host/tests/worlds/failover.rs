@@ -106,7 +106,6 @@ fn selective_slave_toggles_after_ttoggle_and_is_started() {
     }
 }
 
-/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1
 #[test]
 fn a_cut_between_slaves_moves_everybody_to_the_whole_bus() {
     let mut world = running(STANDARD, 3);

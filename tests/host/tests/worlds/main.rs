@@ -12,6 +12,7 @@ mod failover;
 mod messages;
 mod minimal;
 mod one_controller;
+mod outages;
 mod pair;
 mod prototype;
 #[path = "../random/mod.rs"]
@@ -19,6 +20,8 @@ mod random;
 mod recovery;
 mod scripts;
 mod sdo_client;
+mod separate_buses;
+mod shipped_minimal;
 mod start_up;
 mod support;
 mod thermometer;

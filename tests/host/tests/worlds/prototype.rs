@@ -62,7 +62,7 @@ fn prototype_sends_its_heartbeat_every_250_ms() {
 
 /// The listing answers request 0001h with the data 665544332211h, whatever stands behind the code.
 ///
-/// Verifies: ECSS 9.4.2b, 9.4.3b.1, 9.4.3c
+/// Verifies: ECSS 9.4.2b, 9.4.3b.1
 #[test]
 fn request_brings_the_telemetry_of_the_prototype() {
     let mut world = powered();

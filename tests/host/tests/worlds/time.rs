@@ -8,7 +8,7 @@ use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Duration, Scet};
 use futures_util::future::select;
 use host_worlds::world::{Sent, World};
-use mission::{Received, STANDARD};
+use mission::{LIBRECUBE, Received, STANDARD};
 
 use crate::support::*;
 
@@ -29,7 +29,7 @@ fn next(world: &World, id: u16, after: &Sent) -> Sent {
     since(world, Bus::Nominal, id, after.end).into_iter().next().expect("an answer to the SYNC")
 }
 
-/// Verifies: ECSS 6.3a, 6.9c, 6.9d
+/// Verifies: ECSS 6.9c, 6.9d
 #[test]
 fn sync_comes_every_period_from_the_master_alone() {
     let mut world = running(STANDARD, 3);
@@ -38,6 +38,82 @@ fn sync_comes_every_period_from_the_master_alone() {
     assert_eq!(frames.len(), 30);
     assert!(frames.iter().all(|sent| sent.node == Some(MASTER) && sent.frame.dlc == 0));
     assert!(periods_us(&frames).iter().all(|us| us.abs_diff(100_000) < 500), "{:?}", periods_us(&frames));
+}
+
+/// Given a busy network, then each device with a synchronous PDO has 1005h: the master as the producer, the slaves as consumers. When
+/// 1005h of one slave is changed by SDO, then its synchronous PDO follows the new identifier alone.
+///
+/// Verifies: ECSS 6.3a
+#[test]
+fn devices_with_synchronous_pdos_have_a_sync_object() {
+    const SYNC: Address = Address::new(0x1005, 0);
+    const SYNC_TYPE: Address = Address::new(0x1800, 2);
+    let mut world = Craft::busy(STANDARD, 3, |world| world);
+    world.run_until(ms(1_000));
+    let task = world.on_master(|master| async move {
+        let client = master.sdo();
+        let mut found = vec![];
+        for node in [TWO, THREE, FOUR] {
+            let (mut cob_id, mut kind) = ([0; 4], [0]);
+            client.read(node, SYNC, &mut cob_id).await?;
+            client.read(node, SYNC_TYPE, &mut kind).await?;
+            found.push((u32::from_le_bytes(cob_id), kind[0]));
+        }
+        client.write(TWO, SYNC, &0x90_u32.to_le_bytes()).await?;
+        Ok::<_, Error>(found)
+    });
+    world.run_for(ms(90));
+    assert_eq!(task.take().expect("the SDO transfers ended").1, Ok(vec![(0x80, 1); 3]));
+    let producer = world.master(|master| master.objects().communication.sync.cob_id);
+    assert_eq!(producer, 0x4000_0080, "bit 30: it produces SYNC");
+
+    let from = world.now();
+    for _ in 0..3 {
+        world.run_for(ms(250));
+        world.inject(Bus::Nominal, standard(0x090, &[]));
+    }
+    world.run_for(ms(250));
+    let number = |id| since(&world, Bus::Nominal, id, from).len();
+    let syncs = number(0x080);
+    assert!((9..=11).contains(&syncs), "{syncs}");
+    assert_eq!([0x182, 0x183, 0x184].map(number), [3, syncs, syncs]);
+}
+
+/// Given a busy network of a profile, then between two SYNCs each slave with a clock sends its local time once, by a COB-ID of its
+/// own. Its dictionary maps the local time (2011h) to one PDO.
+///
+/// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3j
+#[test]
+fn each_slave_sends_one_local_time_pdo_with_each_sync() {
+    for (profile, end) in [(STANDARD, ms(3_000)), (LIBRECUBE, ms(31_000))] {
+        let mut world = Craft::busy(profile, 3, |world| world);
+        world.run_until(end);
+        let syncs = between(&world, Bus::Nominal, 0x080, ms(1_000), end);
+        assert!(syncs.len() >= 5, "{}", syncs.len());
+        let ids = [TWO, THREE, FOUR].map(|node| (node, 0x180 + u16::from(node.get())));
+        for pair in syncs.windows(2) {
+            for (node, id) in ids {
+                let sent = between(&world, Bus::Nominal, id, pair[0].end, pair[1].end);
+                assert_eq!(sent.len(), 1, "{id:03X}h after the SYNC at {} us", pair[0].end.as_us());
+                assert_eq!(sent[0].node, Some(node));
+                assert!(sent[0].end.since(pair[0].end) < ms(2), "{id:03X}h");
+            }
+            // 181h is the spacecraft time; no node has the others.
+            let frames = world.frames(Bus::Nominal).iter();
+            let sent = frames.filter(|sent| sent.start >= pair[0].end && sent.end <= pair[1].end);
+            assert_eq!(sent.filter(|sent| matches!(sent.id(), Some(0x182..0x200))).count(), 3);
+        }
+        for node in [TWO, THREE, FOUR] {
+            let mappings = world.slave(node, |slave| {
+                let tpdos = &slave.objects().pdos.tpdo_mappings;
+                tpdos
+                    .iter()
+                    .filter(|mapping| mapping.objects.iter().any(|object| object >> 16 == 0x2011))
+                    .count()
+            });
+            assert_eq!(mappings, 1, "{node:?}");
+        }
+    }
 }
 
 /// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k

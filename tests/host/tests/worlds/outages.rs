@@ -1,0 +1,193 @@
+//! Outages of a part of the network under traffic: the nodes that are left communicate all the time, not only at the end.
+//!
+//! The master commands every slave and asks it for telemetry ten times a second. Heartbeat and SYNC have the same period.
+
+use can_wire::time::Time;
+use ecss_can::link::port::{CanPort, ErrorState, Health};
+use ecss_can::node::{MasterEvent, SlaveEvent};
+use ecss_can::profile::Profile;
+use ecss_can::types::{Bus, NmtState, NodeId};
+use host_worlds::log::Happening;
+use host_worlds::world::World;
+use mission::Command;
+use mission::STANDARD;
+
+use crate::support::*;
+
+/// Period of commands, telemetry, heartbeats and SYNC.
+const PERIOD: Time = Time::from_ms(100);
+/// Frames of others that may go first, and the delay of late heartbeats.
+const JITTER_US: u64 = 2_000;
+
+/// A network with commands and telemetry all the time.
+fn busy(profile: Profile) -> Craft {
+    let mut world = Craft::busy(profile, 3, |world| world);
+    world.run_until(ms(1_000));
+    assert!(world.all_operational());
+    world
+}
+
+/// Commands that a slave executed in `(from, to]`: when, and the value, which the master counts up.
+fn executed(world: &Craft, node: NodeId, from: Time, to: Time) -> Vec<(Time, u32)> {
+    let deeds = world.deeds(node).into_iter().filter(|(at, _)| *at > from && *at <= to);
+    deeds
+        .filter_map(|(at, deed)| match deed {
+            Deed::Executed(Command::SetValue(value)) => Some((at, value)),
+            _ => None,
+        })
+        .collect()
+}
+
+/// Asserts that this slave and the master went on from `from` to `to` on the nominal bus as if nothing had happened.
+fn assert_undisturbed(world: &Craft, node: NodeId, from: Time, to: Time) {
+    let expected = to.since(from).as_us() / PERIOD.as_us();
+    let commands = executed(world, node, from, to);
+    assert!(commands.len() as u64 + 1 >= expected, "{node:?}: {} of {expected}", commands.len());
+    for pair in commands.windows(2) {
+        assert_eq!(pair[1].1, pair[0].1 + 1, "{node:?} executes each command");
+        let gap = pair[1].0.since(pair[0].0).as_us();
+        assert!(gap.abs_diff(PERIOD.as_us()) < JITTER_US, "{node:?}: {gap} us");
+    }
+    let own = u16::from(node.get());
+    // Its heartbeat, telemetry and local time; heartbeat and SYNC of the master.
+    for id in [0x700 + own, 0x380 + own, 0x180 + own, 0x701, 0x080] {
+        let frames = between(world, Bus::Nominal, id, from, to);
+        assert!(frames.len() as u64 + 1 >= expected, "{id:03X}: {} of {expected}", frames.len());
+        let periods = periods_us(&frames);
+        assert!(periods.iter().all(|us| us.abs_diff(PERIOD.as_us()) < JITTER_US), "{id:03X}: {periods:?}");
+    }
+    assert_eq!(told(world, node, from, entered(NmtState::PreOperational)), [], "{node:?}");
+}
+
+/// Offsets from the start of a heartbeat of slave 2, and the frames that are torn: it is on the wire twice, then the bus is idle.
+const MOMENTS: [(Time, usize); 3] = [(Time::from_us(10), 1), (Time::from_us(40), 1), (Time::from_ms(53), 0)];
+
+/// Start of the first heartbeat of slave 2 after one second. Each world of this kind has the same.
+fn next_heartbeat() -> Time {
+    let mut world = busy(STANDARD);
+    let from = world.now();
+    world.run_for(ms(150));
+    since(&world, Bus::Nominal, 0x702, from)[0].start
+}
+
+/// Given a busy network, when a slave loses its power, in the middle of a frame of its own or between frames, then the others get
+/// each command, send each telemetry, heartbeat and local time in time, and stay on the bus; likewise when it returns.
+///
+/// Verifies: ECSS 5.3.3.2.2b
+#[test]
+fn others_go_on_while_a_slave_has_no_power() {
+    let heartbeat = next_heartbeat();
+    for (moment, torn) in MOMENTS {
+        let mut world = busy(STANDARD);
+        world.run_until(heartbeat + moment);
+        let off = world.now();
+        world.power_off(TWO);
+        world.run_for(ms(2_000));
+        assert_eq!(world.torn_frames(Bus::Nominal), torn, "{} us", moment.as_us());
+        assert!(master_told(&world, off).contains(&MasterEvent::SlaveLost { node: TWO }));
+        let on = world.now();
+        world.power_on(TWO);
+        world.run_for(ms(2_000));
+        let returned = MasterEvent::SlaveReturned { node: TWO, bus: Bus::Nominal };
+        assert!(master_told(&world, on).contains(&returned));
+        for node in [THREE, FOUR] {
+            assert_undisturbed(&world, node, off, world.now());
+        }
+        assert_undisturbed(&world, TWO, on + ms(500), world.now());
+        assert!(world.all_operational());
+        assert_eq!((switches(&world, off), world.frames(Bus::Redundant).len()), (0, 0));
+    }
+}
+
+/// The harness between slaves 2 and 3: the master and slave 2 are upstream of it.
+const CUT_M: f64 = 5.0;
+
+/// Given a busy network, when both wires of the nominal bus are interrupted between slaves, then those upstream communicate there
+/// until the master leaves for the other bus, and on that one afterwards: no command is lost.
+///
+/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1
+#[test]
+fn nodes_upstream_of_a_cut_communicate_until_the_bus_is_left() {
+    let mut world = busy(STANDARD);
+    let cut = world.now();
+    world.cut(Bus::Nominal, CUT_M);
+    while switches(&world, cut) == 0 {
+        world.run_for(ms(1));
+    }
+    let left = world.now() - ms(1);
+    assert!(
+        left.since(cut) >= ms(140),
+        "a consumer time after the last heartbeat: {} us",
+        left.since(cut).as_us()
+    );
+    assert_undisturbed(&world, TWO, cut, left);
+    world.run_for(ms(2_000));
+    let values: Vec<u32> =
+        executed(&world, TWO, cut, world.now()).into_iter().map(|(_, value)| value).collect();
+    assert_eq!(values, (values[0]..).take(values.len()).collect::<Vec<_>>(), "each command once");
+    assert!(values.len() >= 21, "{}", values.len());
+    assert_eq!((world.master_bus(), switches(&world, cut)), (Bus::Redundant, 1));
+    assert!(world.all_operational());
+}
+
+/// Given a busy network, when both buses are interrupted at one place, then the slave upstream gets commands in every second of the
+/// cut. When both are healed, then all slaves communicate as before: no error state, no node that was reset, no further move.
+///
+/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+#[test]
+fn a_cut_of_both_buses_leaves_no_ill_effects_when_it_heals() {
+    let outages = [300, 1_000, 5_000].into_iter();
+    // All slaves on both buses, or slave 4 on one at a time.
+    for (outage, profile) in outages.flat_map(|outage| [(outage, STANDARD), (outage, MIXED)]) {
+        let mut world = busy(profile);
+        let cut = world.now();
+        Bus::ALL.into_iter().for_each(|bus| world.cut(bus, CUT_M));
+        world.run_for(ms(outage));
+        for second in 0..outage / 1_000 {
+            let begin = cut + ms(1_000 * second);
+            let commands = executed(&world, TWO, begin, begin + ms(1_000)).len();
+            assert!(commands >= 8, "{commands} commands in second {second}");
+        }
+        assert!(told(&world, TWO, cut, entered(NmtState::PreOperational)).is_empty());
+        Bus::ALL.into_iter().for_each(|bus| world.heal(bus));
+        world.run_for(ms(3_000));
+        let settled = world.now();
+        world.run_for(ms(1_000));
+        assert_eq!(switches(&world, settled), 0);
+        for node in [TWO, THREE, FOUR] {
+            assert_settled(&world, node, settled);
+        }
+    }
+}
+
+/// Asserts that a slave gets and sends all that it should after `settled`, with controllers without errors.
+fn assert_settled(world: &Craft, node: NodeId, settled: Time) {
+    let commands = executed(world, node, settled, world.now()).len();
+    assert!((9..=11).contains(&commands), "{node:?}: {commands} commands");
+    let own = u16::from(node.get());
+    let bus = world.master_bus();
+    for id in [0x700 + own, 0x380 + own, 0x180 + own] {
+        let frames = since(world, bus, id, settled).len();
+        assert!((9..=11).contains(&frames), "{id:03X}: {frames}");
+    }
+    // Error active, no count that is left, and the same run as before the cut.
+    assert_eq!(world.port(node, bus).health().state, ErrorState::Active);
+    assert_eq!(world.port(node, bus).health(), Health::default(), "{node:?}");
+    let log = world.log_of(node).into_iter().filter(|(at, _)| *at >= settled);
+    let unusual: Vec<_> = log.filter(|(_, what)| !is_routine(what)).collect();
+    assert!(unusual.is_empty(), "{node:?}: {unusual:?}");
+    assert_eq!(boots(world, node), 1, "{node:?} was not reset");
+}
+
+/// Events of a slave that works: heartbeats of the master, SYNC, PDOs and times.
+fn is_routine(happening: &Happening) -> bool {
+    use SlaveEvent::{Heartbeat, Pdo, Sync, Time};
+    matches!(happening, Happening::Slave(Heartbeat { .. } | Sync { .. } | Pdo { .. } | Time(_)))
+}
+
+/// Number of boot-up messages of a slave on both buses.
+fn boots(world: &World, node: NodeId) -> usize {
+    let id = 0x700 + u16::from(node.get());
+    let of = |bus| since(world, bus, id, Time::ZERO).into_iter().filter(|sent| sent.frame.payload() == [0]);
+    Bus::ALL.into_iter().map(|bus| of(bus).count()).sum()
+}
