@@ -96,7 +96,6 @@ fn wrong_arguments_are_refused_with_the_allowed_ones() {
             &["--features", "nucleo-f446re"],
             &["--features", "--board", "--profile", "--one-controller"],
         ),
-        ("nucleo-slave", &[], &["allowed are", "--board", "nucleo-f446re"]),
         ("master", &["slave"], &["slave", "Usage: cargo xtask flash"]),
     ] {
         let output = run(name, arguments, &path(None));
