@@ -553,3 +553,23 @@ fn answers_that_name_a_telemetry_that_is_not_there_are_counted() {
     }
     assert_eq!((slave.frames(), slave.node.counters()[NOMINAL].refused), (vec![], 3));
 }
+
+/// The minimal slave has no budget: whatever it receives, it sends at most one frame for a PDO and one for each of its
+/// PDOs that follow SYNC.
+///
+/// Verifies: ECSS 5.3.3.1b
+#[test]
+fn a_minimal_slave_sends_no_more_than_it_is_asked_for() {
+    let mut slave = powered::<Cyclic>();
+    // Nothing but time: nothing is sent.
+    slave.run_until(ms(60_000));
+    assert_eq!(slave.frames(), []);
+    let ids = [0x000, 0x080, 0x085, 0x181, 0x205, 0x305, 0x385, 0x605, 0x701, 0x705, 0x77F];
+    for (nth, id) in ids.iter().cycle().take(22_000).enumerate() {
+        slave.clear();
+        let data = [REQUEST, (nth / 7 % 5) as u8, 1, 2, 3, 4, 5, 6];
+        slave.receive(Bus::ALL[nth / 3 % 2], *id, &data[..nth % 9]);
+        let most = if *id == 0x080 { 2 } else { 1 };
+        assert!(slave.frames().len() <= most, "{id:03X}: {:?}", slave.frames());
+    }
+}
