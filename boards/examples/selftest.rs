@@ -12,11 +12,14 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod firmware {
-    use boards::{Board, CaptureFault, Leds, LineFault, Port};
+    use boards::{Board, CaptureFault, Leds, LineFault};
     use ecss_can::link::bit_timing::BitTiming;
     use ecss_can::profile::Profile;
+    use ecss_can::runner::Platform;
     use embassy_executor::Spawner;
     use embassy_time::Timer;
+
+    type Port = <Board as Platform>::Port;
 
     /// Failed checks, a bit for each.
     struct Failures(u16);

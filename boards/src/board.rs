@@ -11,16 +11,17 @@ use embassy_stm32::gpio::AnyPin;
 use embassy_stm32::peripherals::FLASH;
 
 use crate::bxcan::Port;
+use crate::capture::{self, Edges};
 use crate::common::{Irqs, Leds, strap_bits, watch};
 use crate::pulse::Pulse;
 use crate::store::{self, ChipFlash, Crc, ParameterLog};
 use crate::straps::{self, StrapError};
-use crate::{Resources, Uptime, capture, retained, spare, supervisor};
+use crate::{Resources, Uptime, retained, spare, supervisor};
 
 /// Everything an image needs of the board.
 pub struct Board {
     /// The CAN controllers, off their buses.
-    pub ports: PerBus<Port>,
+    pub ports: PerBus<Port<Edges>>,
     /// Time since power-on.
     pub clock: Uptime,
     /// The pulse output, low.
@@ -99,7 +100,7 @@ impl Board {
 }
 
 impl Platform for Board {
-    type Port = Port;
+    type Port = Port<Edges>;
     type Clock = Uptime;
 }
 

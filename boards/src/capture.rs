@@ -26,6 +26,7 @@ use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::timer::{Ch1, Ch2, TimerPin};
 use embassy_stm32::{Peri, pac, peripherals, rcc};
 
+use crate::stamping::FrameStamps;
 use crate::{TELLTALE, Uptime};
 
 /// TIM5_CH1 on stream 2 and TIM5_CH2 on stream 4 (RM0090 table 42).
@@ -121,10 +122,11 @@ impl Edges {
     pub(crate) fn since(&self, next: usize) -> usize {
         (self.next() + EDGES - next) % EDGES
     }
+}
 
-    /// The stamp of a frame, measured if possible, else `reported`, that of its interrupt; counted either way. `bit` is
-    /// the length of a bit in ticks, `alone` whether no later frame like this one has been received or sent.
-    pub fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
+impl FrameStamps for Edges {
+    /// Measures the stamp if possible. Counts both cases.
+    fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
         // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too. The time of
         // its interrupt is a microsecond that has begun.
         let end = reported.low::<PER_MICRO>().wrapping_add(bit + PER_MICRO);

@@ -28,8 +28,7 @@ pub use timing::{LIMITS, PCLK1, bit_timing};
 
 #[cfg(all(target_os = "none", feature = "full"))]
 mod board;
-#[cfg(target_os = "none")]
-#[cfg_attr(not(feature = "full"), path = "uncaptured.rs")]
+#[cfg(all(target_os = "none", feature = "full"))]
 mod capture;
 #[cfg(target_os = "none")]
 mod clock;
@@ -48,7 +47,6 @@ mod nucleo_f446re;
 #[cfg(target_os = "none")]
 mod one_controller;
 #[cfg(target_os = "none")]
-#[cfg_attr(not(feature = "full"), path = "unrecorded.rs")]
 mod post_mortem;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod pulse;
@@ -58,6 +56,8 @@ mod pyboard_v11;
 mod retained;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod spare;
+#[cfg(target_os = "none")]
+mod stamping;
 #[cfg(target_os = "none")]
 mod supervisor;
 #[cfg(target_os = "none")]

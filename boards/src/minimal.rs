@@ -6,15 +6,16 @@ use ecss_can::types::{NodeId, PerBus};
 
 use crate::bxcan::Port;
 use crate::common::{Irqs, Leds, strap_bits, watch};
+use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
-use crate::{Resources, Uptime, capture};
+use crate::{Resources, Uptime};
 
 /// What a minimal slave needs of its board: no capture of edges, no parameter store, no post-mortem record.
 ///
 /// A program that panics, faults or hangs is reset, and its controllers are silent from then on until it has started again.
 pub struct MinimalBoard {
     /// The CAN controllers, off their buses.
-    pub ports: PerBus<Port>,
+    pub ports: PerBus<Port<Interrupts>>,
     /// Time since power-on.
     pub clock: Uptime,
     /// The LEDs, dark.
@@ -31,10 +32,9 @@ impl MinimalBoard {
         let straps =
             [p.strap_0.into(), p.strap_1.into(), p.strap_2.into(), p.strap_3.into(), p.strap_parity.into()];
         let node_id = straps::node_id(strap_bits(straps, from_outside));
-        let edges = capture::start(p.tim5, p.nominal_edges, p.redundant_edges, p.dma1_ch2, p.dma1_ch4);
         // CAN1 first: it holds the filter banks and the clock of both.
-        let nominal = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, edges.nominal);
-        let redundant = Port::new(p.can2, p.redundant_rx, p.redundant_tx, Irqs, timing, edges.redundant);
+        let nominal = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, Interrupts);
+        let redundant = Port::new(p.can2, p.redundant_rx, p.redundant_tx, Irqs, timing, Interrupts);
         let leds =
             Leds::new([p.led_sync.into(), p.led_state.into(), p.led_heartbeat.into(), p.led_time.into()]);
         MinimalBoard { ports: PerBus { nominal, redundant }, clock: Uptime, leds, node_id }
@@ -42,6 +42,6 @@ impl MinimalBoard {
 }
 
 impl Platform for MinimalBoard {
-    type Port = Port;
+    type Port = Port<Interrupts>;
     type Clock = Uptime;
 }

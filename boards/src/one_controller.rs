@@ -10,8 +10,9 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 
 use crate::bxcan::Port;
 use crate::common::{Irqs, Leds, strap_bits, watch};
+use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
-use crate::{Resources, Uptime, capture};
+use crate::{Resources, Uptime};
 
 /// As [`MinimalBoard`](crate::MinimalBoard), with CAN1 alone: an output pin selects the transceiver of the nominal bus (low) or of
 /// the redundant one (high). CAN2 stays in reset.
@@ -37,8 +38,7 @@ impl OneControllerBoard {
         let straps =
             [p.strap_0.into(), p.strap_1.into(), p.strap_2.into(), p.strap_3.into(), p.strap_parity.into()];
         let node_id = straps::node_id(strap_bits(straps, from_outside));
-        let edges = capture::start(p.tim5, p.nominal_edges, p.redundant_edges, p.dma1_ch2, p.dma1_ch4);
-        let controller = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, edges.nominal);
+        let controller = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, Interrupts);
         let ports = share(controller, p.redundant_tx.into());
         let leds =
             Leds::new([p.led_sync.into(), p.led_state.into(), p.led_heartbeat.into(), p.led_time.into()]);
@@ -47,7 +47,7 @@ impl OneControllerBoard {
 }
 
 /// A bus of a board with one controller. For tasks in thread mode.
-pub type SharedPort = Side<ThreadModeRawMutex, Port, TransceiverPin>;
+pub type SharedPort = Side<ThreadModeRawMutex, Port<Interrupts>, TransceiverPin>;
 
 impl Platform for OneControllerBoard {
     type Port = SharedPort;
@@ -64,9 +64,11 @@ impl TransceiverSwitch for TransceiverPin {
 }
 
 /// The ports of both buses.
-fn share(controller: Port, pin: Peri<'static, AnyPin>) -> PerBus<SharedPort> {
+fn share(controller: Port<Interrupts>, pin: Peri<'static, AnyPin>) -> PerBus<SharedPort> {
     let switch = TransceiverPin(Output::new(pin, Level::Low, Speed::Low));
     let shared = OneController::new(controller, switch);
-    defmt::unwrap!(cortex_m::singleton!(: OneController<ThreadModeRawMutex, Port, TransceiverPin> = shared))
-        .ports()
+    defmt::unwrap!(
+        cortex_m::singleton!(: OneController<ThreadModeRawMutex, Port<Interrupts>, TransceiverPin> = shared)
+    )
+    .ports()
 }

@@ -36,7 +36,7 @@ use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
 use super::status::{Enables, Status};
 use crate::Uptime;
-use crate::capture::Edges;
+use crate::stamping::FrameStamps;
 
 /// Below the timer driver's: its interrupt keeps the time that the stamps are read from.
 const PRIORITY: Priority = Priority::P6;
@@ -52,7 +52,7 @@ const LOOK: Duration = Duration::from_millis(1);
 const TICKS_PER_CLOCK: u32 = 2;
 
 /// A bxCAN controller on its bus.
-pub struct Port {
+pub struct Port<S> {
     registers: Can,
     first_bank: usize,
     /// Filters in use, two to a bank.
@@ -60,7 +60,7 @@ pub struct Port {
     events: &'static EventQueue,
     mailboxes: Mailboxes,
     timing: BitTiming,
-    edges: Edges,
+    stamps: S,
     mode: Mode,
     /// May be on its way out of bus-off.
     recovering: bool,
@@ -70,7 +70,7 @@ pub struct Port {
     look: Option<Timer>,
 }
 
-impl Port {
+impl<S> Port<S> {
     /// Takes a controller into Init mode, silent. CAN1 must be made first: it clocks the filters of both.
     ///
     /// One that does not get there stays silent, is tried again for ever, and says so ([`PortEvent::Stalled`]).
@@ -82,8 +82,8 @@ impl Port {
         + Binding<T::RX0Interrupt, ReceiveHandler<T>>
         + Binding<T::SCEInterrupt, StatusHandler<T>>,
         timing: BitTiming,
-        edges: Edges,
-    ) -> Port {
+        stamps: S,
+    ) -> Port<S> {
         rcc::enable_and_reset::<T>();
         enable::<T::TXInterrupt>();
         enable::<T::RX0Interrupt>();
@@ -96,7 +96,7 @@ impl Port {
             events: T::events(),
             mailboxes: Mailboxes::default(),
             timing,
-            edges,
+            stamps,
             mode: Mode::entering(timing.bit_rate(), Uptime.now()),
             recovering: false,
             is_quiet: false,
@@ -107,7 +107,7 @@ impl Port {
 
     /// In Init mode, on its pins.
     #[inline(never)] // once for both controllers
-    fn started(mut self, [(rx, mut rx_pin), (tx, mut tx_pin)]: [(u8, Flex<'static>); 2]) -> Port {
+    fn started(mut self, [(rx, mut rx_pin), (tx, mut tx_pin)]: [(u8, Flex<'static>); 2]) -> Port<S> {
         // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
         self.registers.mcr().write(|w| w.set_inrq(true));
         enable_sources(self.registers, Enables::ALL);
@@ -216,7 +216,7 @@ fn enable<I: Interrupt>() {
     unsafe { I::enable() };
 }
 
-impl CanPort for Port {
+impl<S: FrameStamps> CanPort for Port<S> {
     type PerMailbox<T: Default> = [T; MAILBOXES];
 
     /// Two to a bank.
@@ -318,7 +318,7 @@ impl CanPort for Port {
 
     fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
         let bit = u32::from(self.timing.prescaler()) * u32::from(self.timing.quanta()) * TICKS_PER_CLOCK;
-        self.edges.stamp(frame, reported, bit, || !self.holds(frame.id()))
+        self.stamps.stamp(frame, reported, bit, || !self.holds(frame.id()))
     }
 
     fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
@@ -333,7 +333,7 @@ impl CanPort for Port {
     }
 }
 
-impl Movable for Port {
+impl<S: FrameStamps> Movable for Port<S> {
     fn is_silent(&self) -> bool {
         self.mode.is_silent()
     }

@@ -90,7 +90,10 @@ mod tests {
                 "<ecss_can::node::objects::NodeObjects<A> as ecss_can::od::dictionary::Objects>::variable",
                 "od",
             ),
-            ("<boards::bxcan::port::Port as ecss_can::link::port::CanPort>::stamp", "boards"),
+            (
+                "<boards::bxcan::port::Port<boards::capture::Edges> as ecss_can::link::port::CanPort>::stamp",
+                "boards",
+            ),
             ("mission::objects::communication::<ecss_can::pdo::parameters::PdoMapping>", "application"),
             (
                 "<embassy_executor::raw::TaskStorage<slave::app::____embassy_main_task::f::{closure#0}>>::poll",

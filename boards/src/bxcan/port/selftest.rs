@@ -8,6 +8,7 @@ use ecss_can::types::CobId;
 use embassy_stm32::pac::can::vals::Silm;
 
 use super::{Port, controller};
+use crate::capture::Edges;
 
 /// Looks at a register until a step is given up: 10 ms and more, and a frame takes 0.5 ms at 125 kbit/s.
 const LOOKS: usize = 200_000;
@@ -57,7 +58,7 @@ pub enum CaptureFault {
     Swapped,
 }
 
-impl Port {
+impl Port<Edges> {
     /// Sends a frame in silent loopback: nothing reaches the pins. For a port that has not joined its bus.
     ///
     /// # Errors
@@ -76,8 +77,8 @@ impl Port {
     ///
     /// # Errors
     /// [`LineFault`].
-    pub fn check_line(&mut self, other: &Port) -> Result<Result<(), CaptureFault>, LineFault> {
-        let before = [self.edges.next(), other.edges.next()];
+    pub fn check_line(&mut self, other: &Port<Edges>) -> Result<Result<(), CaptureFault>, LineFault> {
+        let before = [self.stamps.next(), other.stamps.next()];
         let sent = self.attempt(false);
         let last_error = self.health().last_error;
         self.end_attempt();
@@ -89,7 +90,7 @@ impl Port {
             (Err(ControllerFault::Start), _) => return Err(LineFault::Dominant),
             (Err(fault), _) => return Err(LineFault::Controller(fault)),
         }
-        let [own, others] = [self.edges.since(before[0]), other.edges.since(before[1])];
+        let [own, others] = [self.stamps.since(before[0]), other.stamps.since(before[1])];
         Ok(match (own, others) {
             (EDGES_OF_IDENTIFIER.., _) => Ok(()),
             (_, EDGES_OF_IDENTIFIER..) => Err(CaptureFault::Swapped),

@@ -91,7 +91,7 @@ fn resets(craft: &Craft, node: u8) -> u64 {
 /// Functions of the return addresses in the record of a board.
 fn callers(craft: &Craft, node: u8) -> Vec<String> {
     let board = craft.twin.board(craft.board(node));
-    let record = board.symbol("boards::post_mortem::POST_MORTEM").unwrap().address;
+    let record = board.symbol("boards::post_mortem::record::POST_MORTEM").unwrap().address;
     // Behind checksum, cause and program counter.
     let addresses = (3..11).map(|n| word_at(craft, node, record + 4 * n));
     addresses.filter_map(|at| board.function_at(at & !1)).map(str::to_owned).collect()
