@@ -106,6 +106,7 @@ pub use {
     image::reset,
     minimal::MinimalBoard,
     one_controller::{OneControllerBoard, SharedPort, TransceiverPin},
+    supervisor::{Supervised, supervised},
 };
 
 #[cfg(all(target_os = "none", feature = "full"))]

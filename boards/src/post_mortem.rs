@@ -58,13 +58,9 @@ unsafe extern "C" {
 static ROW: AtomicU32 = AtomicU32::new(0);
 
 #[cfg(feature = "full")]
-pub(crate) use record::{begin, runs};
+pub(crate) use record::runs;
 
 /// Without a record, nothing needs to know the task that runs.
-#[cfg(not(feature = "full"))]
-pub(crate) fn begin() {}
-
-/// As above.
 #[cfg(not(feature = "full"))]
 pub(crate) fn runs(_task: u32) {}
 
@@ -89,11 +85,11 @@ pub(crate) fn take() -> (PostMortem, bool) {
         found.row += 1;
         let PostMortem { cause, row, pc, task, .. } = found;
         defmt::error!(
-            "last reset: cause {=u8}, {=u8} in a row, at {=u32:08X}h, task {=u32:08X}h",
+            "last reset: cause {=u8}, {=u8} in a row, at {=u32:08X}h, task {=[u8; 4]:a}",
             cause,
             row,
             pc,
-            task
+            task.to_le_bytes()
         );
     }
     ROW.store(found.row.into(), Ordering::Relaxed);
@@ -104,6 +100,7 @@ pub(crate) fn take() -> (PostMortem, bool) {
 #[cfg(feature = "full")]
 fn found(flags: u32) -> PostMortem {
     let record = record::take(flags & (PORRSTF | BORRSTF) == 0);
+    let task = record::take_running();
     if flags & PORRSTF != 0 {
         PostMortem::default()
     } else if flags & BORRSTF != 0 {
@@ -113,9 +110,9 @@ fn found(flags: u32) -> PostMortem {
             ..PostMortem::default()
         }
     } else if let Some(record) = record {
-        record
+        PostMortem { task, ..record }
     } else if flags & IWDGRSTF != 0 {
-        PostMortem { cause: PostMortem::WATCHDOG, task: record::ran(), ..PostMortem::default() }
+        PostMortem { cause: PostMortem::WATCHDOG, task, ..PostMortem::default() }
     } else {
         PostMortem::default()
     }

@@ -1,20 +1,23 @@
-//! The watchdog, and who feeds it.
+//! Supervisor: feeds the watchdog as long as all supervised tasks answer.
 //!
-//! Ten times a second an interrupt above all others feeds the watchdog and wakes one task of all executors, in turn. A task has
+//! Ten times a second an interrupt above all others feeds the watchdog and wakes one [`supervised`] task, in turn. A task has
 //! answered when it was polled and returned, so one that waits for an event for hours answers as any other. While an answer is
 //! missing the watchdog is not fed. After a second without it the interrupt records what runs, with its program counter, and
 //! resets the chip. Where interrupts are off the watchdog does. Only one task is woken at a time: a frame that arrives then
 //! waits for one poll more, not for one of each task.
 
-use core::mem;
-use core::ptr::{self, NonNull};
+use core::cell::RefCell;
+use core::pin::Pin;
 use core::sync::atomic::{AtomicI32, AtomicU32, Ordering};
+use core::task::{Context, Poll, Waker};
 
 use cortex_m::peripheral::{NVIC, SYST};
 use ecss_can::emcy::PostMortem;
-use embassy_executor::raw::{TaskRef, wake_task};
 use embassy_stm32::pac::iwdg::regs::{Kr, Pr, Rlr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use pin_project_lite::pin_project;
 
 use crate::post_mortem;
 
@@ -29,7 +32,7 @@ const LOOP: u8 = 5;
 const SILENCE: i32 = ticks(600);
 const LONGEST_SILENCE: i32 = ticks(24 * 3600);
 /// Tasks that are asked; others are not.
-const TASKS: usize = 16;
+const TASKS: usize = if cfg!(feature = "full") { 16 } else { 4 };
 
 /// LSI divided by 64. It runs at 17 to 47 kHz (DS8626 table 41): 1,900 counts are 2.6 s at least, and the flash erases a sector in
 /// 2 s at most. At 32 kHz they are 3.8 s, at 17 kHz 7.2 s.
@@ -39,9 +42,17 @@ const KEY_START: Kr = Kr(0xCCCC);
 const KEY_ACCESS: Kr = Kr(0x5555);
 const KEY_FEED: Kr = Kr(0xAAAA);
 
-/// The storage of each task; zero is a free place.
-static ASKABLE: [AtomicU32; TASKS] = [const { AtomicU32::new(0) }; TASKS];
-/// The task that was asked and has not answered; zero for none.
+/// A supervised task.
+#[repr(C)]
+struct Place {
+    name: u32,
+    /// `None`: the place is free.
+    waker: Option<Waker>,
+}
+
+static TASK_LIST: Mutex<CriticalSectionRawMutex, RefCell<[Place; TASKS]>> =
+    Mutex::new(RefCell::new([const { Place { name: 0, waker: None } }; TASKS]));
+/// The task that was asked and has not answered: its place and one; zero for none.
 static ASKED: AtomicU32 = AtomicU32::new(0);
 /// Place of the task that was asked last.
 static TURN: AtomicU32 = AtomicU32::new(0);
@@ -105,19 +116,25 @@ extern "C" fn on_tick(frame: u32) {
     }
     feed();
     WAITED.store(0, Ordering::Relaxed);
-    let turn = TURN.load(Ordering::Relaxed) as usize;
-    let mut places = (turn + 1..turn + 1 + TASKS).map(|place| place % TASKS);
-    let Some(place) = places.find(|place| ASKABLE[*place].load(Ordering::Relaxed) != 0) else { return };
-    TURN.store(place as u32, Ordering::Relaxed);
-    let task = ASKABLE[place].load(Ordering::Relaxed);
-    if let Some(header) = NonNull::new(ptr::with_exposed_provenance_mut::<()>(task as usize))
-        && uptime > 0
-    {
-        // No task runs before this handler has returned.
-        ASKED.store(task, Ordering::Relaxed);
-        // SAFETY: a `TaskRef` is this pointer, which the executor gave as an integer; a task that has ended is not here.
-        wake_task(unsafe { mem::transmute::<NonNull<()>, TaskRef>(header) });
+    if uptime > 0 {
+        ask_next();
     }
+}
+
+/// Wakes the next task.
+fn ask_next() {
+    let turn = TURN.load(Ordering::Relaxed) as usize;
+    TASK_LIST.lock(|list| {
+        let list = list.borrow();
+        let mut places = (turn + 1..turn + 1 + TASKS).map(|place| place % TASKS);
+        let next = places.find_map(|place| Some((place, list.get(place)?.waker.as_ref()?)));
+        if let Some((place, waker)) = next {
+            TURN.store(place as u32, Ordering::Relaxed);
+            // No task runs before this handler has returned.
+            ASKED.store(place as u32 + 1, Ordering::Relaxed);
+            waker.wake_by_ref();
+        }
+    });
 }
 
 /// Above all other handlers.
@@ -128,61 +145,85 @@ unsafe extern "C" fn SysTick() {
     core::arch::naked_asm!("mov r0, sp", "b {handler}", handler = sym on_tick)
 }
 
-fn answered(task: u32) {
-    if ASKED.load(Ordering::Relaxed) == task {
-        ASKED.store(0, Ordering::Relaxed);
+pin_project! {
+    /// Future of [`supervised`].
+    pub struct Supervised<F> {
+        name: u32,
+        // Place in the list and one; zero before the first poll.
+        place: u32,
+        #[pin]
+        future: F,
     }
-}
 
-#[inline(never)] // from two places
-fn replace(old: u32, new: u32) {
-    if let Some(place) = ASKABLE.iter().find(|task| task.load(Ordering::Relaxed) == old) {
-        place.store(new, Ordering::Relaxed);
-    }
-}
-
-/// What the executor calls (`embassy_executor::raw::trace`).
-mod trace {
-    use super::*;
-
-    // SAFETY, for all: the executor declares them by these names, and no other symbol has one of them.
-    #[unsafe(no_mangle)]
-    fn _embassy_trace_poll_start(_executor: u32) {}
-
-    // SAFETY: see above.
-    #[unsafe(no_mangle)]
-    fn _embassy_trace_executor_idle(_executor: u32) {}
-
-    // SAFETY: see above.
-    #[unsafe(no_mangle)]
-    fn _embassy_trace_task_ready_begin(_executor: u32, _task: u32) {}
-
-    // SAFETY: see above.
-    #[unsafe(no_mangle)]
-    fn _embassy_trace_task_new(_executor: u32, task: u32) {
-        if ASKABLE[0].load(Ordering::Relaxed) == 0 {
-            post_mortem::begin();
+    impl<F> PinnedDrop for Supervised<F> {
+        fn drop(this: Pin<&mut Self>) {
+            leave(this.place);
         }
-        replace(0, task);
     }
+}
 
-    // SAFETY: see above.
-    #[unsafe(no_mangle)]
-    fn _embassy_trace_task_end(_executor: u32, task: u32) {
-        answered(task);
-        replace(task, 0);
+/// Supervises a task: `future` is all that the task does. If it does not return from a poll for a second, the chip is reset, and the
+/// record of the reset has the first four characters of `name`, with spaces behind a shorter one.
+///
+/// At most 16 tasks are supervised, four without the feature `full`. Further ones only run.
+///
+/// ```ignore (a task of an image)
+/// #[embassy_executor::task]
+/// async fn measure() -> ! {
+///     supervised("measure", async { loop { /* ... */ } }).await
+/// }
+/// ```
+pub fn supervised<F: Future>(name: &'static str, future: F) -> Supervised<F> {
+    let mut first = [b' '; 4];
+    for (place, byte) in first.iter_mut().zip(name.bytes()) {
+        *place = byte;
     }
+    Supervised { name: u32::from_le_bytes(first), place: 0, future }
+}
 
-    // SAFETY: see above.
-    #[unsafe(no_mangle)]
-    fn _embassy_trace_task_exec_begin(_executor: u32, task: u32) {
-        post_mortem::runs(task);
+impl<F: Future> Future for Supervised<F> {
+    type Output = F::Output;
+
+    #[inline]
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<F::Output> {
+        let this = self.project();
+        if *this.place == 0 {
+            *this.place = enter(*this.name, context.waker());
+        }
+        post_mortem::runs(*this.name);
+        let result = this.future.poll(context);
+        answered(*this.place);
+        result
     }
+}
 
-    // SAFETY: see above.
-    #[unsafe(no_mangle)]
-    fn _embassy_trace_task_exec_end(_executor: u32, task: u32) {
-        post_mortem::runs(0);
-        answered(task);
+/// Adds a task to the list. Returns its place and one; more than there are if the list is full.
+#[inline(never)] // once for each task
+fn enter(name: u32, waker: &Waker) -> u32 {
+    TASK_LIST.lock(|list| {
+        let mut list = list.borrow_mut();
+        let place = list.iter().position(|place| place.waker.is_none()).unwrap_or(TASKS);
+        if let Some(free) = list.get_mut(place) {
+            *free = Place { name, waker: Some(waker.clone()) };
+        }
+        place as u32 + 1
+    })
+}
+
+/// Removes a task from the list.
+#[inline(never)] // once for each task
+fn leave(place: u32) {
+    answered(place);
+    TASK_LIST.lock(|list| {
+        if let Some(left) = list.borrow_mut().get_mut((place as usize).wrapping_sub(1)) {
+            *left = Place { name: 0, waker: None };
+        }
+    });
+}
+
+#[inline]
+fn answered(place: u32) {
+    if ASKED.load(Ordering::Relaxed) == place {
+        ASKED.store(0, Ordering::Relaxed);
     }
 }

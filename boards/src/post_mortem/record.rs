@@ -30,12 +30,10 @@ type Record = [u32; WORDS];
 // SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM.
 #[unsafe(link_section = ".uninit.POST_MORTEM")]
 static mut POST_MORTEM: MaybeUninit<Record> = MaybeUninit::uninit();
-/// The task that is being polled; zero for none.
+/// First characters of the name of the task that was polled last; zero before the first one.
 // SAFETY: as above. The bits of a u32 may be any.
 #[unsafe(link_section = ".uninit.RUNNING")]
 static RUNNING: AtomicU32 = AtomicU32::new(0);
-/// The task that the program before this one polled last.
-static RAN: AtomicU32 = AtomicU32::new(0);
 static mut DUMP: [u32; DUMP_WORDS] = [0; DUMP_WORDS];
 
 unsafe extern "C" {
@@ -46,20 +44,15 @@ unsafe extern "C" {
     static _SEGGER_RTT: [AtomicU32; 10];
 }
 
-/// The first task is there, and has not been polled.
-pub fn begin() {
-    RAN.store(RUNNING.load(Ordering::Relaxed), Ordering::Relaxed);
-}
-
-/// A task is polled; zero for none.
+/// Notes the task that is polled now.
 #[inline(always)] // a store
 pub fn runs(task: u32) {
     RUNNING.store(task, Ordering::Relaxed);
 }
 
-/// Returns the task that the program before this one polled last; zero for none.
-pub fn ran() -> u32 {
-    RAN.load(Ordering::Relaxed)
+/// Takes the task that the program before this one polled last; zero if there was none. Once, before tasks run.
+pub fn take_running() -> u32 {
+    RUNNING.swap(0, Ordering::Relaxed)
 }
 
 /// The record. The compiler does not see where it is, as it would take what the linker says of its content for true.
@@ -79,7 +72,7 @@ pub fn take(is_valid: bool) -> Option<PostMortem> {
             dump.copy_from_nonoverlapping(record.as_ptr().add(3).cast(), 1);
             core::slice::from_raw_parts(dump.cast::<u8>(), 4 * DUMP_WORDS)
         };
-        PostMortem { cause: record[1] as u8, pc: record[2], task: ran(), dump, ..PostMortem::default() }
+        PostMortem { cause: record[1] as u8, pc: record[2], dump, ..PostMortem::default() }
     });
     record[0] = !record[0];
     found

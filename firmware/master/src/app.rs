@@ -1,6 +1,6 @@
 //! Start of the master: board, node, tasks.
 
-use boards::{Board, TELLTALE};
+use boards::{Board, TELLTALE, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
@@ -34,15 +34,15 @@ async fn main(spawner: Spawner) {
     spawner.spawn(due(runners.due).unwrap());
     spawner.spawn(pulses(pulse, master).unwrap());
     spawner.spawn(cables(master).unwrap());
-    Application::new(master, events, leds).run().await
+    supervised("application", Application::new(master, events, leds).run()).await
 }
 
 #[embassy_executor::task(pool_size = 2)]
 async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("bus", runner.run()).await
 }
 
 #[embassy_executor::task]
 async fn due(runner: DueRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("due", runner.run()).await
 }

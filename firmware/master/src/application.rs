@@ -8,7 +8,7 @@ mod schedule;
 
 use core::future::pending;
 
-use boards::{Board, Leds, Pulse};
+use boards::{Board, Leds, Pulse, supervised};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
@@ -37,7 +37,11 @@ pub type Node = Master<CommanderObjects, ecss_can::node::TwoBoards>;
 /// Pulses at seconds of the spacecraft time, or parts of them.
 #[embassy_executor::task]
 pub async fn pulses(pulse: Pulse, master: Handle<Board, Node>) -> ! {
-    pulse.run(master.clock(), || master.with(|master, _| master.objects().application.device.pulses)).await
+    supervised(
+        "pulses",
+        pulse.run(master.clock(), || master.with(|master, _| master.objects().application.device.pulses)),
+    )
+    .await
 }
 
 pub struct Application {

@@ -1,6 +1,6 @@
 //! Start of the minimal slave: board, node, tasks.
 
-use boards::TELLTALE;
+use boards::{TELLTALE, supervised};
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -24,7 +24,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());
-    application::run(slave, events, leds).await
+    supervised("application", application::run(slave, events, leds)).await
 }
 
 /// One controller is on one bus at a time, whatever the profile says of this node.
@@ -35,10 +35,10 @@ fn numbers(id: NodeId) -> Numbers {
 
 #[embassy_executor::task(pool_size = 2)]
 async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("bus", runner.run()).await
 }
 
 #[embassy_executor::task]
 async fn due(runner: DueRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("due", runner.run()).await
 }

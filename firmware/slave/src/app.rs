@@ -1,6 +1,6 @@
 //! Start of the slave: board, node, tasks.
 
-use boards::{Board, TELLTALE};
+use boards::{Board, TELLTALE, supervised};
 use ecss_can::prelude::*;
 use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
@@ -45,15 +45,15 @@ async fn main(spawner: Spawner) {
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());
     spawner.spawn(pulses(pulse, slave).unwrap());
-    Application::new(slave, events, leds).run().await
+    supervised("application", Application::new(slave, events, leds).run()).await
 }
 
 #[embassy_executor::task(pool_size = 2)]
 async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("bus", runner.run()).await
 }
 
 #[embassy_executor::task]
 async fn due(runner: DueRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("due", runner.run()).await
 }

@@ -2,7 +2,7 @@
 //!
 //! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; another one is switched by command.
 
-use boards::{Board, Leds, Pulse};
+use boards::{Board, Leds, Pulse, supervised};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
 use ecss_can::runner::{Events, Handle};
@@ -18,7 +18,11 @@ pub type Node = Slave<MissionObjects>;
 /// Pulses at seconds of the spacecraft time, or parts of them.
 #[embassy_executor::task]
 pub async fn pulses(pulse: Pulse, slave: Handle<Board, Node>) -> ! {
-    pulse.run(slave.clock(), || slave.with(|slave, _| slave.objects().application.pulses)).await
+    supervised(
+        "pulses",
+        pulse.run(slave.clock(), || slave.with(|slave, _| slave.objects().application.pulses)),
+    )
+    .await
 }
 
 pub struct Application {

@@ -25,7 +25,8 @@ pub struct PostMortem {
     pub pc: u32,
     /// Task
     ///
-    /// Address of the storage of the task that ran; zero for none.
+    /// First four characters of the name of the task that was polled last, the first one in the lowest byte; zero if
+    /// none was.
     #[sub(4, ro)]
     pub task: u32,
     /// Dump

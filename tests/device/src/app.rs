@@ -1,6 +1,6 @@
 //! Start and tasks of the test device.
 
-use boards::{Board, TELLTALE};
+use boards::{Board, TELLTALE, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
@@ -34,10 +34,10 @@ async fn main(spawner: Spawner) {
 
 #[embassy_executor::task(pool_size = 2)]
 async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("bus", runner.run()).await
 }
 
 #[embassy_executor::task]
 async fn due(runner: DueRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("due", runner.run()).await
 }

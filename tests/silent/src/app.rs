@@ -3,7 +3,7 @@
 
 use core::future::pending;
 
-use boards::{Board, TELLTALE};
+use boards::{Board, TELLTALE, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use embassy_futures::select::select;
@@ -36,11 +36,11 @@ async fn main(spawner: Spawner) {
 
 #[embassy_executor::task(pool_size = 2)]
 async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    select(runner.run(), Timer::after(SPEAKS)).await;
+    supervised("bus", select(runner.run(), Timer::after(SPEAKS))).await;
     pending().await
 }
 
 #[embassy_executor::task]
 async fn due(runner: DueRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("due", runner.run()).await
 }

@@ -1,6 +1,6 @@
 //! Board, tasks, and the application: gives the thermometer its table, checks that it keeps it, shows what it measures.
 
-use boards::{Board, TELLTALE};
+use boards::{Board, TELLTALE, supervised};
 use ecss_can::nmt::Command;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -27,7 +27,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());
-    join(listen(master, events), calibrate(master)).await;
+    supervised("application", join(listen(master, events), calibrate(master))).await;
 }
 
 async fn listen(master: Handle<Board, Node>, mut events: Events<Board, Node>) {
@@ -71,10 +71,10 @@ async fn calibrate(master: Handle<Board, Node>) {
 
 #[embassy_executor::task(pool_size = 2)]
 async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("bus", runner.run()).await
 }
 
 #[embassy_executor::task]
 async fn due(runner: DueRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("due", runner.run()).await
 }

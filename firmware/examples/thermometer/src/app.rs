@@ -1,6 +1,6 @@
 //! Board, tasks, and the application: measures ten times a second.
 
-use boards::{Board, TELLTALE};
+use boards::{Board, TELLTALE, supervised};
 use ecss_can::emcy::ErrorCode;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -40,19 +40,23 @@ async fn main(spawner: Spawner) {
     // The board has taken neither I2C1 nor its pins. Lines without a sensor stay low: then no START ever ends.
     let mut i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0, Irqs, Default::default());
     let mut ticker = Ticker::every(Duration::from_millis(100));
-    loop {
-        let mut register = [0; 2];
-        let read = with_timeout(Duration::from_millis(5), i2c.write_read(LM75, &[0], &mut register)).await;
-        let register = matches!(read, Ok(Ok(()))).then(|| i16::from_be_bytes(register));
-        slave.change(|thermometer| thermometer.measured(register));
-        slave.with(|slave, _| match register {
-            Some(_) => slave.clear(ErrorCode::HARDWARE, LM75),
-            None => slave.raise(ErrorCode::HARDWARE, [LM75, 0, 0, 0, 0]),
-        });
-        while let Either::First(event) = select(events.next(), ticker.next()).await {
-            on_event(slave, event);
+    let application = async {
+        loop {
+            let mut register = [0; 2];
+            let read =
+                with_timeout(Duration::from_millis(5), i2c.write_read(LM75, &[0], &mut register)).await;
+            let register = matches!(read, Ok(Ok(()))).then(|| i16::from_be_bytes(register));
+            slave.change(|thermometer| thermometer.measured(register));
+            slave.with(|slave, _| match register {
+                Some(_) => slave.clear(ErrorCode::HARDWARE, LM75),
+                None => slave.raise(ErrorCode::HARDWARE, [LM75, 0, 0, 0, 0]),
+            });
+            while let Either::First(event) = select(events.next(), ticker.next()).await {
+                on_event(slave, event);
+            }
         }
-    }
+    };
+    supervised("application", application).await
 }
 
 fn on_event(slave: Handle<Board, Node>, event: SlaveEvent) {
@@ -72,10 +76,10 @@ fn on_event(slave: Handle<Board, Node>, event: SlaveEvent) {
 
 #[embassy_executor::task(pool_size = 2)]
 async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("bus", runner.run()).await
 }
 
 #[embassy_executor::task]
 async fn due(runner: DueRunner<Board, Node>) -> ! {
-    runner.run().await
+    supervised("due", runner.run()).await
 }

@@ -1,6 +1,6 @@
 //! Measures the cable to the slave in 6320h.
 
-use boards::Board;
+use boards::{Board, supervised};
 use ecss_can::runner::Handle;
 use ecss_can::types::NodeId;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;
@@ -24,6 +24,10 @@ pub fn start(master: Handle<Board, Node>) {
 /// Measures the slave that was named last.
 #[embassy_executor::task]
 pub async fn cables(master: Handle<Board, Node>) -> ! {
+    supervised("cables", measure(master)).await
+}
+
+async fn measure(master: Handle<Board, Node>) -> ! {
     loop {
         let node = WANTED.wait().await;
         let measured = master.measure_cable(node).await;

@@ -35,6 +35,13 @@ pub const HANG_WITHOUT_INTERRUPTS: [u16; 2] = [0xB672, 0xE7FE];
 pub const UNDEFINED: [u16; 1] = [0xDE01];
 /// `PUSH {r0-r7}; B .-2`
 pub const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
+/// What runs in place of a task begins with this: the task is noted as the one that runs, as `supervised` does.
+/// `LDR r0, [pc, #60]; LDR r1, [pc, #64]; STR r1, [r0]; NOP`, and at 40h both words.
+const NOTED: [u16; 4] = [0x480F, 0x4910, 0x6001, 0xBF00];
+/// What follows [`NOTED`].
+const BODY: u32 = CODE + 8;
+/// Words of [`NOTED`].
+const WORDS: u32 = CODE + 0x40;
 /// `LDR r0, [pc, #4]; LDR r1, [pc, #4]; BX r1; NOP`, then both words.
 const CALL: [u16; 4] = [0x4801, 0x4902, 0x4708, 0xBF00];
 
@@ -43,20 +50,35 @@ fn word_at(craft: &Craft, node: u8, address: u32) -> u32 {
     u32::from_le_bytes(bytes.try_into().unwrap())
 }
 
-/// The storage of each task, as the supervisor has it.
-pub fn tasks(craft: &Craft, node: u8) -> Vec<u32> {
-    let list = craft.twin.board(craft.board(node)).symbol("boards::supervisor::ASKABLE").unwrap();
-    let tasks = (0..16).map(|n| word_at(craft, node, list.address + 4 * n));
-    tasks.filter(|task| *task != 0).collect()
+/// A supervised task: its storage, and the first four characters of its name.
+#[derive(Clone, Copy)]
+pub struct Task {
+    header: u32,
+    pub name: u32,
+}
+
+/// The tasks in the list of the supervisor: a name and a waker each, of which a word is the address of the storage.
+pub fn tasks(craft: &Craft, node: u8) -> Vec<Task> {
+    let list = craft.twin.board(craft.board(node)).symbol("boards::supervisor::TASK_LIST").unwrap();
+    let words: Vec<u32> = (0..list.size / 4).map(|n| word_at(craft, node, list.address + 4 * n)).collect();
+    let is_ram = |word: &u32| word >> 24 == 0x20;
+    let is_name =
+        |word: &&u32| word.to_le_bytes().iter().all(|byte| byte.is_ascii_lowercase() || *byte == b' ');
+    let places = words.iter().enumerate().filter(|(_, word)| is_name(word));
+    let tasks = places.map(|(at, name)| {
+        let header = words[at + 1..at + 3].iter().copied().find(is_ram).unwrap();
+        Task { header, name: *name }
+    });
+    tasks.collect()
 }
 
 /// Where the header of a task says which function polls it: the only address of code in it.
-fn poll_function(craft: &Craft, node: u8, task: u32) -> u32 {
+fn poll_function(craft: &Craft, node: u8, task: Task) -> u32 {
     let is_code = |at: &u32| {
         let word = word_at(craft, node, *at);
         word >> 24 == 0x08 && word & 1 == 1
     };
-    (0..16).map(|n| task + 4 * n).find(is_code).unwrap()
+    (0..16).map(|n| task.header + 4 * n).find(is_code).unwrap()
 }
 
 pub fn halfwords(code: &[u16]) -> Vec<u8> {
@@ -98,12 +120,17 @@ fn callers(craft: &Craft, node: u8) -> Vec<String> {
 }
 
 /// Lets `node` run `code` in place of a task; when its board was reset.
-pub fn fell(craft: &mut Craft, node: u8, task: u32, code: &[u8]) -> Time {
+pub fn fell(craft: &mut Craft, node: u8, task: Task, code: &[u8]) -> Time {
     let id = craft.board(node);
     let before = resets(craft, node);
     let at = poll_function(craft, node, task);
     let board = craft.twin.board_mut(id);
-    board.write_flash(CODE, code).unwrap();
+    // A minimal slave has no record, and notes no task: the word goes to the end of its RAM.
+    let running =
+        board.symbol("boards::post_mortem::record::RUNNING").map_or(0x2001_FFF0, |symbol| symbol.address);
+    board.write_flash(CODE, &halfwords(&NOTED)).unwrap();
+    board.write_flash(BODY, code).unwrap();
+    board.write_flash(WORDS, &[running, task.name].map(u32::to_le_bytes).concat()).unwrap();
     board.write_memory(at, &(CODE | 1).to_le_bytes()).unwrap();
     let patience = craft.end + ms(5_000);
     while resets(craft, node) == before {
@@ -153,8 +180,9 @@ fn hung_task_is_recorded_and_reported() {
         let felled = fell(&mut craft, VICTIM, task, &halfwords(&HANG));
         assert!(felled < hung + ms(1_400), "task {nth}: {} us", felled.since(hung).as_us());
         craft.fly(felled + OPERATIONAL_AFTER);
-        assert_reported(&craft, felled, LATE_TASK, CODE);
-        let shown = format!("task {task:08X}h");
+        assert_reported(&craft, felled, LATE_TASK, BODY);
+        let name = task.name.to_le_bytes();
+        let shown = format!("task b\"{}\"", name.escape_ascii());
         assert!(craft.said(VICTIM, &shown, felled).is_some(), "{shown}\n{}", craft.log(VICTIM));
     }
 }
@@ -169,10 +197,11 @@ fn task_that_hangs_without_interrupts_is_reset_by_the_watchdog() {
         let task = tasks(&craft, VICTIM)[nth];
         let felled = fell(&mut craft, VICTIM, task, &halfwords(&HANG_WITHOUT_INTERRUPTS));
         assert_eq!(craft.twin.board(craft.board(VICTIM)).counters().watchdog_resets, 1);
-        assert!(felled < hung + ms(4_000), "task {nth}: {} us", felled.since(hung).as_us());
+        assert!(felled < hung + ms(4_500), "task {nth}: {} us", felled.since(hung).as_us());
         craft.fly(felled + OPERATIONAL_AFTER);
         assert_reported(&craft, felled, WATCHDOG, 0);
-        let shown = format!("task {task:08X}h");
+        let name = task.name.to_le_bytes();
+        let shown = format!("task b\"{}\"", name.escape_ascii());
         assert!(craft.said(VICTIM, &shown, felled).is_some(), "{shown}\n{}", craft.log(VICTIM));
     }
 }
@@ -186,9 +215,9 @@ fn fault_is_recorded_and_reported() {
     let task = tasks(&craft, VICTIM)[2];
     let felled = fell(&mut craft, VICTIM, task, &halfwords(&UNDEFINED));
     craft.fly(felled + OPERATIONAL_AFTER);
-    assert_reported(&craft, felled, FAULT, CODE);
+    assert_reported(&craft, felled, FAULT, BODY);
     let shown: Vec<u32> = (1..=4).map(|sub| record(&mut craft, guest, sub)).collect();
-    assert_eq!(shown, [FAULT.into(), 1, CODE, task]);
+    assert_eq!(shown, [FAULT.into(), 1, BODY, task.name]);
     // 8 addresses of 4 bytes, 128 bytes of the log.
     assert_eq!(record(&mut craft, guest, 5), 160);
 }
@@ -293,7 +322,8 @@ fn other_resets_are_not_reported() {
 fn hung_master_is_reset_and_goes_on() {
     let mut craft = flown();
     let hung = craft.end;
-    let task = tasks(&craft, MASTER)[2];
+    let is_of_bus = |task: &Task| task.name.to_le_bytes() == *b"bus ";
+    let task = tasks(&craft, MASTER).into_iter().find(is_of_bus).unwrap();
     let felled = fell(&mut craft, MASTER, task, &halfwords(&HANG));
     craft.fly(felled + ms(1_000));
     assert!(craft.said(MASTER, "last reset: cause 4", felled).is_some(), "{}", craft.log(MASTER));
@@ -302,7 +332,7 @@ fn hung_master_is_reset_and_goes_on() {
     let reported: Vec<Vec<u8>> =
         sent(&craft, MASTER, 0x081, felled).map(|seen| seen.data().to_vec()).collect();
     // The program counter is that of the hook in flash.
-    let [a, b, c, d] = CODE.to_le_bytes();
+    let [a, b, c, d] = BODY.to_le_bytes();
     let expected = [[0, 0x61, 1, LATE_TASK, a, b, c, d], [0, 0, 0, 0, 0x61, LATE_TASK, 0, 0]];
     assert_eq!(reported, expected, "{}", craft.log(MASTER));
     for node in [2, 3] {

@@ -7,7 +7,7 @@
 mod app {
     use core::convert::Infallible;
 
-    use boards::{Board, TELLTALE};
+    use boards::{Board, TELLTALE, supervised};
     use ecss_can::node::{Filters, LinkEvent, Outbox, Usual};
     use ecss_can::prelude::*;
     use embassy_executor::Spawner;
@@ -62,7 +62,7 @@ mod app {
 
     #[embassy_executor::task]
     async fn bus(runner: BusRunner<Board, NoNode>) -> ! {
-        runner.run().await
+        supervised("bus", runner.run()).await
     }
 }
 

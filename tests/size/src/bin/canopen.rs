@@ -5,7 +5,7 @@
 
 #[cfg(target_os = "none")]
 mod app {
-    use boards::{Board, TELLTALE};
+    use boards::{Board, TELLTALE, supervised};
     use ecss_can::prelude::*;
     use embassy_executor::Spawner;
 
@@ -64,12 +64,12 @@ mod app {
 
     #[embassy_executor::task]
     async fn bus(runner: BusRunner<Board, Node>) -> ! {
-        runner.run().await
+        supervised("bus", runner.run()).await
     }
 
     #[embassy_executor::task]
     async fn due(runner: DueRunner<Board, Node>) -> ! {
-        runner.run().await
+        supervised("due", runner.run()).await
     }
 }
 
