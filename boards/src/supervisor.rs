@@ -169,8 +169,8 @@ pin_project! {
 ///
 /// ```ignore (a task of an image)
 /// #[embassy_executor::task]
-/// async fn measure() -> ! {
-///     supervised("measure", async { loop { /* ... */ } }).await
+/// fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
+///     supervised("due", runner.run())
 /// }
 /// ```
 pub fn supervised<F: Future>(name: &'static str, future: F) -> Supervised<F> {
@@ -182,16 +182,16 @@ pub fn supervised<F: Future>(name: &'static str, future: F) -> Supervised<F> {
 }
 
 impl<F: Future> Future for Supervised<F> {
-    type Output = F::Output;
+    type Output = ();
 
     #[inline]
-    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<F::Output> {
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<()> {
         let this = self.project();
         if *this.place == 0 {
             *this.place = enter(*this.name, context.waker());
         }
         post_mortem::runs(*this.name);
-        let result = this.future.poll(context);
+        let result = this.future.poll(context).map(drop);
         answered(*this.place);
         result
     }

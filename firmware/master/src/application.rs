@@ -36,12 +36,9 @@ pub type Node = Master<CommanderObjects, ecss_can::node::TwoBoards>;
 
 /// Pulses at seconds of the spacecraft time, or parts of them.
 #[embassy_executor::task]
-pub async fn pulses(pulse: Pulse, master: Handle<Board, Node>) -> ! {
-    supervised(
-        "pulses",
-        pulse.run(master.clock(), || master.with(|master, _| master.objects().application.device.pulses)),
-    )
-    .await
+pub fn pulses(pulse: Pulse, master: Handle<Board, Node>) -> impl Future<Output = ()> {
+    let per_second = move || master.with(|master, _| master.objects().application.device.pulses);
+    supervised("pulses", pulse.run(master.clock(), per_second))
 }
 
 pub struct Application {

@@ -17,12 +17,9 @@ pub type Node = Slave<MissionObjects>;
 
 /// Pulses at seconds of the spacecraft time, or parts of them.
 #[embassy_executor::task]
-pub async fn pulses(pulse: Pulse, slave: Handle<Board, Node>) -> ! {
-    supervised(
-        "pulses",
-        pulse.run(slave.clock(), || slave.with(|slave, _| slave.objects().application.pulses)),
-    )
-    .await
+pub fn pulses(pulse: Pulse, slave: Handle<Board, Node>) -> impl Future<Output = ()> {
+    let per_second = move || slave.with(|slave, _| slave.objects().application.pulses);
+    supervised("pulses", pulse.run(slave.clock(), per_second))
 }
 
 pub struct Application {

@@ -41,6 +41,6 @@ async fn bus(runner: BusRunner<Board, Node>) -> ! {
 }
 
 #[embassy_executor::task]
-async fn due(runner: DueRunner<Board, Node>) -> ! {
-    supervised("due", runner.run()).await
+fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
+    supervised("due", runner.run())
 }

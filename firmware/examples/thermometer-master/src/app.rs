@@ -70,11 +70,11 @@ async fn calibrate(master: Handle<Board, Node>) {
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn bus(runner: BusRunner<Board, Node>) -> ! {
-    supervised("bus", runner.run()).await
+fn bus(runner: BusRunner<Board, Node>) -> impl Future<Output = ()> {
+    supervised("bus", runner.run())
 }
 
 #[embassy_executor::task]
-async fn due(runner: DueRunner<Board, Node>) -> ! {
-    supervised("due", runner.run()).await
+fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
+    supervised("due", runner.run())
 }

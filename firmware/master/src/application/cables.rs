@@ -23,8 +23,8 @@ pub fn start(master: Handle<Board, Node>) {
 
 /// Measures the slave that was named last.
 #[embassy_executor::task]
-pub async fn cables(master: Handle<Board, Node>) -> ! {
-    supervised("cables", measure(master)).await
+pub fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
+    supervised("cables", measure(master))
 }
 
 async fn measure(master: Handle<Board, Node>) -> ! {

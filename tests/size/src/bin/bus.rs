@@ -61,8 +61,8 @@ mod app {
     }
 
     #[embassy_executor::task]
-    async fn bus(runner: BusRunner<Board, NoNode>) -> ! {
-        supervised("bus", runner.run()).await
+    fn bus(runner: BusRunner<Board, NoNode>) -> impl Future<Output = ()> {
+        supervised("bus", runner.run())
     }
 }
 
