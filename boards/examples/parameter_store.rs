@@ -16,6 +16,7 @@ mod firmware {
     use core::sync::atomic::{AtomicU32, Ordering};
 
     use boards::store;
+    use boards_runtime as _; // log, panics, exceptions
     use ecss_can::store::{ParameterStore, StoreError};
     use embassy_stm32::gpio::{Input, Pull};
 

@@ -16,6 +16,7 @@ mod firmware {
     use core::sync::atomic::{AtomicU32, Ordering};
 
     use boards::{Board, Pulse, Uptime};
+    use boards_runtime::Irqs;
     use ecss_can::link::bit_timing::BitTiming;
     use ecss_can::profile::Profile;
     use ecss_can::time::Clock;
@@ -57,7 +58,7 @@ mod firmware {
     async fn main(_spawner: Spawner) {
         const TIMING: BitTiming = boards::bit_timing(&Profile::DEFAULT.network);
         let p = boards::start();
-        let Board { pulse, .. } = Board::new(boards::take!(p), TIMING);
+        let Board { pulse, .. } = Board::new(boards::take!(p), TIMING, Irqs);
         run(pulse).await
     }
 }

@@ -13,6 +13,7 @@ fn main() {
 #[cfg(target_os = "none")]
 mod firmware {
     use boards::{Board, CaptureFault, Leds, LineFault};
+    use boards_runtime::Irqs;
     use ecss_can::link::bit_timing::BitTiming;
     use ecss_can::profile::Profile;
     use ecss_can::runner::Platform;
@@ -99,7 +100,7 @@ mod firmware {
     async fn main(_spawner: Spawner) {
         const TIMING: BitTiming = boards::bit_timing(&Profile::DEFAULT.network);
         let p = boards::start();
-        let Board { mut ports, leds, straps, store, .. } = Board::new(boards::take!(p), TIMING);
+        let Board { mut ports, leds, straps, store, .. } = Board::new(boards::take!(p), TIMING, Irqs);
         let mut failures = Failures(0);
         failures.note(1, "clock", "look at the oscillator and its solder bridges", boards::check_clock());
         check_controllers(&mut failures, &mut ports.nominal, &mut ports.redundant);

@@ -12,7 +12,7 @@ use embassy_stm32::peripherals::FLASH;
 
 use crate::bxcan::Port;
 use crate::capture::{self, Edges};
-use crate::common::{Irqs, Leds, strap_bits, watch};
+use crate::common::{CanInterrupts, Leds, strap_bits, watch};
 use crate::pulse::Pulse;
 use crate::store::{self, ChipFlash, Crc, ParameterLog};
 use crate::straps::{self, StrapError};
@@ -49,7 +49,7 @@ impl Board {
     /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), opens the parameter
     /// store and reads the straps.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
-    pub fn new(p: Resources, timing: BitTiming) -> Board {
+    pub fn new(p: Resources, timing: BitTiming, irqs: impl CanInterrupts) -> Board {
         let (post_mortem, from_outside) = watch();
         let mut store = store(p.flash);
         let straps = [
@@ -64,8 +64,8 @@ impl Board {
             identity(straps, from_outside, store.as_deref_mut());
         let edges = capture::start(p.tim5, p.nominal_edges, p.redundant_edges, p.dma1_ch2, p.dma1_ch4);
         // CAN1 first: it holds the filter banks and the clock of both.
-        let nominal = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, edges.nominal);
-        let redundant = Port::new(p.can2, p.redundant_rx, p.redundant_tx, Irqs, timing, edges.redundant);
+        let nominal = Port::new(p.can1, p.nominal_rx, p.nominal_tx, irqs, timing, edges.nominal);
+        let redundant = Port::new(p.can2, p.redundant_rx, p.redundant_tx, irqs, timing, edges.redundant);
         Board {
             ports: PerBus { nominal, redundant },
             clock: Uptime,

@@ -37,10 +37,6 @@ mod clock_tree;
 #[cfg(target_os = "none")]
 mod common;
 #[cfg(target_os = "none")]
-mod division;
-#[cfg(target_os = "none")]
-mod memory;
-#[cfg(target_os = "none")]
 mod minimal;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
@@ -72,18 +68,16 @@ pub use pyboard_v11::Resources;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 use pyboard_v11::{OSCILLATOR, PREDIV};
 
+/// Handlers of exceptions of the core. `boards-runtime` puts them into the vector table.
+#[cfg(target_os = "none")]
+pub mod exceptions {
+    pub use crate::post_mortem::{FAULT_STACK, FAULT_STACK_SIZE, on_fault, on_oscillator};
+    pub use crate::supervisor::on_tick;
+}
+
 #[cfg(target_os = "none")]
 mod image {
-    use defmt_rtt as _;
     use ecss_can::runner::Telltale;
-    use panic_probe as _;
-
-    /// A panic of `defmt`, whose message is in the log already.
-    #[defmt::panic_handler]
-    fn logged() -> ! {
-        cortex_m::interrupt::disable();
-        panic_probe::hard_fault()
-    }
 
     /// What a debugger or an emulator reads of the running image, by this symbol.
     // SAFETY: no other symbol of an image has this name.
@@ -98,10 +92,10 @@ mod image {
 
 #[cfg(target_os = "none")]
 pub use {
-    bxcan::Port,
+    bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler},
     clock::Uptime,
     clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, start},
-    common::Leds,
+    common::{CanInterrupts, Leds},
     image::TELLTALE,
     image::reset,
     minimal::MinimalBoard,

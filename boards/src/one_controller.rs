@@ -9,7 +9,7 @@ use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 
 use crate::bxcan::Port;
-use crate::common::{Irqs, Leds, strap_bits, watch};
+use crate::common::{CanInterrupts, Leds, strap_bits, watch};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
 use crate::{Resources, Uptime};
@@ -33,12 +33,12 @@ impl OneControllerBoard {
     /// Starts the watchdog, selects the nominal bus, puts CAN1 into Init mode (silent: not even an acknowledgement) and reads the
     /// straps. The pin that sends on the redundant bus elsewhere selects the transceiver here.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
-    pub fn new(p: Resources, timing: BitTiming) -> OneControllerBoard {
+    pub fn new(p: Resources, timing: BitTiming, irqs: impl CanInterrupts) -> OneControllerBoard {
         let (_, from_outside) = watch();
         let straps =
             [p.strap_0.into(), p.strap_1.into(), p.strap_2.into(), p.strap_3.into(), p.strap_parity.into()];
         let node_id = straps::node_id(strap_bits(straps, from_outside));
-        let controller = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, Interrupts);
+        let controller = Port::new(p.can1, p.nominal_rx, p.nominal_tx, irqs, timing, Interrupts);
         let ports = share(controller, p.redundant_tx.into());
         let leds =
             Leds::new([p.led_sync.into(), p.led_state.into(), p.led_heartbeat.into(), p.led_time.into()]);

@@ -30,26 +30,28 @@ const MOST_IN_A_ROW: u32 = 20;
 
 /// Bytes of the stack of a handler of faults. Without a record the stack is not needed any more: a handler begins at its
 /// top.
-const FAULT_STACK_SIZE: usize = if cfg!(feature = "full") { 256 } else { 0 };
+pub const FAULT_STACK_SIZE: usize = if cfg!(feature = "full") { 256 } else { 0 };
 
 /// For the handler of faults alone, since the stack may be what is lost.
 #[cfg(feature = "full")]
 #[repr(C, align(8))]
-struct FaultStack(UnsafeCell<MaybeUninit<[u8; FAULT_STACK_SIZE]>>);
+pub struct FaultStack(UnsafeCell<MaybeUninit<[u8; FAULT_STACK_SIZE]>>);
 
 // SAFETY: only a handler that never returns works on it.
 #[cfg(feature = "full")]
 unsafe impl Sync for FaultStack {}
 
+/// Stack of the handlers of faults.
 // SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM.
 #[cfg(feature = "full")]
 #[unsafe(link_section = ".uninit.FAULT_STACK")]
-static FAULT_STACK: FaultStack = FaultStack(UnsafeCell::new(MaybeUninit::uninit()));
+pub static FAULT_STACK: FaultStack = FaultStack(UnsafeCell::new(MaybeUninit::uninit()));
 
 #[cfg(not(feature = "full"))]
 unsafe extern "C" {
     #[link_name = "_stack_start"]
-    static FAULT_STACK: u8;
+    /// Top of the stack.
+    pub static FAULT_STACK: u8;
 }
 
 /// Resets in a row for a cause.
@@ -148,37 +150,13 @@ pub(crate) extern "C" fn end(frame: u32, cause: u32) -> ! {
     SCB::sys_reset()
 }
 
-/// From the handler of faults, on its own stack.
-extern "C" fn on_fault(frame: u32) -> ! {
+/// Ends the program after a fault. For the handler of HardFault, on a stack of its own. `frame`: see [`end`].
+pub extern "C" fn on_fault(frame: u32) -> ! {
     end(frame, PostMortem::FAULT.into())
 }
 
-/// From the NMI of the clock security system: the oscillator stopped.
-extern "C" fn on_oscillator(frame: u32) -> ! {
+/// Ends the program: the oscillator stopped. For the handler of the NMI, which the clock security system raises alone (RM0090
+/// 7.2.7), on a stack of its own.
+pub extern "C" fn on_oscillator(frame: u32) -> ! {
     end(frame, PostMortem::OSCILLATOR.into())
 }
-
-/// Defines the handler of an exception after which nothing returns. The stack may be lost: it loads another one before it touches
-/// memory.
-macro_rules! on_its_own_stack {
-    ($exception:ident, $handler:ident) => {
-        // SAFETY: the vector table knows the handler by this name and no other symbol has it. It never returns.
-        #[unsafe(no_mangle)]
-        #[unsafe(naked)]
-        unsafe extern "C" fn $exception() -> ! {
-            core::arch::naked_asm!(
-                "mov r0, sp",
-                "ldr r1, ={stack} + {size}",
-                "mov sp, r1",
-                "b {handler}",
-                stack = sym FAULT_STACK,
-                size = const FAULT_STACK_SIZE,
-                handler = sym $handler,
-            )
-        }
-    };
-}
-
-on_its_own_stack!(HardFault, on_fault);
-// The clock security system raises it alone (RM0090 7.2.7).
-on_its_own_stack!(NonMaskableInt, on_oscillator);

@@ -100,7 +100,9 @@ pub(crate) fn feed() {
     IWDG.kr().write_value(KEY_FEED);
 }
 
-extern "C" fn on_tick(frame: u32) {
+/// Feeds the watchdog, or ends the program. For the handler of SysTick, above all others. `frame`: where the exception stacked the
+/// registers of what it interrupted.
+pub extern "C" fn on_tick(frame: u32) {
     let uptime = UPTIME.load(Ordering::Relaxed).wrapping_add(1);
     UPTIME.store(uptime, Ordering::Relaxed);
     if uptime == TRUSTED {
@@ -135,14 +137,6 @@ fn ask_next() {
             waker.wake_by_ref();
         }
     });
-}
-
-/// Above all other handlers.
-// SAFETY: the vector table knows the handler by this name and no other symbol has it. `on_tick` returns from the exception.
-#[unsafe(no_mangle)]
-#[unsafe(naked)]
-unsafe extern "C" fn SysTick() {
-    core::arch::naked_asm!("mov r0, sp", "b {handler}", handler = sym on_tick)
 }
 
 pin_project! {

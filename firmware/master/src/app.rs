@@ -1,6 +1,7 @@
 //! Start of the master: board, node, tasks.
 
 use boards::{Board, TELLTALE, supervised};
+use boards_runtime::Irqs;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
@@ -8,6 +9,8 @@ use mission::PROFILE;
 use crate::application::{Application, Node, cables, pulses};
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
+
+boards_runtime::node_tasks!(Board, Node);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -17,7 +20,7 @@ async fn main(spawner: Spawner) {
         expect(unused_variables, reason = "the straps of one of two boards")
     )]
     let Board { ports, clock, pulse, leds, straps, store, post_mortem, .. } =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     #[cfg(not(feature = "standby"))]
     let master = || mission::master(PROFILE, store);
@@ -29,20 +32,8 @@ async fn main(spawner: Spawner) {
     let master = || mission::master_of_two(PROFILE, strap, store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
     master.with(|master, _| master.set_post_mortem(post_mortem));
-    spawner.spawn(bus(runners.nominal).unwrap());
-    spawner.spawn(bus(runners.redundant).unwrap());
-    spawner.spawn(due(runners.due).unwrap());
+    spawn_node(spawner, runners);
     spawner.spawn(pulses(pulse, master).unwrap());
     spawner.spawn(cables(master).unwrap());
     supervised("application", Application::new(master, events, leds).run()).await
-}
-
-#[embassy_executor::task(pool_size = 2)]
-fn bus(runner: BusRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("bus", runner.run())
-}
-
-#[embassy_executor::task]
-fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("due", runner.run())
 }

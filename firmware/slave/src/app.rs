@@ -1,6 +1,7 @@
 //! Start of the slave: board, node, tasks.
 
 use boards::{Board, TELLTALE, supervised};
+use boards_runtime::Irqs;
 use ecss_can::prelude::*;
 use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
@@ -9,6 +10,8 @@ use mission::PROFILE;
 use crate::application::{Application, Node, pulses};
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
+
+boards_runtime::node_tasks!(Board, Node);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -25,7 +28,7 @@ async fn main(spawner: Spawner) {
         memory,
         is_maintenance,
         ..
-    } = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+    } = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
     let node_id = if is_maintenance { Ok(MAINTENANCE) } else { node_id };
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
@@ -41,19 +44,7 @@ async fn main(spawner: Spawner) {
     };
     let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
     slave.with(|slave, _| slave.set_post_mortem(post_mortem));
-    spawner.spawn(bus(runners.nominal).unwrap());
-    spawner.spawn(bus(runners.redundant).unwrap());
-    spawner.spawn(due(runners.due).unwrap());
+    spawn_node(spawner, runners);
     spawner.spawn(pulses(pulse, slave).unwrap());
     supervised("application", Application::new(slave, events, leds).run()).await
-}
-
-#[embassy_executor::task(pool_size = 2)]
-fn bus(runner: BusRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("bus", runner.run())
-}
-
-#[embassy_executor::task]
-fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("due", runner.run())
 }

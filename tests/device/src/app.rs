@@ -1,6 +1,7 @@
 //! Start and tasks of the test device.
 
 use boards::{Board, TELLTALE, supervised};
+use boards_runtime::Irqs;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
@@ -10,34 +11,24 @@ type Node = Slave<TestObjects>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
+boards_runtime::node_tasks!(Board, Node);
+
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
     let Board { ports, clock, node_id, store, retained, memory, .. } =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
     let Ok(id) = node_id else { return };
     let device = || {
         let device = test_device::device(id, PROFILE, memory).with_retained(retained);
         if let Some(store) = store { device.with_store(store) } else { device }
     };
     let (_, mut events, runners) = RESOURCES.start(device, ports, clock, &TELLTALE);
-    spawner.spawn(bus(runners.nominal).unwrap());
-    spawner.spawn(bus(runners.redundant).unwrap());
-    spawner.spawn(due(runners.due).unwrap());
+    spawn_node(spawner, runners);
     // Nothing follows an event but the reset that the master asks for.
     loop {
         if let SlaveEvent::ResetNode = events.next().await {
             boards::reset()
         }
     }
-}
-
-#[embassy_executor::task(pool_size = 2)]
-fn bus(runner: BusRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("bus", runner.run())
-}
-
-#[embassy_executor::task]
-fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("due", runner.run())
 }

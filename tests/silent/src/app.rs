@@ -4,6 +4,7 @@
 use core::future::pending;
 
 use boards::{Board, TELLTALE, supervised};
+use boards_runtime::Irqs;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use embassy_futures::select::select;
@@ -22,7 +23,7 @@ static RESOURCES: Resources<Board, Node> = Resources::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+    let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let (table, _) = board.memory.split_at_mut(TABLE);
     let (_, mut events, runners) = RESOURCES.start(|| slave(id, table), board.ports, board.clock, &TELLTALE);

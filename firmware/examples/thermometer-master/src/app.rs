@@ -1,6 +1,7 @@
 //! Board, tasks, and the application: gives the thermometer its table, checks that it keeps it, shows what it measures.
 
 use boards::{Board, TELLTALE, supervised};
+use boards_runtime::Irqs;
 use ecss_can::nmt::Command;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -13,6 +14,8 @@ use thermometer_master::{CHANGE, COMMAND, Ground, THERMOMETER, is_kept, write_ta
 type Node = Master<Ground>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
+
+boards_runtime::node_tasks!(Board, Node);
 /// The thermometer is operational.
 static READY: Signal<Raw, ()> = Signal::new();
 
@@ -20,13 +23,11 @@ static READY: Signal<Raw, ()> = Signal::new();
 async fn main(spawner: Spawner) {
     let p = boards::start();
     let Board { ports, clock, store, post_mortem, .. } =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
     let master = || Master::new(&PROFILE, Ground::default(), store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
     master.with(|master, _| master.set_post_mortem(post_mortem));
-    spawner.spawn(bus(runners.nominal).unwrap());
-    spawner.spawn(bus(runners.redundant).unwrap());
-    spawner.spawn(due(runners.due).unwrap());
+    spawn_node(spawner, runners);
     supervised("application", join(listen(master, events), calibrate(master))).await;
 }
 
@@ -67,14 +68,4 @@ async fn calibrate(master: Handle<Board, Node>) {
         master.send_pdo_to(THERMOMETER, COMMAND.slot(), now, |ground| ground.command = 1)
     });
     sent.unwrap_or_else(|refusal| defmt::warn!("no command: {}", refusal));
-}
-
-#[embassy_executor::task(pool_size = 2)]
-fn bus(runner: BusRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("bus", runner.run())
-}
-
-#[embassy_executor::task]
-fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("due", runner.run())
 }

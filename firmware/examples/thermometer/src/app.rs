@@ -22,10 +22,13 @@ type Node = Slave<Thermometer>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
+boards_runtime::node_tasks!(Board, Node);
+
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+    let board =
+        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, boards_runtime::Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let slave = || {
         let slave = slave(id, board.memory.split_at_mut(2048).0).with_retained(board.retained);
@@ -34,9 +37,7 @@ async fn main(spawner: Spawner) {
     };
     let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
-    spawner.spawn(bus(runners.nominal).unwrap());
-    spawner.spawn(bus(runners.redundant).unwrap());
-    spawner.spawn(due(runners.due).unwrap());
+    spawn_node(spawner, runners);
     // The board has taken neither I2C1 nor its pins. Lines without a sensor stay low: then no START ever ends.
     let mut i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0, Irqs, Default::default());
     let mut ticker = Ticker::every(Duration::from_millis(100));
@@ -72,14 +73,4 @@ fn on_event(slave: Handle<Board, Node>, event: SlaveEvent) {
         SlaveEvent::ResetNode => boards::reset(),
         _ => {}
     }
-}
-
-#[embassy_executor::task(pool_size = 2)]
-fn bus(runner: BusRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("bus", runner.run())
-}
-
-#[embassy_executor::task]
-fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
-    supervised("due", runner.run())
 }

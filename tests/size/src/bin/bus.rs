@@ -8,6 +8,7 @@ mod app {
     use core::convert::Infallible;
 
     use boards::{Board, TELLTALE, supervised};
+    use boards_runtime::Irqs;
     use ecss_can::node::{Filters, LinkEvent, Outbox, Usual};
     use ecss_can::prelude::*;
     use embassy_executor::Spawner;
@@ -49,7 +50,7 @@ mod app {
     async fn main(spawner: Spawner) {
         let p = boards::start();
         let Board { ports, clock, node_id, .. } =
-            Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) });
+            Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) }, Irqs);
         let Ok(_) = node_id else { return };
         let (_, mut events, runners) = NODE.start(|| NoNode, ports.nominal, clock, &TELLTALE);
         spawner.spawn(bus(runners.bus).unwrap());

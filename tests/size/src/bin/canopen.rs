@@ -6,6 +6,7 @@
 #[cfg(target_os = "none")]
 mod app {
     use boards::{Board, TELLTALE, supervised};
+    use boards_runtime::Irqs;
     use ecss_can::prelude::*;
     use embassy_executor::Spawner;
 
@@ -49,7 +50,7 @@ mod app {
     async fn main(spawner: Spawner) {
         let p = boards::start();
         let Board { ports, clock, node_id, .. } =
-            Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) });
+            Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) }, Irqs);
         let Ok(id) = node_id else { return };
         let device = || CanopenSlave::new(id, &Profile::DEFAULT, Channels::default());
         let (_, mut events, runners) = NODE.start(device, ports.nominal, clock, &TELLTALE);
