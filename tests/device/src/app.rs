@@ -1,6 +1,6 @@
 //! Start and tasks of the test device.
 
-use boards::{Board, TELLTALE, supervised};
+use boards::{Board, TELLTALE};
 use boards_runtime::Irqs;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
