@@ -1,11 +1,17 @@
 //! Whether a node is alive, judged by its own heartbeats.
 //!
 //! The *period* of a node is the median of its last gaps between two heartbeats. A node that sends none for three periods is
-//! silent. Nothing has to be known of its image. A node that sent fewer than two messages has no period and is not judged.
+//! silent. Nothing has to be known of its image.
+//!
+//! A node may also send a heartbeat at once when its state or its bus changes. So only a gap between two heartbeats with the same
+//! state on the same bus counts. A node without such a gap has no period and is not judged.
 
 use std::collections::VecDeque;
 
 use can_wire::time::Time;
+
+use super::meaning::NmtState;
+use super::record::Bus;
 
 /// Periods without a heartbeat after which a node is silent: one may be lost, and one may wait for the bus.
 const MISSED: u64 = 3;
@@ -18,13 +24,16 @@ const GAPS: usize = 5;
 pub struct Liveness {
     /// End of the last heartbeat or boot-up message.
     last: Option<Time>,
+    /// State and bus of the last heartbeat; `None` after a boot-up message.
+    reported: Option<(NmtState, Bus)>,
     gaps: VecDeque<Time>,
 }
 
 impl Liveness {
-    /// A heartbeat ended.
-    pub fn on_heartbeat(&mut self, at: Time) {
-        if let Some(last) = self.last.replace(at) {
+    /// A heartbeat with this state ended on `bus`.
+    pub fn on_heartbeat(&mut self, state: NmtState, bus: Bus, at: Time) {
+        let (last, reported) = (self.last.replace(at), self.reported.replace((state, bus)));
+        if let Some(last) = last.filter(|_| reported == self.reported) {
             if self.gaps.len() == GAPS {
                 self.gaps.pop_front();
             }
@@ -34,7 +43,7 @@ impl Liveness {
 
     /// A boot-up message ended: the gap before it is no period.
     pub fn on_boot_up(&mut self, at: Time) {
-        self.last = Some(at);
+        (self.last, self.reported) = (Some(at), None);
     }
 
     /// The node lost its power: its silence is no fault.
@@ -61,7 +70,8 @@ mod tests {
 
     fn after(heartbeats: &[u64]) -> Liveness {
         let mut liveness = Liveness::default();
-        heartbeats.iter().for_each(|at| liveness.on_heartbeat(ms(*at)));
+        let state = NmtState::Operational;
+        heartbeats.iter().for_each(|at| liveness.on_heartbeat(state, Bus::Nominal, ms(*at)));
         liveness
     }
 
@@ -87,6 +97,19 @@ mod tests {
         let mut off = after(&[100, 200, 300]);
         off.on_power_off();
         assert_eq!(off.silent_at(), None);
+    }
+
+    /// Given heartbeats at once after boot-up, at a change of the state and at a change of the bus, then none of their gaps counts.
+    #[test]
+    fn heartbeat_at_a_change_is_no_period() {
+        let mut liveness = Liveness::default();
+        liveness.on_boot_up(ms(0));
+        liveness.on_heartbeat(NmtState::PreOperational, Bus::Nominal, ms(1));
+        liveness.on_heartbeat(NmtState::Operational, Bus::Nominal, ms(11));
+        liveness.on_heartbeat(NmtState::Operational, Bus::Redundant, ms(20));
+        assert_eq!(liveness.silent_at(), None);
+        liveness.on_heartbeat(NmtState::Operational, Bus::Redundant, ms(120));
+        assert_eq!(liveness.silent_at(), Some(ms(420)));
     }
 
     #[test]

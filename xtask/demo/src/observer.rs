@@ -166,7 +166,7 @@ impl Observer {
                     self.on_master_board(at, seen, changes);
                 }
                 let node = seen.board(node);
-                self.nodes.entry(node).and_modify(|track| track.liveness.on_heartbeat(at));
+                self.nodes.entry(node).and_modify(|track| track.liveness.on_heartbeat(state, seen.bus, at));
                 if self.nodes.get(&node).is_some_and(|track| at >= track.settled) {
                     self.enter(node, at, Phase::Nmt(state), seen.bus, changes);
                 }

@@ -49,11 +49,17 @@ const CUT_AT_M: f64 = 0.5;
 const RESET_SHARE: f64 = 0.25;
 const CUT_SHARE: f64 = 0.5;
 
-/// Latest power-on of a board after the start of the flight, microseconds.
-const POWER_ON_WITHIN_US: u64 = 300_000;
+/// Latest power-on of a board after the start of the flight.
+const POWER_ON_WITHIN: Time = Time::from_ms(300);
 
 /// Time that a slave with selective access needs beside its search: start, boot-up and first command.
 const FOUND_WITHIN: Time = Time::from_ms(500);
+
+/// Time from the power-on of a board to its boot-up message: 12 ms, and some reserve.
+const BOOTED_WITHIN: Time = Time::from_ms(50);
+
+/// Shortest time that the master stays on a bus while it hears no slave: `dwell` of all profiles.
+const SHORTEST_DWELL: Time = Time::from_ms(10_000);
 
 /// Earliest loss of the active master: one is active at a quarter of this time, when the demo resets the other one.
 const EARLIEST_LOSS: Time = Time::from_ms(5_000);
@@ -202,25 +208,25 @@ impl Plan {
                 ),
             ));
         }
-        let selective = self.slaves().find(|(_, access)| *access == BusAccess::Selective);
-        let search = selective.map(|(node, _)| {
-            let why = format!("node {node} has selective access and is operational again");
-            (self.toggling_time() + FOUND_WITHIN, why)
-        });
-        let takeover = self
-            .loss
-            .map(|_| (TAKEN_OVER_WITHIN, "slaves are operational again under the other master".to_owned()));
-        let Some((needs, why)) = search.into_iter().chain(takeover).max_by_key(|(needs, _)| *needs) else {
-            return Ok(());
+        let needed = |fault| {
+            let takeover = self.loss.map(|_| {
+                (TAKEN_OVER_WITHIN, "slaves are operational again under the other master".to_owned())
+            });
+            self.longest_search(fault).into_iter().chain(takeover).max_by_key(|(needs, _)| *needs)
         };
+        let Some((needs, why)) = needed(fault) else { return Ok(()) };
         if self.end >= fault + needs {
             return Ok(());
         }
-        let (seconds, needs) = (options.seconds, needs.as_secs_f64());
         let least = match options.cut_at {
-            None => 2.0 * needs,
-            Some(_) => fault.as_secs_f64() + needs,
+            None => {
+                // The cut is half-way: in a longer flight it is not that early.
+                let later = needed(fault.max(self.heard_by())).map_or(Time::ZERO, |(needs, _)| needs);
+                2.0 * later.max(self.heard_by()).as_secs_f64()
+            }
+            Some(_) => (fault + needs).as_secs_f64(),
         };
+        let (seconds, needs) = (options.seconds, needs.as_secs_f64());
         let (fault, what) =
             (fault.as_secs_f64(), if self.loss.is_some() { "the loss of the master" } else { "the cut" });
         let text = format!(
@@ -229,6 +235,38 @@ impl Plan {
             SECONDS.end()
         );
         Err(Misuse::of("demo", text))
+    }
+
+    /// Longest time from the cut until all shipped slaves are operational again, and the reason; `None` if they follow the master
+    /// at once.
+    fn longest_search(&self, cut: Time) -> Option<(Time, String)> {
+        let selective = self.slaves().find(|(_, access)| *access == BusAccess::Selective);
+        let search = self.toggling_time() + FOUND_WITHIN;
+        if cut >= self.heard_by() {
+            return selective.map(|(node, _)| {
+                (search, format!("node {node} has selective access and is operational again"))
+            });
+        }
+        let parallel = self.slaves().find(|(_, access)| *access == BusAccess::Parallel);
+        let (node, search) = match (selective, parallel) {
+            (Some((node, _)), _) => (node, search),
+            (None, Some((node, _))) => (node, FOUND_WITHIN),
+            (None, None) => return None,
+        };
+        let why =
+            format!("the master may not have heard a slave before the cut, and node {node} is operational");
+        Some((POWER_ON_WITHIN + self.dwell() + search, why))
+    }
+
+    /// Until then the master has heard a slave, unless its bus is cut before: all boards are on, and sent a heartbeat.
+    fn heard_by(&self) -> Time {
+        POWER_ON_WITHIN + BOOTED_WITHIN + self.heartbeat()
+    }
+
+    /// Time that the master stays on a bus while it hears no slave (`Profile::dwell` of the images).
+    fn dwell(&self) -> Time {
+        let search = self.toggling_time() + self.toggling_time() + self.heartbeat() + self.heartbeat();
+        search.max(SHORTEST_DWELL)
     }
 
     /// Place of a cut among the boards, for people.
@@ -279,6 +317,14 @@ impl Plan {
         Time::from_us(self.consumer_time().as_us() * self.ttoggle())
     }
 
+    /// Heartbeat period of the shipped images.
+    fn heartbeat(&self) -> Time {
+        match self.profile {
+            Profile::Librecube => Time::from_ms(250),
+            Profile::Standard | Profile::Standby => Time::from_ms(100),
+        }
+    }
+
     /// Heartbeat consumer time of the shipped slaves.
     pub fn consumer_time(&self) -> Time {
         match self.profile {
@@ -304,7 +350,7 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
                 SECOND_MASTER => SECOND_AT_M,
                 _ => PLACES_M.start + random.f64() * (PLACES_M.end - PLACES_M.start),
             },
-            power_on: Time::from_us(random.u64(..POWER_ON_WITHIN_US)),
+            power_on: Time::from_us(random.u64(..POWER_ON_WITHIN.as_us())),
         })
         .filter(|board| nodes.contains(&board.node))
         .collect()

@@ -52,7 +52,8 @@ fn the_other_board_flies_as_well() {
 }
 
 /// Given a slave with selective access that searches for 12.5 s, when the flight ends earlier after its cut, then it is refused
-/// before it begins, with the lengths that are allowed.
+/// before it begins, with the lengths that are allowed. When the cut comes before the master has heard a slave, the master first
+/// stays on its bus for a dwell: 25.5 s in profile librecube, 10 s in profile standard.
 #[test]
 fn flight_too_short_to_be_judged_is_refused() {
     let here = tempfile::tempdir().expect("a temporary directory");
@@ -60,6 +61,26 @@ fn flight_too_short_to_be_judged_is_refused() {
         (&["--seconds", "4", "--cut-at", "1"][..], "'4'", "allowed are 14 to 3600"),
         (&["--seconds", "20"], "'20'", "allowed are 26 to 3600"),
         (&["--seconds", "15", "--cut-at", "2.5"], "'15'", "allowed are 15.5 to 3600"),
+        (&["--seconds", "38", "--cut-at", "0.2"], "'38'", "allowed are 39 to 3600"),
+        (&["--seconds", "1"], "'1'", "allowed are 26 to 3600"),
+        (&["--slaves", "1", "--seconds", "1"], "'1'", "allowed are 1.2 to 3600"),
+        (&["--profile", "standard", "--seconds", "9", "--cut-at", "0.2"], "'9'", "allowed are 11 to 3600"),
+        (
+            &[
+                "--profile",
+                "standard",
+                "--minimal",
+                "1",
+                "--one-controller",
+                "1",
+                "--seconds",
+                "9",
+                "--cut-at",
+                "0",
+            ],
+            "'9'",
+            "allowed are 11.3 to 3600",
+        ),
         (&["--profile", "standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
     ] {
         let output = fly(here.path(), arguments);
@@ -79,8 +100,10 @@ fn flight_too_short_to_be_judged_is_refused() {
 #[test]
 fn shortest_allowed_flight_passes() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let output = fly(here.path(), &["--seconds", "14.5", "--cut-at", "1.5"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for arguments in [["--seconds", "14.5", "--cut-at", "1.5"], ["--seconds", "38.8", "--cut-at", "0"]] {
+        let output = fly(here.path(), &arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
 }
 
 /// Given two masters, when the standby is reset and the nominal bus is cut between the slaves, then the active one moves to the

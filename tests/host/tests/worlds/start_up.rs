@@ -142,6 +142,36 @@ fn a_master_started_before_its_slaves_does_not_switch_buses() {
     assert_eq!(world.frames(Bus::Redundant), []);
 }
 
+/// Given a nominal bus that is cut next to the master before the master has heard a slave, then the master does not regard itself
+/// as isolated. In profile librecube it first hears its assigned slaves on the redundant bus, after their toggling time of 12.5 s.
+/// It gives them a toggling time and two heartbeat periods (13 s) to come to its bus. In profile standard no slave is assigned: it
+/// changes the bus after a dwell of 10 s. Slaves with parallel access are found at once, those with selective access within a
+/// further toggling time.
+#[test]
+fn bus_cut_before_a_slave_was_heard_costs_a_dwell() {
+    for (profile, dwell, toggling) in [(LIBRECUBE, ms(25_500), ms(12_500)), (MIXED, ms(10_000), ms(500))] {
+        // The slaves boot after the master and after the cut.
+        let late = |builder: host_worlds::Builder, node: NodeId| builder.powered_at(node, ms(100));
+        let mut world = Craft::of(profile, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
+        world.run_until(ms(50));
+        cut_next_to_master(&mut world, Bus::Nominal);
+        world.run_until(dwell - ms(100));
+        assert_eq!(switches(&world, Time::ZERO), 0, "{}", profile.name);
+        world.run_until(dwell + ms(300));
+        assert_eq!(
+            (switches(&world, Time::ZERO), world.master_bus()),
+            (1, Bus::Redundant),
+            "{}",
+            profile.name
+        );
+        for node in [TWO, THREE] {
+            assert_eq!(world.state(node), Some(NmtState::Operational), "{}", profile.name);
+        }
+        world.run_until(dwell + toggling + ms(300));
+        assert!(world.all_operational(), "{}", profile.name);
+    }
+}
+
 #[test]
 fn fourteen_slaves_run_with_traffic_and_lose_nothing() {
     let mut world = Craft::busy(STANDARD, 14, |world| world.seed(14));

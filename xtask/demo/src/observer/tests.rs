@@ -235,6 +235,29 @@ fn unknown_image_without_heartbeats_is_silent() {
     assert_eq!(world.observer.nodes()[&2].now().phase, OPERATIONAL);
 }
 
+/// Given slave 2 with an image of the user's that also sends a heartbeat at each change of its state or bus, then the first of them,
+/// some milliseconds apart, are no period: the slave is operational all the time.
+#[test]
+fn heartbeats_at_changes_of_state_are_no_period() {
+    let mut plan = sample::plan();
+    plan.boards[1].own_image = Some("own".into());
+    let mut world = World::of(&plan);
+    let beats = [(4, 0x7F, Bus::Nominal), (14, 0x05, Bus::Nominal), (18, 0x05, Bus::Redundant)];
+    let later = [268, 518, 768].map(|ms| (ms, 0x05, Bus::Redundant));
+    for (ms, state, bus) in beats.into_iter().chain(later) {
+        world.sees(ms, bus, (0x702, &[state]), &[1]);
+    }
+    assert_eq!(
+        world.phases(2),
+        ["off", "starting", "pre-operational", "operational", "operational"],
+        "{:?}",
+        world.observer.nodes()[&2].spans
+    );
+    world.sees(1_600, Bus::Redundant, MASTER_BEATS, &[2]);
+    let silent = Span { from: Time::from_ms(1_518), phase: Phase::Silent, bus: Bus::Redundant };
+    assert_eq!(world.observer.nodes()[&2].now(), silent, "three periods of 250 ms after the last one");
+}
+
 /// Given a shipped slave whose heartbeats stop while the master goes on, then it is silent at the end of the flight.
 #[test]
 fn shipped_image_without_heartbeats_is_silent_at_the_end() {
