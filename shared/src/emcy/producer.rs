@@ -134,6 +134,16 @@ impl Producer {
         true
     }
 
+    /// Lets the message of the error that was raised last go out first, and now: the node is about to enter a state that
+    /// forbids it.
+    pub fn hasten(&mut self) {
+        if let Some(newest) = self.waiting.pop_back()
+            && self.waiting.push_front(newest).is_ok()
+        {
+            self.last = None;
+        }
+    }
+
     /// Notes that an error is gone. The message is "error reset" with the errors that remain in the error
     /// register. Its manufacturer-specific field has code and source of this error. Returns whether the error was
     /// active.

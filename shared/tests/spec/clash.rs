@@ -3,7 +3,7 @@
 use crate::instrument::{self, STANDARD};
 use ecss_can::link::port::Health;
 use ecss_can::nmt::{Clash, ClashWatch};
-use ecss_can::node::SlaveEvent;
+use ecss_can::node::{LinkEvent, SlaveEvent};
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Duration, Instant};
 
@@ -163,6 +163,28 @@ fn newcomer_is_silent_until_the_other_node_is() {
     assert_eq!(slave.events.last(), Some(&SlaveEvent::State(PreOperational)));
     assert!(slave.events.contains(&SlaveEvent::ClashOver));
     assert_eq!(slave.times(NOMINAL, 0x705).len() + slave.times(REDUNDANT, 0x705).len(), 1);
+}
+
+/// Given a newcomer whose inhibit time runs and for which another emergency waits, when its own Node-ID is heard, then EMCY 8150h
+/// goes out before it is Stopped.
+///
+/// Verifies: ECSS 6.10e
+#[test]
+fn newcomer_reports_the_clash_within_its_inhibit_time() {
+    let mut slave = powered(&STANDARD);
+    slave.transmitted(NOMINAL, frame(0x705, &[0]));
+    slave.run_until(ms(30));
+    for bus in [NOMINAL, REDUNDANT] {
+        slave.link(bus, LinkEvent::Overrun { lost: 1 });
+    }
+    assert_eq!(clash_frames(&slave).len(), 1, "the second one waits for 100 ms");
+    slave.run_until(ms(40));
+    slave.clear();
+    slave.receive(NOMINAL, 0x705, &[0x05]);
+    assert_eq!(clash_frames(&slave), [[0x50, 0x81, 0x11, 5]]);
+    assert_eq!(slave.node.status(slave.now).state, Stopped);
+    slave.run_until(ms(300));
+    assert_eq!(clash_frames(&slave).len(), 1, "Stopped forbids the others");
 }
 
 /// Given a slave that has worked for a while, when its own Node-ID is heard, then it reports that and goes on.

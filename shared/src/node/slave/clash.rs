@@ -41,7 +41,8 @@ impl<D: Device> Slave<D> {
         out.event(SlaveEvent::Clash { bus, yields });
         self.canopen.services.raise(ErrorCode::CAN_ID_COLLISION, [self.canopen.id.get(), 0, 0, 0, 0]);
         if yields {
-            // Stopped forbids the message, which goes out now.
+            // Stopped forbids the message, which goes out now, whatever the inhibit time.
+            self.canopen.services.dictionary.emcy.hasten();
             self.canopen.run_device(self.selector.selected(), now, now, out);
             if let Reaction::Entered(state) = self.canopen.nmt.on_command(Command::Stop) {
                 self.canopen.entered(state, now, out);
