@@ -165,37 +165,61 @@ pub fn same_error(of: &Type) -> TokenStream {
     quote!(let _ = ::ecss_can::od::Entry::of::<#of>;)
 }
 
-/// Returns the expression by which a transmit PDO reads a value.
-pub fn bits(value: &TokenStream) -> TokenStream {
-    quote!(::core::option::Option::Some(::ecss_can::od::Variable::bits(#value)))
+/// Returns the expression by which a transmit PDO reads a value of this type.
+pub fn bits(value: &TokenStream, of: &Type) -> TokenStream {
+    let same_error = same_error(of);
+    quote!({
+        #same_error
+        ::core::option::Option::Some(<#of as ::ecss_can::od::Variable>::bits(#value))
+    })
 }
 
 /// Returns the expression by which a transmit PDO reads consecutive values.
-pub fn run_bits(values: &TokenStream, nth: &TokenStream) -> TokenStream {
-    quote!(run.read(&#values[..], #nth))
+pub fn run_bits(values: &TokenStream, nth: &TokenStream, of: &Type) -> TokenStream {
+    let same_error = same_error(of);
+    quote!({
+        #same_error
+        run.read::<#of>(&#values[..], #nth)
+    })
 }
 
 /// Returns the expression by which a receive PDO writes consecutive values. It writes only values within the
 /// limits.
-pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribute) -> TokenStream {
+pub fn set_run_bits(
+    values: &TokenStream,
+    nth: &TokenStream,
+    of: &Type,
+    attribute: &Attribute,
+) -> TokenStream {
+    let same_error = same_error(of);
     if !attribute.is_limited() {
-        return quote!(run.write(&mut #values[..], #nth, bits));
+        return quote!({
+            #same_error
+            run.write::<#of>(&mut #values[..], #nth, bits)
+        });
     }
     let limits = attribute.limits();
     quote!({
+        #same_error
         const LIMITS: ::core::option::Option<&::ecss_can::od::Limits> = #limits;
-        run.write_within(&mut #values[..], #nth, bits, LIMITS?)
+        run.write_within::<#of>(&mut #values[..], #nth, bits, LIMITS?)
     })
 }
 
 /// Returns the expression by which a receive PDO writes a value. It writes only a value within the limits.
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
-    let write = quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)));
+    let same_error = same_error(of);
+    let write =
+        quote!(::core::option::Option::Some(<#of as ::ecss_can::od::Variable>::set_bits(#value, bits)));
     if !attribute.is_limited() {
-        return write;
+        return quote!({
+            #same_error
+            #write
+        });
     }
     let limits = attribute.limits();
     quote!({
+        #same_error
         const LIMITS: ::core::option::Option<&::ecss_can::od::Limits> = #limits;
         LIMITS?.check(<#of as ::ecss_can::od::Typed>::TYPE, bits).ok()?;
         #write

@@ -341,7 +341,7 @@ fn var(
             #same_error
             ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(#place_mut))
         }),
-        bits: field::bits(place),
+        bits: field::bits(place, value),
         set_bits: field::set_bits(place_mut, value, attribute),
     })
 }
@@ -364,19 +364,23 @@ fn array(
     let access = access?;
     let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
+    let same_error = field::same_error(value);
+    // At the place of the type: the error that it is no `Variable` follows from that of its declaration.
+    let found = Ident::new("found", value.span());
     Some(Parts {
         code: quote!(::ecss_can::od::ObjectCode::Array),
         entries: quote!(&[::ecss_can::od::Entry::highest(#count), #entry]),
         names: quote!(&["Highest sub-index supported", #title]),
         structure: quote!(0),
-        variable: quote! {
+        variable: quote!({
+            #same_error
             match #place_mut.get_mut(#nth) {
-                ::core::option::Option::Some(place) => ::core::option::Option::Some(place),
+                ::core::option::Option::Some(#found) => ::core::option::Option::Some(#found),
                 ::core::option::Option::None => ::core::option::Option::None,
             }
-        },
-        bits: field::run_bits(place, &nth),
-        set_bits: field::set_run_bits(place_mut, &nth, attribute),
+        }),
+        bits: field::run_bits(place, &nth, value),
+        set_bits: field::set_run_bits(place_mut, &nth, value, attribute),
     })
 }
 

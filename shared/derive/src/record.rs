@@ -167,9 +167,9 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
     };
     let (bits, set_bits) = if attribute.in_a_row {
         let values = quote!(self.#name);
-        (field::run_bits(&values, &nth), field::set_run_bits(&values, &nth, attribute))
+        (field::run_bits(&values, &nth, value), field::set_run_bits(&values, &nth, value, attribute))
     } else {
-        (field::bits(&quote!(&self.#name)), field::set_bits(&place_mut, value, attribute))
+        (field::bits(&quote!(&self.#name), value), field::set_bits(&place_mut, value, attribute))
     };
     let entry =
         attribute.qualified(&field.ty, quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
