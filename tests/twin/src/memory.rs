@@ -4,12 +4,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::mmio::Width;
-use crate::model::{FLASH_BASE, Part};
+use crate::model::FLASH_BASE;
+use crate::part::Part;
 use crate::peripherals::Ram;
 
 const CCM_BASE: u32 = 0x1000_0000;
 const RAM_BASE: u32 = 0x2000_0000;
-const RAM_BYTES: usize = 128 << 10;
 /// Content of RAM after power-on. Not zero, so that a program that relies on zeros does not work by chance.
 const RAM_AT_POWER_ON: u8 = 0xA5;
 
@@ -46,7 +46,7 @@ impl Memory {
         flash[..image.len()].copy_from_slice(image);
         Memory {
             flash: Arc::new(flash),
-            ram: vec![RAM_AT_POWER_ON; RAM_BYTES].into(),
+            ram: vec![RAM_AT_POWER_ON; part.ram_bytes() as usize].into(),
             ccm: vec![RAM_AT_POWER_ON; part.ccm_bytes() as usize].into(),
         }
     }
@@ -61,7 +61,7 @@ impl Memory {
     #[inline]
     pub fn place(&self, address: u32) -> Option<Place> {
         let offset = address.wrapping_sub(RAM_BASE) as usize;
-        if offset < RAM_BYTES {
+        if offset < self.ram.len() {
             return Some(Place::Ram(offset));
         }
         let offset = address.wrapping_sub(CCM_BASE) as usize;
@@ -182,11 +182,12 @@ impl Ram for Memory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::part::tests::part;
 
     const FLASH_BYTES: u32 = 1 << 20;
 
     fn memory() -> Memory {
-        Memory::new(Part::Stm32f405, &[1, 2, 3, 4])
+        Memory::new(part("STM32F405RG"), &[1, 2, 3, 4])
     }
 
     #[test]
@@ -215,7 +216,7 @@ mod tests {
     #[test]
     fn ranges_that_leave_a_memory_are_refused() {
         let mut memory = memory();
-        assert_eq!(memory.copy_in(RAM_BASE + RAM_BYTES as u32 - 2, &[0; 4]), Err(NotMemory(0x2001_FFFE)));
+        assert_eq!(memory.copy_in(0x2001_FFFE, &[0; 4]), Err(NotMemory(0x2001_FFFE)));
         assert_eq!(memory.copy_in(FLASH_BASE, &[0]), Err(NotMemory(FLASH_BASE)));
         assert_eq!(memory.copy_out(0x2002_0000, &mut [0]), Err(NotMemory(0x2002_0000)));
         assert!(memory.program(FLASH_BASE + FLASH_BYTES - 1, &[0; 2]).is_err());

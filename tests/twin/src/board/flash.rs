@@ -1,7 +1,8 @@
 //! What a board does for its flash: operations take their time, and power may fail in the middle of one.
 //!
-//! The memory is one bank: while it programs or erases, whatever the core wants of it waits. A core that runs from RAM
-//! goes on until it fetches from flash; that a *load* from flash would wait too is not modelled.
+//! While a bank programs or erases, whatever the core wants of it waits; while it programs option bytes, of both. A core that runs from RAM
+//! or from the other bank of a part with 2 MiB goes on until it fetches from the busy one; that a *load* from there would wait too is
+//! not modelled.
 
 use can_wire::time::Time;
 
@@ -30,6 +31,8 @@ struct UnderWay {
     event: Time,
     cycle: u64,
     cut: Option<Remains>,
+    /// The bank that is busy; `None`: all of the flash.
+    bank: Option<u32>,
 }
 
 /// Operations and what is to befall them.
@@ -51,6 +54,11 @@ impl FlashCare {
     /// Returns whether an operation is under way.
     pub(super) fn is_busy(&self) -> bool {
         self.under_way.is_some()
+    }
+
+    /// Returns whether an operation is under way in this bank.
+    fn is_bank_busy(&self, bank: u32) -> bool {
+        self.under_way.is_some_and(|operation| operation.bank.is_none_or(|busy| busy == bank))
     }
 }
 
@@ -84,16 +92,19 @@ impl EmulatedBoard {
 
     /// Whether the core waits for the flash.
     pub(super) fn is_stalled(&self) -> bool {
-        let flash_bytes = self.config.model.part.flash_bytes();
+        if !self.flash.is_busy() {
+            return false;
+        }
         // Flash answers at zero too.
-        let in_flash = |pc: u32| pc < flash_bytes || (FLASH_BASE..FLASH_BASE + flash_bytes).contains(&pc);
-        self.flash.is_busy() && in_flash(self.core.pc())
+        let (part, pc) = (self.config.model.part, self.core.pc());
+        let offset = pc.checked_sub(FLASH_BASE).unwrap_or(pc);
+        offset < part.flash_bytes() && self.flash.is_bank_busy(part.bank_of(offset))
     }
 
     /// Follows the operation that the program started.
     pub(super) fn follow_flash(&mut self, clocks_changed: bool) {
         let Some((change, ends)) = self.chip.peripherals.flash().operation() else { return };
-        if self.flash.under_way.is_none() {
+        if !self.flash.is_busy() {
             match change {
                 Change::Program { .. } => self.counters.flash_programs += 1,
                 Change::Erase(_) => self.counters.flash_erases += 1,
@@ -107,7 +118,11 @@ impl EmulatedBoard {
                 .map(|(_, remains)| remains);
             let middle = Time(self.now().0.midpoint(ends.0));
             let event = if cut.is_some() { middle } else { *ends };
-            self.flash.under_way = Some(UnderWay { ends: *ends, event, cycle: 0, cut });
+            let bank = match change {
+                Change::Options => None,
+                _ => Some(self.config.model.part.bank_of(change.range().start)),
+            };
+            self.flash.under_way = Some(UnderWay { ends: *ends, event, cycle: 0, cut, bank });
         } else if !clocks_changed {
             return;
         }
