@@ -10,6 +10,9 @@ use crate::peripherals::Ram;
 
 const CCM_BASE: u32 = 0x1000_0000;
 const RAM_BASE: u32 = 0x2000_0000;
+/// Bytes of the region in which RAM is. Nothing else is there: an access behind the end of RAM is a bus fault. A constant, as
+/// each access is compared with it: the row twin.host_instructions.
+const RAM_REGION: usize = 512 << 20;
 /// Content of RAM after power-on. Not zero, so that a program that relies on zeros does not work by chance.
 const RAM_AT_POWER_ON: u8 = 0xA5;
 
@@ -57,11 +60,11 @@ impl Memory {
         self.ccm.fill(RAM_AT_POWER_ON);
     }
 
-    /// Returns the memory at an address. Flash answers at 0800 0000h and, because BOOT0 is low, at 0.
+    /// Returns the memory at an address. A place behind the end of RAM answers no access. Flash answers at 0800 0000h and, because BOOT0 is low, at 0.
     #[inline]
     pub fn place(&self, address: u32) -> Option<Place> {
         let offset = address.wrapping_sub(RAM_BASE) as usize;
-        if offset < self.ram.len() {
+        if offset < RAM_REGION {
             return Some(Place::Ram(offset));
         }
         let offset = address.wrapping_sub(CCM_BASE) as usize;
@@ -86,7 +89,8 @@ impl Memory {
         load(memory, offset, width)
     }
 
-    /// Stores the low bits of `value` to a place in RAM or CCM that is aligned to `width`. `None`: the place is in flash.
+    /// Stores the low bits of `value` to a place in RAM or CCM that is aligned to `width`. `None`: the place is in flash, or
+    /// behind the end of RAM.
     #[inline]
     pub fn store(&mut self, place: Place, width: Width, value: u32) -> Option<()> {
         let (memory, offset) = match place {

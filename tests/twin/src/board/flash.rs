@@ -31,8 +31,6 @@ struct UnderWay {
     event: Time,
     cycle: u64,
     cut: Option<Remains>,
-    /// The bank that is busy; `None`: all of the flash.
-    bank: Option<u32>,
 }
 
 /// Operations and what is to befall them.
@@ -54,11 +52,6 @@ impl FlashCare {
     /// Returns whether an operation is under way.
     pub(super) fn is_busy(&self) -> bool {
         self.under_way.is_some()
-    }
-
-    /// Returns whether an operation is under way in this bank.
-    fn is_bank_busy(&self, bank: u32) -> bool {
-        self.under_way.is_some_and(|operation| operation.bank.is_none_or(|busy| busy == bank))
     }
 }
 
@@ -92,19 +85,27 @@ impl EmulatedBoard {
 
     /// Whether the core waits for the flash.
     pub(super) fn is_stalled(&self) -> bool {
-        if !self.flash.is_busy() {
-            return false;
-        }
+        self.flash.is_busy() && self.runs_from_busy_bank()
+    }
+
+    /// Whether the core fetches from the bank that is busy.
+    #[cold]
+    fn runs_from_busy_bank(&self) -> bool {
         // Flash answers at zero too.
         let (part, pc) = (self.config.model.part, self.core.pc());
         let offset = pc.checked_sub(FLASH_BASE).unwrap_or(pc);
-        offset < part.flash_bytes() && self.flash.is_bank_busy(part.bank_of(offset))
+        let is_busy = match self.chip.peripherals.flash().operation() {
+            Some((Change::Options, _)) => true,
+            Some((change, _)) => part.bank_of(change.range().start) == part.bank_of(offset),
+            None => false,
+        };
+        offset < part.flash_bytes() && is_busy
     }
 
     /// Follows the operation that the program started.
     pub(super) fn follow_flash(&mut self, clocks_changed: bool) {
         let Some((change, ends)) = self.chip.peripherals.flash().operation() else { return };
-        if !self.flash.is_busy() {
+        if self.flash.under_way.is_none() {
             match change {
                 Change::Program { .. } => self.counters.flash_programs += 1,
                 Change::Erase(_) => self.counters.flash_erases += 1,
@@ -118,11 +119,7 @@ impl EmulatedBoard {
                 .map(|(_, remains)| remains);
             let middle = Time(self.now().0.midpoint(ends.0));
             let event = if cut.is_some() { middle } else { *ends };
-            let bank = match change {
-                Change::Options => None,
-                _ => Some(self.config.model.part.bank_of(change.range().start)),
-            };
-            self.flash.under_way = Some(UnderWay { ends: *ends, event, cycle: 0, cut, bank });
+            self.flash.under_way = Some(UnderWay { ends: *ends, event, cycle: 0, cut });
         } else if !clocks_changed {
             return;
         }
