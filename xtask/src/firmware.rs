@@ -39,10 +39,11 @@ pub struct Options {
 /// # Errors
 /// When an image cannot be built or read.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let Target { board, profile } = options.target;
-    let board = board.name();
+    let Target { board: described, profile } = &options.target;
+    let board = described.name();
     let Some(name) = &options.package else {
-        let profile = options.bit_rate.configuration(profile);
+        described.check_images("firmware")?;
+        let profile = options.bit_rate.configuration(*profile);
         let images = firmware_images::build(board, &profile)?;
         let fitting = if options.one_controller { "+one-controller" } else { "" };
         let minimal = firmware_images::build_minimal(board, &(profile + fitting), firmware_images::LOG)?;
@@ -72,5 +73,6 @@ fn describe(role: &str, path: &Path) -> anyhow::Result<()> {
 /// # Errors
 /// When there is a warning.
 pub fn clippy(target: &Target) -> anyhow::Result<()> {
+    target.board.check_images("clippy")?;
     Ok(firmware_images::clippy(target.board.name(), target.profile.name())?)
 }

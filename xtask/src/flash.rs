@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
-use support::board::{BitRate, BoardName, Target};
+use support::board::{BitRate, Board, Target, allowed};
 use support::misuse::Misuse;
 
 /// The program that writes to a board.
@@ -79,8 +79,9 @@ impl Options {
             Some(features) => Err(Misuse::of(
                 "flash",
                 format!(
-                    "'--features {features}' is not an option any more; allowed are --board pyboard-v11 or nucleo-f446re, --profile \
-                     librecube, standard or standby, and --one-controller"
+                    "'--features {features}' is not an option any more; allowed are --board ({}), --profile librecube, standard or \
+                     standby, and --one-controller",
+                    allowed()
                 ),
             )),
             None => Ok(()),
@@ -94,10 +95,11 @@ impl Options {
 /// When the image cannot be built, or probe-rs is missing or fails.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     options.check()?;
-    let (Target { board, profile }, fitting) = (options.target, options.fitting()?);
+    let (Target { board, profile }, fitting) = (&options.target, options.fitting()?);
+    board.check_images("flash")?;
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
-    let profile = options.bit_rate.configuration(profile);
+    let profile = options.bit_rate.configuration(*profile);
     let images = || firmware_images::build_logging(board.name(), &profile, &log);
     let image = match options.role {
         Role::Master => images()?.master,
@@ -111,7 +113,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// When probe-rs fails.
-pub fn write(board: BoardName, image: &Path, arguments: &[OsString]) -> anyhow::Result<()> {
+pub fn write(board: &Board, image: &Path, arguments: &[OsString]) -> anyhow::Result<()> {
     let mut probe_rs = Command::new(PROBE_RS);
     probe_rs.args(["run", "--chip", board.chip()]).arg(image).args(arguments);
     replace_by(probe_rs)

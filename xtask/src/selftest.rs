@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use can_wire::time::Time;
 use clap::Args;
-use support::board::BoardName;
+use support::board::{Board, help};
 use support::output::{self, Silently};
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
@@ -32,8 +32,8 @@ const FLIGHT: Time = Time::from_ms(3_000);
 )]
 pub struct Options {
     /// Board to check
-    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
-    board: BoardName,
+    #[arg(long, value_name = "BOARD", value_parser = Board::parse, default_value = Board::DEFAULT, help = help())]
+    board: Board,
 
     /// Fly it on the emulated board instead
     #[arg(long, conflicts_with = "probe_rs")]
@@ -49,18 +49,19 @@ pub struct Options {
 /// # Errors
 /// When the image cannot be built, probe-rs is missing or fails, or a check fails on the emulated board.
 pub fn run(options: &Options) -> anyhow::Result<()> {
+    options.board.check_images("selftest")?;
     if !options.twin {
         flash::find_probe_rs()?;
     }
     let image = firmware_images::build_example(options.board.name(), "selftest")?;
     if options.twin {
-        return fly(options.board, &image);
+        return fly(&options.board, &image);
     }
-    flash::write(options.board, &image, &options.probe_rs)
+    flash::write(&options.board, &image, &options.probe_rs)
 }
 
 /// Prints what the image says on an emulated board.
-fn fly(board: BoardName, image: &Path) -> anyhow::Result<()> {
+fn fly(board: &Board, image: &Path) -> anyhow::Result<()> {
     let elf = std::fs::read(image).with_context(|| format!("cannot read {}", image.display()))?;
     let image = Arc::new(Image::parse(&elf).with_context(|| format!("{} is no image", image.display()))?);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());

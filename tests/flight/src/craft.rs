@@ -11,11 +11,15 @@ use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings, State};
 use twin::crystal::Crystal;
 use twin::image::Image;
-use twin::model::{Model, Part};
+use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::spacecraft::{BoardId, Bus, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
 
 pub const MASTER: u8 = 1;
+
+/// Boards of the project.
+pub const PYBOARD_V11: &str = "pyboard-v11";
+pub const NUCLEO_F446RE: &str = "nucleo-f446re";
 
 /// States in heartbeats (CiA 301 7.2.8.3.2.2).
 pub const BOOT_UP: u8 = 0x00;
@@ -27,10 +31,10 @@ pub const PRE_OPERATIONAL: u8 = 0x7F;
 pub type Images = [Arc<Image>; 2];
 
 /// Built once for all tests.
-static PYBOARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "librecube"));
-static NUCLEO: LazyLock<Images> = LazyLock::new(|| build("nucleo-f446re", "librecube"));
+static PYBOARD: LazyLock<Images> = LazyLock::new(|| build(PYBOARD_V11, "librecube"));
+static NUCLEO: LazyLock<Images> = LazyLock::new(|| build(NUCLEO_F446RE, "librecube"));
 /// Profile `standard`, for pyboards: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2; all slaves have parallel access.
-pub static STANDARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "standard"));
+pub static STANDARD: LazyLock<Images> = LazyLock::new(|| build(PYBOARD_V11, "standard"));
 
 pub fn build(board: &str, profile: &str) -> Images {
     let images = firmware_images::build(board, profile).unwrap();
@@ -49,8 +53,8 @@ pub fn parsed(path: &Path) -> Arc<Image> {
 pub struct Seat {
     /// Node-ID, 1 is the master.
     pub node: u8,
-    /// Which board sits there.
-    pub model: Model,
+    /// Name of the board that sits there.
+    pub board: &'static str,
     /// Error of the crystal, parts per million.
     pub ppm: f64,
     /// Metres from the left end of both wires.
@@ -63,17 +67,19 @@ pub struct Seat {
 
 impl Seat {
     fn config(self) -> BoardConfig {
-        self.with(match self.model.part {
-            Part::Stm32f405 => &PYBOARD,
-            Part::Stm32f446 => &NUCLEO,
-        })
+        self.with(if self.board == PYBOARD_V11 { &PYBOARD } else { &NUCLEO })
+    }
+
+    /// What is emulated.
+    pub fn model(self) -> Model {
+        Model::shipped(self.board)
     }
 
     /// With these images.
     pub fn with(self, [master, slave]: &Images) -> BoardConfig {
         BoardConfig {
             name: format!("node {}", self.node),
-            model: self.model,
+            model: self.model(),
             image: if self.node == MASTER { master } else { slave }.clone(),
             straps: self.straps(),
             crystal: Crystal::ppm(self.ppm),
@@ -89,9 +95,10 @@ impl Seat {
         if self.node == MASTER {
             return Vec::new();
         }
-        let pins = match self.model.part {
-            Part::Stm32f405 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
-            Part::Stm32f446 => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
+        let pins = if self.board == PYBOARD_V11 {
+            [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)]
+        } else {
+            [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)]
         };
         let even = self.node.count_ones().is_multiple_of(2);
         let parity = (even == self.parity).then_some(4);
@@ -102,10 +109,10 @@ impl Seat {
 
 /// The master at the left end and its slaves 2, 3 and 4 (selective access).
 pub const MASTER_AND_THREE: [Seat; 4] = [
-    Seat { node: 1, model: Model::PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
-    Seat { node: 2, model: Model::PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 110, parity: true },
-    Seat { node: 3, model: Model::PYBOARD_V11, ppm: 48.0, position_m: 11.5, power_on_ms: 60, parity: true },
-    Seat { node: 4, model: Model::PYBOARD_V11, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
+    Seat { node: 1, board: PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
+    Seat { node: 2, board: PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 110, parity: true },
+    Seat { node: 3, board: PYBOARD_V11, ppm: 48.0, position_m: 11.5, power_on_ms: 60, parity: true },
+    Seat { node: 4, board: PYBOARD_V11, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
 ];
 
 /// Between the master and everybody else.

@@ -43,9 +43,6 @@ use crate::model::Model;
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange};
 use crate::rtt::{Line, Rtt};
 
-/// Where the wires from CAN_RX of CAN1 and CAN2 end.
-const CAPTURE_PINS: [Pin; 2] = [Pin::new('A', 0), Pin::new('A', 1)];
-
 /// What a board is made of and where it sits.
 #[derive(Clone, Debug)]
 pub struct BoardConfig {
@@ -177,7 +174,7 @@ impl EmulatedBoard {
         }
         if capture_wires {
             // A bus at rest is recessive.
-            for pin in CAPTURE_PINS {
+            for pin in config.model.pins.capture.into_iter().flatten() {
                 peripherals.drive(pin, Some(true));
             }
         }

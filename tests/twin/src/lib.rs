@@ -7,27 +7,28 @@
 //!
 //! # What is modelled
 //!
-//! * Two boards ([`model`]): pyboard v1.1 (STM32F405) and NUCLEO-F446RE (STM32F446), mixed as you like.
+//! * Boards with any STM32F4 that has two bxCAN and reaches 168 MHz ([`model::Part`]), by a description of part, oscillator and pins
+//!   ([`description`]), mixed as you like. Measured against drivers are pyboard v1.1 (STM32F405) and NUCLEO-F446RE (STM32F446).
 //! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`twin_core`]).
-//! * The pins of CAN as the part and its package have them: a controller hangs on its bus behind whichever the program gives
-//!   it. The log says so when a controller takes part and its pins lead nowhere.
+//! * The pins of CAN at the board's transceivers: a controller is on its bus when the program gives it these. The log says so when a
+//!   controller takes part and its pins lead nowhere.
 //! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, both bxCANs with
 //!   their filters ([`bxcan`]), and what set-up code touches in PWR, DBGMCU and the device signature.
 //! * The flash accelerator as FLASH_ACR sets it: wait states, prefetch, 64 instruction and 8 data lines, stale lines after an
 //!   erase. [`board::Fittings::flash_timing`] gives ideal memory instead, or wait states without the accelerator; how
 //!   close the model is stands in `accelerator`.
-//! * Flash that programs and erases, takes the typical or the longest time of the data sheet, lets the core wait, and keeps its content without power;
+//! * Flash of one bank, or of two in parts with 2 MiB, that programs and erases, takes the typical or the longest time of the data sheet, lets the core wait, and keeps its content without power;
 //!   power may fail in any of its operations ([`board::EmulatedBoard::cut_power_at`]).
 //! * TIM2, TIM3 and TIM5, upwards: compare, input capture, their DMA requests; TIM5 starts TIM3, and both drive pins, at
-//!   instants that [`board::EmulatedBoard::take_edges`] gives to fractions of a tick. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
-//!   two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
+//!   instants that [`board::EmulatedBoard::take_edges`] gives to fractions of a tick. two of
+//!   PA0 to PA3, as the board has them, follow CAN_RX of CAN1 and CAN2 over two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
 //! * DMA1 and DMA2 between peripheral and memory in direct mode, single or circular buffers, which takes no time; DMA2 between
 //!   memories, eight cycles an item.
 //! * TIM1, TIM4, TIM6 to TIM14 as counters with compare and interrupts; they reach no pin.
 //! * I2C1 to I2C3 as masters, with devices ([`devices::I2cDevice`]); an LM75 on I2C1 ([`board::Fittings::thermometer`]).
 //! * SPI1 to SPI3 as masters, with devices ([`devices::SpiDevice`]); USART1 to USART6, asynchronous, bit-timed by BRR, to
 //!   and from a test ([`board::EmulatedBoard::put_serial`], [`board::EmulatedBoard::take_serial`]).
-//! * The CRC unit, the random number generator of the F405.
+//! * The CRC unit, the random number generator of all parts but the F446.
 //! * The RTC on LSE, LSI or HSE: calendar, both alarms, wake-up timer, backup registers. LSE runs at 32 768 Hz exactly.
 //! * Option bytes, programmed by FLASH_OPTCR or by a probe ([`board::EmulatedBoard::set_option_bytes`]): BOR level, write
 //!   protection, watchdog of hardware, level 1 of the read-out protection.
@@ -47,7 +48,8 @@
 //!   [`AccessError`](board::AccessError) that names board, function, peripheral and register; so does one that uses a peripheral
 //!   whose clock is off, which the real part would answer with silence.
 //! * Contention on the buses, and the halfwords that the core fetches ahead. Mass erase, programming by double words; wear; what a
-//!   read-out protection withholds from a probe.
+//!   read-out protection withholds from a probe; write protection of the second bank, exchanged banks (BFB2), 1 MiB in two banks
+//!   (DB1M).
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), ageing of crystals.
 //! * Stop and Standby: a WFI or WFE with SLEEPDEEP stops the board with an error. The window watchdog.
 //! * A debugger that freezes timers with the core: [`board::EmulatedBoard::halt`] refuses. It freezes the independent watchdog and the
@@ -66,12 +68,14 @@ pub mod bxcan;
 mod chip;
 pub mod clock;
 pub mod crystal;
+pub mod description;
 pub mod devices;
 pub mod guest;
 pub mod image;
 mod memory;
 pub mod mmio;
 pub mod model;
+mod part;
 pub mod peripherals;
 mod port;
 pub mod pulses;

@@ -4,12 +4,15 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::mmio::Width;
-use crate::model::{FLASH_BASE, Part};
+use crate::model::FLASH_BASE;
+use crate::part::Part;
 use crate::peripherals::Ram;
 
 const CCM_BASE: u32 = 0x1000_0000;
 const RAM_BASE: u32 = 0x2000_0000;
-const RAM_BYTES: usize = 128 << 10;
+/// Bytes of the region in which RAM is. Nothing else is there: an access behind the end of RAM is a bus fault. A constant, as
+/// each access is compared with it: the row twin.host_instructions.
+const RAM_REGION: usize = 512 << 20;
 /// Content of RAM after power-on. Not zero, so that a program that relies on zeros does not work by chance.
 const RAM_AT_POWER_ON: u8 = 0xA5;
 
@@ -46,7 +49,7 @@ impl Memory {
         flash[..image.len()].copy_from_slice(image);
         Memory {
             flash: Arc::new(flash),
-            ram: vec![RAM_AT_POWER_ON; RAM_BYTES].into(),
+            ram: vec![RAM_AT_POWER_ON; part.ram_bytes() as usize].into(),
             ccm: vec![RAM_AT_POWER_ON; part.ccm_bytes() as usize].into(),
         }
     }
@@ -57,11 +60,11 @@ impl Memory {
         self.ccm.fill(RAM_AT_POWER_ON);
     }
 
-    /// Returns the memory at an address. Flash answers at 0800 0000h and, because BOOT0 is low, at 0.
+    /// Returns the memory at an address. A place behind the end of RAM answers no access. Flash answers at 0800 0000h and, because BOOT0 is low, at 0.
     #[inline]
     pub fn place(&self, address: u32) -> Option<Place> {
         let offset = address.wrapping_sub(RAM_BASE) as usize;
-        if offset < RAM_BYTES {
+        if offset < RAM_REGION {
             return Some(Place::Ram(offset));
         }
         let offset = address.wrapping_sub(CCM_BASE) as usize;
@@ -86,7 +89,8 @@ impl Memory {
         load(memory, offset, width)
     }
 
-    /// Stores the low bits of `value` to a place in RAM or CCM that is aligned to `width`. `None`: the place is in flash.
+    /// Stores the low bits of `value` to a place in RAM or CCM that is aligned to `width`. `None`: the place is in flash, or
+    /// behind the end of RAM.
     #[inline]
     pub fn store(&mut self, place: Place, width: Width, value: u32) -> Option<()> {
         let (memory, offset) = match place {
@@ -182,11 +186,12 @@ impl Ram for Memory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::part::tests::part;
 
     const FLASH_BYTES: u32 = 1 << 20;
 
     fn memory() -> Memory {
-        Memory::new(Part::Stm32f405, &[1, 2, 3, 4])
+        Memory::new(part("STM32F405RG"), &[1, 2, 3, 4])
     }
 
     #[test]
@@ -215,7 +220,7 @@ mod tests {
     #[test]
     fn ranges_that_leave_a_memory_are_refused() {
         let mut memory = memory();
-        assert_eq!(memory.copy_in(RAM_BASE + RAM_BYTES as u32 - 2, &[0; 4]), Err(NotMemory(0x2001_FFFE)));
+        assert_eq!(memory.copy_in(0x2001_FFFE, &[0; 4]), Err(NotMemory(0x2001_FFFE)));
         assert_eq!(memory.copy_in(FLASH_BASE, &[0]), Err(NotMemory(FLASH_BASE)));
         assert_eq!(memory.copy_out(0x2002_0000, &mut [0]), Err(NotMemory(0x2002_0000)));
         assert!(memory.program(FLASH_BASE + FLASH_BYTES - 1, &[0; 2]).is_err());

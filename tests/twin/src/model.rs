@@ -1,50 +1,11 @@
-//! The boards that the twin knows: which part, which oscillator.
+//! Boards: part, oscillator and pins. [`Description`](crate::description::Description) reads them from a file.
+
+use crate::bxcan::Side;
+pub use crate::part::Part;
+use crate::peripherals::Pin;
 
 /// Where the main flash memory begins; it answers at zero as well.
 pub const FLASH_BASE: u32 = 0x0800_0000;
-
-/// A microcontroller. What the parts share is modelled once; what differs is told here.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Part {
-    /// STM32F405RG: 1 MiB of flash, 64 KiB of CCM, ports A to I (RM0090, DS8626).
-    Stm32f405,
-    /// STM32F446RE: 512 KiB of flash, no CCM, ports A to H, over-drive, a third PLL (RM0390, DS10693).
-    Stm32f446,
-}
-
-impl Part {
-    /// Bytes of flash at 0800 0000h.
-    pub const fn flash_bytes(self) -> u32 {
-        match self {
-            Part::Stm32f405 => 1 << 20,
-            Part::Stm32f446 => 512 << 10,
-        }
-    }
-
-    /// Bytes of core-coupled memory at 1000 0000h.
-    pub const fn ccm_bytes(self) -> u32 {
-        match self {
-            Part::Stm32f405 => 64 << 10,
-            Part::Stm32f446 => 0,
-        }
-    }
-
-    /// Number of GPIO ports, from A on.
-    pub(crate) const fn ports(self) -> usize {
-        match self {
-            Part::Stm32f405 => 9,
-            Part::Stm32f446 => 8,
-        }
-    }
-
-    /// DBGMCU_IDCODE: F405 revision Y, F446 revision A.
-    pub(crate) const fn idcode(self) -> u32 {
-        match self {
-            Part::Stm32f405 => 0x100F_6413,
-            Part::Stm32f446 => 0x1000_6421,
-        }
-    }
-}
 
 /// What drives OSC_IN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -55,29 +16,92 @@ pub struct Oscillator {
     pub external: bool,
 }
 
-/// A board: part and oscillator.
+/// A board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Model {
     /// The microcontroller.
     pub part: Part,
     /// Its high-speed oscillator.
     pub oscillator: Oscillator,
-    /// Pins of the package: 64, 100, 144 or 176.
-    pub package_pins: u32,
+    /// What its pins lead to.
+    pub pins: Pins,
 }
 
-impl Model {
-    /// pyboard v1.1: a crystal of 12 MHz.
-    pub const PYBOARD_V11: Model = Model {
-        part: Part::Stm32f405,
-        oscillator: Oscillator { hz: 12_000_000, external: false },
-        package_pins: 64,
-    };
+/// Pins of a board, by their use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Pins {
+    /// CAN1 and CAN2 at their transceivers.
+    pub can: [CanPins; 2],
+    /// Where the wires from CAN_RX of CAN1 and CAN2 end: two of PA0 to PA3, TIM5_CH1 to TIM5_CH4. `None`: no wires.
+    pub capture: Option<[Pin; 2]>,
+    /// Pulse at an instant: a channel of TIM3.
+    pub pulse: Option<Pin>,
+    /// Straps of the harness.
+    pub straps: Option<Straps>,
+    /// LEDs.
+    pub leds: Leds,
+    /// Selects the transceiver of a minimal slave with one controller (ECSS Figure A-6).
+    pub transceiver_switch: Option<Pin>,
+}
 
-    /// NUCLEO-F446RE: 8 MHz from the ST-LINK.
-    pub const NUCLEO_F446RE: Model = Model {
-        part: Part::Stm32f446,
-        oscillator: Oscillator { hz: 8_000_000, external: true },
-        package_pins: 64,
-    };
+impl Pins {
+    /// Each pin that the board uses.
+    pub fn all(&self) -> impl Iterator<Item = Pin> {
+        let Leds { sync, state, heartbeat, time } = self.leds;
+        let straps = self
+            .straps
+            .into_iter()
+            .flat_map(|straps| straps.bits.into_iter().chain([straps.parity]).chain(straps.maintenance));
+        let single = [self.pulse, self.transceiver_switch, sync, state, heartbeat, time];
+        let buses = self.can.into_iter().flat_map(|CanPins { rx, tx }| [rx, tx]);
+        buses.chain(self.capture.into_iter().flatten()).chain(straps).chain(single.into_iter().flatten())
+    }
+
+    /// Pins of a controller.
+    pub const fn can(&self, side: Side) -> CanPins {
+        self.can[side as usize]
+    }
+}
+
+/// Pins of a CAN controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct CanPins {
+    /// CAN_RX.
+    pub rx: Pin,
+    /// CAN_TX.
+    pub tx: Pin,
+}
+
+/// Straps: tied to ground they are 1, open they are 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Straps {
+    /// Bits 0 to 3 of the Node-ID.
+    pub bits: [Pin; 4],
+    /// Odd parity of the five.
+    pub parity: Pin,
+    /// Maintenance mode.
+    pub maintenance: Option<Pin>,
+}
+
+impl Straps {
+    /// What the harness ties to ground for a Node-ID, `0..=15`: its bits from the lowest, then odd parity.
+    pub fn closed(&self, node: u8) -> Vec<(Pin, bool)> {
+        let bits =
+            self.bits.into_iter().enumerate().filter(|(bit, _)| node >> bit & 1 == 1).map(|(_, pin)| pin);
+        let parity = node.count_ones().is_multiple_of(2).then_some(self.parity);
+        bits.chain(parity).map(|pin| (pin, false)).collect()
+    }
+}
+
+/// LEDs of a board, as the firmware uses them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Leds {
+    /// Toggles with each SYNC.
+    pub sync: Option<Pin>,
+    /// Switched by command; of a master: the redundant bus is active.
+    pub state: Option<Pin>,
+    /// Toggles with each heartbeat of the master.
+    pub heartbeat: Option<Pin>,
+    /// Toggles with each spacecraft time.
+    pub time: Option<Pin>,
 }

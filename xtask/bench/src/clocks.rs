@@ -4,6 +4,8 @@
 //! 0.1 ppm/s, at the master and at two slaves in opposite directions, with noise; transceivers of 150 ns, each ±20 ns off, half
 //! of it in the driver and half in the receiver. A guest configures the boards by SDO, as a user would.
 
+use std::sync::LazyLock;
+
 use anyhow::{Context as _, ensure};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
@@ -45,7 +47,7 @@ pub fn most_left_ns() -> f64 {
 }
 
 /// Where boards make their pulses.
-const PULSE: Pin = Pin::new('B', 1);
+static PULSE: LazyLock<Pin> = LazyLock::new(|| FLOWN.model().pins.pulse.expect("the board makes pulses"));
 /// Of the spacecraft time.
 pub const PULSE_PERIOD: Time = Time::from_ms(10);
 
@@ -183,7 +185,7 @@ impl Flight {
         }
         let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, scenario.load, seed, CONFIGURED);
         let client = spacecraft.add_guest(Bus::Nominal, 0.0);
-        let trial = Trial::new(spacecraft, PULSE, Some(traffic));
+        let trial = Trial::new(spacecraft, *PULSE, Some(traffic));
         let mut flight = Flight { trial, client, stamps: StampWatch::default() };
         flight.run_until(UP)?;
         flight.set_sync(scenario.sync)?;

@@ -2,6 +2,7 @@
 
 use std::cell::{OnceCell, RefCell};
 use std::ops::ControlFlow;
+use std::sync::LazyLock;
 
 use can_wire::time::Time;
 use firmware_images::{Images, LOG};
@@ -9,16 +10,16 @@ use firmware_images::{Images, LOG};
 use demo::flight::Flight;
 use demo::mission;
 use demo::plan::Plan;
-use support::board::{BoardName, Profile};
+use support::board::{Board, Profile};
 use support::craft;
 
 /// The board that flies on the twin.
-pub const FLOWN: BoardName = BoardName::PyboardV11;
+pub static FLOWN: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
 
 /// Handed to every area.
 #[derive(Default)]
 pub struct Context {
-    images: RefCell<Vec<(BoardName, Profile, Images)>>,
+    images: RefCell<Vec<(Board, Profile, Images)>>,
     demo: OnceCell<Flight>,
 }
 
@@ -27,13 +28,13 @@ impl Context {
     ///
     /// # Errors
     /// When they cannot be built.
-    pub fn images(&self, board: BoardName, profile: Profile) -> anyhow::Result<Images> {
-        let known = self.images.borrow().iter().find(|it| (it.0, it.1) == (board, profile)).cloned();
+    pub fn images(&self, board: &Board, profile: Profile) -> anyhow::Result<Images> {
+        let known = self.images.borrow().iter().find(|it| (&it.0, it.1) == (board, profile)).cloned();
         if let Some((.., images)) = known {
             return Ok(images);
         }
         let images = firmware_images::build(board.name(), profile.name())?;
-        self.images.borrow_mut().push((board, profile, images.clone()));
+        self.images.borrow_mut().push((board.clone(), profile, images.clone()));
         Ok(images)
     }
 
@@ -54,7 +55,7 @@ impl Context {
     /// # Errors
     /// When the images cannot be built or flown.
     pub fn fly(&self, plan: Plan) -> anyhow::Result<Flight> {
-        let built = self.images(plan.board, plan.profile)?;
+        let built = self.images(&plan.board, plan.profile)?;
         let mut images = craft::shipped(&built, plan.boards.iter().map(|board| board.node))?;
         let minimal: Vec<_> = plan.boards.iter().filter(|board| board.is_minimal).collect();
         if !minimal.is_empty() {

@@ -222,6 +222,6 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
 }
 
 fn compiler(context: &Context) -> anyhow::Result<String> {
-    let images = context.images(FLOWN, Profile::Standard)?;
+    let images = context.images(&FLOWN, Profile::Standard)?;
     Ok(Facts::read(&images.slave)?.compiler.unwrap_or_else(|| "unknown".into()))
 }

@@ -70,7 +70,7 @@ impl Rig {
         node: u8,
         flash_timing: FlashTiming,
     ) -> anyhow::Result<Rig> {
-        let images = context.images(FLOWN, profile)?;
+        let images = context.images(&FLOWN, profile)?;
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         let slave = spacecraft.add_board(BoardConfig {
             name: format!("node {node}"),

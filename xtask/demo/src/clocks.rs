@@ -5,7 +5,6 @@
 //! first spacecraft time after the last reset.
 
 use can_wire::time::Time;
-use twin::peripherals::Pin;
 use twin::pulses::Errors;
 use twin::spacecraft::{BoardId, Spacecraft};
 
@@ -13,9 +12,6 @@ use super::meaning::{Meaning, NmtState};
 use super::observer::Observer;
 use super::record::{Happening, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
 use super::track::Phase;
-
-/// Pin of the pulses on both boards.
-const PULSE: Pin = Pin::new('B', 1);
 
 /// Of the shipped images.
 const PERIOD: Time = Time::from_ms(1000);
@@ -63,8 +59,10 @@ impl ClockWatch {
     pub fn look(&mut self, spacecraft: &mut Spacecraft) {
         self.pulses.resize(spacecraft.boards().count(), Vec::new());
         for (board, pulses) in self.pulses.iter_mut().enumerate() {
-            let edges = spacecraft.board_mut(BoardId(board)).take_edges().into_iter();
-            pulses.extend(edges.filter(|edge| edge.pin == PULSE && edge.high).map(|edge| edge.ns()));
+            let board = spacecraft.board_mut(BoardId(board));
+            let pulse = board.config().model.pins.pulse;
+            let edges = board.take_edges().into_iter();
+            pulses.extend(edges.filter(|edge| Some(edge.pin) == pulse && edge.high).map(|edge| edge.ns()));
         }
     }
 

@@ -85,7 +85,7 @@ impl Mission {
         for board in &plan.boards {
             let name = super::narrator::name(board.node);
             let image = images.get(&board.node).with_context(|| format!("no image for {name}"))?;
-            let config = board.config(plan.board, name, image.clone());
+            let config = board.config(plan.model(board), name, image.clone());
             spacecraft.add_board(BoardConfig { crystal: board.crystal(), ..config });
         }
         Ok(Mission {

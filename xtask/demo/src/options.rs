@@ -119,7 +119,7 @@ impl Options {
         if self.standby {
             return Err(Misuse::of("demo", "'--standby' is not an option any more; give --profile standby"));
         }
-        self.craft.check("demo")?;
+        self.craft.check("demo", &self.nodes())?;
         if self.craft.slaves().is_empty() {
             let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
             return Err(Misuse::of("demo", text));
@@ -137,6 +137,15 @@ impl Options {
             let (one_controller, minimal) = (self.one_controller, self.minimal);
             let text = format!(
                 "invalid value '{one_controller}' for '--one-controller <N>': allowed are 0 to {minimal}, the value of --minimal"
+            );
+            return Err(Misuse::of("demo", text));
+        }
+        let board = &self.craft.target.board;
+        if self.one_controller > 0 && board.model().pins.transceiver_switch.is_none() {
+            let (one_controller, name) = (self.one_controller, board.name());
+            let text = format!(
+                "invalid value '{one_controller}' for '--one-controller <N>': the description of the board {name} has no \
+                 transceiver-switch; allowed is 0, or a board with one"
             );
             return Err(Misuse::of("demo", text));
         }

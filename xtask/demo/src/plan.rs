@@ -12,7 +12,7 @@ use super::meaning::Scope;
 use super::options::{Options, SECONDS};
 use super::record::Bus;
 use super::track::BusAccess;
-use support::board::{BoardName, Profile, TRANSCEIVER_SWITCH};
+use support::board::{Board, Profile};
 use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
 
@@ -106,17 +106,18 @@ impl BoardPlan {
     }
 
     /// This board on the twin, with a crystal of one frequency.
-    pub fn config(&self, board: BoardName, name: String, image: Arc<Image>) -> BoardConfig {
+    pub fn config(&self, board: &Board, name: String, image: Arc<Image>) -> BoardConfig {
+        let model = board.model();
         BoardConfig {
             name,
-            model: board.model(),
+            model,
             image,
             straps: board.straps(self.node),
             crystal: Crystal::ppm(self.crystal_ppm),
             position_m: self.position_m,
             power_on_at: self.power_on,
             fittings: Fittings {
-                transceiver_switch: self.has_one_controller.then_some(TRANSCEIVER_SWITCH),
+                transceiver_switch: model.pins.transceiver_switch.filter(|_| self.has_one_controller),
                 ..Fittings::default()
             },
         }
@@ -126,8 +127,10 @@ impl BoardPlan {
 /// A flight to be flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Model of all boards.
-    pub board: BoardName,
+    /// Model of the boards with shipped images.
+    pub board: Board,
+    /// Model of the boards with images of the user's.
+    pub own_board: Board,
     /// Mission profile of the shipped images.
     pub profile: Profile,
     /// Seed of the numbers below.
@@ -166,7 +169,7 @@ impl Plan {
     /// From the command line.
     ///
     /// # Errors
-    /// When the cut lies after the end.
+    /// When the cut lies after the end, or a part is given that lacks pins of the board.
     pub fn new(options: &Options) -> Result<Plan, Misuse> {
         let mut boards = boards(options.seed, &options.nodes());
         for board in &mut boards {
@@ -181,7 +184,8 @@ impl Plan {
         let (cut_at, position_m) =
             if has_standby { (at(CUT_SHARE), between_halves(&boards)) } else { (at(1.0), CUT_AT_M) };
         Ok(Plan {
-            board: options.craft.target.board,
+            board: options.craft.target.board.clone(),
+            own_board: options.craft.own_board("demo")?,
             profile: options.craft.target.profile,
             seed: options.seed,
             boards,
@@ -267,6 +271,17 @@ impl Plan {
     fn dwell(&self) -> Time {
         let search = self.toggling_time() + self.toggling_time() + self.heartbeat() + self.heartbeat();
         search.max(SHORTEST_DWELL)
+    }
+
+    /// Model of the boards with shipped images; that of the others, when there are none.
+    pub fn flown(&self) -> &Board {
+        let is_shipped = self.boards.iter().any(|board| board.own_image.is_none());
+        if is_shipped { &self.board } else { &self.own_board }
+    }
+
+    /// Model of a board.
+    pub fn model(&self, board: &BoardPlan) -> &Board {
+        if board.own_image.is_some() { &self.own_board } else { &self.board }
     }
 
     /// Place of a cut among the boards, for people.

@@ -20,7 +20,7 @@ use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
 use super::track::Phase;
-use support::board::{BoardName, Profile};
+use support::board::{Board, Profile};
 use support::counters::Counters;
 use support::telltale::{Stamps, Telltale};
 use twin::pulses::{Errors, Sample};
@@ -139,7 +139,8 @@ pub fn plan() -> Plan {
         power_on: Time::from_ms(power_on),
     };
     Plan {
-        board: BoardName::PyboardV11,
+        board: Board::shipped(Board::DEFAULT),
+        own_board: Board::shipped(Board::DEFAULT),
         profile: Profile::Librecube,
         seed: 1,
         boards: vec![board(1, 12.0, 0.0, 20), board(2, -31.5, 4.2, 110), board(4, 48.0, 17.0, 230)],

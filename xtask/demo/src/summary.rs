@@ -36,7 +36,7 @@ pub struct Summary {
     /// Number of those with one controller and two transceivers.
     pub one_controller: usize,
     /// Model of the boards.
-    pub board: &'static str,
+    pub board: String,
     /// Mission profile of the shipped images.
     pub profile: &'static str,
     /// File names of the images of the user's, by node; empty when all are the shipped ones.
@@ -139,7 +139,7 @@ impl Summary {
             masters: flight.masters(),
             minimal: flight.plan.boards.iter().filter(|board| board.is_minimal).count(),
             one_controller: flight.plan.boards.iter().filter(|board| board.has_one_controller).count(),
-            board: flight.plan.board.name(),
+            board: flight.plan.flown().name().to_owned(),
             profile: flight.plan.profile.name(),
             own_images: flight.plan.boards.iter().filter_map(own).collect(),
             seed: flight.plan.seed,

@@ -4,24 +4,32 @@ use std::collections::BTreeMap;
 
 use demo::plan;
 use support::craft::{Images, MASTER, Node, SECOND_MASTER};
+use support::misuse::Misuse;
 use twin::board::BoardConfig;
 use twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
 
 use super::Options;
 
 /// The boards by their nodes. They get power within the first 0.3 s.
-pub fn boards(options: &Options, images: &Images) -> BTreeMap<Node, BoardConfig> {
+///
+/// # Errors
+/// When a board cannot have the part that was given.
+pub fn boards(options: &Options, images: &Images) -> Result<BTreeMap<Node, BoardConfig>, Misuse> {
     let plans = plan::boards(plan::SEED, &options.nodes()).into_iter();
-    plans
+    let craft = &options.craft;
+    let own = craft.own_board("twin")?;
+    let boards = plans
         .map(|board| {
             let name = match board.node {
                 MASTER => "master".into(),
                 SECOND_MASTER => "second master".into(),
                 slave => format!("slave {slave}"),
             };
-            (board.node, board.config(options.craft.target.board, name, images[&board.node].clone()))
+            let model = if craft.own_image(board.node).is_some() { &own } else { &craft.target.board };
+            (board.node, board.config(model, name, images[&board.node].clone()))
         })
-        .collect()
+        .collect();
+    Ok(boards)
 }
 
 /// Puts boards without power on two wires.

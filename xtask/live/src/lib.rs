@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
     }
     options.craft.add_shipped(&nodes, &mut images)?;
-    let boards = craft::boards(options, &images);
+    let boards = craft::boards(options, &images)?;
     let network = Network::learn(boards.values().cloned());
     if let Some(disagreement) = network.disagreement() {
         warn(disagreement);

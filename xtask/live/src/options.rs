@@ -78,7 +78,7 @@ impl Options {
                 ),
             ));
         }
-        self.craft.check("twin")?;
+        self.craft.check("twin", &self.nodes())?;
         if self.nodes().is_empty() {
             return Err(Misuse::of(
                 "twin",

@@ -1,63 +1,137 @@
 //! The boards that images are built for and flown on, and the mission profiles that they are built with.
 
+use std::path::Path;
+use std::sync::Arc;
+
 use clap::{Args, ValueEnum};
-use twin::model::Model;
+use twin::description::{self, Description};
+use twin::model::{Model, Oscillator, Part};
 use twin::peripherals::Pin;
 
 use crate::craft::SECOND_MASTER;
+use crate::misuse::Misuse;
+use crate::project;
 
-/// A supported board; its name on the command line is that of the firmware's cargo feature.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BoardName {
-    /// pyboard v1.1: STM32F405RG at 168 MHz, two bxCAN controllers
-    #[value(name = "pyboard-v11")]
-    PyboardV11,
-    /// NUCLEO-F446RE: STM32F446RE at 168 MHz, two bxCAN controllers, external transceivers
-    #[value(name = "nucleo-f446re")]
-    NucleoF446re,
-}
+/// A board, as its `board.toml` describes it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Board(Arc<Description>);
 
-/// The pin that selects the transceiver of a minimal slave with one controller, on each board (docs/wiring.md).
-pub const TRANSCEIVER_SWITCH: Pin = Pin::new('B', 13);
+impl Board {
+    /// Name of the board that is meant without `--board`.
+    pub const DEFAULT: &str = "pyboard-v11";
 
-impl BoardName {
-    /// Its name: cargo feature, command line, summary.
-    pub fn name(self) -> &'static str {
-        match self {
-            BoardName::PyboardV11 => "pyboard-v11",
-            BoardName::NucleoF446re => "nucleo-f446re",
+    /// The board of this project with this name.
+    ///
+    /// # Panics
+    /// When there is none, or its description is wrong.
+    pub fn shipped(name: &str) -> Board {
+        Board(Arc::new(Description::shipped(name)))
+    }
+
+    /// Boards that the images of this project are built for, [`Board::DEFAULT`] first.
+    pub fn built() -> Vec<Board> {
+        built_names().iter().map(|name| Board::shipped(name)).collect()
+    }
+
+    /// The value of `--board`: the name of a folder in `boards`, or the path of a `board.toml` or of its folder.
+    ///
+    /// # Errors
+    /// When there is no such board, or its description is wrong: what is allowed.
+    pub fn parse(text: &str) -> Result<Board, String> {
+        let path = Path::new(text);
+        let path = match Description::names().iter().find(|name| *name == text) {
+            Some(name) => description::folder().join(name),
+            None if path.join(description::FILE).is_file() || path.is_file() => path.to_owned(),
+            None => return Err(format!("no such board; {}", allowed())),
+        };
+        Description::read(&path).map(|read| Board(Arc::new(read))).map_err(|wrong| wrong.to_string())
+    }
+
+    /// This board with another part or oscillator, and a name that says so.
+    ///
+    /// # Errors
+    /// When the part lacks a pin of the board.
+    pub fn with(&self, part: Option<Part>, oscillator: Option<Oscillator>) -> Result<Board, String> {
+        let Model { part: own, oscillator: own_oscillator, pins } = self.0.model;
+        let model =
+            Model { part: part.unwrap_or(own), oscillator: oscillator.unwrap_or(own_oscillator), pins };
+        if let Some(pin) = pins.all().find(|pin| !model.part.has_pin(*pin)) {
+            let (part, name) = (model.part, self.name());
+            return Err(format!(
+                "the {part} has no pin {pin}, which the board {name} uses; allowed are parts with the pins of the board, or \
+                 --board FILE with other pins"
+            ));
         }
+        if model == self.0.model {
+            return Ok(self.clone());
+        }
+        let chip = part.map_or(self.0.chip.clone(), |part| part.to_string());
+        let name = format!("{} with {}, {} MHz", self.name(), model.part, model.oscillator.hz as f64 / 1e6);
+        Ok(Board(Arc::new(Description { name, chip, model })))
+    }
+
+    /// Its name: cargo feature, command line, summary.
+    pub fn name(&self) -> &str {
+        &self.0.name
     }
 
     /// Its chip, as probe-rs knows it.
-    pub fn chip(self) -> &'static str {
-        match self {
-            BoardName::PyboardV11 => "STM32F405RG",
-            BoardName::NucleoF446re => "STM32F446RETx",
-        }
+    pub fn chip(&self) -> &str {
+        &self.0.chip
     }
 
     /// Its emulation.
-    pub fn model(self) -> Model {
-        match self {
-            BoardName::PyboardV11 => Model::PYBOARD_V11,
-            BoardName::NucleoF446re => Model::NUCLEO_F446RE,
-        }
+    pub fn model(&self) -> Model {
+        self.0.model
     }
 
     /// How the harness closes the straps of a board: four bits from the lowest, then odd parity; a closed strap is tied to
     /// ground, an open one has a pull-up. Slaves have their Node-ID, `2..=15`. The master has 1: in a mission with two masters
-    /// it is strapped prime, and other images do not look; [`SECOND_MASTER`] has 0.
-    pub fn straps(self, board: u8) -> Vec<(Pin, bool)> {
+    /// it is strapped prime, and other images do not look; [`SECOND_MASTER`] has 0. A board without straps has none closed.
+    pub fn straps(&self, board: u8) -> Vec<(Pin, bool)> {
         let node = if board == SECOND_MASTER { 0 } else { board };
-        let pins = match self {
-            BoardName::PyboardV11 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
-            BoardName::NucleoF446re => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
-        };
-        let parity = node.count_ones().is_multiple_of(2).then_some(4);
-        let closed = (0..4).filter(|bit| node >> bit & 1 == 1).chain(parity);
-        closed.map(|strap| pins[strap]).map(|(port, number)| (Pin::new(port, number), false)).collect()
+        self.0.model.pins.straps.map_or(Vec::new(), |straps| straps.closed(node))
     }
+
+    /// Checks that the images of this project are built for this board; `command` is the subcommand that builds them.
+    ///
+    /// # Errors
+    /// When they have no cargo feature with its name.
+    pub fn check_images(&self, command: &'static str) -> Result<(), Misuse> {
+        let (name, built) = (self.name(), built_names());
+        if built.iter().any(|known| known == name) {
+            return Ok(());
+        }
+        let text = format!(
+            "invalid value '{name}' for '--board <BOARD>': the images of this project have no cargo feature '{name}', and cannot be \
+             built for this board; allowed are {}",
+            built.join(", ")
+        );
+        Err(Misuse::of(command, text))
+    }
+}
+
+/// Names that are both a board of this project and a cargo feature of its images, [`Board::DEFAULT`] first.
+fn built_names() -> Vec<String> {
+    let manifest = std::fs::read_to_string(project::path("firmware/master/Cargo.toml")).unwrap_or_default();
+    let manifest: toml::Table = manifest.parse().unwrap_or_default();
+    let features = manifest.get("features").and_then(toml::Value::as_table);
+    let is_feature = |name: &String| features.is_some_and(|features| features.contains_key(name));
+    let mut names: Vec<_> = Description::names().into_iter().filter(is_feature).collect();
+    names.sort_by_key(|name| name != Board::DEFAULT);
+    names
+}
+
+/// What `--board` allows.
+pub fn allowed() -> String {
+    let mut names = Description::names();
+    names.sort_by_key(|name| name != Board::DEFAULT);
+    format!("allowed are {}, or the path of a board.toml or of its folder", names.join(", "))
+}
+
+/// Help of `--board`.
+pub fn help() -> String {
+    format!("Board; {}", allowed())
 }
 
 /// A mission profile that the firmware knows.
@@ -83,11 +157,11 @@ impl Profile {
 }
 
 /// Options that choose what an image is built for: the same in each command that builds images.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Target {
     /// Board to build for
-    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
-    pub board: BoardName,
+    #[arg(long, value_name = "BOARD", value_parser = Board::parse, default_value = Board::DEFAULT, help = help())]
+    pub board: Board,
 
     /// Mission profile to build with; standby: two master boards
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
@@ -159,13 +233,13 @@ mod tests {
     use super::*;
 
     fn tied(node: u8) -> Vec<(Pin, bool)> {
-        BoardName::PyboardV11.straps(node)
+        Board::shipped("pyboard-v11").straps(node)
     }
 
     #[test]
     fn each_board_has_its_own_pins() {
         let pins = [('C', 0), ('C', 1), ('B', 0)].map(|(port, number)| (Pin::new(port, number), false));
-        assert_eq!(BoardName::NucleoF446re.straps(3), pins);
+        assert_eq!(Board::shipped("nucleo-f446re").straps(3), pins);
     }
 
     #[test]
@@ -175,5 +249,44 @@ mod tests {
         assert_eq!(tied(15), [2, 3, 4, 5, 6].map(|pin| (Pin::new('A', pin), false)));
         assert_eq!(tied(1), [(Pin::new('A', 2), false)], "prime");
         assert_eq!(tied(SECOND_MASTER), [(Pin::new('A', 6), false)]);
+    }
+
+    #[test]
+    fn board_is_a_name_a_file_or_its_folder() {
+        let pyboard = Board::shipped("pyboard-v11");
+        let folder = description::folder().join("pyboard-v11");
+        assert_eq!(Board::parse("pyboard-v11"), Ok(pyboard.clone()));
+        assert_eq!(Board::parse(&folder.to_string_lossy()), Ok(pyboard.clone()));
+        assert_eq!(Board::parse(&folder.join("board.toml").to_string_lossy()), Ok(pyboard));
+        let error = Board::parse("pyboard-v12").unwrap_err();
+        assert!(error.contains("pyboard-v11, nucleo-f446re, or the path of a board.toml"), "{error}");
+    }
+
+    #[test]
+    fn images_are_built_for_the_boards_that_they_have_as_features() {
+        let names: Vec<_> = Board::built().iter().map(|board| board.name().to_owned()).collect();
+        assert_eq!(names[0], "pyboard-v11");
+        assert!(names.iter().any(|name| name == "nucleo-f446re"), "{names:?}");
+    }
+
+    /// Given the pins of the pyboard, then any part whose package has them takes them, with an oscillator of its own.
+    #[test]
+    fn other_part_has_the_pins_of_the_board_or_is_refused() {
+        let pyboard = Board::shipped("pyboard-v11");
+        let (part, oscillator) =
+            (Part::named("STM32F407VG").unwrap(), description::oscillator("8MHz").unwrap());
+        let other = pyboard.with(Some(part), Some(oscillator)).unwrap();
+        assert_eq!(
+            (other.chip(), other.model().part, other.model().oscillator.hz),
+            ("STM32F407VG", part, 8_000_000)
+        );
+        assert_eq!(other.model().pins, pyboard.model().pins);
+        assert_eq!(other.name(), "pyboard-v11 with STM32F407VG, 8 MHz");
+        assert_eq!(pyboard.with(None, None), Ok(pyboard.clone()));
+        let text = "name = \"big\"\nchip = \"STM32F407VG\"\noscillator = { frequency = \"8MHz\", kind = \"crystal\" }\n\
+                    can1 = { rx = \"PD0\", tx = \"PD1\" }\ncan2 = { rx = \"PB12\", tx = \"PB13\" }\n";
+        let big = Board(Arc::new(Description::parse(text, "board.toml").unwrap()));
+        let error = big.with(Some(pyboard.model().part), None).unwrap_err();
+        assert!(error.contains("STM32F405RG has no pin PD0"), "{error}");
     }
 }

@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use clap::Args;
+use twin::description;
 use twin::image::Image;
+use twin::model::{Oscillator, Part};
 
-use crate::board::{Profile, Target};
+use crate::board::{Board, Profile, Target};
 use crate::misuse::Misuse;
 
 /// Number of a board: 1 is the master, 2 to 15 are slaves, by their Node-IDs; [`SECOND_MASTER`].
@@ -54,6 +56,16 @@ pub struct Craft {
     #[command(flatten)]
     pub target: Target,
 
+    /// Part of the boards that fly images of your own, such as STM32F407VG, in the place of that of --board; their pins stay those of
+    /// --board: of the pyboard, unless a file says otherwise
+    #[arg(long, value_name = "CHIP", value_parser = Part::named)]
+    pub chip: Option<Part>,
+
+    /// Oscillator of the boards that fly images of your own, in the place of that of --board: 8MHz is a crystal, "8MHz external" a
+    /// clock from outside
+    #[arg(long, value_name = "FREQUENCY", value_parser = description::oscillator)]
+    pub oscillator: Option<Oscillator>,
+
     /// Fly the shipped images as they were built last
     #[arg(long)]
     pub no_build: bool,
@@ -86,8 +98,20 @@ impl Craft {
     /// Checks what the parser cannot see; `command` is the subcommand with these options.
     ///
     /// # Errors
-    /// When two images are given for one node.
-    pub fn check(&self, command: &'static str) -> Result<(), Misuse> {
+    /// When two images are given for one node, a part or oscillator is given and no image, or shipped images are to fly on a board that they
+    /// are not built for; `nodes` are all boards.
+    pub fn check(&self, command: &'static str, nodes: &BTreeSet<Node>) -> Result<(), Misuse> {
+        self.own_board(command)?;
+        let has_own = nodes.iter().any(|node| self.own_image(*node).is_some());
+        let given = [self.chip.map(|_| "--chip"), self.oscillator.map(|_| "--oscillator")];
+        if let Some(option) = given.into_iter().flatten().next().filter(|_| !has_own) {
+            let text =
+                format!("{option} is for images of your own: give --master FILE or --slave N=FILE, too");
+            return Err(Misuse::of(command, text));
+        }
+        if nodes.iter().any(|node| self.own_image(*node).is_none()) {
+            self.target.board.check_images(command)?;
+        }
         let mut seen = BTreeSet::new();
         match self.own_slaves.iter().find(|slave| !seen.insert(slave.node)) {
             Some(OwnSlave { node, .. }) => {
@@ -95,6 +119,15 @@ impl Craft {
             }
             None => Ok(()),
         }
+    }
+
+    /// The board of images of the user's.
+    ///
+    /// # Errors
+    /// When the part of `--chip` lacks pins of `--board`.
+    pub fn own_board(&self, command: &'static str) -> Result<Board, Misuse> {
+        let board = self.target.board.with(self.chip, self.oscillator);
+        board.map_err(|error| Misuse::of(command, format!("invalid value for '--chip <CHIP>': {error}")))
     }
 
     /// The master boards: two in the profile standby, unless the master is an image of the user's.

@@ -1,6 +1,7 @@
 //! The commands as people run them, and the documents of the repository.
 
 mod bench;
+mod boards;
 mod book;
 mod cli;
 mod demo;

@@ -8,7 +8,7 @@ use twin::peripherals::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
-use flight::parsed;
+use flight::{PYBOARD_V11, parsed};
 
 #[test]
 fn the_slave_image_boots_and_logs() {
@@ -17,7 +17,7 @@ fn the_slave_image_boots_and_logs() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let id = spacecraft.add_board(BoardConfig {
         name: "slave 2".to_owned(),
-        model: Model::PYBOARD_V11,
+        model: Model::shipped(PYBOARD_V11),
         image,
         // Node-ID 2 and odd parity: bit 1 closed to ground, nothing else.
         straps: vec![(Pin::new('A', 3), false)],

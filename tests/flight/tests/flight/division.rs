@@ -8,7 +8,7 @@ use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
 
-use flight::STANDARD;
+use flight::{PYBOARD_V11, STANDARD};
 
 const FLASH: u32 = 0x0800_0000;
 const RAM: u32 = 0x2000_0000;
@@ -56,7 +56,7 @@ fn divided(function: &str, cases: &[[u64; 2]]) -> Vec<[u64; 2]> {
 fn run(function: &str, cases: &[[u64; 2]]) -> Vec<[u64; 2]> {
     let config = BoardConfig {
         name: "divider".to_owned(),
-        model: Model::PYBOARD_V11,
+        model: Model::shipped(PYBOARD_V11),
         image: Arc::new(dividing(&STANDARD[1], function, cases)),
         straps: Vec::new(),
         crystal: Crystal::ppm(0.0),

@@ -1,7 +1,6 @@
 //! Who a slave is: by its straps, by the Node-ID stored in its flash, and how that is changed in maintenance mode.
 
 use can_wire::frame::WireFrame;
-use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::spacecraft::{Bus, GuestId};
 
@@ -178,7 +177,7 @@ fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
 /// Verifies: ECSS 6.10g
 #[test]
 fn a_board_of_the_other_model_has_maintenance_mode_too() {
-    let nucleo = Seat { model: Model::NUCLEO_F446RE, ..seat(3) };
+    let nucleo = Seat { board: NUCLEO_F446RE, ..seat(3) };
     let mut craft = Craft::new(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo]);
     let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
     let board = craft.board(3);

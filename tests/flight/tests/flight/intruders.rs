@@ -5,7 +5,6 @@ use std::sync::{LazyLock, Mutex};
 use can_wire::frame::WireFrame;
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::model::Model;
 use twin::spacecraft::{Bus, GuestId};
 
 use flight::*;
@@ -231,7 +230,7 @@ fn foreign_double_of_a_slave_costs_few_commands() {
 fn two_of_one_node_id(second_ms: u64) -> Craft {
     let [master, two, three, _] = MASTER_AND_THREE;
     let second = Seat { ppm: -17.0, position_m: 20.0, power_on_ms: second_ms, ..three };
-    assert_eq!(second.model, Model::PYBOARD_V11);
+    assert_eq!(second.board, PYBOARD_V11);
     let mut craft = Craft::new(&[master, two, three, second]);
     craft.fly_to(6000);
     craft

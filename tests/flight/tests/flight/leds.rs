@@ -1,7 +1,6 @@
 //! LEDs (docs/wiring.md) and statistics of slaves tell heartbeats of the master, SYNC and the spacecraft time apart.
 
 use can_wire::time::Time;
-use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::spacecraft::Bus;
 
@@ -14,7 +13,7 @@ const HEARD: [u16; 3] = [0x701, 0x080, 0x181];
 
 /// A full slave on a NUCLEO and a minimal one on a pyboard, profile `librecube`.
 const SEATS: [Seat; 3] =
-    [MASTER_AND_THREE[0], Seat { model: Model::NUCLEO_F446RE, ..MASTER_AND_THREE[1] }, minimal::SEAT];
+    [MASTER_AND_THREE[0], Seat { board: NUCLEO_F446RE, ..MASTER_AND_THREE[1] }, minimal::SEAT];
 
 #[test]
 fn leds_toggle_with_what_a_slave_hears() {

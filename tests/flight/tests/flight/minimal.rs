@@ -9,7 +9,6 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::board::BoardConfig;
 use twin::image::Image;
-use twin::model::{Model, Part};
 use twin::spacecraft::Bus;
 
 use crate::post_mortem::{HANG, HANG_WITHOUT_INTERRUPTS, OVERFLOW, UNDEFINED, fell, halfwords, tasks};
@@ -58,10 +57,10 @@ fn minimal(seat: Seat, config: BoardConfig, image: &Arc<Image>) -> BoardConfig {
 /// Both models of board.
 pub fn librecube(seats: &[Seat]) -> Craft {
     static SLAVES: LazyLock<[Images; 2]> =
-        LazyLock::new(|| ["pyboard-v11", "nucleo-f446re"].map(|board| build(board, "librecube")));
-    Craft::of(seats, |seat| match seat.model.part {
-        Part::Stm32f405 => minimal(seat, seat.with(&SLAVES[0]), &PYBOARD),
-        Part::Stm32f446 => minimal(seat, seat.with(&SLAVES[1]), &NUCLEO),
+        LazyLock::new(|| [PYBOARD_V11, NUCLEO_F446RE].map(|board| build(board, "librecube")));
+    Craft::of(seats, |seat| match seat.board {
+        PYBOARD_V11 => minimal(seat, seat.with(&SLAVES[0]), &PYBOARD),
+        _ => minimal(seat, seat.with(&SLAVES[1]), &NUCLEO),
     })
 }
 
@@ -262,8 +261,8 @@ fn frames_outside_of_the_minimal_set_change_nothing() {
 /// Verifies: ECSS 6.10f
 #[test]
 fn minimal_slave_with_a_wrong_strap_is_silent() {
-    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
-        let mut craft = librecube(&[MASTER_SEAT, Seat { parity: false, model, ..SEAT }]);
+    for board in [PYBOARD_V11, NUCLEO_F446RE] {
+        let mut craft = librecube(&[MASTER_SEAT, Seat { parity: false, board, ..SEAT }]);
         craft.fly_to(300);
         assert!(craft.said(MINIMAL, "staying silent", ms(20)).is_some(), "{}", craft.log(MINIMAL));
         assert_eq!(craft.frames, [], "nobody acknowledges the master");
@@ -298,7 +297,7 @@ static MIXED: LazyLock<Recording> = LazyLock::new(|| {
         MASTER_AND_THREE[1],
         MASTER_AND_THREE[2],
         Seat { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
-        Seat { node: SELECTIVE, model: Model::NUCLEO_F446RE, ..MASTER_AND_THREE[3] },
+        Seat { node: SELECTIVE, board: NUCLEO_F446RE, ..MASTER_AND_THREE[3] },
     ]);
     craft.fly(CUT);
     craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);

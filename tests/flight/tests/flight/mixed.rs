@@ -3,7 +3,6 @@
 use std::sync::LazyLock;
 
 use can_wire::time::Time;
-use twin::model::Model;
 use twin::spacecraft::Bus;
 
 use flight::*;
@@ -11,9 +10,9 @@ use flight::*;
 const CUT: Time = Time::from_ms(2013);
 
 const SEATS: [Seat; 4] = [
-    Seat { model: Model::NUCLEO_F446RE, ..MASTER_AND_THREE[0] },
+    Seat { board: NUCLEO_F446RE, ..MASTER_AND_THREE[0] },
     MASTER_AND_THREE[1],
-    Seat { model: Model::NUCLEO_F446RE, ..MASTER_AND_THREE[2] },
+    Seat { board: NUCLEO_F446RE, ..MASTER_AND_THREE[2] },
     MASTER_AND_THREE[3],
 ];
 

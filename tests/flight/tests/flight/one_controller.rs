@@ -10,7 +10,6 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings};
 use twin::image::Image;
-use twin::model::{Model, Part};
 use twin::peripherals::Pin;
 use twin::spacecraft::Bus;
 
@@ -39,7 +38,7 @@ const SEATS: [Seat; 6] = [
     Seat { node: ONE_CONTROLLER[0], ..MASTER_AND_THREE[3] },
     Seat {
         node: ONE_CONTROLLER[1],
-        model: Model::NUCLEO_F446RE,
+        board: NUCLEO_F446RE,
         position_m: 27.0,
         ppm: 33.0,
         ..MASTER_AND_THREE[3]
@@ -52,7 +51,7 @@ fn craft() -> Craft {
         match seat.node {
             TWO_CONTROLLERS => BoardConfig { image: MINIMAL.clone(), ..config },
             node if ONE_CONTROLLER.contains(&node) => BoardConfig {
-                image: Arc::clone(if seat.model.part == Part::Stm32f405 { &PYBOARD } else { &NUCLEO }),
+                image: Arc::clone(if seat.board == PYBOARD_V11 { &PYBOARD } else { &NUCLEO }),
                 fittings: Fittings { transceiver_switch: Some(SWITCH), ..config.fittings },
                 ..config
             },

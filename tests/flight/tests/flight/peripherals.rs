@@ -7,7 +7,7 @@ use twin::devices::Loopback;
 use twin::model::Model;
 use twin::peripherals::Pin;
 
-use flight::parsed;
+use flight::{NUCLEO_F446RE, PYBOARD_V11, parsed};
 
 const USART1: u8 = 1;
 const UART4: u8 = 4;
@@ -36,12 +36,12 @@ impl Flown {
     }
 }
 
-/// A board with the image for the board `name`, on `model`.
-fn drivers(name: &str, model: Model) -> EmulatedBoard {
+/// The board `name` with its image.
+fn drivers(name: &str) -> EmulatedBoard {
     let elf = firmware_images::build_test_peripherals(name).unwrap();
     let config = BoardConfig {
         name: "drivers".to_owned(),
-        model,
+        model: Model::shipped(name),
         image: parsed(&elf),
         straps: Vec::new(),
         crystal: Crystal::ppm(0.0),
@@ -55,9 +55,9 @@ fn drivers(name: &str, model: Model) -> EmulatedBoard {
     board
 }
 
-/// Flies the image for the board `name` on `model`, with another end at each serial port, until it reaches for the DAC.
-fn fly(name: &str, model: Model) -> Flown {
-    let mut board = drivers(name, model);
+/// Flies the image for the board `name`, with another end at each serial port, until it reaches for the DAC.
+fn fly(name: &str) -> Flown {
+    let mut board = drivers(name);
     board.put_serial(USART1, 9_600, &(1..=20).collect::<Vec<u8>>());
     // The driver of the other port loses what comes before it listens.
     let mut log = Vec::new();
@@ -74,8 +74,7 @@ fn fly(name: &str, model: Model) -> Flown {
 }
 
 fn both() -> [Flown; 2] {
-    [("pyboard-v11", Model::PYBOARD_V11), ("nucleo-f446re", Model::NUCLEO_F446RE)]
-        .map(|(name, model)| fly(name, model))
+    [PYBOARD_V11, NUCLEO_F446RE].map(fly)
 }
 
 /// Given an LM75, a wire from MOSI to MISO and another end on each serial port, when the drivers run, then each finds what is there.

@@ -8,7 +8,7 @@ use twin::crystal::Crystal;
 use twin::model::Model;
 use twin::peripherals::Pin;
 
-use flight::parsed;
+use flight::{NUCLEO_F446RE, PYBOARD_V11, parsed};
 
 const PIN: Pin = Pin::new('B', 1);
 /// Between two pulses, in units of 2^-8 µs.
@@ -23,11 +23,11 @@ struct Flown {
     refused: u32,
 }
 
-fn flown(name: &str, model: Model, ppm: f64) -> Flown {
+fn flown(name: &str, ppm: f64) -> Flown {
     let elf = firmware_images::build_example(name, "pulse").unwrap();
     let config = BoardConfig {
         name: "pulsing".to_owned(),
-        model,
+        model: Model::shipped(name),
         image: parsed(&elf),
         straps: Vec::new(),
         crystal: Crystal::ppm(ppm),
@@ -49,12 +49,8 @@ fn flown(name: &str, model: Model, ppm: f64) -> Flown {
 /// of TIM5, whatever the crystal, and each pulse lasts 20 µs.
 #[test]
 fn each_edge_is_at_the_tick_that_was_asked_for() {
-    for (name, model, ppm) in [
-        ("pyboard-v11", Model::PYBOARD_V11, 0.0),
-        ("pyboard-v11", Model::PYBOARD_V11, -48.0),
-        ("nucleo-f446re", Model::NUCLEO_F446RE, 31.0),
-    ] {
-        let Flown { board, edges, first, made, refused } = flown(name, model, ppm);
+    for (name, ppm) in [(PYBOARD_V11, 0.0), (PYBOARD_V11, -48.0), (NUCLEO_F446RE, 31.0)] {
+        let Flown { board, edges, first, made, refused } = flown(name, ppm);
         let (rises, falls): (Vec<Edge>, Vec<Edge>) = edges.iter().partition(|edge| edge.high);
         assert!(rises.len() > 256 && edges.iter().all(|edge| edge.pin == PIN), "{} rises", rises.len());
         assert!((rises.len() as u32).abs_diff(made) <= 1, "{} rises, {made} told", rises.len());

@@ -13,15 +13,14 @@ use twin::peripherals::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
 
-use flight::parsed;
+use flight::{NUCLEO_F446RE, PYBOARD_V11, parsed};
 
-const BOARDS: [(&str, Model); 2] =
-    [("pyboard-v11", Model::PYBOARD_V11), ("nucleo-f446re", Model::NUCLEO_F446RE)];
+const BOARDS: [&str; 2] = [PYBOARD_V11, NUCLEO_F446RE];
 
 /// Straps of node 2, and the LED that is on every board.
-fn pins(model: Model) -> (Pin, Pin) {
-    match model {
-        Model::PYBOARD_V11 => (Pin::new('A', 3), Pin::new('B', 4)),
+fn pins(name: &str) -> (Pin, Pin) {
+    match name {
+        PYBOARD_V11 => (Pin::new('A', 3), Pin::new('B', 4)),
         _ => (Pin::new('C', 1), Pin::new('A', 5)),
     }
 }
@@ -44,19 +43,13 @@ struct Flown {
 }
 
 /// Flies the self-test on one board that hangs alone on both buses, for `ms`.
-fn flown(
-    (name, model): (&str, Model),
-    fittings: Fittings,
-    has_straps: bool,
-    faults: &[(Bus, Fault)],
-    ms: u64,
-) -> Flown {
-    broken((name, model), fittings, has_straps, faults, |_| {}, ms)
+fn flown(name: &str, fittings: Fittings, has_straps: bool, faults: &[(Bus, Fault)], ms: u64) -> Flown {
+    broken(name, fittings, has_straps, faults, |_| {}, ms)
 }
 
 /// As [`flown`], of a board that `wreck` has broken before.
 fn broken(
-    (name, model): (&str, Model),
+    name: &str,
     fittings: Fittings,
     has_straps: bool,
     faults: &[(Bus, Fault)],
@@ -64,14 +57,14 @@ fn broken(
     ms: u64,
 ) -> Flown {
     let image = image(name);
-    let (strap, led) = pins(model);
+    let (strap, led) = pins(name);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for (bus, fault) in faults {
         spacecraft.wire_mut(*bus).schedule(Time::ZERO, *fault).unwrap();
     }
     let id = spacecraft.add_board(BoardConfig {
         name: "bare".to_owned(),
-        model,
+        model: Model::shipped(name),
         image,
         straps: has_straps.then_some((strap, false)).into_iter().collect(),
         crystal: Crystal::ppm(20.0),

@@ -4,7 +4,6 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::board::{Fittings, FlashTiming};
 use twin::bxcan::Side;
-use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::spacecraft::Bus;
 
@@ -16,18 +15,18 @@ use flight::*;
 /// Verifies: ECSS 6.10f
 #[test]
 fn board_without_oscillator_stays_silent_and_says_so() {
-    for (model, sync, state) in [
-        (Model::PYBOARD_V11, Pin::new('B', 4), Pin::new('A', 15)),
-        (Model::NUCLEO_F446RE, Pin::new('A', 5), Pin::new('A', 6)),
+    for (name, sync, state) in [
+        (PYBOARD_V11, Pin::new('B', 4), Pin::new('A', 15)),
+        (NUCLEO_F446RE, Pin::new('A', 5), Pin::new('A', 6)),
     ] {
         let [master, slave, mut broken, _] = MASTER_AND_THREE;
-        (broken.model, broken.power_on_ms) = (model, 20);
+        (broken.board, broken.power_on_ms) = (name, 20);
         let fittings = |node| Fittings { hse_starts: node != broken.node, ..Fittings::default() };
         let mut craft = Craft::fitted(&[master, slave, broken], fittings);
         craft.fly_to(1_200);
         assert!(
             craft.said(broken.node, "HSE does not start", ms(20)).is_some(),
-            "{model:?} says nothing of it, but: {:?}",
+            "{name} says nothing of it, but: {:?}",
             craft.log(broken.node)
         );
         assert!(craft.is_operational(slave.node, Bus::Nominal), "the others fly");
@@ -54,9 +53,9 @@ fn board_without_oscillator_stays_silent_and_says_so() {
 /// Verifies: ECSS 6.10f
 #[test]
 fn board_with_late_oscillator_boots_when_it_runs() {
-    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
+    for name in [PYBOARD_V11, NUCLEO_F446RE] {
         let [master, slave, mut late, _] = MASTER_AND_THREE;
-        (late.model, late.power_on_ms) = (model, 20);
+        (late.board, late.power_on_ms) = (name, 20);
         let delay = |node| if node == late.node { ms(1_500) } else { Time::ZERO };
         let fittings = |node| Fittings { hse_delay: delay(node), ..Fittings::default() };
         let mut craft = Craft::fitted(&[master, slave, late], fittings);
@@ -118,18 +117,16 @@ fn pulled_probe_stops_no_board() {
 #[test]
 fn flash_accelerator_is_on_after_the_start() {
     let [_, slave, other, _] = MASTER_AND_THREE;
-    for (model, revision_a, expected) in [
-        (Model::PYBOARD_V11, false, 0x705),
-        (Model::NUCLEO_F446RE, false, 0x705),
-        (Model::PYBOARD_V11, true, 0x605),
-    ] {
+    for (name, revision_a, expected) in
+        [(PYBOARD_V11, false, 0x705), (NUCLEO_F446RE, false, 0x705), (PYBOARD_V11, true, 0x605)]
+    {
         let fittings = Fittings { revision_a, ..Fittings::default() };
-        let seats = [Seat { model, power_on_ms: 0, ..slave }, Seat { power_on_ms: 0, ..other }];
+        let seats = [Seat { board: name, power_on_ms: 0, ..slave }, Seat { power_on_ms: 0, ..other }];
         let mut craft =
             Craft::fitted(&seats, |node| if node == slave.node { fittings } else { Fittings::default() });
         craft.fly_to(30);
         let board = craft.twin.board(craft.board(slave.node));
-        assert_eq!(board.flash_acr(), expected, "{model:?}");
+        assert_eq!(board.flash_acr(), expected, "{name}");
         craft.assert_sound();
     }
 }

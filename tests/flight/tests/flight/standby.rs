@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 
 use can_wire::time::Time;
 use twin::board::BoardConfig;
-use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::spacecraft::{BoardId, Bus};
 
@@ -22,7 +21,7 @@ const BETWEEN_MASTERS_M: f64 = 2.0;
 
 /// A pyboard.
 pub const fn seat(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> Seat {
-    Seat { node, model: Model::PYBOARD_V11, ppm, position_m, power_on_ms, parity: true }
+    Seat { node, board: PYBOARD_V11, ppm, position_m, power_on_ms, parity: true }
 }
 
 /// Prime at the left end, the slaves at the right one.

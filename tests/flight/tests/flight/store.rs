@@ -12,21 +12,20 @@ use twin::image::Image;
 use twin::model::{FLASH_BASE, Model};
 use twin::peripherals::Pin;
 
-use flight::parsed;
+use flight::{NUCLEO_F446RE, PYBOARD_V11, parsed};
 
 const STRAP: Pin = Pin::new('C', 0);
 const SECTOR: u32 = 128 << 10;
 
-fn image(model: Model) -> Arc<Image> {
-    let board = if model == Model::PYBOARD_V11 { "pyboard-v11" } else { "nucleo-f446re" };
-    parsed(&firmware_images::build_example(board, "parameter_store").unwrap())
+fn image(name: &str) -> Arc<Image> {
+    parsed(&firmware_images::build_example(name, "parameter_store").unwrap())
 }
 
-fn board(model: Model) -> EmulatedBoard {
+fn board(name: &str) -> EmulatedBoard {
     let config = BoardConfig {
         name: "storing".to_owned(),
-        model,
-        image: image(model),
+        model: Model::shipped(name),
+        image: image(name),
         straps: Vec::new(),
         crystal: Crystal::ppm(0.0),
         position_m: 0.0,
@@ -43,7 +42,7 @@ fn flash(board: &EmulatedBoard) -> Vec<u8> {
 
 /// Another board with the same flash.
 fn copy(board: &EmulatedBoard) -> EmulatedBoard {
-    let mut copy = self::board(board.config().model);
+    let mut copy = EmulatedBoard::new(board.config().clone(), 0);
     copy.write_flash(FLASH_BASE, &flash(board)).unwrap();
     copy
 }
@@ -107,10 +106,10 @@ fn cut_at_each_operation(board: &EmulatedBoard, mixtures: u64, check: impl Fn(u6
 fn full_page() -> (EmulatedBoard, u32) {
     static FLASH: OnceLock<Vec<u8>> = OnceLock::new();
     const STARTS: u32 = 25;
-    let mut full = board(Model::PYBOARD_V11);
+    let mut full = board(PYBOARD_V11);
     let fill = || {
         let store = full.symbol("__store_start").unwrap().address;
-        let mut board = board(Model::PYBOARD_V11);
+        let mut board = board(PYBOARD_V11);
         board.write_flash(store + SECTOR, &[0x5A; SECTOR as usize]).unwrap();
         board.drive(STRAP, Some(false));
         // Three quarters of 128 KiB, in steps of 4012 + 52 bytes; the next start makes room.
@@ -127,10 +126,14 @@ fn full_page() -> (EmulatedBoard, u32) {
 
 #[test]
 fn each_start_finds_what_the_last_one_saved() {
-    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
-        let mut board = board(model);
+    for name in [PYBOARD_V11, NUCLEO_F446RE] {
+        let mut board = board(name);
         let store = board.symbol("__store_start").unwrap().address;
-        assert_eq!(store, FLASH_BASE + model.part.flash_bytes() - 2 * SECTOR, "the last two sectors");
+        assert_eq!(
+            store,
+            FLASH_BASE + board.config().model.part.flash_bytes() - 2 * SECTOR,
+            "the last two sectors"
+        );
         let before = flash(&board)[..(store - FLASH_BASE) as usize].to_vec();
         for number in 0..5 {
             let report = start(&mut board);
@@ -145,8 +148,8 @@ fn each_start_finds_what_the_last_one_saved() {
 /// data cache holds the word that was to be written. The next start finds the set before and saves behind the worn word.
 #[test]
 fn a_save_into_a_worn_word_fails_and_the_set_before_holds() {
-    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
-        let mut board = board(model);
+    for name in [PYBOARD_V11, NUCLEO_F446RE] {
+        let mut board = board(name);
         assert_eq!(start(&mut board).saved, 1);
         let store = board.symbol("__store_start").unwrap().address;
         // Behind magic, epoch and 13 words of the first set come the length of the second one, its number, and a word whose first byte
@@ -156,30 +159,30 @@ fn a_save_into_a_worn_word_fails_and_the_set_before_holds() {
         board.inflict(Defect::WornFlash { address, bits: 1 });
         run(&mut board);
         let worn = report(&board);
-        assert_eq!((worn.state, worn.found), (3, 1), "{model:?}");
+        assert_eq!((worn.state, worn.found), (3, 1), "{name}");
         let next = start(&mut board);
-        assert_eq!((next.found, next.saved, next.damaged), (1, 2, 0), "{model:?}");
-        assert_eq!(start(&mut board).found, 2, "{model:?}");
+        assert_eq!((next.found, next.saved, next.damaged), (1, 2, 0), "{name}");
+        assert_eq!(start(&mut board).found, 2, "{name}");
     }
 }
 
 /// Given error flags in FLASH_SR that an earlier operation left there, when a board saves, then the save ends and its set is found.
 #[test]
 fn error_flags_of_an_earlier_operation_fail_no_save() {
-    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
-        let mut board = board(model);
+    for name in [PYBOARD_V11, NUCLEO_F446RE] {
+        let mut board = board(name);
         board.power(true);
         // PGSERR, PGPERR, PGAERR, WRPERR, OPERR.
         board.leave_flash_errors(0xF2);
         run(&mut board);
-        assert_eq!((report(&board).state, report(&board).saved), (2, 1), "{model:?}");
-        assert_eq!(start(&mut board).found, 1, "{model:?}");
+        assert_eq!((report(&board).state, report(&board).saved), (2, 1), "{name}");
+        assert_eq!(start(&mut board).found, 1, "{name}");
     }
 }
 
 #[test]
 fn a_save_cut_short_leaves_the_old_set_or_the_new() {
-    let mut board = board(Model::PYBOARD_V11);
+    let mut board = board(PYBOARD_V11);
     assert_eq!(start(&mut board).saved, 1);
     assert_eq!(start(&mut board).saved, 2);
     board.power(false);

@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use firmware_images::Package;
 use twin::devices::Lm75;
-use twin::model::Model;
 use twin::spacecraft::Bus;
 
 use flight::*;
@@ -18,9 +17,9 @@ const EMCY: u16 = 0x083;
 
 /// The master, the thermometer, and another one: it acknowledges the master's frames while the first one resets.
 const SEATS: [Seat; 3] = [
-    Seat { node: 1, model: Model::PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
-    Seat { node: 3, model: Model::PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 60, parity: true },
-    Seat { node: 4, model: Model::PYBOARD_V11, ppm: 40.0, position_m: 9.0, power_on_ms: 90, parity: true },
+    Seat { node: 1, board: PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
+    Seat { node: 3, board: PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 60, parity: true },
+    Seat { node: 4, board: PYBOARD_V11, ppm: 40.0, position_m: 9.0, power_on_ms: 90, parity: true },
 ];
 
 static IMAGES: LazyLock<Images> = LazyLock::new(|| {

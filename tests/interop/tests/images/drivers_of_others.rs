@@ -25,7 +25,7 @@ fn image(package: &str, board: &str) -> Arc<Image> {
 fn board(name: &str, image: &Arc<Image>) -> BoardConfig {
     BoardConfig {
         name: name.to_owned(),
-        model: Model::PYBOARD_V11,
+        model: Model::shipped("pyboard-v11"),
         image: image.clone(),
         straps: Vec::new(),
         crystal: Crystal::ppm(0.0),

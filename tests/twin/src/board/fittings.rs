@@ -16,7 +16,7 @@ pub struct Fittings {
     /// One controller and two transceivers (ECSS Figure A-6): this pin connects CAN1 with the transceiver of CAN1's bus while it is
     /// low, and with that of CAN2's bus while it is high. CAN2 has none.
     pub transceiver_switch: Option<Pin>,
-    /// The two jumper wires from CAN_RX to the capture inputs: CAN1 to PA0, CAN2 to PA1.
+    /// The two jumper wires from CAN_RX to the capture inputs, where the model of the board has them.
     pub capture_wires: bool,
     /// Delays of the transceivers of both buses; `None`: those of the wire's own configuration.
     pub transceiver: Option<Transceiver>,

@@ -1,7 +1,8 @@
 //! What a board does for its flash: operations take their time, and power may fail in the middle of one.
 //!
-//! The memory is one bank: while it programs or erases, whatever the core wants of it waits. A core that runs from RAM
-//! goes on until it fetches from flash; that a *load* from flash would wait too is not modelled.
+//! While a bank programs or erases, whatever the core wants of it waits; while it programs option bytes, of both. A core that runs from RAM
+//! or from the other bank of a part with 2 MiB goes on until it fetches from the busy one; that a *load* from there would wait too is
+//! not modelled.
 
 use can_wire::time::Time;
 
@@ -84,10 +85,21 @@ impl EmulatedBoard {
 
     /// Whether the core waits for the flash.
     pub(super) fn is_stalled(&self) -> bool {
-        let flash_bytes = self.config.model.part.flash_bytes();
+        self.flash.is_busy() && self.runs_from_busy_bank()
+    }
+
+    /// Whether the core fetches from the bank that is busy.
+    #[cold]
+    fn runs_from_busy_bank(&self) -> bool {
         // Flash answers at zero too.
-        let in_flash = |pc: u32| pc < flash_bytes || (FLASH_BASE..FLASH_BASE + flash_bytes).contains(&pc);
-        self.flash.is_busy() && in_flash(self.core.pc())
+        let (part, pc) = (self.config.model.part, self.core.pc());
+        let offset = pc.checked_sub(FLASH_BASE).unwrap_or(pc);
+        let is_busy = match self.chip.peripherals.flash().operation() {
+            Some((Change::Options, _)) => true,
+            Some((change, _)) => part.bank_of(change.range().start) == part.bank_of(offset),
+            None => false,
+        };
+        offset < part.flash_bytes() && is_busy
     }
 
     /// Follows the operation that the program started.

@@ -6,7 +6,7 @@
 //! sampling time that is too short for the sensor, and its 10 µs of start-up, cost no accuracy.
 
 use crate::mmio::Refusal;
-use crate::model::Part;
+use crate::part::{Family, Part};
 
 const SR: u32 = 0x00;
 const CR1: u32 = 0x04;
@@ -35,9 +35,9 @@ const ADCPRE: u32 = 0b11 << 16;
 const VBATE: u32 = 1 << 22;
 const TSVREFE: u32 = 1 << 23;
 
-/// ADC1_IN of the sensor: 18 on the F446, shared with VBAT (RM0390 13.10).
+/// ADC1_IN of the sensor: 18 on later parts, shared with VBAT (RM0090 13.10, RM0390 13.10, RM0386, chapter "ADC").
 const SENSOR_F405: u32 = 16;
-const SENSOR_F446: u32 = 18;
+const SENSOR_LATER: u32 = 18;
 const REFERENCE: u32 = 17;
 const SUPPLY_V: f64 = 3.3;
 /// Typical values of DS8626 tables 69 and 72.
@@ -66,9 +66,9 @@ pub struct Adc {
 impl Adc {
     /// After a reset.
     pub fn new(part: Part, temperature_c: f64) -> Self {
-        let sensor = match part {
-            Part::Stm32f405 => SENSOR_F405,
-            Part::Stm32f446 => SENSOR_F446,
+        let sensor = match part.family() {
+            Family::F405 => SENSOR_F405,
+            Family::F42x | Family::F446 | Family::F469 => SENSOR_LATER,
         };
         Adc::of(sensor, temperature_c)
     }
@@ -197,7 +197,7 @@ impl Adc {
         let volts = match channel {
             _ if length != 0 => return Err(Refusal::Unmodelled),
             // VBAT takes precedence over the sensor on the channel that they share.
-            SENSOR_F446 if self.ccr & VBATE != 0 => return Err(Refusal::Unmodelled),
+            SENSOR_LATER if self.ccr & VBATE != 0 => return Err(Refusal::Unmodelled),
             n if n == self.sensor => SENSOR_AT_25_C_V + (self.temperature_c - 25.0) * SENSOR_V_PER_C,
             REFERENCE => REFERENCE_V,
             _ => return Err(Refusal::Unmodelled),
@@ -228,10 +228,11 @@ pub fn calibration() -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::part::tests::part;
 
     /// 168 MHz, PCLK2 at half of it, ADCPRE 4: 21 MHz, eight HCLK cycles per ADC cycle.
     fn powered(temperature_c: f64) -> Adc {
-        let mut adc = Adc::new(Part::Stm32f405, temperature_c);
+        let mut adc = Adc::new(part("STM32F405RG"), temperature_c);
         adc.set_divider(2);
         adc.write(0, CCR, TSVREFE | 1 << 16).unwrap();
         adc.write(0, CR2, ADON).unwrap();
@@ -298,7 +299,7 @@ mod tests {
 
     #[test]
     fn the_f446_has_its_sensor_on_channel_18() {
-        let mut adc = Adc::new(Part::Stm32f446, 25.0);
+        let mut adc = Adc::new(part("STM32F446RE"), 25.0);
         adc.write(0, CCR, TSVREFE).unwrap();
         adc.write(0, SQR3, 18).unwrap();
         adc.write(0, CR2, ADON | SWSTART).unwrap();

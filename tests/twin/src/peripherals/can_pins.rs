@@ -1,44 +1,51 @@
-//! The pins that carry CAN_RX and CAN_TX: DS8626 table 9 (F405), DS10693 table 11 (F446).
+//! The pins that carry CAN_RX and CAN_TX: DS8626 table 9, DS10693 table 11; DS9405 and DS11189, tables of alternate functions.
 
 use super::gpio::{Gpio, Pin};
 use crate::bxcan::Side;
+use crate::model::CanPins;
+use crate::part::Part;
 
 /// Alternate function of both controllers at all their pins.
 const CAN_AF: u32 = 9;
 
-/// A pin, and the smallest package that has it.
-type Place = (Pin, u32);
-
 /// CAN_RX of CAN1 and CAN2.
-const RX: [&[Place]; 2] = [
-    &[(Pin::new('B', 8), 64), (Pin::new('A', 11), 64), (Pin::new('D', 0), 100), (Pin::new('I', 9), 176)],
-    &[(Pin::new('B', 12), 64), (Pin::new('B', 5), 64)],
+const RX: [&[Pin]; 2] = [
+    &[Pin::new('B', 8), Pin::new('A', 11), Pin::new('D', 0), Pin::new('I', 9)],
+    &[Pin::new('B', 12), Pin::new('B', 5)],
 ];
 /// CAN_TX of CAN1 and CAN2.
-const TX: [&[Place]; 2] = [
-    &[(Pin::new('B', 9), 64), (Pin::new('A', 12), 64), (Pin::new('D', 1), 100), (Pin::new('H', 13), 176)],
-    &[(Pin::new('B', 13), 64), (Pin::new('B', 6), 64)],
+const TX: [&[Pin]; 2] = [
+    &[Pin::new('B', 9), Pin::new('A', 12), Pin::new('D', 1), Pin::new('H', 13)],
+    &[Pin::new('B', 13), Pin::new('B', 6)],
 ];
 
-/// Both signals of a controller are on pins of a package of `package_pins` pins.
-pub(super) fn are_routed(gpio: &[Gpio], package_pins: u32, side: Side) -> bool {
-    [RX, TX].iter().all(|signal| {
-        signal[side as usize].iter().any(|&(pin, from)| from <= package_pins && carries(gpio, pin))
-    })
+/// Pins that can carry CAN_RX, and those that can carry CAN_TX, in parts that have them.
+pub(crate) fn places(side: Side) -> [&'static [Pin]; 2] {
+    [RX[side as usize], TX[side as usize]]
+}
+
+/// Both signals of a controller are on the pins of the board's transceiver.
+pub(super) fn are_routed(gpio: &[Gpio], CanPins { rx, tx }: CanPins) -> bool {
+    carries(gpio, rx) && carries(gpio, tx)
 }
 
 /// Why they are not.
-pub(super) fn missing(gpio: &[Gpio], package_pins: u32, side: Side) -> Option<String> {
-    [(RX, "RX"), (TX, "TX")].iter().find_map(|(signal, name)| {
-        let carrying = || signal[side as usize].iter().filter(|(pin, _)| carries(gpio, *pin));
-        if carrying().any(|&(_, from)| from <= package_pins) {
+pub(super) fn missing(gpio: &[Gpio], part: Part, pins: CanPins, side: Side) -> Option<String> {
+    let [rx, tx] = places(side);
+    [(pins.rx, rx, "RX"), (pins.tx, tx, "TX")].into_iter().find_map(|(wired, places, name)| {
+        if carries(gpio, wired) {
             return None;
         }
-        Some(match carrying().next() {
-            Some((pin, _)) => {
-                format!("{pin} carries {side}_{name}, and the package of {package_pins} pins lacks it")
+        let carrying = || places.iter().copied().filter(|&pin| carries(gpio, pin));
+        Some(match (carrying().find(|pin| part.has_pin(*pin)), carrying().next()) {
+            (Some(pin), _) => {
+                format!("{pin} carries {side}_{name}, and the board has the transceiver at {wired}")
             }
-            None => format!("no pin carries {side}_{name} (AF9)"),
+            (None, Some(pin)) => {
+                let package = part.package_pins();
+                format!("{pin} carries {side}_{name}, and the package of {package} pins lacks it")
+            }
+            (None, None) => format!("no pin carries {side}_{name} (AF9)"),
         })
     })
 }

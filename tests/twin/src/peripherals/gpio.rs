@@ -1,4 +1,4 @@
-//! GPIO ports A to I: modes, pulls, outputs with the times of their changes, alternate functions.
+//! GPIO ports A to K: modes, pulls, outputs with the times of their changes, alternate functions.
 //!
 //! RM0090 chapter 8. A pin reads what drives it: its own output, a timer, the harness, else its pull; nothing at all reads
 //! low.
@@ -24,23 +24,33 @@ pub(super) const TIMER_AF: u32 = 2;
 /// A pin of the package.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pin {
-    /// 'A' to 'I'.
+    /// 'A' to 'K'.
     pub port: char,
     /// 0 to 15.
     pub number: u8,
 }
 
 impl Pin {
-    /// Number of ports, A to I.
-    pub const PORTS: usize = 9;
+    /// Number of ports, A to K.
+    pub const PORTS: usize = 11;
 
     /// `Pin::new('B', 4)` is PB4.
     ///
     /// # Panics
     /// When there is no such pin: a mistake in a test, not an input.
     pub const fn new(port: char, number: u8) -> Self {
-        assert!(port >= 'A' && port <= 'I' && number < 16, "STM32F405 pins are PA0 to PI15");
+        assert!(port >= 'A' && port <= 'K' && number < 16, "pins are PA0 to PK15");
         Pin { port, number }
+    }
+
+    /// The pin with this name, such as `PB4`; `None` for any other text.
+    pub fn named(name: &str) -> Option<Pin> {
+        let mut letters = name.strip_prefix('P')?.chars();
+        let port = letters.next().filter(|port| ('A'..='K').contains(port))?;
+        let digits = letters.as_str();
+        let number =
+            digits.parse().ok().filter(|number: &u8| *number < 16 && number.to_string() == digits)?;
+        Some(Pin { port, number })
     }
 
     /// Port A is 0.
@@ -231,6 +241,15 @@ mod tests {
             changes,
             [PinChange { at: Time(2), pin, high: true }, PinChange { at: Time(3), pin, high: false }]
         );
+    }
+
+    #[test]
+    fn names_of_pins_are_read_and_others_are_not() {
+        assert_eq!(Pin::named("PA0"), Some(Pin::new('A', 0)));
+        assert_eq!(Pin::named("PK15"), Some(Pin::new('K', 15)));
+        for other in ["", "P", "PA", "A0", "pa0", "PL0", "PA16", "PA00", "PA+1", "PA1 ", "PÄ1"] {
+            assert_eq!(Pin::named(other), None, "{other}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::rcc::Gate;
 use super::timer::{CCR1, CCR4};
 use super::timers;
 use crate::mmio::{Refusal, Width};
-use crate::model::Part;
+use crate::part::{Lines, Part};
 
 pub(super) const AHB1: u32 = 0x00;
 pub(super) const APB1: u32 = 0x10;
@@ -77,7 +77,7 @@ impl Block {
             0x4001_3000 => Block::Spi(0),
             0x4001_3800 => Block::Syscfg,
             0x4001_3C00 => Block::Exti,
-            base @ 0x4002_0000..0x4002_2400 => {
+            base @ 0x4002_0000..0x4002_2C00 => {
                 let port = (base as usize - 0x4002_0000) >> 10;
                 return (port < part.ports()).then_some((Block::Gpio(port), base));
             }
@@ -86,7 +86,7 @@ impl Block {
             0x4002_3C00 => Block::Flash,
             base @ (0x4002_6000 | 0x4002_6400) => Block::Dma((base as usize - 0x4002_6000) >> 10),
             0xE004_2000 => Block::Dbgmcu,
-            0x5006_0800 if part == Part::Stm32f405 => Block::Rng,
+            0x5006_0800 if !Lines::F446.has(part.lines()) => Block::Rng,
             0x1FFF_7800 | 0x1FFF_C000 => Block::Signature,
             base => Block::Timer(timers::at(base)?),
         };

@@ -5,7 +5,7 @@
 
 mod adc;
 mod backup;
-mod can_pins;
+pub(crate) mod can_pins;
 mod dma;
 mod exti;
 mod flash;
@@ -33,7 +33,8 @@ use can_wire::time::Time;
 use crate::accelerator::PRFTEN;
 use crate::bxcan::{BxcanPair, Line, PclkTick, Registers, Side};
 use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
-use crate::model::{FLASH_BASE, Model, Part};
+use crate::model::{FLASH_BASE, Model, Part, Pins};
+use crate::part::Family;
 use adc::Adc;
 use dma::Dma;
 use exti::{Exti, Syscfg};
@@ -69,19 +70,22 @@ const RNG_IRQ: u16 = 80;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
 const CAN_IRQS: [(Side, u16); 2] = [(Side::Can1, 19), (Side::Can2, 63)];
 const PORT_A: usize = 0;
+/// Pins at which TIM5 captures CAN_RX, by its channels.
+pub(crate) const CAPTURE_PINS: [Pin; 4] =
+    [Pin::new('A', 0), Pin::new('A', 1), Pin::new('A', 2), Pin::new('A', 3)];
 /// Their trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). What TIM2 gives out is not modelled.
 const TIM2: Kind = Kind { bits: 32, trigger: None, drives_pins: false, channels: 4, is_advanced: false };
 const TIM3: Kind = Kind { bits: 16, trigger: Some(2), drives_pins: true, channels: 4, is_advanced: false };
 const TIM5: Kind = Kind { bits: 32, trigger: None, drives_pins: true, channels: 4, is_advanced: false };
-/// Pins of the channels of TIM3 and TIM5 (DS8626 table 9, DS10693 table 11).
-const TIM3_PINS: [&[Pin]; 4] = [
+/// Pins of the channels of TIM3 and TIM5, the same in each part (DS8626 table 9, DS10693 table 11).
+pub(crate) const TIM3_PINS: [&[Pin]; 4] = [
     &[Pin::new('A', 6), Pin::new('B', 4), Pin::new('C', 6)],
     &[Pin::new('A', 7), Pin::new('B', 5), Pin::new('C', 7)],
     &[Pin::new('B', 0), Pin::new('C', 8)],
     &[Pin::new('B', 1), Pin::new('C', 9)],
 ];
 const TIM5_PINS: [&[Pin]; 4] =
-    [&[Pin::new('A', 0)], &[Pin::new('A', 1)], &[Pin::new('A', 2)], &[Pin::new('A', 3)]];
+    [&[CAPTURE_PINS[0]], &[CAPTURE_PINS[1]], &[CAPTURE_PINS[2]], &[CAPTURE_PINS[3]]];
 /// First address of the option bytes.
 const OPTION_BYTES: u32 = 0x1FFF_C000;
 const LSI_HZ: u32 = 32_000;
@@ -102,7 +106,8 @@ pub(crate) struct TimedChange {
 #[derive(Clone, Debug)]
 pub struct Peripherals {
     part: Part,
-    package_pins: u32,
+    /// What the pins of the board lead to.
+    pins: Pins,
     serial: u32,
     rcc: Rcc,
     flash: Flash,
@@ -146,7 +151,7 @@ impl Peripherals {
         let part = model.part;
         Peripherals {
             part,
-            package_pins: model.package_pins,
+            pins: model.pins,
             serial,
             rcc: Rcc::new(model),
             flash: Flash::new(part, FlashSpeed::Typical),
@@ -191,7 +196,7 @@ impl Peripherals {
     /// # Panics
     /// For another part: a mistake in a test, not an input.
     pub fn set_revision_a(&mut self) {
-        assert_eq!(self.part, Part::Stm32f405, "only the F405 has such a revision A");
+        assert_eq!(self.part.family(), Family::F405, "only the F405 and its like have such a revision A");
         self.dbgmcu.set_idcode(IDCODE_REVISION_A);
     }
 
@@ -424,10 +429,11 @@ impl Peripherals {
         self.exti.edges(before, after);
     }
 
-    /// CAN_RX of a bus changes, on the wire from there to PA0 (CAN1) or PA1 (CAN2), at `cycle`. Whether the program may
-    /// notice at once: by an interrupt line or a DMA transfer.
+    /// CAN_RX of a bus changes, on the wire from there to its capture pin, at `cycle`. Whether the program may notice at once: by an
+    /// interrupt line or a DMA transfer. A board without these wires notices nothing.
     pub fn capture_edge(&mut self, side: Side, cycle: u64, level: bool) -> bool {
-        let n = side as u32;
+        let Some(pins) = self.pins.capture else { return false };
+        let n = u32::from(pins[side as usize].number);
         let gpio = &mut self.gpio[PORT_A];
         if gpio.driven_level(n) == Some(level) {
             return false;
@@ -624,7 +630,7 @@ impl Peripherals {
             return None;
         }
         let loose = || (!wired).then(|| "the board's wiring has no bus behind its transceiver".to_owned());
-        can_pins::missing(&self.gpio, self.package_pins, side).or_else(loose)
+        can_pins::missing(&self.gpio, self.part, self.pins.can(side), side).or_else(loose)
     }
 
     fn is_can_clocked(&self, side: Side) -> bool {

@@ -1,54 +1,81 @@
-//! Pins that carry the serial interfaces, by alternate function (DS8626 table 9, DS10693 table 11; packages of 64 pins).
+//! Pins that carry the serial interfaces, by alternate function (DS8626 table 9, DS10693 table 11; DS9405 and DS11189, tables of alternate functions).
 
 use super::gpio::Gpio;
 use super::interfaces::{Interfaces, Sent};
 use super::{Peripherals, Pin, can_pins};
 use crate::bxcan::Side;
 use crate::devices::{I2cDevice, SpiDevice};
-use crate::model::Part;
+use crate::part::{Lines, Part};
 
-/// A pin, its alternate function, and the one part that has it; `None` for both.
-type Route = (Pin, u32, Option<Part>);
+/// A pin, its alternate function, and the lines that have it.
+type Route = (Pin, u32, Lines);
 
 const fn pin(port: char, number: u8, function: u32) -> Route {
-    (Pin::new(port, number), function, None)
-}
-
-const fn f405(port: char, number: u8, function: u32) -> Route {
-    (Pin::new(port, number), function, Some(Part::Stm32f405))
+    (Pin::new(port, number), function, Lines::ALL)
 }
 
 const fn f446(port: char, number: u8, function: u32) -> Route {
-    (Pin::new(port, number), function, Some(Part::Stm32f446))
+    (Pin::new(port, number), function, Lines::F446)
+}
+
+const fn f46x(port: char, number: u8, function: u32) -> Route {
+    (Pin::new(port, number), function, Lines::F46X)
+}
+
+/// All but the F40x.
+const fn later(port: char, number: u8, function: u32) -> Route {
+    (Pin::new(port, number), function, Lines::ALL.without(Lines::F40X))
 }
 
 /// SCL and SDA of I2C1 to I2C3.
 const I2C: [[&[Route]; 2]; 3] = [
     [&[pin('B', 6, 4), pin('B', 8, 4)], &[pin('B', 7, 4), pin('B', 9, 4)]],
-    [&[pin('B', 10, 4)], &[f405('B', 11, 4), f446('B', 3, 4), f446('C', 12, 4)]],
-    [&[pin('A', 8, 4)], &[pin('C', 9, 4), f446('B', 4, 4)]],
+    [
+        &[pin('B', 10, 4), pin('F', 1, 4), pin('H', 4, 4)],
+        &[pin('B', 11, 4), pin('F', 0, 4), pin('H', 5, 4), f446('B', 3, 4), f446('C', 12, 4)],
+    ],
+    [&[pin('A', 8, 4), pin('H', 7, 4)], &[pin('C', 9, 4), pin('H', 8, 4), f446('B', 4, 4)]],
 ];
 
 /// TX and RX of USART1 to USART6.
 const USART: [[&[Route]; 2]; 6] = [
     [&[pin('A', 9, 7), pin('B', 6, 7)], &[pin('A', 10, 7), pin('B', 7, 7)]],
-    [&[pin('A', 2, 7)], &[pin('A', 3, 7)]],
-    [&[pin('B', 10, 7), pin('C', 10, 7)], &[f405('B', 11, 7), f446('C', 5, 7), pin('C', 11, 7)]],
+    [&[pin('A', 2, 7), pin('D', 5, 7)], &[pin('A', 3, 7), pin('D', 6, 7)]],
+    [
+        &[pin('B', 10, 7), pin('C', 10, 7), pin('D', 8, 7)],
+        &[pin('B', 11, 7), f446('C', 5, 7), pin('C', 11, 7), pin('D', 9, 7)],
+    ],
     [&[pin('A', 0, 8), pin('C', 10, 8)], &[pin('A', 1, 8), pin('C', 11, 8)]],
-    [&[pin('C', 12, 8)], &[pin('D', 2, 8)]],
-    [&[pin('C', 6, 8)], &[pin('C', 7, 8)]],
+    [&[pin('C', 12, 8), f446('E', 8, 8)], &[pin('D', 2, 8), f446('E', 7, 8)]],
+    [&[pin('C', 6, 8), pin('G', 14, 8)], &[pin('C', 7, 8), pin('G', 9, 8)]],
 ];
 
 /// SCK and MOSI of SPI1 to SPI3.
 const SPI: [[&[Route]; 2]; 3] = [
     [&[pin('A', 5, 5), pin('B', 3, 5)], &[pin('A', 7, 5), pin('B', 5, 5)]],
     [
-        &[pin('B', 10, 5), pin('B', 13, 5), f446('A', 9, 5), f446('C', 7, 5)],
-        &[pin('B', 15, 5), pin('C', 3, 5), f446('C', 1, 7)],
+        &[
+            pin('B', 10, 5),
+            pin('B', 13, 5),
+            pin('I', 1, 5),
+            later('D', 3, 5),
+            f46x('A', 9, 5),
+            f446('A', 9, 5),
+            f446('C', 7, 5),
+        ],
+        &[pin('B', 15, 5), pin('C', 3, 5), pin('I', 3, 5), f46x('C', 1, 5), f446('C', 1, 7)],
     ],
     [
         &[pin('B', 3, 6), pin('C', 10, 6)],
-        &[pin('B', 5, 6), pin('C', 12, 6), f446('B', 0, 7), f446('B', 2, 7), f446('C', 1, 5)],
+        &[
+            pin('B', 5, 6),
+            pin('C', 12, 6),
+            later('D', 6, 5),
+            f446('D', 0, 6),
+            f446('B', 0, 7),
+            f446('B', 2, 7),
+            f446('C', 1, 5),
+        ],
     ],
 ];
 
@@ -61,10 +88,10 @@ struct Ports<'a> {
 impl Ports<'_> {
     /// Pins that carry one of these routes.
     fn carriers(&self, routes: &[Route]) -> impl Iterator<Item = (&Gpio, u32)> {
-        let is_there = |only: Option<Part>| only.is_none_or(|part| part == self.part);
-        routes.iter().filter_map(move |&(pin, function, only)| {
+        let is_there = |pin, lines: Lines| lines.has(self.part.lines()) && self.part.has_pin(pin);
+        routes.iter().filter_map(move |&(pin, function, lines)| {
             let (gpio, n) = (&self.gpio[pin.port_index()], u32::from(pin.number));
-            (is_there(only) && gpio.alternate_function(n) == Some(function)).then_some((gpio, n))
+            (gpio.alternate_function(n) == Some(function) && is_there(pin, lines)).then_some((gpio, n))
         })
     }
 
@@ -94,7 +121,7 @@ impl Ports<'_> {
 impl Peripherals {
     /// Follows the alternate functions of the pins: CAN, and the serial interfaces in use.
     pub(super) fn follow_pins(&mut self, cycle: u64) {
-        let is_routed = |side| can_pins::are_routed(&self.gpio, self.package_pins, side);
+        let is_routed = |side| can_pins::are_routed(&self.gpio, self.pins.can(side));
         self.can_routed = [Side::Can1, Side::Can2].map(is_routed);
         let ports = Ports { part: self.part, gpio: &self.gpio };
         let Interfaces { i2c, usart, spi } = &mut self.interfaces;

@@ -1,13 +1,14 @@
 //! RCC: oscillators, the clock tree, clock gates, peripheral resets, reset flags.
 //!
-//! RM0090 chapter 7 (F405), RM0390 chapter 6 (F446). HSE and the PLL take their datasheet's time to get ready; HSE never
+//! RM0090 chapters 7 (F405) and 6 (F42x), RM0390 chapter 6 (F446), RM0386 chapter 6 (F469). HSE and the PLL take their datasheet's time to get ready; HSE never
 //! does while HSEBYP does not suit what the board has on OSC_IN, or when that is broken. Gated clocks are enforced by the bus; what the low-power enables (LPENR) switch off in Sleep is stored and not enforced. PLLI2S and PLLSAI lock at once.
 
 use can_wire::time::Time;
 
 use super::rtc::RtcClock;
 use crate::mmio::Now;
-use crate::model::{Model, Part};
+use crate::model::Model;
+use crate::part::Family;
 
 const HSI_HZ: u64 = 16_000_000;
 /// DS8626 table 34: start-up of a 4..26 MHz crystal.
@@ -209,11 +210,32 @@ impl Rcc {
         self.words = [0; WORDS];
         *self.word_mut(BDCR) = backup;
         // AHB1ENR, the five LPENR, PLLI2SCFGR, PLLSAICFGR.
-        let [ahb1, ahb1lp, ahb2lp, ahb3lp, apb1lp, apb2lp, plli2s, pllsai] = match self.model.part {
-            Part::Stm32f405 => {
+        let [ahb1, ahb1lp, ahb2lp, ahb3lp, apb1lp, apb2lp, plli2s, pllsai] = match self.model.part.family() {
+            Family::F405 => {
                 [0x0010_0000, 0x7E67_91FF, 0x0000_00F1, 0x0000_0001, 0x36FE_C9FF, 0x0007_5F33, 0x2000_3000, 0]
             }
-            Part::Stm32f446 => {
+            Family::F42x => [
+                0x0010_0000,
+                0x7EEF_97FF,
+                0x0000_00F1,
+                0x0000_0001,
+                0xF6FE_C9FF,
+                0x0477_7F33,
+                0x2000_3000,
+                0x2400_3000,
+            ],
+            // As the F42x, and QUADSPI and the DSI host.
+            Family::F469 => [
+                0x0010_0000,
+                0x7EEF_97FF,
+                0x0000_00F1,
+                0x0000_0003,
+                0xF6FE_C9FF,
+                0x0C77_7F33,
+                0x2000_3000,
+                0x2400_3000,
+            ],
+            Family::F446 => {
                 [0, 0x6067_90FF, 0x0000_0081, 0x0000_0003, 0x3FFF_C9FF, 0x00C7_7F33, 0x2400_3010, 0x0400_3010]
             }
         };
@@ -246,8 +268,9 @@ impl Rcc {
 
     const fn exists(&self, offset: u32) -> bool {
         // PLLSAICFGR; CKGATENR and DCKCFGR2.
-        if let (Part::Stm32f446, 0x88 | 0x90 | 0x94) = (self.model.part, offset) {
-            return true;
+        match (self.model.part.family(), offset) {
+            (Family::F42x | Family::F469, 0x88) | (Family::F446, 0x88 | 0x90 | 0x94) => return true,
+            _ => {}
         }
         // The F405 has no DCKCFGR, yet HALs of the family touch it on every part.
         matches!(offset, 0x00..=0x18 | 0x20 | 0x24 | 0x30..=0x38 | 0x40 | 0x44 | 0x50..=0x58 | 0x60 | 0x64
@@ -285,9 +308,9 @@ impl Rcc {
         let old = self.word(offset);
         match offset {
             CR => {
-                let value = match self.model.part {
-                    Part::Stm32f405 => value & !CR_PLLSAION,
-                    Part::Stm32f446 => value,
+                let value = match self.model.part.family() {
+                    Family::F405 => value & !CR_PLLSAION,
+                    Family::F42x | Family::F446 | Family::F469 => value,
                 };
                 let risen = value & !old;
                 if risen & CR_HSEON != 0 {
@@ -434,7 +457,7 @@ mod tests {
 
     /// PLL M = 6, N = 168, P = 2 from a 12 MHz crystal; AHB 1, APB1 4, APB2 2.
     fn at_168_mhz() -> Rcc {
-        let mut rcc = Rcc::new(Model::PYBOARD_V11);
+        let mut rcc = Rcc::new(Model::shipped("pyboard-v11"));
         rcc.write(at_us(0), PLLCFGR, 7 << 24 | PLLCFGR_SRC_HSE | 168 << 6 | 6).unwrap();
         rcc.write(at_us(0), CR, 0x83 | CR_HSEON | CR_PLLON).unwrap();
         rcc.write(at_us(3000), CFGR, 4 << 13 | 5 << 10 | 2).unwrap();
@@ -459,7 +482,7 @@ mod tests {
     /// PLL M = 4, N = 168, P = 2 from 8 MHz; AHB 1, APB1 4, APB2 2.
     #[test]
     fn the_nucleos_tree_gives_168_mhz_from_a_bypassed_oscillator() {
-        let mut rcc = Rcc::new(Model::NUCLEO_F446RE);
+        let mut rcc = Rcc::new(Model::shipped("nucleo-f446re"));
         rcc.write(at_us(0), PLLCFGR, 7 << 24 | PLLCFGR_SRC_HSE | 168 << 6 | 4).unwrap();
         rcc.write(at_us(0), CR, 0x83 | CR_HSEBYP | CR_HSEON | CR_PLLON).unwrap();
         assert_ne!(rcc.read(at_us(0), CR).unwrap() & CR_HSERDY, 0);
@@ -469,7 +492,9 @@ mod tests {
 
     #[test]
     fn hse_never_gets_ready_in_the_wrong_mode() {
-        for (model, wrong) in [(Model::PYBOARD_V11, CR_HSEBYP), (Model::NUCLEO_F446RE, 0)] {
+        for (model, wrong) in
+            [(Model::shipped("pyboard-v11"), CR_HSEBYP), (Model::shipped("nucleo-f446re"), 0)]
+        {
             let mut rcc = Rcc::new(model);
             rcc.write(at_us(0), CR, 0x83 | CR_HSEON | wrong).unwrap();
             assert_eq!(rcc.read(Now { cycle: 0, time: Time::from_ms(60_000) }, CR).unwrap() & CR_HSERDY, 0);
@@ -478,7 +503,8 @@ mod tests {
 
     #[test]
     fn registers_are_those_of_the_part() {
-        let (f405, f446) = (Rcc::new(Model::PYBOARD_V11), Rcc::new(Model::NUCLEO_F446RE));
+        let (f405, f446) =
+            (Rcc::new(Model::shipped("pyboard-v11")), Rcc::new(Model::shipped("nucleo-f446re")));
         for offset in [0x88, 0x90, 0x94] {
             assert_eq!(f405.read(at_us(0), offset), None);
             assert!(f446.read(at_us(0), offset).is_some());
@@ -489,13 +515,13 @@ mod tests {
 
     #[test]
     fn a_reset_runs_on_hsi() {
-        let clocks = Rcc::new(Model::PYBOARD_V11).clocks();
+        let clocks = Rcc::new(Model::shipped("pyboard-v11")).clocks();
         assert_eq!((clocks.hclk, clocks.timer1_divider, clocks.from_crystal), (16_000_000, 1, false));
     }
 
     #[test]
     fn hse_gets_ready_after_its_start_up_time() {
-        let mut rcc = Rcc::new(Model::PYBOARD_V11);
+        let mut rcc = Rcc::new(Model::shipped("pyboard-v11"));
         rcc.write(at_us(100), CR, 0x83 | CR_HSEON).unwrap();
         assert_eq!(rcc.read(at_us(2099), CR).unwrap() & CR_HSERDY, 0);
         assert_ne!(rcc.read(at_us(2100), CR).unwrap() & CR_HSERDY, 0);
@@ -528,7 +554,7 @@ mod tests {
     /// It stays on through a reset of the part and stops with the backup domain.
     #[test]
     fn lse_gets_ready_after_its_start_up_time() {
-        let mut rcc = Rcc::new(Model::PYBOARD_V11);
+        let mut rcc = Rcc::new(Model::shipped("pyboard-v11"));
         rcc.write(at_us(100), BDCR, BDCR_LSEON).unwrap();
         assert_eq!(rcc.read(at_us(2_000_099), BDCR).unwrap(), BDCR_LSEON);
         assert_eq!(rcc.read(at_us(2_000_100), BDCR).unwrap(), BDCR_LSEON | BDCR_LSERDY);
@@ -540,14 +566,14 @@ mod tests {
 
     #[test]
     fn lse_in_bypass_never_gets_ready() {
-        let mut rcc = Rcc::new(Model::NUCLEO_F446RE);
+        let mut rcc = Rcc::new(Model::shipped("nucleo-f446re"));
         rcc.write(at_us(0), BDCR, BDCR_LSEON | BDCR_LSEBYP).unwrap();
         assert_eq!(rcc.read(at_us(60_000_000), BDCR).unwrap(), BDCR_LSEON | BDCR_LSEBYP);
     }
 
     #[test]
     fn reset_flags_add_up_until_removed() {
-        let mut rcc = Rcc::new(Model::PYBOARD_V11);
+        let mut rcc = Rcc::new(Model::shipped("pyboard-v11"));
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x1E00_0000);
         rcc.write(at_us(0), CSR, CSR_RMVF).unwrap();

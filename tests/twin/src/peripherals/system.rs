@@ -2,14 +2,14 @@
 
 use super::adc::calibration;
 use crate::bxcan::Side;
-use crate::model::Part;
+use crate::part::{Family, Part};
 
 /// Words of DBGMCU: APB1_FZ, behind it APB2_FZ.
 const APB1_FZ: usize = 2;
 const IWDG_STOP: u32 = 1 << 12;
 const CAN_STOP: [u32; 2] = [1 << 25, 1 << 26];
 
-/// PWR, RM0090 chapter 5 (F405), RM0390 chapter 5 (F446). The regulator reaches its scale and over-drive at once; Stop
+/// PWR, RM0090 chapter 5 (F405, F42x), RM0390 chapter 5 (F446), RM0386 chapter 5 (F469). The regulator reaches its scale and over-drive at once; Stop
 /// and Standby are not modelled.
 #[derive(Clone, Debug)]
 pub struct Pwr {
@@ -21,18 +21,19 @@ pub struct Pwr {
 impl Pwr {
     /// After a reset.
     pub fn new(part: Part) -> Self {
-        let cr = match part {
-            Part::Stm32f405 => 0x0000_4000,
-            Part::Stm32f446 => 0x0000_C000,
+        let cr = match part.family() {
+            Family::F405 => 0x0000_4000,
+            Family::F42x | Family::F446 | Family::F469 => 0x0000_C000,
         };
         Pwr { part, cr, csr: 0 }
     }
 
     /// Bits of CR that the part has.
     const fn cr_mask(&self) -> u32 {
-        match self.part {
-            Part::Stm32f405 => 0x0000_43FF,
-            Part::Stm32f446 => 0x003F_EFFF,
+        match self.part.family() {
+            Family::F405 => 0x0000_43FF,
+            Family::F42x | Family::F469 => 0x000F_EFFF,
+            Family::F446 => 0x003F_EFFF,
         }
     }
 
@@ -45,18 +46,20 @@ impl Pwr {
     const EWUP: u32 = 1 << 8;
 
     /// Greatest frequencies of AHB, APB1 and APB2 at the present scale of the regulator, Hz (DS8626 table 14, RM0090 5.1.3;
-    /// DS10693 table 16, RM0390 5.1.3 and 5.1.4).
+    /// DS9405, RM0090 5.1.4; DS10693 table 16, RM0390 5.1.3 and 5.1.4; DS11189).
     pub fn most(&self) -> [u64; 3] {
         const MHZ: u64 = 1_000_000;
-        let (scale, is_over_driven) = match self.part {
+        let (scale, is_over_driven) = match self.part.family() {
             // One bit: 1 is scale 1, 0 is scale 2.
-            Part::Stm32f405 => (if self.cr >> 14 & 1 == 1 { 1 } else { 2 }, false),
-            Part::Stm32f446 => (4 - (self.cr >> 14 & 0b11).max(1), self.cr & Self::ODSW != 0),
+            Family::F405 => (if self.cr >> 14 & 1 == 1 { 1 } else { 2 }, false),
+            Family::F42x | Family::F446 | Family::F469 => {
+                (4 - (self.cr >> 14 & 0b11).max(1), self.cr & Self::ODSW != 0)
+            }
         };
-        let hclk = match (self.part, scale, is_over_driven) {
-            (Part::Stm32f446, 1, true) => 180 * MHZ,
-            (_, 1, _) | (Part::Stm32f446, 2, true) => 168 * MHZ,
-            (_, 2, _) => 144 * MHZ,
+        let hclk = match (scale, is_over_driven) {
+            (1, true) => 180 * MHZ,
+            (1, false) | (2, true) => 168 * MHZ,
+            (2, false) => 144 * MHZ,
             _ => 120 * MHZ,
         };
         if is_over_driven { [hclk, 45 * MHZ, 90 * MHZ] } else { [hclk, 42 * MHZ, 84 * MHZ] }

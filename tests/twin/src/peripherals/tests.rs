@@ -1,6 +1,7 @@
 //! The bus in front of the peripherals.
 
 use super::*;
+use crate::part::tests::part;
 
 const RCC: u32 = 0x4002_3800;
 
@@ -10,7 +11,7 @@ fn enable(peripherals: &mut Peripherals, register: u32, bits: u32) {
 
 #[test]
 fn nothing_answers_where_no_peripheral_is_modelled() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     for address in [0x4000_2C00, 0x4000_7400, 0x4002_3850 - 4, 0x5000_0000] {
         assert_eq!(peripherals.read(Now::default(), address, Width::Word), Err(Refusal::Unmodelled));
     }
@@ -18,7 +19,7 @@ fn nothing_answers_where_no_peripheral_is_modelled() {
 
 #[test]
 fn a_block_without_clock_refuses() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     let moder = 0x4002_0400;
     assert_eq!(peripherals.read(Now::default(), moder, Width::Word), Err(Refusal::ClockOff));
     enable(&mut peripherals, 0x30, 1 << 1);
@@ -41,14 +42,14 @@ fn run_at(peripherals: &mut Peripherals, m: u32, n: u32, apb1: u32) -> Result<()
 /// DS8626 table 14: 168, 42 and 84 MHz; RM0390 5.1.4: 180 MHz needs over-drive.
 #[test]
 fn clocks_above_the_limits_of_the_part_are_refused() {
-    let pyboard = || Peripherals::new(Model::PYBOARD_V11, 0);
+    let pyboard = || Peripherals::new(Model::shipped("pyboard-v11"), 0);
     assert_eq!(run_at(&mut pyboard(), 6, 168, 2), Ok(()));
     assert_eq!(run_at(&mut pyboard(), 6, 180, 2), Err(Refusal::ClockLimit), "HCLK 180 MHz");
     assert_eq!(run_at(&mut pyboard(), 6, 168, 1), Err(Refusal::ClockLimit), "APB1 84 MHz");
 
     const PWR_CR: u32 = 0x4000_7000;
     let nucleo = |cr: u32| {
-        let mut nucleo = Peripherals::new(Model::NUCLEO_F446RE, 0);
+        let mut nucleo = Peripherals::new(Model::shipped("nucleo-f446re"), 0);
         enable(&mut nucleo, 0x40, 1 << 28);
         nucleo.write(Now::default(), PWR_CR, Width::Word, cr).unwrap();
         nucleo
@@ -58,11 +59,28 @@ fn clocks_above_the_limits_of_the_part_are_refused() {
     assert_eq!(run_at(&mut nucleo(scale_3), 4, 168, 2), Err(Refusal::ClockLimit), "168 MHz at scale 3");
     assert_eq!(run_at(&mut nucleo(scale_1), 4, 180, 2), Err(Refusal::ClockLimit), "without over-drive");
     assert_eq!(run_at(&mut nucleo(scale_1 | over_drive), 4, 180, 2), Ok(()));
+
+    // General operating conditions of DS9405 and DS11189: the same.
+    for name in ["STM32F427VI", "STM32F479NI"] {
+        let on = |cr: u32| {
+            let pyboard = Model::shipped("pyboard-v11");
+            let mut board = Peripherals::new(Model { part: part(name), ..pyboard }, 0);
+            enable(&mut board, 0x40, 1 << 28);
+            board.write(Now::default(), PWR_CR, Width::Word, cr).unwrap();
+            board
+        };
+        assert_eq!(
+            run_at(&mut on(scale_1), 6, 180, 2),
+            Err(Refusal::ClockLimit),
+            "{name} without over-drive"
+        );
+        assert_eq!(run_at(&mut on(scale_1 | over_drive), 6, 180, 2), Ok(()), "{name}");
+    }
 }
 
 #[test]
 fn can_takes_words_only() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x40, 1 << 25);
     assert_eq!(peripherals.read(Now::default(), 0x4000_6400, Width::Half), Err(Refusal::Width));
     assert_eq!(peripherals.read(Now::default(), 0x4000_6400, Width::Word), Ok(0x0001_0002));
@@ -70,7 +88,7 @@ fn can_takes_words_only() {
 
 #[test]
 fn a_byte_store_to_a_port_keeps_its_neighbours() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x30, 1);
     peripherals.write(Now::default(), 0x4002_0000, Width::Byte, 0x55).unwrap();
     assert_eq!(peripherals.read(Now::default(), 0x4002_0000, Width::Word), Ok(0xA800_0055));
@@ -80,7 +98,7 @@ fn a_byte_store_to_a_port_keeps_its_neighbours() {
 #[test]
 fn a_byte_store_to_rcc_keeps_its_neighbours() {
     use Width::{Byte, Half, Word};
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     let ahb1enr = RCC + 0x30;
     for (offset, width, value, expected) in
         [(0, Word, 0x0010_0001, 0x0010_0001), (1, Byte, 0x80, 0x0010_8001), (2, Half, 0x0020, 0x0020_8001)]
@@ -94,7 +112,7 @@ fn a_byte_store_to_rcc_keeps_its_neighbours() {
 #[test]
 fn a_narrow_store_to_apb_is_duplicated() {
     use Width::{Byte, Half, Word};
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x44, 1 << 14);
     let exticr1 = 0x4001_3808;
     for (offset, width, value, expected) in [
@@ -111,7 +129,7 @@ fn a_narrow_store_to_apb_is_duplicated() {
 /// A half-word store of the key, as the manual allows.
 #[test]
 fn half_words_start_the_watchdog() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     peripherals.write(Now::default(), 0x4000_3000, Width::Half, 0xCCCC).unwrap();
     assert!(peripherals.watchdog_deadline().is_some());
 }
@@ -119,7 +137,7 @@ fn half_words_start_the_watchdog() {
 /// Given an error flag in the low byte, when the other byte of SR is stored to, then the flag stays.
 #[test]
 fn a_byte_store_to_flash_sr_clears_no_other_flag() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     let (keyr, sr) = (0x4002_3C04, 0x4002_3C0C);
     for key in [0x4567_0123, 0xCDEF_89AB] {
         peripherals.write(Now::default(), keyr, Width::Word, key).unwrap();
@@ -135,7 +153,7 @@ fn a_byte_store_to_flash_sr_clears_no_other_flag() {
 
 #[test]
 fn the_wire_sees_a_controller_only_behind_its_pins() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x40, 1 << 25);
     enable(&mut peripherals, 0x30, 1 << 1);
     assert!(peripherals.can_line(Side::Can1).is_none());
@@ -146,7 +164,7 @@ fn the_wire_sees_a_controller_only_behind_its_pins() {
 
 #[test]
 fn an_rcc_reset_returns_a_block_to_its_reset_state() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x40, 1);
     peripherals.write(Now::default(), 0x4000_0028, Width::Half, 83).unwrap();
     enable(&mut peripherals, 0x20, 1);
@@ -155,7 +173,7 @@ fn an_rcc_reset_returns_a_block_to_its_reset_state() {
 
 #[test]
 fn the_f446_has_no_port_i_and_its_own_identity() {
-    let mut f446 = Peripherals::new(Model::NUCLEO_F446RE, 0);
+    let mut f446 = Peripherals::new(Model::shipped("nucleo-f446re"), 0);
     enable(&mut f446, 0x30, 0x1FF);
     let mut read = |address| f446.read(Now::default(), address, Width::Word);
     assert_eq!(read(0x4002_1C00), Ok(0), "port H");
@@ -170,7 +188,7 @@ fn the_hals_way_to_a_ring_of_captures_is_accepted() {
     use Width::{Half, Word};
     const TIM5: u32 = 0x4000_0C00;
     const DMA1: u32 = 0x4002_6000;
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x30, 1 << 21);
     enable(&mut peripherals, 0x40, 1 << 3);
     enable(&mut peripherals, 0x20, 1 << 3);
@@ -208,7 +226,7 @@ fn the_hals_way_to_a_ring_of_captures_is_accepted() {
 fn the_hals_watchdog_and_conversion_are_accepted() {
     const IWDG: u32 = 0x4000_3000;
     const ADC1: u32 = 0x4001_2000;
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x44, 1 << 8);
     enable(&mut peripherals, 0x24, 1 << 8);
     enable(&mut peripherals, 0x24, 0);
@@ -259,34 +277,44 @@ impl Ram for AnyRam {
     }
 }
 
-/// RM0090 table 42: TIM5_CH1 asks stream 2 and TIM5_CH2 stream 4, both on channel 6; no other pair moves them.
+/// A pyboard whose wire of CAN1 ends at channel `n` of TIM5, 0 to 3, and that of CAN2 at the next one.
+fn capturing(n: usize) -> Peripherals {
+    let pyboard = Model::shipped("pyboard-v11");
+    let capture = Some([CAPTURE_PINS[n], CAPTURE_PINS[(n + 1) % 4]]);
+    Peripherals::new(Model { pins: Pins { capture, ..pyboard.pins }, ..pyboard }, 0)
+}
+
+/// RM0090 table 42: TIM5_CH1 asks stream 2, CH2 stream 4, CH3 stream 0, CH4 streams 1 and 3, all on channel 6; no other pair moves
+/// them.
 #[test]
 fn a_request_reaches_its_stream_on_its_channel() {
     const TIM5: u32 = 0x4000_0C00;
     const DMA1: u32 = 0x4002_6000;
-    for (side, register) in [(Side::Can1, 0x34), (Side::Can2, 0x38)] {
+    let streams: [&[u32]; 4] = [&[2], &[4], &[0], &[1, 3]];
+    for (n, streams) in streams.into_iter().enumerate() {
         for stream in 0..8 {
             for channel in 0..8 {
-                let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+                let mut peripherals = capturing(n);
                 enable(&mut peripherals, 0x30, 1 << 21 | 1);
                 enable(&mut peripherals, 0x40, 1 << 3);
                 let base = DMA1 + 0x10 + stream * 0x18;
                 for (address, value) in [
-                    (0x4002_0020, 0x22),
-                    (0x4002_0000, 0x0000_000A),
+                    (0x4002_0020, 0x2222),
+                    (0x4002_0000, 0x0000_00AA),
                     (TIM5 + 0x18, 0x0101),
-                    (TIM5 + 0x20, 0x00BB),
-                    (TIM5 + 0x0C, 3 << 9),
-                    (base + 0x08, TIM5 + register),
+                    (TIM5 + 0x1C, 0x0101),
+                    (TIM5 + 0x20, 0xBBBB),
+                    (TIM5 + 0x0C, 0xF << 9),
+                    (base + 0x08, TIM5 + 0x34 + 4 * n as u32),
                     (base + 0x04, 1),
                     (base, channel << 25 | 2 << 11 | 1),
                 ] {
                     peripherals.write(Now::default(), address, Width::Word, value).unwrap();
                 }
-                peripherals.capture_edge(side, 10, false);
+                peripherals.capture_edge(Side::Can1, 10, false);
                 let moved = peripherals.transfer(Now { cycle: 20, time: Time::ZERO }, &mut AnyRam);
-                let expected = channel == 6 && stream == if side == Side::Can1 { 2 } else { 4 };
-                assert_eq!(moved, expected, "{side:?} stream {stream} channel {channel}");
+                let expected = channel == 6 && streams.contains(&stream);
+                assert_eq!(moved, expected, "TIM5_CH{} stream {stream} channel {channel}", n + 1);
             }
         }
     }
@@ -294,24 +322,27 @@ fn a_request_reaches_its_stream_on_its_channel() {
 
 #[test]
 fn edge_is_captured_only_by_a_pin_in_its_alternate_function() {
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
-    enable(&mut peripherals, 0x30, 1);
-    enable(&mut peripherals, 0x40, 1 << 3);
     let (moder, afrl, tim5) = (0x4002_0000, 0x4002_0020, 0x4000_0C00);
-    for (address, value) in [(tim5 + 0x18, 1), (tim5 + 0x20, 0xB)] {
-        peripherals.write(Now::default(), address, Width::Word, value).unwrap();
+    for n in 0..4 {
+        let mut peripherals = capturing(n);
+        enable(&mut peripherals, 0x30, 1);
+        enable(&mut peripherals, 0x40, 1 << 3);
+        for (address, value) in [(tim5 + 0x18, 0x0101), (tim5 + 0x1C, 0x0101), (tim5 + 0x20, 0xBBBB)] {
+            peripherals.write(Now::default(), address, Width::Word, value).unwrap();
+        }
+        let mut captured = |mode: u32, function: u32, level: bool| {
+            peripherals.write(Now::default(), moder, Width::Word, mode << (2 * n)).unwrap();
+            peripherals.write(Now::default(), afrl, Width::Word, function << (4 * n)).unwrap();
+            peripherals.capture_edge(Side::Can1, 10, level);
+            let high = peripherals.pin_level(Pin::new('A', n as u8));
+            assert_eq!(high, level, "the pin itself follows");
+            // CC1IF to CC4IF.
+            peripherals.read(Now::default(), tim5 + 0x10, Width::Word).unwrap() & 0x1E
+        };
+        assert_eq!(captured(0, 2, true), 0, "an input");
+        assert_eq!(captured(2, 1, false), 0, "another alternate function");
+        assert_eq!(captured(2, 2, true), 1 << (n + 1), "TIM5_CH{}", n + 1);
     }
-    let mut captured = |mode: u32, function: u32, level: bool| {
-        peripherals.write(Now::default(), moder, Width::Word, mode).unwrap();
-        peripherals.write(Now::default(), afrl, Width::Word, function).unwrap();
-        peripherals.capture_edge(Side::Can1, 10, level);
-        let high = peripherals.pin_level(Pin::new('A', 0));
-        assert_eq!(high, level, "the pin itself follows");
-        peripherals.read(Now::default(), tim5 + 0x10, Width::Word).unwrap() & 0b10 != 0
-    };
-    assert!(!captured(0, 2, true), "an input");
-    assert!(!captured(2, 1, false), "another alternate function");
-    assert!(captured(2, 2, true));
 }
 
 /// TIM3 gives out one pulse of 1000 counts on channel 4 whenever OC3REF of TIM5 rises; TIM5 matches at 5000. `mode` is that
@@ -319,7 +350,7 @@ fn edge_is_captured_only_by_a_pin_in_its_alternate_function() {
 fn with_a_pulse(mode: u32, function: u32) -> Peripherals {
     const TIM3: u32 = 0x4000_0400;
     const TIM5: u32 = 0x4000_0C00;
-    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
     enable(&mut peripherals, 0x30, 1 << 1);
     enable(&mut peripherals, 0x40, 1 << 1 | 1 << 3);
     for (address, value) in [

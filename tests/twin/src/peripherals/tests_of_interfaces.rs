@@ -23,7 +23,7 @@ struct Bench {
 
 impl Bench {
     fn new() -> Bench {
-        let mut bench = Bench { peripherals: Peripherals::new(Model::PYBOARD_V11, 7), cycle: 0 };
+        let mut bench = Bench { peripherals: Peripherals::new(Model::shipped("pyboard-v11"), 7), cycle: 0 };
         for (offset, value) in [(0x30, 1 | 1 << 12), (0x34, 1 << 6), (0x40, u32::MAX), (0x44, u32::MAX)] {
             bench.write(RCC + offset, value);
         }
@@ -266,7 +266,7 @@ fn random_numbers_need_their_clock() {
     assert_eq!(bench.read(RNG + 4), 0);
     bench.cycle = 26;
     assert_ne!(bench.read(RNG + 8), first);
-    let mut f446 = Peripherals::new(Model::NUCLEO_F446RE, 0);
+    let mut f446 = Peripherals::new(Model::shipped("nucleo-f446re"), 0);
     assert_eq!(f446.read(Now::default(), RNG, Width::Word), Err(Refusal::Unmodelled));
 }
 

@@ -50,7 +50,7 @@ const QUIET: Scenario = Scenario {
 type Pulse = (f64, f64);
 
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
-    let images = context.images(FLOWN, Profile::Standard)?;
+    let images = context.images(&FLOWN, Profile::Standard)?;
     let mut rows = Vec::new();
     for (name, scenario) in CASES {
         let flights = in_all_seeds(SEEDS, |seed| fly(&images, scenario, seed))?;

@@ -37,7 +37,7 @@ const SCENARIO: Scenario = Scenario {
 };
 
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
-    let images = context.images(FLOWN, Profile::Standard)?;
+    let images = context.images(&FLOWN, Profile::Standard)?;
     let flights = in_all_seeds(SEEDS, |seed| hold_over(&images, seed))?;
     let mut rows = Vec::new();
     for count in [10, LENGTH] {

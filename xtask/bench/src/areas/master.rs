@@ -73,7 +73,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 impl Network {
     /// Long after power-on.
     fn new(context: &Context) -> anyhow::Result<Network> {
-        let images = context.images(FLOWN, Profile::Standard)?;
+        let images = context.images(&FLOWN, Profile::Standard)?;
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         let mut board = |node, image| -> anyhow::Result<BoardId> {
             let plan = BoardPlan {
@@ -85,7 +85,7 @@ impl Network {
                 position_m: f64::from(node),
                 power_on: Time::ZERO,
             };
-            let config = plan.config(FLOWN, format!("node {node}"), craft::image(image)?);
+            let config = plan.config(&FLOWN, format!("node {node}"), craft::image(image)?);
             let fittings = Fittings { flash_timing: FlashTiming::Ideal, ..Fittings::default() };
             Ok(spacecraft.add_board(twin::board::BoardConfig { fittings, ..config }))
         };

@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use clap::ValueEnum;
 use firmware_images::{LOG, Package};
 
 use super::Area;
@@ -18,7 +17,7 @@ use demo::Options;
 use demo::flight::BoardCount;
 use demo::plan::Plan;
 use demo::record::MASTER;
-use support::board::BoardName;
+use support::board::Board;
 use support::board::Profile;
 use support::elf::{Facts, Memory, Symbol};
 
@@ -129,12 +128,12 @@ pub fn biggest_symbols(context: &Context, count: usize) -> anyhow::Result<String
     Ok(text)
 }
 
-fn images(context: &Context) -> anyhow::Result<Vec<(BoardName, &'static str, PathBuf)>> {
+fn images(context: &Context) -> anyhow::Result<Vec<(Board, &'static str, PathBuf)>> {
     let mut images = Vec::new();
-    for &board in BoardName::value_variants() {
-        let built = context.images(board, Profile::Standard)?;
+    for board in Board::built() {
+        let built = context.images(&board, Profile::Standard)?;
         let minimal = firmware_images::build_minimal(board.name(), Profile::Standard.name(), LOG)?;
-        images.extend([(board, "master", built.master), (board, "slave", built.slave)]);
+        images.extend([(board.clone(), "master", built.master), (board.clone(), "slave", built.slave)]);
         images.push((board, "minimal", minimal));
     }
     Ok(images)

@@ -56,7 +56,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 }
 
 fn fly(context: &Context, load: f64) -> anyhow::Result<Outcome> {
-    let images = context.images(FLOWN, Profile::Standard)?;
+    let images = context.images(&FLOWN, Profile::Standard)?;
     let (master, slave) = (craft::image(&images.master)?, craft::image(&images.slave)?);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for (node, position_m, ppm) in SEATS {

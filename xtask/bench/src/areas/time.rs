@@ -90,7 +90,7 @@ const fn scenario(sync_ms: u64, load: f64, are_wired: bool, corrected: bool) -> 
 }
 
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
-    let images = context.images(FLOWN, Profile::Standard)?;
+    let images = context.images(&FLOWN, Profile::Standard)?;
     let mut rows = update::rows(context)?;
     for case in &CASES {
         let outcome = in_all_seeds(SEEDS, |seed| compared(&images, case.scenario, seed))?;
@@ -200,7 +200,7 @@ fn compared(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Ou
 
 /// Errors of the first flight of the first case.
 pub fn clock_errors(context: &Context) -> anyhow::Result<[Errors; 3]> {
-    let images = context.images(FLOWN, Profile::Standard)?;
+    let images = context.images(&FLOWN, Profile::Standard)?;
     Ok(compared(&images, CASES[0].scenario, 0)?.slaves)
 }
 

@@ -49,7 +49,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 }
 
 fn host_instructions(context: &Context) -> anyhow::Result<f64> {
-    let images = context.images(FLOWN, Profile::Librecube)?;
+    let images = context.images(&FLOWN, Profile::Librecube)?;
     let program = callgrind::build_example("demo", "flight", Build::Dev)?;
     let files = [&images.master, &images.slave].map(|path| path.display().to_string());
     let fly = |seconds: u64| -> anyhow::Result<(u64, u64)> {
@@ -72,7 +72,7 @@ fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
 
 /// Wall-clock time of a copy of a spacecraft in flight.
 fn fork(context: &Context) -> anyhow::Result<Duration> {
-    let built = context.images(FLOWN, Profile::Librecube)?;
+    let built = context.images(&FLOWN, Profile::Librecube)?;
     let nodes: Vec<u8> = (1..=BOARDS).collect();
     let images = craft::shipped(&built, nodes.iter().copied())?;
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());

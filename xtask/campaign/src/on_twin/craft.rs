@@ -1,11 +1,11 @@
 //! The boards of a script: images, straps, places on the cable.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use anyhow::Context;
 use can_wire::time::Time;
 use ecss_can::types::{Bus, PerBus};
-use support::board::{BoardName, Profile};
+use support::board::{Board, Profile};
 use support::craft::{MASTER, SECOND_MASTER, image};
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
@@ -16,7 +16,7 @@ use twin::spacecraft::{GuestId, Spacecraft, SpacecraftConfig};
 use super::there;
 use crate::script::{SPACING, SPARE, Script};
 
-const BOARD: BoardName = BoardName::PyboardV11;
+static BOARD: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
 /// Crystals are at most so many parts per million off.
 const CRYSTAL_PPM: f64 = 50.0;
 /// Boards get power within the first 50 ms.

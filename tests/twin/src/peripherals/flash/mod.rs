@@ -18,7 +18,7 @@ pub use geometry::FlashSpeed;
 
 use crate::accelerator::{DCEN, DCRST, ICEN, ICRST, LATENCY};
 use crate::mmio::{Refusal, Width};
-use crate::model::Part;
+use crate::part::{Family, Part};
 use options::Options;
 
 pub const ACR: u32 = 0x00;
@@ -47,6 +47,9 @@ const SR_FLAGS: u32 = EOP | OPERR | 0xF << 4;
 const PG: u32 = 1 << 0;
 const SER: u32 = 1 << 1;
 const MER: u32 = 1 << 2;
+/// In parts with a second bank: fifth bit of SNB, mass erase of that bank.
+const SNB4: u32 = 1 << 7;
+const MER1: u32 = 1 << 15;
 const STRT: u32 = 1 << 16;
 const EOPIE: u32 = 1 << 24;
 const ERRIE: u32 = 1 << 25;
@@ -233,11 +236,19 @@ impl Flash {
         if !self.is_unlocked() || self.operation.is_some() {
             return Err(Refusal::Misuse);
         }
-        self.cr = value & CR_BITS & !LOCK;
+        self.cr = value & self.cr_bits() & !LOCK;
         if value & LOCK != 0 {
             self.keys = Keys::Locked;
         }
         if value & STRT != 0 { self.erase(now) } else { Ok(()) }
+    }
+
+    /// Bits of CR that the part has (FLASH_CR in RM0090, RM0390, RM0386).
+    const fn cr_bits(&self) -> u32 {
+        match self.part.family() {
+            Family::F405 | Family::F446 => CR_BITS,
+            Family::F42x | Family::F469 => CR_BITS | SNB4 | MER1,
+        }
     }
 
     fn psize(&self) -> u32 {
@@ -245,13 +256,13 @@ impl Flash {
     }
 
     fn erase(&mut self, now: Time) -> Result<(), Refusal> {
-        match self.cr & (SER | MER) {
+        match self.cr & (SER | MER | MER1) {
             SER => {}
-            MER => return Err(Refusal::Unmodelled),
+            bits if bits & SER == 0 && bits != 0 => return Err(Refusal::Unmodelled),
             _ => return Err(Refusal::Misuse),
         }
         // x64 needs a supply on VPP that no board has.
-        let number = self.cr >> 3 & 0xF;
+        let number = geometry::sector_by_code(self.cr >> 3 & 0x1F).ok_or(Refusal::Misuse)?;
         let sector = geometry::sector(self.part, number).filter(|_| self.psize() < 3);
         let sector = sector.ok_or(Refusal::Misuse)?;
         if self.options.protects(number) {
@@ -272,7 +283,7 @@ impl Flash {
             return Err(Refusal::Misuse);
         }
         const ROW: u32 = 16;
-        let error = if self.cr & (PG | SER | MER) != PG {
+        let error = if self.cr & (PG | SER | MER | MER1) != PG {
             PGSERR
         } else if offset / ROW != (offset + width.bytes() - 1) / ROW {
             PGAERR

@@ -3,10 +3,12 @@
 //! OPTCR has them as they were loaded by the last reset or programmed since; a store changes OPTCR alone until OPTSTRT programs it.
 //! Their time is not published: it is that of the smallest sector. An operation that is cut off leaves the old ones. What level 1
 //! of the read-out protection withholds from a debugger is not modelled; going back from it erases the memory and is refused,
-//! as is level 2, which no part ever leaves.
+//! as is level 2, which no part ever leaves. The second bank of a part with 2 MiB (OPTCR1), DB1M and BFB2 are refused: no sector of
+//! that bank is protected.
 
+use super::geometry::{IN_BANK, sectors};
 use super::{Keys, Refusal};
-use crate::model::Part;
+use crate::part::Part;
 
 /// As delivered: no protection of any kind, no brown-out reset, watchdog of software, locked.
 const DELIVERED: u32 = 0x0FFF_AAED;
@@ -62,11 +64,8 @@ impl Options {
         if self.keys != Keys::Unlocked {
             return Err(Refusal::Misuse);
         }
-        let sectors = match part {
-            Part::Stm32f405 => 0x0FFF_0000,
-            Part::Stm32f446 => 0x00FF_0000,
-        };
-        // SPRMOD and the bits of sectors that the part lacks.
+        let sectors = ((1 << sectors(part).min(IN_BANK)) - 1) << 16;
+        // SPRMOD, DB1M, BFB2, and the bits of sectors that the part lacks.
         if value & !(BITS | OPTLOCK | OPTSTRT) != 0 || !value & (BITS & 0x0FFF_0000) & !sectors != 0 {
             return Err(Refusal::Unmodelled);
         }
@@ -103,7 +102,7 @@ impl Options {
 
     /// nWRP of a sector is clear.
     pub fn protects(&self, sector: u32) -> bool {
-        self.stored >> (16 + sector) & 1 == 0
+        sector < IN_BANK && self.stored >> (16 + sector) & 1 == 0
     }
 
     /// A level of the brown-out reset is chosen.

@@ -1,6 +1,7 @@
 //! The registers against RM0090 chapter 3.
 
 use super::*;
+use crate::part::tests::part;
 
 const NOW: Time = Time::from_ms(5);
 const X32: u32 = 0b10 << 8;
@@ -14,7 +15,7 @@ fn unlocked(part: Part) -> Flash {
 
 #[test]
 fn the_lock_opens_to_both_keys_in_their_order_and_closes_again() {
-    let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
+    let mut flash = Flash::new(part("STM32F405RG"), FlashSpeed::Typical);
     assert_eq!(flash.read(CR), Some(0x8000_0000));
     assert_eq!(flash.write(NOW, CR, PG), Err(Refusal::Misuse));
     flash.write(NOW, KEYR, 0x4567_0123).unwrap();
@@ -29,7 +30,7 @@ fn the_lock_opens_to_both_keys_in_their_order_and_closes_again() {
 #[test]
 fn a_wrong_key_shuts_the_lock_until_reset() {
     for wrong in [[0xCDEF_89AB, 0x4567_0123], [0x4567_0123, 0x4567_0123]] {
-        let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
+        let mut flash = Flash::new(part("STM32F405RG"), FlashSpeed::Typical);
         let refused = wrong.map(|key| flash.write(NOW, KEYR, key).is_err());
         assert!(refused.contains(&true));
         for key in [0x4567_0123, 0xCDEF_89AB] {
@@ -50,16 +51,16 @@ fn with_options(part: Part) -> Flash {
 /// RM0090 3.7.2: what is written to OPTCR holds from OPTSTRT on; a reset loads what was programmed.
 #[test]
 fn option_bytes_are_programmed_by_their_start_bit() {
-    let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
+    let mut flash = Flash::new(part("STM32F405RG"), FlashSpeed::Typical);
     assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAED));
     assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAE0), Err(Refusal::Misuse));
-    let mut flash = with_options(Part::Stm32f405);
+    let mut flash = with_options(part("STM32F405RG"));
     assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAEC));
     flash.write(NOW, OPTCR, 0x0FFF_AAE0).unwrap();
     assert_eq!((flash.operation(), flash.watches()), (None, (false, false)));
     flash.reset();
     assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAED), "nobody has programmed it");
-    let mut flash = with_options(Part::Stm32f405);
+    let mut flash = with_options(part("STM32F405RG"));
     flash.write(NOW, OPTCR, 0x0FFF_AAE0 | 1 << 1).unwrap();
     assert_eq!((flash.read(SR), flash.read(OPTCR)), (Some(1 << 16), Some(0x0FFF_AAE2)));
     assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAEC), Err(Refusal::Misuse), "busy");
@@ -71,7 +72,7 @@ fn option_bytes_are_programmed_by_their_start_bit() {
 
 #[test]
 fn option_bytes_that_are_cut_off_stay_as_they_were() {
-    let mut flash = with_options(Part::Stm32f446);
+    let mut flash = with_options(part("STM32F446RE"));
     flash.write(NOW, OPTCR, 0x0FFF_AAC0 | 1 << 1).unwrap();
     flash.finish(false);
     flash.reset();
@@ -81,7 +82,7 @@ fn option_bytes_that_are_cut_off_stay_as_they_were() {
 /// Sector 2: neither programmed nor erased, WRPERR instead. Others are.
 #[test]
 fn a_protected_sector_raises_its_flag() {
-    let mut flash = with_options(Part::Stm32f405);
+    let mut flash = with_options(part("STM32F405RG"));
     flash.write(NOW, OPTCR, 0x0FFB_AAEC | 1 << 1).unwrap();
     flash.finish(true);
     flash.write(NOW, CR, PG | X32 | ERRIE).unwrap();
@@ -96,21 +97,21 @@ fn a_protected_sector_raises_its_flag() {
 
 #[test]
 fn levels_of_protection_that_cannot_be_left_are_refused() {
-    let mut flash = with_options(Part::Stm32f405);
+    let mut flash = with_options(part("STM32F405RG"));
     assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_CCEC | 1 << 1), Err(Refusal::Irrevocable));
-    let mut flash = with_options(Part::Stm32f405);
+    let mut flash = with_options(part("STM32F405RG"));
     flash.write(NOW, OPTCR, 0x0FFF_55EC | 1 << 1).unwrap();
     flash.finish(true);
     assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAEC | 1 << 1), Err(Refusal::Unmodelled), "a mass erase");
     // Reading protection of the F446, a sector that it lacks.
     for bits in [0x8FFF_AAEC, 0x0EFF_AAEC] {
-        assert_eq!(with_options(Part::Stm32f446).write(NOW, OPTCR, bits), Err(Refusal::Unmodelled));
+        assert_eq!(with_options(part("STM32F446RE")).write(NOW, OPTCR, bits), Err(Refusal::Unmodelled));
     }
 }
 
 #[test]
 fn a_word_takes_16_us_and_clears_bits_only() {
-    let mut flash = unlocked(Part::Stm32f405);
+    let mut flash = unlocked(part("STM32F405RG"));
     flash.write(NOW, CR, PG | X32).unwrap();
     flash.program(NOW, 0xE_0004, Width::Word, 0x1234_5678).unwrap();
     assert_eq!(flash.read(SR), Some(1 << 16));
@@ -129,7 +130,7 @@ fn a_word_takes_16_us_and_clears_bits_only() {
 /// DS8626 table 40: 100 us for a word, 2 s for 128 KiB at x32, whatever resets come between.
 #[test]
 fn the_slowest_flash_takes_the_longest_times_of_the_data_sheet() {
-    let mut flash = unlocked(Part::Stm32f405);
+    let mut flash = unlocked(part("STM32F405RG"));
     flash.set_speed(FlashSpeed::Slowest);
     flash.write(NOW, CR, PG | X32).unwrap();
     flash.program(NOW, 0, Width::Word, 0).unwrap();
@@ -152,7 +153,7 @@ fn wrong_programming_raises_its_flag_and_programs_nothing() {
         (PG | 0b11 << 8, 0, Width::Word, 1 << 6),
         (PG | X32, 14, Width::Word, 1 << 5),
     ] {
-        let mut flash = unlocked(Part::Stm32f405);
+        let mut flash = unlocked(part("STM32F405RG"));
         flash.write(NOW, CR, cr).unwrap();
         flash.program(NOW, offset, width, 0).unwrap();
         assert_eq!(flash.read(SR), Some(flag), "CR {cr:X}h, {width:?} at {offset}");
@@ -166,7 +167,7 @@ fn wrong_programming_raises_its_flag_and_programs_nothing() {
 #[test]
 fn bytes_and_halves_are_programmed_at_their_parallelism() {
     for (psize, width) in [(0, Width::Byte), (1, Width::Half)] {
-        let mut flash = unlocked(Part::Stm32f405);
+        let mut flash = unlocked(part("STM32F405RG"));
         flash.write(NOW, CR, PG | psize << 8).unwrap();
         flash.program(NOW, 0x100, width, 0x5A & crate::mmio::mask(width)).unwrap();
         let (_, ends) = flash.operation().unwrap();
@@ -188,7 +189,7 @@ fn a_sector_is_erased_as_fast_as_its_parallelism() {
         (3, 1, 300),
         (3, 2, 250),
     ] {
-        let mut flash = unlocked(Part::Stm32f405);
+        let mut flash = unlocked(part("STM32F405RG"));
         flash.write(NOW, CR, SER | snb << 3 | psize << 8).unwrap();
         flash.write(NOW, CR, SER | snb << 3 | psize << 8 | STRT).unwrap();
         assert_eq!(flash.read(CR).unwrap() & STRT, STRT);
@@ -204,14 +205,51 @@ fn sectors_lie_where_the_manual_puts_them() {
         flash.write(NOW, CR, SER | snb << 3 | X32 | STRT).ok()?;
         flash.finish(true).map(|change| change.range())
     };
-    assert_eq!(range(Part::Stm32f405, 0), Some(0..0x4000));
-    assert_eq!(range(Part::Stm32f405, 3), Some(0xC000..0x1_0000));
-    assert_eq!(range(Part::Stm32f405, 4), Some(0x1_0000..0x2_0000));
-    assert_eq!(range(Part::Stm32f405, 5), Some(0x2_0000..0x4_0000));
-    assert_eq!(range(Part::Stm32f405, 11), Some(0xE_0000..0x10_0000));
-    assert_eq!(range(Part::Stm32f405, 12), None);
-    assert_eq!(range(Part::Stm32f446, 7), Some(0x6_0000..0x8_0000));
-    assert_eq!(range(Part::Stm32f446, 8), None);
+    assert_eq!(range(part("STM32F405RG"), 0), Some(0..0x4000));
+    assert_eq!(range(part("STM32F405RG"), 3), Some(0xC000..0x1_0000));
+    assert_eq!(range(part("STM32F405RG"), 4), Some(0x1_0000..0x2_0000));
+    assert_eq!(range(part("STM32F405RG"), 5), Some(0x2_0000..0x4_0000));
+    assert_eq!(range(part("STM32F405RG"), 11), Some(0xE_0000..0x10_0000));
+    assert_eq!(range(part("STM32F405RG"), 12), None);
+    assert_eq!(range(part("STM32F446RE"), 7), Some(0x6_0000..0x8_0000));
+    assert_eq!(range(part("STM32F446RE"), 8), None);
+    assert_eq!(range(part("STM32F446RC"), 5), Some(0x2_0000..0x4_0000));
+    assert_eq!(range(part("STM32F446RC"), 6), None);
+}
+
+/// Given a part with 2 MiB, then SNB names sectors 12 to 23, in the second bank, by 10h to 1Bh (RM0090 3.9.8); a part with less has none
+/// of them, and SNB of an F405 has four bits.
+#[test]
+fn sectors_of_the_second_bank_have_codes_of_their_own() {
+    let range = |name, snb: u32| {
+        let mut flash = unlocked(part(name));
+        flash.write(NOW, CR, SER | snb << 3 | X32 | STRT)?;
+        Ok(flash.finish(true).map(|change| change.range()))
+    };
+    assert_eq!(range("STM32F429ZI", 11), Ok(Some(0xE_0000..0x10_0000)));
+    assert_eq!(range("STM32F429ZI", 0x10), Ok(Some(0x10_0000..0x10_4000)));
+    assert_eq!(range("STM32F429ZI", 0x14), Ok(Some(0x11_0000..0x12_0000)));
+    assert_eq!(range("STM32F469NI", 0x1B), Ok(Some(0x1E_0000..0x20_0000)));
+    for (name, snb) in
+        [("STM32F429ZI", 12), ("STM32F429ZI", 0x1C), ("STM32F429ZG", 0x10), ("STM32F407VG", 12)]
+    {
+        assert_eq!(range(name, snb), Err(Refusal::Misuse), "{name}: {snb:X}h");
+    }
+    assert_eq!(range("STM32F405RG", 0x10), Ok(Some(0..0x4000)), "bit 4 does not exist");
+}
+
+/// Given a part with two banks, then what is not modelled of them is refused: mass erase (MER1), DB1M, BFB2 and the protection of the second
+/// bank.
+#[test]
+fn operations_on_whole_banks_are_refused() {
+    for bits in [MER1, MER | MER1] {
+        let refusal = unlocked(part("STM32F429ZI")).write(NOW, CR, bits | STRT);
+        assert_eq!(refusal, Err(Refusal::Unmodelled), "{bits:X}h");
+    }
+    for (offset, value) in [(OPTCR, 0x4FFF_AAEC), (OPTCR, 0x0FFF_AAFC), (0x18, 0x0FFF_0000)] {
+        let refusal = with_options(part("STM32F429ZI")).write(NOW, offset, value);
+        assert_eq!(refusal, Err(Refusal::Unmodelled), "{value:08X}h");
+    }
 }
 
 #[test]
@@ -222,13 +260,13 @@ fn what_cannot_be_erased_is_refused() {
         (SER | 0b11 << 8 | STRT, Refusal::Misuse),
         (MER | STRT, Refusal::Unmodelled),
     ] {
-        assert_eq!(unlocked(Part::Stm32f405).write(NOW, CR, cr), Err(refusal), "CR {cr:X}h");
+        assert_eq!(unlocked(part("STM32F405RG")).write(NOW, CR, cr), Err(refusal), "CR {cr:X}h");
     }
 }
 
 #[test]
 fn the_interrupt_tells_ends_and_errors_where_enabled() {
-    let mut flash = unlocked(Part::Stm32f405);
+    let mut flash = unlocked(part("STM32F405RG"));
     flash.write(NOW, CR, PG | X32 | EOPIE | ERRIE).unwrap();
     flash.program(NOW, 0, Width::Word, 0).unwrap();
     assert!(!flash.irq());
@@ -242,7 +280,7 @@ fn the_interrupt_tells_ends_and_errors_where_enabled() {
 
 #[test]
 fn caches_are_reset_only_while_they_are_off() {
-    let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
+    let mut flash = Flash::new(part("STM32F405RG"), FlashSpeed::Typical);
     flash.write(NOW, ACR, 0x705).unwrap();
     assert_eq!(flash.read(ACR), Some(0x705));
     assert_eq!(flash.write(NOW, ACR, 0x1505), Err(Refusal::Misuse));

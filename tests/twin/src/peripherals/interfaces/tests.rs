@@ -35,7 +35,7 @@ struct Bench {
 
 impl Bench {
     fn with(device: Option<Lm75>) -> Bench {
-        let mut bench = Bench { peripherals: Peripherals::new(Model::PYBOARD_V11, 0), cycle: 0 };
+        let mut bench = Bench { peripherals: Peripherals::new(Model::shipped("pyboard-v11"), 0), cycle: 0 };
         if let Some(device) = device {
             bench.peripherals.attach_i2c(0, 0, Box::new(device));
         }

@@ -332,9 +332,12 @@ fn reserved_address_is_a_bus_fault_that_a_program_survives() {
         (word(&board, RAM), word(&board, RAM + 4))
     };
     for (model, reserved) in [
-        (Model::PYBOARD_V11, [0x0010_0000, 0x0810_0000, 0x1001_0000, 0x2002_0000, 0x4000_7800, 0xA000_1000]),
         (
-            Model::NUCLEO_F446RE,
+            Model::shipped("pyboard-v11"),
+            [0x0010_0000, 0x0810_0000, 0x1001_0000, 0x2002_0000, 0x4000_7800, 0xA000_1000],
+        ),
+        (
+            Model::shipped("nucleo-f446re"),
             [0x0008_0000, 0x0808_0000, 0x1000_0000, 0x4002_2000, 0x5006_0800, 0xA000_2000],
         ),
     ] {
@@ -344,7 +347,7 @@ fn reserved_address_is_a_bus_fault_that_a_program_survives() {
         }
     }
     // MOV pc, r2: IBUSERR, without an address.
-    let (status, _) = flown(Model::PYBOARD_V11, &[&load(2, 0x1000_0000)[..], &[0x4697]].concat());
+    let (status, _) = flown(Model::shipped("pyboard-v11"), &[&load(2, 0x1000_0000)[..], &[0x4697]].concat());
     assert_eq!(status, 0x0100);
 }
 
@@ -386,7 +389,9 @@ fn memory_without_a_model_stops_the_board_with_its_name() {
 /// another stack, as the frame is lost.
 #[test]
 fn stack_that_grows_below_memory_is_a_fault_of_the_program() {
-    for (model, bottom) in [(Model::PYBOARD_V11, 0x1000_0000), (Model::NUCLEO_F446RE, RAM)] {
+    for (model, bottom) in
+        [(Model::shipped("pyboard-v11"), 0x1000_0000), (Model::shipped("nucleo-f446re"), RAM)]
+    {
         // MOV sp, r2; PUSH {r0-r7}; B .-2
         let program = [&load(2, bottom + 0x28)[..], &[0x4695, 0xB4FF, 0xE7FD]].concat();
         // MOV r3, sp; r2 = RAM + 1000h; MOV sp, r2; PUSH {r3}; B .

@@ -7,6 +7,7 @@ mod cycles;
 mod debug;
 mod flash;
 mod guests;
+mod parts;
 mod programs;
 mod pulse;
 mod spacecraft;

@@ -64,7 +64,7 @@ pub fn image(program: &[u16], handler: &[u16]) -> Arc<Image> {
 pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
     BoardConfig {
         name: name.to_owned(),
-        model: Model::PYBOARD_V11,
+        model: Model::shipped("pyboard-v11"),
         image,
         straps: Vec::new(),
         crystal: Crystal::ppm(0.0),

@@ -6,7 +6,7 @@ use can_wire::timing::{BitTiming, Quantum};
 use twin::board::{BoardConfig, Fittings};
 use twin::bxcan::Side;
 use twin::guest::GuestEvent;
-use twin::model::Model;
+use twin::model::{CanPins, Model, Part};
 use twin::peripherals::Pin;
 use twin::spacecraft::{BoardId, Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
 
@@ -64,16 +64,17 @@ fn word(spacecraft: &Spacecraft, board: BoardId) -> u32 {
 #[test]
 fn can_leads_to_its_bus_behind_every_pair_of_its_pins() {
     let pin = Pin::new;
-    for (can, pins, package_pins) in [
-        (CAN1, [pin('B', 8), pin('B', 9)], 64),
-        (CAN1, [pin('A', 11), pin('A', 12)], 64),
-        (CAN1, [pin('A', 11), pin('B', 9)], 64),
-        (CAN1, [pin('D', 0), pin('D', 1)], 100),
-        (CAN1, [pin('I', 9), pin('H', 13)], 176),
-        (CAN2, [pin('B', 12), pin('B', 13)], 64),
-        (CAN2, [pin('B', 5), pin('B', 6)], 64),
+    for (can, pins, part) in [
+        (CAN1, [pin('B', 8), pin('B', 9)], "STM32F405RG"),
+        (CAN1, [pin('A', 11), pin('A', 12)], "STM32F405RG"),
+        (CAN1, [pin('A', 11), pin('B', 9)], "STM32F405RG"),
+        (CAN1, [pin('D', 0), pin('D', 1)], "STM32F405VG"),
+        (CAN1, [pin('I', 9), pin('H', 13)], "STM32F407IG"),
+        (CAN2, [pin('B', 12), pin('B', 13)], "STM32F405RG"),
+        (CAN2, [pin('B', 5), pin('B', 6)], "STM32F405RG"),
     ] {
-        let model = Model { package_pins, ..Model::PYBOARD_V11 };
+        let mut model = Model { part: Part::named(part).unwrap(), ..Model::shipped("pyboard-v11") };
+        model.pins.can[usize::from(can == CAN2)] = CanPins { rx: pins[0], tx: pins[1] };
         let (heard, log) = heard(BoardConfig { model, ..sender(can, &pins) });
         let received = vec![GuestEvent::Received(frame())];
         let expected = if can == CAN1 { [received, vec![]] } else { [vec![], received] };
@@ -93,6 +94,10 @@ fn a_controller_that_reaches_no_bus_is_told_with_the_reason() {
         // CAN2 has these.
         (on_pins(&[pin('B', 12), pin('B', 13)]), "no pin carries CAN1_RX (AF9)"),
         (on_pins(&[pin('D', 0), pin('D', 1)]), "PD0 carries CAN1_RX, and the package of 64 pins lacks it"),
+        (
+            on_pins(&[pin('B', 8), pin('A', 12)]),
+            "PA12 carries CAN1_TX, and the board has the transceiver at PB9",
+        ),
         (
             BoardConfig { fittings: unwired, ..on_pins(&[pin('B', 8), pin('B', 9)]) },
             "the board's wiring has no bus behind its transceiver",

@@ -1,0 +1,144 @@
+//! Descriptions of boards: a file `board.toml` for each.
+//!
+//! A *description* names the part of a board, its oscillator and its pins. [`Description::shipped`] reads that of a board of this
+//! project, from `boards/<name>/board.toml`; [`Description::read`] reads any other. The format:
+//!
+//! ```toml
+//! name = "discovery"
+//! chip = "STM32F407VGT6"              # as on the part
+//! pulse = "PB1"                       # optional: a channel of TIM3
+//! transceiver-switch = "PC13"         # optional: minimal slaves with one controller
+//!
+//! [oscillator]
+//! frequency = "8MHz"
+//! kind = "crystal"                    # or "external"
+//!
+//! [can1]                              # nominal bus
+//! rx = "PD0"
+//! tx = "PD1"
+//!
+//! [can2]                              # redundant bus
+//! rx = "PB5"
+//! tx = "PB6"
+//!
+//! [capture]                           # optional: two of PA0 to PA3
+//! can1 = "PA2"
+//! can2 = "PA3"
+//!
+//! [straps]                            # optional
+//! bits = ["PC0", "PC1", "PC2", "PC3"]
+//! parity = "PC4"
+//! maintenance = "PC5"                 # optional
+//!
+//! [leds]                              # optional, each of them
+//! sync = "PD12"
+//! state = "PD13"
+//! heartbeat = "PD14"
+//! time = "PD15"
+//! ```
+//!
+//! A wrong file is refused as a whole: the error names file, field, what was found and what is allowed.
+
+mod check;
+mod format;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::model::{Model, Oscillator};
+use check::Checker;
+
+/// Name of the file in the folder of a board.
+pub const FILE: &str = "board.toml";
+
+/// A board as its file describes it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Description {
+    /// Its name: that of its folder, and of the cargo feature of its images.
+    pub name: String,
+    /// Its part as the file has it, and as a debug probe knows it.
+    pub chip: String,
+    /// What is emulated.
+    pub model: Model,
+}
+
+/// Why a description was refused: file, field, what was found, what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wrong(String);
+
+impl fmt::Display for Wrong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Wrong {}
+
+impl Description {
+    /// Reads a description: the file itself, or the folder that it is in.
+    ///
+    /// # Errors
+    /// When it cannot be read, or describes no board that the twin can emulate.
+    pub fn read(path: &Path) -> Result<Description, Wrong> {
+        let path = if path.is_dir() { path.join(FILE) } else { path.to_owned() };
+        let text =
+            std::fs::read_to_string(&path).map_err(|error| Wrong(format!("{}: {error}", path.display())))?;
+        Description::parse(&text, &path.display().to_string())
+    }
+
+    /// Parses the text of a description; `file` stands in errors.
+    ///
+    /// # Errors
+    /// When it describes no board that the twin can emulate.
+    pub fn parse(text: &str, file: &str) -> Result<Description, Wrong> {
+        let raw: format::Board = toml::from_str(text)
+            .map_err(|error| Wrong(format!("{file}: {}", error.to_string().trim_end())))?;
+        Checker::new().description(&raw).map_err(|error| Wrong(format!("{file}: {error}")))
+    }
+
+    /// The board of this project with this name.
+    ///
+    /// # Panics
+    /// When the project has no such board, or its file is wrong: a mistake in the project, not an input.
+    pub fn shipped(name: &str) -> Description {
+        Description::read(&folder().join(name)).unwrap_or_else(|wrong| panic!("{wrong}"))
+    }
+
+    /// Names of the boards of this project, in the order of the alphabet.
+    pub fn names() -> Vec<String> {
+        let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten();
+        let boards = entries.filter(|entry| entry.path().join(FILE).is_file());
+        let mut names: Vec<_> =
+            boards.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Model {
+    /// The board of this project with this name.
+    ///
+    /// # Panics
+    /// As [`Description::shipped`].
+    pub fn shipped(name: &str) -> Model {
+        Description::shipped(name).model
+    }
+}
+
+/// Folder of the boards of this project.
+pub fn folder() -> PathBuf {
+    // This crate is two folders below the root.
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2);
+    root.unwrap_or(Path::new("")).join("boards")
+}
+
+/// Reads an oscillator: `8MHz` or `8MHz crystal` is a crystal, `8MHz external` a clock from outside.
+///
+/// # Errors
+/// What is wrong, and what is allowed.
+pub fn oscillator(text: &str) -> Result<Oscillator, String> {
+    let (frequency, kind) = text.split_once([' ', ',']).unwrap_or((text, "crystal"));
+    check::oscillator(frequency, kind).map_err(|(_, error)| error)
+}

@@ -1,0 +1,186 @@
+//! Boards with other parts and pins than those of the project: described by text, flown with hand-assembled programs.
+
+use can_wire::time::Time;
+use twin::board::{BoardConfig, EmulatedBoard, State};
+use twin::bxcan::Side;
+use twin::description::Description;
+use twin::mmio::Refusal;
+use twin::model::Model;
+
+use super::programs::*;
+
+const GPIOA: u32 = 0x4002_0000;
+const TIM5: u32 = 0x4000_0C00;
+const DMA1: u32 = 0x4002_6000;
+const STREAM0: u32 = DMA1 + 0x10;
+const STREAM1: u32 = DMA1 + 0x28;
+const STREAM3: u32 = DMA1 + 0x58;
+const FLASH_KEYR: u32 = FLASH_ACR + 0x04;
+const FLASH_SR: u32 = FLASH_ACR + 0x0C;
+const FLASH_CR: u32 = FLASH_ACR + 0x10;
+const BSY: u16 = 16;
+const RING1: u32 = RAM + 0x100;
+const RING2: u32 = RAM + 0x200;
+
+/// A board with this part, an 8 MHz crystal, and capture wires to PA2 (CAN1) and PA3 (CAN2).
+fn described(chip: &str) -> Model {
+    let text = format!(
+        "name = \"test\"\nchip = \"{chip}\"\noscillator = {{ frequency = \"8MHz\", kind = \"crystal\" }}\n\
+         can1 = {{ rx = \"PB8\", tx = \"PB9\" }}\ncan2 = {{ rx = \"PB12\", tx = \"PB13\" }}\n\
+         capture = {{ can1 = \"PA2\", can2 = \"PA3\" }}\n"
+    );
+    Description::parse(&text, "board.toml").unwrap().model
+}
+
+fn flown(model: Model, program: &[u16], until: Time) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(BoardConfig { model, ..board("test", image(program, &STOP)) }, 0);
+    board.power(true);
+    board.run_until(until).unwrap();
+    board
+}
+
+fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {
+    let bytes = board.read_memory(address, 4 * N).unwrap();
+    std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
+}
+
+/// HSE 8 MHz, PLL M = 4, N = 168, P = 2: 168 MHz.
+fn run_at_168_mhz_from_8() -> Vec<u16> {
+    [
+        store(FLASH_ACR, 5),
+        store(RCC + 0x04, 7 << 24 | 1 << 22 | 168 << 6 | 4),
+        store(RCC, 0x0001_0083),
+        wait_for(RCC, 17),
+        store(RCC, 0x0101_0083),
+        wait_for(RCC, 25),
+        store(RCC + 0x08, 4 << 13 | 5 << 10 | 2),
+    ]
+    .concat()
+}
+
+/// Both edges of PA2 and PA3 at 84 MHz: TIM5_CH3 by stream 0 and TIM5_CH4 by `second`, channel 6, into two rings.
+fn capture_both_lines(second: u32) -> Vec<u16> {
+    let stream = |base: u32, from: u32, to: u32| {
+        [
+            store(base + 0x08, from),
+            store(base + 0x0C, to),
+            store(base + 0x04, 4),
+            store(base, 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1),
+        ]
+        .concat()
+    };
+    [
+        run_at_168_mhz_from_8(),
+        store(RCC + 0x30, 1 << 21 | 1 << 0),
+        store(RCC + 0x40, 1 << 3),
+        store(GPIOA + 0x20, 0x2200),
+        store(GPIOA, 0xA800_00A0),
+        store(TIM5 + 0x1C, 0x0101),
+        store(TIM5 + 0x20, 0xBB00),
+        store(TIM5 + 0x0C, 1 << 11 | 1 << 12),
+        stream(STREAM0, TIM5 + 0x3C, RING1),
+        stream(second, TIM5 + 0x40, RING2),
+        store(TIM5, 1),
+        SLEEP.to_vec(),
+    ]
+    .concat()
+}
+
+/// Given boards whose wires from CAN_RX end at PA2 and PA3, then edges of CAN1 and CAN2 come into the rings of TIM5_CH3 and TIM5_CH4, by each
+/// stream that these channels have.
+#[test]
+fn captures_follow_the_pins_of_the_description() {
+    for (chip, second) in [("STM32F407VG", STREAM1), ("STM32F429ZI", STREAM3), ("STM32F479NI", STREAM1)] {
+        let mut board = flown(described(chip), &capture_both_lines(second), Time::from_ms(5));
+        for (side, us) in [(Side::Can1, [6_000, 6_001]), (Side::Can2, [6_010, 6_090])] {
+            let edges = us.map(Time::from_us).into_iter().zip([false, true]);
+            board.run_until(Time::from_us(us[1] + 1)).unwrap();
+            board.can_rx_edges(side, edges);
+        }
+        board.run_until(Time::from_ms(7)).unwrap();
+        let ([a, b], [c, d]) = (words(&board, RING1), words(&board, RING2));
+        assert_eq!([b - a, c - a, d - c], [84, 840, 80 * 84], "{chip}");
+    }
+}
+
+/// Given a part of 2 MiB whose program is in the first bank, when it erases a sector of the second bank, then the core goes on; when it erases
+/// one of the first bank, then the core waits a second. A part of 1 MiB waits for each of its sectors.
+#[test]
+fn core_goes_on_while_the_other_bank_is_erased() {
+    // SNB of sector 23, in the second bank, and of sector 11.
+    for (chip, snb, waits) in [
+        ("STM32F429ZI", 0x1B, false),
+        ("STM32F429ZI", 11, true),
+        ("STM32F469NI", 0x10, false),
+        ("STM32F427VG", 11, true),
+    ] {
+        let program = [
+            store(FLASH_KEYR, 0x4567_0123),
+            store(FLASH_KEYR, 0xCDEF_89AB),
+            store(FLASH_CR, 1 << 16 | 0b10 << 8 | snb << 3 | 1 << 1),
+            store(RAM, 1),
+            wait_for_clear(FLASH_SR, BSY),
+            store(RAM, 2),
+            STOP.to_vec(),
+        ]
+        .concat();
+        let mut board = flown(described(chip), &program, Time::from_ms(100));
+        let before = u32::from_le_bytes([0xA5; 4]);
+        assert_eq!(words(&board, RAM), [if waits { before } else { 1 }], "{chip}: sector code {snb:X}h");
+        board.run_until(Time::from_ms(1_001)).unwrap();
+        assert_eq!((words(&board, RAM), board.counters().flash_erases), ([2], 1), "{chip}");
+    }
+}
+
+/// The last word of SRAM, and the first address behind it, by the data sheets.
+#[test]
+fn sram_ends_where_the_part_ends_it() {
+    for (chip, end) in
+        [("STM32F407VG", 0x2002_0000), ("STM32F437ZI", 0x2003_0000), ("STM32F469ZG", 0x2005_0000)]
+    {
+        let handler = [copy(0xE000_ED38, RAM), STOP.to_vec()].concat();
+        let program = [store(0xE000_ED24, 1 << 17), store(end - 4, 7), store(end, 7), STOP.to_vec()].concat();
+        let config = BoardConfig { model: described(chip), ..board("test", image(&program, &handler)) };
+        let mut board = EmulatedBoard::new(config, 0);
+        board.power(true);
+        board.run_until(Time::from_us(50)).unwrap();
+        assert_eq!((words(&board, end - 4), words(&board, RAM)), ([7], [end]), "{chip}: BFAR");
+        assert_eq!(board.state(), &State::Running);
+    }
+}
+
+/// Given peripherals that a part has and the twin does not model, then the board stops with their names.
+#[test]
+fn peripherals_of_other_parts_stop_the_board_with_their_names() {
+    for (chip, address, name) in [
+        ("STM32F407VG", 0x4002_8000, "Ethernet MAC + 0h"),
+        ("STM32F417VG", 0x5006_0000, "CRYP.CR"),
+        ("STM32F429ZI", 0x4001_6818, "LTDC.GCR"),
+        ("STM32F427VI", 0x1FFE_C000, "option bytes of the second bank + 0h"),
+        ("STM32F469NI", 0x4001_6C00, "DSI + 0h"),
+    ] {
+        let program = [copy(address, RAM), STOP.to_vec()].concat();
+        let config = BoardConfig { model: described(chip), ..board("test", image(&program, &STOP)) };
+        let mut board = EmulatedBoard::new(config, 0);
+        board.power(true);
+        let error = board.run_until(Time::from_us(50)).unwrap_err();
+        assert_eq!((error.address, error.refusal), (address, Refusal::Unmodelled), "{chip}");
+        assert!(error.to_string().contains(name), "{error}");
+    }
+}
+
+/// DEV_ID of RM0090 38.6.1, and of the chapters "Debug support" of RM0390 and RM0386; flash size in KiB of the device signature.
+#[test]
+fn identity_is_that_of_the_part() {
+    for (chip, device, kib) in [
+        ("STM32F417IG", 0x413, 1024),
+        ("STM32F439NI", 0x419, 2048),
+        ("STM32F446VC", 0x421, 256),
+        ("STM32F469NE", 0x434, 512),
+    ] {
+        let program = [copy(0xE004_2000, RAM), copy(0x1FFF_7A20, RAM + 4), STOP.to_vec()].concat();
+        let board = flown(described(chip), &program, Time::from_us(50));
+        let [idcode, size] = words(&board, RAM);
+        assert_eq!((idcode & 0xFFF, size >> 16), (device, kib), "{chip}");
+    }
+}

@@ -1,0 +1,144 @@
+//! Boards of the user's: a description instead of a name, a part and an oscillator without a file.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use tempfile::TempDir;
+
+/// Exit code and output on both streams.
+fn xtask(arguments: &[&str]) -> (i32, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_xtask")).args(arguments).output().expect("xtask starts");
+    let text = [output.stdout, output.stderr].concat();
+    (output.status.code().expect("an exit code"), String::from_utf8_lossy(&text).into_owned())
+}
+
+/// Misuse: exit code 2, and a message with these parts.
+fn refuses(arguments: &[&str], parts: &[&str]) {
+    let (code, text) = xtask(arguments);
+    assert_eq!(code, 2, "{arguments:?}: {text}");
+    for part in parts {
+        assert!(text.contains(part), "{arguments:?}: no {part:?} in\n{text}");
+    }
+}
+
+/// The description of the pyboard with changes, as a file `board.toml` in a folder of its own.
+fn description(changes: &[(&str, &str)]) -> (TempDir, String) {
+    let file = twin::description::folder().join("pyboard-v11/board.toml");
+    let mut text = fs::read_to_string(file).expect("the description of the pyboard");
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let path = folder.path().join("board.toml");
+    fs::write(&path, text).expect("a file");
+    let path = path.to_str().expect("UTF-8").to_owned();
+    (folder, path)
+}
+
+/// Images of the pyboard as images of the user's, and a folder for the results.
+struct Own {
+    out: TempDir,
+    master: PathBuf,
+    slave: PathBuf,
+}
+
+impl Own {
+    fn new() -> Own {
+        let images = firmware_images::build("pyboard-v11", "standard").expect("images");
+        let out = tempfile::tempdir().expect("a temporary directory");
+        Own { out, master: images.master, slave: images.slave }
+    }
+
+    /// `cargo demo` of a master and a slave for 3 s, with these options.
+    fn fly(&self, options: &[&str]) -> (i32, String) {
+        let (master, slave) = (self.master.display().to_string(), format!("2={}", self.slave.display()));
+        let out = self.out.path().display().to_string();
+        let own = ["demo", "--slaves", "0", "--master", &master, "--slave", &slave, "--out", &out];
+        xtask(&[&own[..], &["--seconds", "3", "--cut-at", "never"], options].concat())
+    }
+}
+
+/// Given one mistake in a description, then each command that has `--board` refuses it and names file, field and what is allowed.
+#[test]
+fn mistakes_in_a_description_are_refused() {
+    for (from, to, parts) in [
+        ("12MHz", "120MHz", &["oscillator.frequency", "120MHz", "4MHz to 26MHz"][..]),
+        ("STM32F405RG", "STM32F413VG", &["chip", "STM32F413VG", "three bxCAN", "STM32F446"]),
+        ("PB8", "PD0", &["can1.rx", "PD0", "no such pin", "64 pins"]),
+        ("PA6", "PA5", &["straps.parity", "PA5", "straps.bits[3] has this pin"]),
+        ("parity", "parities", &["unknown field `parities`", "`parity`"]),
+    ] {
+        let (_folder, path) = description(&[(from, to)]);
+        refuses(&["demo", "--board", &path], &[parts, &["--board", &path]].concat());
+    }
+    let (_folder, path) = description(&[("PA6", "PA99")]);
+    for command in [&["demo"][..], &["twin"], &["firmware"], &["flash", "slave"], &["selftest"], &["clippy"]]
+    {
+        refuses(&[command, &["--board", &path]].concat(), &["straps.parity", "PA99", "PA0 to PK15"]);
+    }
+}
+
+/// Given a good description with a name that no image has as a cargo feature, then commands that would build images refuse it and list the
+/// boards that they can build for.
+#[test]
+fn images_are_not_built_for_a_board_without_feature() {
+    let (folder, path) = description(&[("pyboard-v11", "mine")]);
+    let folder = folder.path().to_str().expect("UTF-8");
+    for command in [&["demo"][..], &["twin"], &["firmware"], &["flash", "slave"], &["selftest"], &["clippy"]]
+    {
+        for board in [&path, folder] {
+            let said = ["no cargo feature 'mine'", "pyboard-v11, nucleo-f446re"];
+            refuses(&[command, &["--board", board]].concat(), &said);
+        }
+    }
+}
+
+#[test]
+fn wrong_parts_and_oscillators_are_refused() {
+    refuses(&["demo", "--chip", "STM32F412VG"], &["--chip", "STM32F412VG", "100 MHz", "STM32F407"]);
+    refuses(&["twin", "--chip", "STM32F407RG"], &["--chip", "no package", "V (100 pins)"]);
+    refuses(&["twin", "--oscillator", "80MHz"], &["--oscillator", "80MHz", "4MHz to 26MHz"]);
+    refuses(&["demo", "--oscillator", "8MHz quartz"], &["--oscillator", "crystal", "external"]);
+    refuses(&["demo", "--chip", "STM32F407VG"], &["--chip is for images of your own", "--slave N=FILE"]);
+    refuses(&["twin", "--oscillator", "8MHz"], &["--oscillator is for images of your own"]);
+    let (_folder, path) = description(&[
+        ("pyboard-v11", "mine"),
+        ("STM32F405RG", "STM32F407VG"),
+        ("PB8", "PD0"),
+        ("PB9", "PD1"),
+    ]);
+    let arguments = ["demo", "--slaves", "0", "--master", "a", "--slave", "2=b", "--board", &path];
+    refuses(&[&arguments[..], &["--chip", "STM32F446RE"]].concat(), &["--chip", "STM32F446RE", "PD0"]);
+}
+
+/// Given images of the user's, then they fly on parts that no board of the project has: by a description, or by `--chip` with the pins of
+/// the pyboard.
+#[test]
+fn own_images_fly_on_other_parts() {
+    let own = Own::new();
+    for chip in ["STM32F407VG", "STM32F429ZI", "STM32F469NI"] {
+        let (code, text) = own.fly(&["--chip", chip]);
+        assert_eq!(code, 0, "{chip}: {text}");
+        let summary = fs::read_to_string(own.out.path().join("summary.json")).expect("a summary");
+        assert!(summary.contains(&format!("\"pyboard-v11 with {chip}, 12 MHz\"")), "{summary}");
+    }
+    let changes = [("pyboard-v11", "mine"), ("STM32F405RG", "STM32F407IG"), ("PA3", "PH3"), ("PA6", "PI11")];
+    let (_folder, path) = description(&changes);
+    let (code, text) = own.fly(&["--board", &path]);
+    assert_eq!(code, 1, "the image looks for its straps at other pins: {text}");
+    assert!(text.contains("node 2 is starting"), "{text}");
+    let changes = [("pyboard-v11", "mine"), ("STM32F405RG", "STM32F415ZG")];
+    let (_folder, path) = description(&changes);
+    let (code, text) = own.fly(&["--board", &path]);
+    assert_eq!(code, 0, "{text}");
+}
+
+/// Given an image for a crystal, when its board has a clock from outside, then the oscillator does not start, and the flight fails.
+#[test]
+fn wrong_oscillator_of_an_own_board_fails_the_flight() {
+    let (code, text) = Own::new().fly(&["--oscillator", "12MHz external"]);
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("HSE does not start"), "{text}");
+}
