@@ -9,7 +9,7 @@ use firmware_images::Package;
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
 use twin::image::Image;
-use twin::model::Model;
+use twin::model::{CanPins, Model, Pins};
 use twin::peripherals::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, Wiring};
@@ -71,9 +71,13 @@ const SCENARIOS: [&str; 28] = [
 fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
     let wiring = Wiring { can1: Some(Bus::Nominal), can2: Some(Bus::Nominal) };
     let fittings = Fittings { wiring, ..Fittings::default() };
+    let board = board("bxcan", &image("foreign-bxcan", "pyboard-v11"));
+    // The program has its controllers at other pins than a pyboard.
+    let at = |rx, tx| CanPins { rx, tx };
+    let can = [at(Pin::new('A', 11), Pin::new('A', 12)), at(Pin::new('B', 5), Pin::new('B', 6))];
+    let model = Model { pins: Pins { can, ..board.model.pins }, ..board.model };
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    let id = spacecraft
-        .add_board(BoardConfig { fittings, ..board("bxcan", &image("foreign-bxcan", "pyboard-v11")) });
+    let id = spacecraft.add_board(BoardConfig { fittings, model, ..board });
     let mut lines = Vec::new();
     while lines.last().is_none_or(|line| line != "done") && spacecraft.now() < Time::from_ms(10_000) {
         spacecraft.run_until(spacecraft.now() + Time::from_ms(10)).unwrap();
