@@ -1,6 +1,6 @@
 //! Runtime of an image: what an image needs beside its application, and may have only once.
 //!
-//! An image links it by its use of [`Irqs`]. It defines:
+//! An image links it by its use of `Irqs`. It defines:
 //!
 //! - handlers of panics, faults, NMI and SysTick, which end or supervise the program by `boards`;
 //! - the log, a ring in RAM that a debug probe reads;
