@@ -7,37 +7,15 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use ecss_can::emcy::PostMortem;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pull, Speed};
-use embassy_stm32::interrupt::typelevel::{
-    Binding, CAN1_RX0, CAN1_SCE, CAN1_TX, CAN2_RX0, CAN2_SCE, CAN2_TX,
-};
 use embassy_stm32::peripherals::{CAN1, CAN2};
 
-use crate::bxcan::{ReceiveHandler, StatusHandler, TransmitHandler};
+use crate::bxcan::ControllerInterrupts;
 use crate::{post_mortem, straps, supervisor};
 
-/// Interrupts of both CAN controllers, bound to the handlers of their driver: `boards_runtime::Irqs`, or a structure of
-/// `bind_interrupts!`.
-pub trait CanInterrupts:
-    Copy
-    + Binding<CAN1_TX, TransmitHandler<CAN1>>
-    + Binding<CAN1_RX0, ReceiveHandler<CAN1>>
-    + Binding<CAN1_SCE, StatusHandler<CAN1>>
-    + Binding<CAN2_TX, TransmitHandler<CAN2>>
-    + Binding<CAN2_RX0, ReceiveHandler<CAN2>>
-    + Binding<CAN2_SCE, StatusHandler<CAN2>>
-{
-}
+/// Interrupts of both CAN controllers: `boards_runtime::Irqs`, or a structure of `bind_interrupts!`.
+pub trait CanInterrupts: Copy + ControllerInterrupts<CAN1> + ControllerInterrupts<CAN2> {}
 
-impl<I> CanInterrupts for I where
-    I: Copy
-        + Binding<CAN1_TX, TransmitHandler<CAN1>>
-        + Binding<CAN1_RX0, ReceiveHandler<CAN1>>
-        + Binding<CAN1_SCE, StatusHandler<CAN1>>
-        + Binding<CAN2_TX, TransmitHandler<CAN2>>
-        + Binding<CAN2_RX0, ReceiveHandler<CAN2>>
-        + Binding<CAN2_SCE, StatusHandler<CAN2>>
-{
-}
+impl<I: Copy + ControllerInterrupts<CAN1> + ControllerInterrupts<CAN2>> CanInterrupts for I {}
 
 /// The straps as they were read last: [`straps::latch`].
 // SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM. The bits of a u32 may be any.

@@ -5,12 +5,12 @@
 //!
 //! ```ignore (a board's code)
 //! let p = boards::start();
-//! let board = Board::new(boards::take!(p), BIT_TIMING);
+//! let board = Board::new(boards::take!(p), BIT_TIMING, boards_runtime::Irqs);
 //! let i2c = I2c::new_blocking(p.I2C1, p.PB6, p.PB7, Default::default());
 //! ```
 //!
-//! Nothing of the protocol above this crate names a register or a pin. All `unsafe` of the project is here. On the host only what needs no hardware is compiled,
-//! so that it can be tested there.
+//! Nothing of the protocol above this crate names a register or a pin. All `unsafe` of the project is here and in
+//! `boards-runtime`. On the host only the parts that need no hardware are compiled, so that they can be tested there.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn)]
@@ -92,7 +92,7 @@ mod image {
 
 #[cfg(target_os = "none")]
 pub use {
-    bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler},
+    bxcan::{ControllerInterrupts, Port, ReceiveHandler, StatusHandler, TransmitHandler},
     clock::Uptime,
     clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, start},
     common::{CanInterrupts, Leds},

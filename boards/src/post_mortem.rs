@@ -1,8 +1,8 @@
 //! End of a program, and what is left of it to the next one.
 //!
-//! A program that ends first puts both controllers into reset, so that it acknowledges no more frames. A controller enters
-//! Init mode only at the end of a frame, and its clock may be wrong by then. With the feature `full` it then leaves a
-//! [`record`].
+//! A program that ends puts both controllers into reset first: otherwise they would go on acknowledging frames. Init mode would
+//! not do: a controller enters it only at the end of a frame, and its clock may be wrong by then. With the feature `full` the
+//! program then writes a [`record`].
 
 #[cfg(feature = "full")]
 mod record;

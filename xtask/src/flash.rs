@@ -73,7 +73,7 @@ impl Options {
         }
     }
 
-    /// Refuses the option that is there no more.
+    /// Refuses the removed option `--features` and names the options in its place.
     fn check(&self) -> Result<(), Misuse> {
         match &self.features {
             Some(features) => Err(Misuse::of(

@@ -8,7 +8,7 @@ use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
 use ecss_can::time::Clock;
 use ecss_can::types::{CobId, Frame};
-use embassy_stm32::interrupt::typelevel::Handler;
+use embassy_stm32::interrupt::typelevel::{Binding, Handler};
 use embassy_stm32::pac::can::Can;
 
 use super::MAILBOXES;
@@ -21,6 +21,21 @@ use crate::{TELLTALE, Uptime};
 /// Bits of TSR, the same in a byte for each mailbox: its request has completed, with success.
 const RQCP: u32 = 1 << 0;
 const TXOK: u32 = 1 << 1;
+
+/// Interrupts of a controller, bound to the handlers of this driver.
+pub trait ControllerInterrupts<T: Controller>:
+    Binding<T::TXInterrupt, TransmitHandler<T>>
+    + Binding<T::RX0Interrupt, ReceiveHandler<T>>
+    + Binding<T::SCEInterrupt, StatusHandler<T>>
+{
+}
+
+impl<T: Controller, I> ControllerInterrupts<T> for I where
+    I: Binding<T::TXInterrupt, TransmitHandler<T>>
+        + Binding<T::RX0Interrupt, ReceiveHandler<T>>
+        + Binding<T::SCEInterrupt, StatusHandler<T>>
+{
+}
 
 /// Handler of the transmit interrupt.
 pub struct TransmitHandler<T>(PhantomData<T>);

@@ -32,7 +32,7 @@ mod port;
 
 #[cfg(target_os = "none")]
 pub use {
-    interrupts::{ReceiveHandler, StatusHandler, TransmitHandler},
+    interrupts::{ControllerInterrupts, ReceiveHandler, StatusHandler, TransmitHandler},
     port::Port,
 };
 

@@ -16,7 +16,7 @@ use ecss_can::types::{CobId, Frame};
 use embassy_stm32::can::{RxPin, TxPin};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::Priority;
-use embassy_stm32::interrupt::typelevel::{Binding, Interrupt};
+use embassy_stm32::interrupt::typelevel::Interrupt;
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::{Peri, pac, rcc};
 use embassy_time::{Duration, Timer};
@@ -29,9 +29,7 @@ use super::controller::{self, BANKS, Controller};
 use super::events::EventQueue;
 use super::filters::half_bank;
 use super::held::Held;
-use super::interrupts::{
-    ReceiveHandler, StatusHandler, TransmitHandler, enable_sources, note_errors, request,
-};
+use super::interrupts::{ControllerInterrupts, enable_sources, note_errors, request};
 use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
 use super::status::{Enables, Status};
@@ -78,9 +76,7 @@ impl<S> Port<S> {
         _controller: Peri<'static, T>,
         rx: Peri<'static, impl RxPin<T>>,
         tx: Peri<'static, impl TxPin<T>>,
-        _interrupts: impl Binding<T::TXInterrupt, TransmitHandler<T>>
-        + Binding<T::RX0Interrupt, ReceiveHandler<T>>
-        + Binding<T::SCEInterrupt, StatusHandler<T>>,
+        _interrupts: impl ControllerInterrupts<T>,
         timing: BitTiming,
         stamps: S,
     ) -> Port<S> {

@@ -62,8 +62,8 @@ fn place() -> *mut Record {
 
 /// Takes the record of the program before this one, if it is whole and `is_valid`. Once, before tasks run.
 pub fn take(is_valid: bool) -> Option<PostMortem> {
-    // SAFETY: the record is RAM of its static, and any bits are words. Nobody else has it, or the copy of its dump, before tasks
-    // and handlers run.
+    // SAFETY: the record is RAM of its static, and any bits are words. No task and no handler runs yet, so this is the only
+    // reference to it and to the copy of its dump.
     let record = unsafe { &mut *place() };
     let found = (is_valid && record[0] == check(record)).then(|| {
         // SAFETY: as above; the bytes of words are bytes.

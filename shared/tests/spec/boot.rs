@@ -4,14 +4,13 @@ use ecss_can::boot::{
     AssignedSlave, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress, BootRequest,
     Difference, Expected, Identified, Setting,
 };
-use ecss_can::nmt::Target;
 use ecss_can::sdo::Error;
 use ecss_can::types::{AbortCode, Address, CobId, NmtState, NodeId};
 
 use crate::bench::{ms, node, span};
 
-const TWO: NodeId = NodeId::of::<2>();
-const THREE: NodeId = NodeId::of::<3>();
+pub(crate) const TWO: NodeId = NodeId::of::<2>();
+pub(crate) const THREE: NodeId = NodeId::of::<3>();
 
 const SETTINGS: &[Setting] = &[
     Setting { node: TWO, at: Address::new(0x1017, 0), value: &[100, 0] },
@@ -19,13 +18,13 @@ const SETTINGS: &[Setting] = &[
     Setting { node: TWO, at: Address::new(0x6200, 1), value: &[1, 2, 3, 4, 5, 6] },
 ];
 
-const POLICY: BootPolicy = BootPolicy { time: span_ms(500), goes_on: false };
+pub(crate) const POLICY: BootPolicy = BootPolicy { time: span_ms(500), goes_on: false };
 
 const fn span_ms(ms: u64) -> ecss_can::types::Duration {
     ecss_can::types::Duration::from_millis(ms)
 }
 
-fn expected() -> Expected {
+pub(crate) fn expected() -> Expected {
     Expected { device_type: 0x191, identity: [7, 8, 9, 10], stamp: [0; 2] }
 }
 
@@ -39,7 +38,7 @@ pub(crate) const OBJECTS: Identified = Identified {
 };
 
 /// Slave 2 mandatory, slave 3 optional.
-fn started(policy: BootPolicy) -> Boot {
+pub(crate) fn started(policy: BootPolicy) -> Boot {
     let mut boot = Boot::new(policy, OBJECTS, SETTINGS);
     for (node, mandatory) in [(TWO, true), (THREE, false)] {
         boot.assign(node, AssignedSlave { node, mandatory, expected: expected() }.assignment());
@@ -49,7 +48,7 @@ fn started(policy: BootPolicy) -> Boot {
     boot
 }
 
-fn boots_up(boot: &mut Boot, node: NodeId) {
+pub(crate) fn boots_up(boot: &mut Boot, node: NodeId) {
     assert!(!boot.on_heartbeat(node, NmtState::Initialising, true, false), "not before it was checked");
 }
 
@@ -59,34 +58,39 @@ fn silence(node: NodeId, error: BootError) -> Option<(NodeId, BootFailure)> {
 }
 
 /// A failed transfer.
-fn transfer(node: NodeId, error: BootError, at: Address, code: u32) -> Option<(NodeId, BootFailure)> {
+pub(crate) fn transfer(
+    node: NodeId,
+    error: BootError,
+    at: Address,
+    code: u32,
+) -> Option<(NodeId, BootFailure)> {
     Some((node, BootFailure { error, cause: BootCause::Transfer { at, code } }))
 }
 
 /// The master sends none of the COB-IDs.
-const NOT_OWN: fn(CobId) -> bool = |_| false;
+pub(crate) const NOT_OWN: fn(CobId) -> bool = |_| false;
 
 /// A transfer, and what is done to it.
 #[derive(Debug, PartialEq)]
-enum Asked {
+pub(crate) enum Asked {
     Read(u8, u16, u8),
     Write(u8, u16, u8, Vec<u8>),
 }
 
-fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
+pub(crate) fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
     boot.request(|_| expected, None).map(|request| match request {
         BootRequest::Read { node, at, .. } => Asked::Read(node.get(), at.index, at.sub),
         BootRequest::Write { node, at, value } => Asked::Write(node.get(), at.index, at.sub, value.to_vec()),
     })
 }
 
-fn answer(boot: &mut Boot, data: &[u8]) {
+pub(crate) fn answer(boot: &mut Boot, data: &[u8]) {
     boot.on_data(data);
     boot.on_done(Ok(()), NOT_OWN);
 }
 
 /// The slave has neither emergencies nor TPDOs: none of the objects with their COB-IDs exists.
-fn sends_nothing(boot: &mut Boot, node: u8, expected: Expected) {
+pub(crate) fn sends_nothing(boot: &mut Boot, node: u8, expected: Expected) {
     let objects = [(0x1014, 0)].into_iter().chain((0x1800..0x1808).map(|index| (index, 1)));
     for (index, sub) in objects {
         assert_eq!(next(boot, expected), Some(Asked::Read(node, index, sub)));
@@ -95,7 +99,7 @@ fn sends_nothing(boot: &mut Boot, node: u8, expected: Expected) {
 }
 
 /// Goes through device type and identity.
-fn identify(boot: &mut Boot, node: u8) {
+pub(crate) fn identify(boot: &mut Boot, node: u8) {
     let values = [(0x1000, 0, 0x191_u32), (0x1018, 1, 7), (0x1018, 2, 8), (0x1018, 3, 9), (0x1018, 4, 10)];
     for (index, sub, value) in values {
         assert_eq!(next(boot, expected()), Some(Asked::Read(node, index, sub)));
@@ -353,7 +357,7 @@ fn boot_after_bus_switch_waits_for_slaves_heard_on_new_bus() {
 }
 
 /// Slave 2 goes through everything.
-fn configure_two(boot: &mut Boot) {
+pub(crate) fn configure_two(boot: &mut Boot) {
     boots_up(boot, TWO);
     identify(boot, 2);
     next(boot, expected());
@@ -380,142 +384,6 @@ fn started_slave_is_started_again_at_once_until_it_boots_up() {
     assert!(!boot.on_heartbeat(TWO, NmtState::Initialising, false, false));
     assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
-}
-
-/// Slave 2 went through everything and says that it is Operational.
-fn running() -> Boot {
-    let mut boot = started(POLICY);
-    configure_two(&mut boot);
-    assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));
-    boot
-}
-
-/// Given a slave that runs
-/// When it is Pre-operational and no command explains that
-/// Then it is started at once and checked, once.
-#[test]
-fn an_unexplained_pre_operational_is_started_then_checked() {
-    let mut boot = running();
-    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
-    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false), "the start may be lost");
-    identify(&mut boot, 2);
-    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1017, 0)));
-    answer(&mut boot, &[100, 0]);
-    next(&mut boot, expected());
-    answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
-    sends_nothing(&mut boot, 2, expected());
-    assert_eq!((next(&mut boot, expected()), boot.take_deviation()), (None, None));
-    // Heard on the other bus first: checked when it is heard on this one.
-    assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));
-    assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, false, false));
-    assert_eq!(next(&mut boot, expected()), None);
-    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
-    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
-}
-
-/// Given slaves that run, when another master is active, then what was known of them is old: they are asked again when they are heard
-/// after a takeover.
-#[test]
-fn a_standby_forgets_how_far_its_slaves_were() {
-    let mut boot = running();
-    assert!(!boot.poll(ms(1)) && boot.is_released());
-    boot.stand_by();
-    assert_eq!([TWO, THREE].map(|node| boot.progress(node)), [BootProgress::Awaited; 2]);
-    assert!(!boot.is_released());
-    boot.start(ms(2_000));
-    boot.poll(ms(2_000));
-    boots_up(&mut boot, TWO);
-    identify(&mut boot, 2);
-}
-
-#[test]
-fn a_commanded_pre_operational_is_not_checked() {
-    for target in [Target::All, Target::Node(TWO)] {
-        let mut boot = running();
-        boot.on_commanded(target);
-        assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
-        assert_eq!(next(&mut boot, expected()), None, "{target:?}");
-        // Started again it runs, and its next Pre-operational needs an explanation.
-        assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));
-        assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
-        assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)), "{target:?}");
-    }
-    let mut boot = running();
-    boot.on_commanded(Target::Node(THREE));
-    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
-    assert!(next(&mut boot, expected()).is_some(), "the command was for another slave");
-}
-
-#[test]
-fn pre_operational_first_on_the_new_bus_is_checked() {
-    let mut boot = running();
-    boot.on_commanded(Target::Node(TWO));
-    boot.on_bus_changed();
-    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
-    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
-}
-
-/// Given a slave that was reset without being heard
-/// When its check finds another date of configuration (1020h)
-/// Then that is reported, and the slave is configured before it is started again.
-#[test]
-fn a_lost_configuration_is_reported_and_written_again() {
-    let stamped = Expected { device_type: 0, identity: [0; 4], stamp: [5, 6] };
-    let mut boot = running();
-    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
-    next(&mut boot, stamped);
-    answer(&mut boot, &[0; 4]);
-    assert_eq!(next(&mut boot, stamped), Some(Asked::Read(2, 0x1020, 1)));
-    assert_eq!(boot.take_deviation(), None);
-    answer(&mut boot, &[0; 4]);
-    let difference = Difference { at: Address::new(0x1020, 1), expected: 5, found: 0 };
-    assert_eq!((boot.take_deviation(), boot.take_deviation()), (Some((TWO, difference)), None));
-    let goes_on = boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
-    assert!(!goes_on, "not started before it is configured");
-    next(&mut boot, stamped);
-    answer(&mut boot, &[0xE8, 3]);
-    assert_eq!(next(&mut boot, stamped), Some(Asked::Write(2, 0x1017, 0, vec![100, 0])));
-    boot.on_done(Ok(()), NOT_OWN);
-    next(&mut boot, stamped);
-    answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
-    sends_nothing(&mut boot, 2, stamped);
-    for (sub, value) in [(1, 5_u32), (2, 6)] {
-        let written = Asked::Write(2, 0x1020, sub, value.to_le_bytes().to_vec());
-        assert_eq!((next(&mut boot, stamped), boot.take_start()), (Some(written), None));
-        boot.on_done(Ok(()), NOT_OWN);
-    }
-    assert_eq!((boot.take_start(), boot.take_deviation()), (Some(TWO), None));
-}
-
-#[test]
-fn a_lost_setting_of_a_slave_without_1020h_is_reported() {
-    let mut boot = running();
-    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
-    identify(&mut boot, 2);
-    next(&mut boot, expected());
-    answer(&mut boot, &[0xE8, 3]);
-    let difference = Difference { at: Address::new(0x1017, 0), expected: 100, found: 1000 };
-    assert_eq!(boot.take_deviation(), Some((TWO, difference)));
-    assert_eq!(next(&mut boot, expected()), Some(Asked::Write(2, 0x1017, 0, vec![100, 0])));
-}
-
-#[test]
-fn a_running_slave_that_cannot_be_checked_goes_on() {
-    let mut boot = running();
-    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
-    for _ in 0..3 {
-        next(&mut boot, expected());
-        boot.on_done(Err(Error::Timeout), NOT_OWN);
-    }
-    let failure = transfer(TWO, BootError::NoResponse, Address::new(0x1000, 0), 0x0504_0000);
-    assert_eq!(boot.take_failure(), failure);
-    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false), "started at once as before");
-    // Another device in its place is not started.
-    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, true));
-    next(&mut boot, expected());
-    answer(&mut boot, &0xBAD_u32.to_le_bytes());
-    assert!(boot.take_failure().is_some());
-    assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod bench;
 mod bit_timing;
 mod boot;
 mod boot_cob_ids;
+mod boot_running;
 mod budget;
 mod bus_off;
 mod canopen_slave;

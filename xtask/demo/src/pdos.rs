@@ -12,7 +12,7 @@ use super::flight::Flight;
 use super::plan::{BoardPlan, Plan};
 use super::sheet::Sheet;
 use support::board::Profile;
-use support::craft::{LAST, MASTER, Node, is_master};
+use support::craft::{MASTER, Node, is_master, node_and_file};
 use support::misuse::Misuse;
 
 /// Data sheets of the shipped images.
@@ -34,13 +34,8 @@ impl FromStr for OwnSheet {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (node, file) =
-            text.split_once('=').ok_or("give a Node-ID and a file, for example 3=heater.eds")?;
-        match node.parse() {
-            Ok(node @ MASTER..=LAST) if !file.is_empty() => Ok(OwnSheet { node, file: file.into() }),
-            Ok(MASTER..=LAST) => Err("the file is missing behind '='".into()),
-            _ => Err(format!("allowed are Node-IDs {MASTER} to {LAST}")),
-        }
+        let (node, file) = node_and_file(text, MASTER, "3=heater.eds")?;
+        Ok(OwnSheet { node, file })
     }
 }
 

@@ -84,13 +84,22 @@ impl FromStr for OwnSlave {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (node, image) =
-            text.split_once('=').ok_or("give a Node-ID and a file, for example 3=target/slave.elf")?;
-        match node.parse() {
-            Ok(node @ FIRST..=LAST) if !image.is_empty() => Ok(OwnSlave { node, image: image.into() }),
-            Ok(FIRST..=LAST) => Err("the file is missing behind '='".into()),
-            _ => Err(format!("allowed are Node-IDs {FIRST} to {LAST}")),
-        }
+        let (node, image) = node_and_file(text, FIRST, "3=target/slave.elf")?;
+        Ok(OwnSlave { node, image })
+    }
+}
+
+/// Parses a Node-ID, `first` to 15, and a file with `=` between them.
+///
+/// # Errors
+/// A text with what was wrong and what is allowed. `example`: a right value.
+pub fn node_and_file(text: &str, first: Node, example: &str) -> Result<(Node, PathBuf), String> {
+    let (node, file) =
+        text.split_once('=').ok_or_else(|| format!("give a Node-ID and a file, for example {example}"))?;
+    match node.parse() {
+        Ok(node) if (first..=LAST).contains(&node) && !file.is_empty() => Ok((node, file.into())),
+        Ok(node) if (first..=LAST).contains(&node) => Err("the file is missing behind '='".into()),
+        _ => Err(format!("allowed are Node-IDs {first} to {LAST}")),
     }
 }
 

@@ -12,8 +12,8 @@ use crate::support::*;
 /// A start command to node 100, which no node is: every slave receives it and obeys nothing.
 const TO_NOBODY: [u8; 2] = [1, 100];
 
-/// A network that is busy on the nominal bus, while a stranger sends on the redundant one every millisecond: a command to nobody,
-/// and a heartbeat of node 100 that the master listens to.
+/// A network that is busy on the nominal bus, while a stranger sends on the redundant one every millisecond: a command to a
+/// node that does not exist, and a heartbeat of node 100, which the master receives.
 fn loaded(span_ms: u64) -> Craft {
     let mut world = Craft::busy(STANDARD, 3, |world| world);
     world.run_until(ms(1_000));
@@ -54,7 +54,7 @@ fn each_node_receives_from_both_buses_at_the_same_time() {
     }
     let counters = world.status(MASTER).counters;
     assert!(u64::from(counters.redundant.received) >= SPAN, "{}", counters.redundant.received);
-    // Of the nodes, nobody sends on the bus that is not active.
+    // No node of the network sends on the bus that is not active.
     assert!(world.frames(Bus::Redundant).iter().all(|sent| sent.node.is_none()));
     // The bus that is not active is acknowledged by all four nodes.
     assert!(world.frames(Bus::Redundant).iter().all(|sent| sent.receivers == 4));

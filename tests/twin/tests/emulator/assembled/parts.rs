@@ -44,20 +44,6 @@ fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {
     std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
 }
 
-/// HSE 8 MHz, PLL M = 4, N = 168, P = 2: 168 MHz.
-fn run_at_168_mhz_from_8() -> Vec<u16> {
-    [
-        store(FLASH_ACR, 5),
-        store(RCC + 0x04, 7 << 24 | 1 << 22 | 168 << 6 | 4),
-        store(RCC, 0x0001_0083),
-        wait_for(RCC, 17),
-        store(RCC, 0x0101_0083),
-        wait_for(RCC, 25),
-        store(RCC + 0x08, 4 << 13 | 5 << 10 | 2),
-    ]
-    .concat()
-}
-
 /// Both edges of PA2 and PA3 at 84 MHz: TIM5_CH3 by stream 0 and TIM5_CH4 by `second`, channel 6, into two rings.
 fn capture_both_lines(second: u32) -> Vec<u16> {
     let stream = |base: u32, from: u32, to: u32| {
@@ -70,7 +56,7 @@ fn capture_both_lines(second: u32) -> Vec<u16> {
         .concat()
     };
     [
-        run_at_168_mhz_from_8(),
+        run_at_168_mhz_from(8),
         store(RCC + 0x30, 1 << 21 | 1 << 0),
         store(RCC + 0x40, 1 << 3),
         store(GPIOA + 0x20, 0x2200),

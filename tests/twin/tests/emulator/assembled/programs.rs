@@ -83,11 +83,17 @@ pub const SYST_RVR: u32 = 0xE000_E014;
 pub const SYST_CVR: u32 = 0xE000_E018;
 pub const NVIC_ISER0: u32 = 0xE000_E100;
 
-/// HSE 12 MHz, PLL M = 6, N = 168, P = 2, AHB 1, APB1 4, APB2 2: 168 MHz once the PLL has locked, with 5 wait states.
+/// HSE 12 MHz: 168 MHz.
 pub fn run_at_168_mhz() -> Vec<u16> {
+    run_at_168_mhz_from(12)
+}
+
+/// HSE of so many MHz by PLL M to 2 MHz, N = 168, P = 2, AHB 1, APB1 4, APB2 2: 168 MHz once the PLL has locked, with 5 wait
+/// states.
+pub fn run_at_168_mhz_from(hse_mhz: u32) -> Vec<u16> {
     [
         store(FLASH_ACR, 5),
-        store(RCC + 0x04, 7 << 24 | 1 << 22 | 168 << 6 | 6),
+        store(RCC + 0x04, 7 << 24 | 1 << 22 | 168 << 6 | (hse_mhz / 2)),
         store(RCC, 0x0001_0083),
         wait_for(RCC, 17),
         store(RCC, 0x0101_0083),
