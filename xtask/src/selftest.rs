@@ -53,7 +53,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if !options.twin {
         flash::find_probe_rs()?;
     }
-    let image = firmware_images::build_example(options.board.name(), "selftest")?;
+    let image = firmware_images::build_check(options.board.name(), "selftest")?;
     if options.twin {
         return fly(&options.board, &image);
     }

@@ -1,13 +1,18 @@
-//! Runtime of an image: what an image needs beside its application, and may have only once.
+//! Runtime of an image: what an image needs beside its application, and may have only once. Each feature is one of these; all are on
+//! by default.
 //!
-//! An image links it by its use of `Irqs`. It defines:
+//! | feature | what the image gets |
+//! | --- | --- |
+//! | `interrupts` | `Irqs`, the interrupts of both CAN controllers |
+//! | `time` | the clock of embassy-time on TIM2 |
+//! | `critical-section` | a critical section that disables all interrupts |
+//! | `log` | the log of defmt in a ring in RAM that a debug probe reads |
+//! | `panics` | a panic ends in a fault |
+//! | `messages` | a panic logs its message first |
+//! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
+//! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
 //!
-//! - handlers of panics, faults, NMI and SysTick, which end or supervise the program by `boards`;
-//! - the log, a ring in RAM that a debug probe reads;
-//! - the interrupts of both CAN controllers;
-//! - routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers.
-//!
-//! [`node_tasks`] declares the tasks of a node.
+//! An image links this crate by `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares the tasks of a node.
 //!
 //! On the host it has that macro alone.
 
@@ -16,15 +21,23 @@
 #![deny(clippy::undocumented_unsafe_blocks)]
 #![warn(missing_docs)]
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "memory"))]
 mod division;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "exceptions"))]
 mod exceptions;
-#[cfg(target_os = "none")]
-mod image;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "interrupts"))]
+mod interrupts;
+#[cfg(all(target_os = "none", feature = "log"))]
+mod log;
+#[cfg(all(target_os = "none", feature = "memory"))]
 mod memory;
+#[cfg(all(target_os = "none", feature = "panics"))]
+use panic_probe as _;
 mod tasks;
 
+#[cfg(all(target_os = "none", feature = "interrupts"))]
+pub use interrupts::Irqs;
+
 #[cfg(target_os = "none")]
-pub use image::Irqs;
+#[doc(hidden)]
+pub use boards_stm32f4::supervised;

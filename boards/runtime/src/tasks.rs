@@ -4,7 +4,7 @@
 /// own.
 ///
 /// `$board` is the type of its board, `$node` that of its node. The tasks are supervised under the names `bus`, twice, and `due`. The
-/// image depends on `boards`, `ecss-can` and `embassy-executor`.
+/// image depends on `ecss-can` and `embassy-executor`.
 ///
 /// ```ignore (a part of an image)
 /// boards_runtime::node_tasks!(Board, Slave<Heater>);
@@ -22,12 +22,12 @@ macro_rules! node_tasks {
         ) {
             #[::embassy_executor::task(pool_size = 2)]
             fn bus(runner: ::ecss_can::runner::BusRunner<$board, $node>) -> impl Future<Output = ()> {
-                ::boards::supervised("bus", runner.run())
+                $crate::supervised("bus", runner.run())
             }
 
             #[::embassy_executor::task]
             fn due(runner: ::ecss_can::runner::DueRunner<$board, $node>) -> impl Future<Output = ()> {
-                ::boards::supervised("due", runner.run())
+                $crate::supervised("due", runner.run())
             }
 
             spawner.spawn(bus(runners.nominal).unwrap());

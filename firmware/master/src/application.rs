@@ -8,7 +8,8 @@ mod schedule;
 
 use core::future::pending;
 
-use boards::{Board, Leds, Pulse, supervised};
+use board::Spec;
+use boards_stm32f4::{Leds, Pulse, supervised};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
@@ -26,6 +27,9 @@ use schedule::{Schedule, Turn};
 
 /// Written, it starts the measurement of a cable.
 const CABLE_OF: Address = CommanderObjects::CABLE.field(CableMeasurement::NODE).address();
+
+/// The board of this image.
+pub type Board = boards_stm32f4::Board<Spec>;
 
 /// The master of this image.
 #[cfg(not(feature = "standby"))]
@@ -95,7 +99,7 @@ impl Application {
             MasterEvent::Role(change) => self.on_role(*change),
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Pdo { number, data, .. } => self.on_pdo(*number, *data),
-            MasterEvent::ResetNode => boards::reset(),
+            MasterEvent::ResetNode => boards_stm32f4::reset(),
             MasterEvent::SelfTest => self.test(),
             MasterEvent::Written(at) if *at == CABLE_OF => cables::start(self.master),
             MasterEvent::SyncSent { .. } => {

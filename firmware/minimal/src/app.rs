@@ -1,7 +1,8 @@
 //! Start of the minimal slave: board, node, tasks.
 
-use boards::{TELLTALE, supervised};
+use board::Spec;
 use boards_runtime::Irqs;
+use boards_stm32f4::{TELLTALE, supervised};
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -16,9 +17,9 @@ boards_runtime::node_tasks!(Board, Node);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards::start();
-    let Board { ports, clock, leds, node_id } =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
+    let p = boards_stm32f4::start::<Spec>();
+    let Board { ports, clock, leds, node_id, .. } =
+        Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
     defmt::info!("minimal slave {} starts, profile {=str}", id.get(), PROFILE.name);

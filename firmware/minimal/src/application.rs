@@ -2,15 +2,19 @@
 //!
 //! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; the state LED is switched by command.
 
-use boards::Leds;
-#[cfg(not(feature = "one-controller"))]
-pub use boards::MinimalBoard as Board;
-#[cfg(feature = "one-controller")]
-pub use boards::OneControllerBoard as Board;
+use board::Spec;
+use boards_stm32f4::Leds;
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
 use ecss_can::runner::{Events, Handle};
 use mission::counters::COUNTERS;
 use mission::minimal::Shipped;
+
+/// The board of this image.
+#[cfg(not(feature = "one-controller"))]
+pub type Board = boards_stm32f4::MinimalBoard<Spec>;
+/// The board of this image.
+#[cfg(feature = "one-controller")]
+pub type Board = boards_stm32f4::OneControllerBoard<Spec>;
 
 /// The slave of this image.
 pub type Node = MinimalSlave<Shipped>;

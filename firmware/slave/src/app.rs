@@ -1,13 +1,14 @@
 //! Start of the slave: board, node, tasks.
 
-use boards::{Board, TELLTALE, supervised};
+use board::Spec;
 use boards_runtime::Irqs;
+use boards_stm32f4::{TELLTALE, supervised};
 use ecss_can::prelude::*;
 use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 
-use crate::application::{Application, Node, pulses};
+use crate::application::{Application, Board, Node, pulses};
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
@@ -15,7 +16,7 @@ boards_runtime::node_tasks!(Board, Node);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards::start();
+    let p = boards_stm32f4::start::<Spec>();
     let Board {
         ports,
         clock,
@@ -28,7 +29,7 @@ async fn main(spawner: Spawner) {
         memory,
         is_maintenance,
         ..
-    } = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
+    } = Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let node_id = if is_maintenance { Ok(MAINTENANCE) } else { node_id };
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };

@@ -2,7 +2,8 @@
 //!
 //! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; another one is switched by command.
 
-use boards::{Board, Leds, Pulse, supervised};
+use board::Spec;
+use boards_stm32f4::{Leds, Pulse, supervised};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
 use ecss_can::runner::{Events, Handle};
@@ -11,6 +12,9 @@ use mission::{
     Command, Declined, Message, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO,
     TELEMETRY_TPDO,
 };
+
+/// The board of this image.
+pub type Board = boards_stm32f4::Board<Spec>;
 
 /// The slave of this image.
 pub type Node = Slave<MissionObjects>;
@@ -61,7 +65,7 @@ impl Application {
             SlaveEvent::SelfTest => self.test(),
             SlaveEvent::ResetNode => {
                 defmt::info!("reset by the master");
-                boards::reset()
+                boards_stm32f4::reset()
             }
             _ => log(event),
         }

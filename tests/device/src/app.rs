@@ -1,7 +1,8 @@
 //! Start and tasks of the test device.
 
-use boards::{Board, TELLTALE};
+use board::Spec;
 use boards_runtime::Irqs;
+use boards_stm32f4::TELLTALE;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
@@ -9,15 +10,17 @@ use test_device::TestObjects;
 
 type Node = Slave<TestObjects>;
 
+type Board = boards_stm32f4::Board<Spec>;
+
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 boards_runtime::node_tasks!(Board, Node);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards::start();
+    let p = boards_stm32f4::start::<Spec>();
     let Board { ports, clock, node_id, store, retained, memory, .. } =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
+        Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let Ok(id) = node_id else { return };
     let device = || {
         let device = test_device::device(id, PROFILE, memory).with_retained(retained);
@@ -28,7 +31,7 @@ async fn main(spawner: Spawner) {
     // Nothing follows an event but the reset that the master asks for.
     loop {
         if let SlaveEvent::ResetNode = events.next().await {
-            boards::reset()
+            boards_stm32f4::reset()
         }
     }
 }

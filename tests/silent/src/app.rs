@@ -3,8 +3,9 @@
 
 use core::future::pending;
 
-use boards::{Board, TELLTALE, supervised};
+use board::Spec;
 use boards_runtime::Irqs;
+use boards_stm32f4::{TELLTALE, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use embassy_futures::select::select;
@@ -18,12 +19,14 @@ const TABLE: usize = 2048;
 
 type Node = Slave<Thermometer>;
 
+type Board = boards_stm32f4::Board<Spec>;
+
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards::start();
-    let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
+    let p = boards_stm32f4::start::<Spec>();
+    let board = Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let (table, _) = board.memory.split_at_mut(TABLE);
     let (_, mut events, runners) = RESOURCES.start(|| slave(id, table), board.ports, board.clock, &TELLTALE);

@@ -54,6 +54,9 @@ pub enum Error {
 /// Target triple of every supported board.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// Programs that check a board by itself.
+const CHECKS: &str = "checks";
+
 const PACKAGES: [&str; 2] = ["master", "slave"];
 
 /// The slave of clause 9.
@@ -101,14 +104,14 @@ pub fn build_logging(board: &str, profile: &str, log: &str) -> Result<Images, Er
     Ok(Images { master, slave })
 }
 
-/// Builds an example of the crate `boards`, a program that needs no bus; returns its ELF file.
+/// Builds a program of the package `checks`, which needs no bus; returns its ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_example(board: &str, example: &str) -> Result<PathBuf, Error> {
-    let what = ["--package", "boards", "--example", example, "--features"].map(str::to_owned);
-    let what = [&what[..], &[format!("boards/{board}")]].concat();
-    let [image] = programs(board, "librecube", LOG, &what, [&format!("examples/{example}")])?;
+pub fn build_check(board: &str, program: &str) -> Result<PathBuf, Error> {
+    let mut what = packages(&[CHECKS], board, "standard");
+    what.extend(["--bin", program].map(str::to_owned));
+    let [image] = programs(board, "standard", LOG, &what, [program])?;
     Ok(image)
 }
 
@@ -160,17 +163,15 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         packages(&["master", "slave", TEST_DEVICE], board, profile),
         packages(&EXAMPLES, board, "standard"),
         packages(&FOREIGN, board, "standard"),
-        packages(&[TEST_PERIPHERALS], board, "standard"),
+        packages(&[TEST_PERIPHERALS, CHECKS], board, "standard"),
     ];
-    let command = ["clippy", "--package", "ecss-can", "--package", "boards"];
+    let command = ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board.
     for profile in [profile, &format!("{profile}+one-controller")] {
         job.run(&["clippy"], &packages(&[MINIMAL], board, profile), &["--", "-D", "warnings"], run)?;
     }
-    // Those of other packages are programs of the host.
-    let command = ["clippy", "--examples"];
-    job.run(&command, &packages(&["boards"], board, "standard"), &["--", "-D", "warnings"], run)
+    Ok(())
 }
 
 /// Arguments that name packages of firmware.

@@ -1,7 +1,8 @@
 //! Board, tasks, and the application: gives the thermometer its table, checks that it keeps it, shows what it measures.
 
-use boards::{Board, TELLTALE, supervised};
+use board::Spec;
 use boards_runtime::Irqs;
+use boards_stm32f4::{TELLTALE, supervised};
 use ecss_can::nmt::Command;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -13,6 +14,8 @@ use thermometer_master::{CHANGE, COMMAND, Ground, THERMOMETER, is_kept, write_ta
 
 type Node = Master<Ground>;
 
+type Board = boards_stm32f4::Board<Spec>;
+
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 boards_runtime::node_tasks!(Board, Node);
@@ -21,9 +24,9 @@ static READY: Signal<Raw, ()> = Signal::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards::start();
+    let p = boards_stm32f4::start::<Spec>();
     let Board { ports, clock, store, post_mortem, .. } =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, Irqs);
+        Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let master = || Master::new(&PROFILE, Ground::default(), store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
     master.with(|master, _| master.set_post_mortem(post_mortem));

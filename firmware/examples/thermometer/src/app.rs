@@ -1,6 +1,7 @@
 //! Board, tasks, and the application: measures ten times a second.
 
-use boards::{Board, TELLTALE, supervised};
+use board::Spec;
+use boards_stm32f4::{TELLTALE, supervised};
 use ecss_can::emcy::ErrorCode;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -20,15 +21,17 @@ bind_interrupts!(struct Irqs {
 
 type Node = Slave<Thermometer>;
 
+type Board = boards_stm32f4::Board<Spec>;
+
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 boards_runtime::node_tasks!(Board, Node);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards::start();
+    let p = boards_stm32f4::start::<Spec>();
     let board =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) }, boards_runtime::Irqs);
+        Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, boards_runtime::Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let slave = || {
         let slave = slave(id, board.memory.split_at_mut(2048).0).with_retained(board.retained);
@@ -70,7 +73,7 @@ fn on_event(slave: Handle<Board, Node>, event: SlaveEvent) {
         SlaveEvent::State(NmtState::Operational) => {
             slave.with(|slave, now| slave.send_pdo(CHANGE.slot(), now));
         }
-        SlaveEvent::ResetNode => boards::reset(),
+        SlaveEvent::ResetNode => boards_stm32f4::reset(),
         _ => {}
     }
 }

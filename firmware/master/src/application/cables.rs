@@ -1,6 +1,6 @@
 //! Measures the cable to the slave in 6320h.
 
-use boards::{Board, supervised};
+use boards_stm32f4::supervised;
 use ecss_can::runner::Handle;
 use ecss_can::types::NodeId;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;

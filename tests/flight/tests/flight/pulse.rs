@@ -24,7 +24,7 @@ struct Flown {
 }
 
 fn flown(name: &str, ppm: f64) -> Flown {
-    let elf = firmware_images::build_example(name, "pulse").unwrap();
+    let elf = firmware_images::build_check(name, "pulse").unwrap();
     let config = BoardConfig {
         name: "pulsing".to_owned(),
         model: Model::shipped(name),

@@ -27,7 +27,7 @@ fn pins(name: &str) -> (Pin, Pin) {
 
 /// The self-test for a board.
 fn image(board: &str) -> Arc<Image> {
-    parsed(&firmware_images::build_example(board, "selftest").unwrap())
+    parsed(&firmware_images::build_check(board, "selftest").unwrap())
 }
 
 /// What a flight showed.

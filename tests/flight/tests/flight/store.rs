@@ -18,7 +18,7 @@ const STRAP: Pin = Pin::new('C', 0);
 const SECTOR: u32 = 128 << 10;
 
 fn image(name: &str) -> Arc<Image> {
-    parsed(&firmware_images::build_example(name, "parameter_store").unwrap())
+    parsed(&firmware_images::build_check(name, "parameter_store").unwrap())
 }
 
 fn board(name: &str) -> EmulatedBoard {

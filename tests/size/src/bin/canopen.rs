@@ -3,10 +3,17 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
 
+// The board that the image is built for.
+#[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
+extern crate nucleo_f446re as board;
+#[cfg(all(target_os = "none", feature = "pyboard-v11"))]
+extern crate pyboard_v11 as board;
+
 #[cfg(target_os = "none")]
 mod app {
-    use boards::{Board, TELLTALE, supervised};
+    use board::Spec;
     use boards_runtime::Irqs;
+    use boards_stm32f4::{TELLTALE, supervised};
     use ecss_can::prelude::*;
     use embassy_executor::Spawner;
 
@@ -44,13 +51,15 @@ mod app {
         );
     }
 
+    type Board = boards_stm32f4::Board<Spec>;
+
     static NODE: Single<Board, Node> = Single::new();
 
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
-        let p = boards::start();
+        let p = boards_stm32f4::start::<Spec>();
         let Board { ports, clock, node_id, .. } =
-            Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) }, Irqs);
+            Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&Profile::DEFAULT.network) }, Irqs);
         let Ok(id) = node_id else { return };
         let device = || CanopenSlave::new(id, &Profile::DEFAULT, Channels::default());
         let (_, mut events, runners) = NODE.start(device, ports.nominal, clock, &TELLTALE);
@@ -58,7 +67,7 @@ mod app {
         spawner.spawn(due(runners.due).unwrap());
         loop {
             if let SlaveEvent::ResetNode = events.next().await {
-                boards::reset()
+                boards_stm32f4::reset()
             }
         }
     }

@@ -1,0 +1,146 @@
+//! What every board hands to an image.
+
+use core::marker::PhantomData;
+
+use ecss_can::emcy::PostMortem;
+use ecss_can::link::bit_timing::BitTiming;
+use ecss_can::runner::Platform;
+use ecss_can::store::identity::{self, NoNodeId};
+use ecss_can::store::{ParameterStore, RetainedMemory};
+use ecss_can::types::{NodeId, PerBus};
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::AnyPin;
+use embassy_stm32::peripherals::FLASH;
+
+use crate::bxcan::Port;
+use crate::capture::{self, Edges};
+use crate::common::{CanInterrupts, Leds, strap_bits, watch};
+use crate::pulse::Pulse;
+use crate::spec::{BoardSpec, Wiring};
+use crate::store::{self, ChipFlash, Crc, ParameterLog};
+use crate::straps::{self, StrapError};
+use crate::{Uptime, retained, spare, supervisor};
+
+/// Everything an image needs of the board `B`.
+pub struct Board<B> {
+    /// The CAN controllers, off their buses.
+    pub ports: PerBus<Port<Edges>>,
+    /// Time since power-on.
+    pub clock: Uptime,
+    /// The pulse output, low.
+    pub pulse: Pulse,
+    /// The LEDs, dark.
+    pub leds: Leds,
+    /// Node-ID of a slave from straps and parameter store.
+    pub node_id: Result<NodeId, NoNodeId>,
+    /// What the straps alone say.
+    pub straps: Result<NodeId, StrapError>,
+    /// Whether the strap of maintenance mode is closed; for
+    /// [`Slave::in_maintenance`](ecss_can::node::Slave::in_maintenance).
+    pub is_maintenance: bool,
+    /// The parameter store; `None` when its flash fails.
+    pub store: Option<&'static mut (dyn ParameterStore + Send)>,
+    /// RAM that outlives a reset.
+    pub retained: &'static mut (dyn RetainedMemory + Send),
+    /// How the program before this one ended; for [`Slave::set_post_mortem`](ecss_can::node::Slave::set_post_mortem).
+    pub post_mortem: PostMortem,
+    /// RAM that is left, 64 KiB at most: for blocks of data.
+    pub memory: &'static mut [u8],
+    board: PhantomData<B>,
+}
+
+impl<B: BoardSpec> Board<B> {
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), opens the parameter
+    /// store and reads the straps.
+    #[inline(never)] // a stack of its own is a small one, reached by short instructions
+    pub fn new(resources: B::Resources, timing: BitTiming, irqs: impl CanInterrupts) -> Board<B> {
+        let Wiring { nominal, redundant, capture, edges, pulse, straps, leds, flash } = B::wiring(resources);
+        let (post_mortem, from_outside) = watch(B::HCLK);
+        let mut store = store(flash);
+        let Identity { node_id, straps, is_maintenance } =
+            identity(straps, B::HCLK, from_outside, store.as_deref_mut());
+        let captured = [edges.nominal.channel, edges.redundant.channel];
+        // There are four.
+        let free = (0..3).find(|channel| !captured.contains(channel)).unwrap_or(3);
+        let edges = capture::start(capture, edges);
+        // CAN1 first: it holds the filter banks and the clock of both.
+        let nominal = Port::new(nominal, irqs, timing, edges.nominal);
+        let redundant = Port::new(redundant, irqs, timing, edges.redundant);
+        Board {
+            ports: PerBus { nominal, redundant },
+            clock: Uptime,
+            pulse: Pulse::new(pulse, free),
+            leds: Leds::new(leds),
+            node_id,
+            straps,
+            is_maintenance,
+            store,
+            retained: retained::take(),
+            post_mortem,
+            memory: spare::take(),
+            board: PhantomData,
+        }
+    }
+
+    /// Returns the pattern of late heartbeats of this chip, for
+    /// [`Slave::with_late_heartbeats`](ecss_can::node::Slave::with_late_heartbeats).
+    ///
+    /// The pattern is the CRC-32C of the unique ID (96 bits). Two IDs that differ within 32 consecutive bits have different CRCs.
+    /// Chips of one wafer differ in their coordinates, which are the first 32 bits (RM0090 39.1). The parameter store already
+    /// contains this CRC.
+    pub fn late_heartbeats() -> u32 {
+        let mut crc = Crc::new();
+        crc.update(&embassy_stm32::uid::uid());
+        crc.value()
+    }
+}
+
+impl<B: 'static> Platform for Board<B> {
+    type Port = Port<Edges>;
+    type Clock = Uptime;
+}
+
+/// Opens the parameter store, which may take seconds: see [`store::open`].
+#[inline(never)] // a stack of its own is a small one, reached by short instructions
+fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore + Send)> {
+    supervisor::feed();
+    match store::open(flash) {
+        Ok((log, opened)) => {
+            // Reports what was lost and why, or how many bits were corrected.
+            if opened.damaged > 0 || opened.is_interrupted || opened.corrected > 0 {
+                warn!("parameter store: {}", opened);
+            }
+            let log = cortex_m::singleton!(: ParameterLog<ChipFlash> = log)?;
+            Some(log)
+        }
+        Err(error) => {
+            error!("no parameter store: {}", error);
+            None
+        }
+    }
+}
+
+/// Who this board is.
+struct Identity {
+    node_id: Result<NodeId, NoNodeId>,
+    straps: Result<NodeId, StrapError>,
+    is_maintenance: bool,
+}
+
+/// The straps: bits 0 to 3, parity, maintenance mode. They are read after a reset `from_outside`, and are as they were else (ECSS
+/// 6.10g).
+#[inline(never)] // a stack of its own is a small one, reached by short instructions
+fn identity(
+    straps: [Peri<'static, AnyPin>; 6],
+    hclk: u32,
+    from_outside: bool,
+    store: Option<&mut (dyn ParameterStore + Send + 'static)>,
+) -> Identity {
+    let bits = strap_bits(straps, hclk, from_outside);
+    let straps = straps::node_id(bits);
+    Identity {
+        node_id: identity::node_id(straps::of_slave(straps), store.and_then(|store| store.node_id())),
+        straps,
+        is_maintenance: bits >> 5 != 0,
+    }
+}

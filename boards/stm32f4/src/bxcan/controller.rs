@@ -1,0 +1,54 @@
+//! The controllers of this chip and their settings.
+
+use ecss_can::link::bit_timing::BitTiming;
+use embassy_stm32::pac::can::Can;
+use embassy_stm32::pac::can::vals::Silm;
+use embassy_stm32::{can, pac, peripherals};
+
+use super::events::EventQueue;
+
+/// Filter banks of each controller; the second one's begin here (CAN2SB).
+pub(super) const BANKS: usize = 14;
+
+/// A bxCAN controller.
+pub trait Controller: can::Instance {
+    /// Its registers.
+    const REGISTERS: Can;
+    /// The first of its filter banks, which are all in the block of CAN1.
+    const FIRST_BANK: usize;
+
+    /// From its interrupts to its port.
+    #[doc(hidden)]
+    fn events() -> &'static EventQueue;
+}
+
+impl Controller for peripherals::CAN1 {
+    const REGISTERS: Can = pac::CAN1;
+    const FIRST_BANK: usize = 0;
+
+    fn events() -> &'static EventQueue {
+        static EVENTS: EventQueue = EventQueue::new();
+        &EVENTS
+    }
+}
+
+impl Controller for peripherals::CAN2 {
+    const REGISTERS: Can = pac::CAN2;
+    const FIRST_BANK: usize = BANKS;
+
+    fn events() -> &'static EventQueue {
+        static EVENTS: EventQueue = EventQueue::new();
+        &EVENTS
+    }
+}
+
+/// The settings that can be made in Init mode only. One that `listens` drives no dominant bit.
+pub(super) fn configure(registers: Can, timing: BitTiming, listens: bool) {
+    registers.btr().write(|w| {
+        w.set_brp(timing.prescaler() - 1);
+        w.set_ts(0, timing.segment1() - 1);
+        w.set_ts(1, timing.segment2() - 1);
+        w.set_sjw(timing.jump_width() - 1);
+        w.set_silm(if listens { Silm::SILENT } else { Silm::NORMAL });
+    });
+}

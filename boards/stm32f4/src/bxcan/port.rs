@@ -1,0 +1,334 @@
+//! A controller as the port of one bus.
+
+#[cfg(feature = "full")]
+mod selftest;
+
+use core::future::Future;
+use core::pin::Pin;
+use core::task::{Context, Poll};
+
+use ecss_can::link::Stamp;
+use ecss_can::link::bit_timing::BitTiming;
+use ecss_can::link::one_controller::Movable;
+use ecss_can::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
+use ecss_can::time::Clock;
+use ecss_can::types::{CobId, Frame};
+use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
+use embassy_stm32::interrupt::Priority;
+use embassy_stm32::interrupt::typelevel::Interrupt;
+use embassy_stm32::pac::can::Can;
+use embassy_stm32::{pac, rcc};
+use embassy_time::{Duration, Timer};
+
+#[cfg(feature = "full")]
+pub use selftest::{CaptureFault, ControllerFault, LineFault};
+
+use super::MAILBOXES;
+use super::controller::{self, BANKS, Controller};
+use super::events::EventQueue;
+use super::filters::half_bank;
+use super::held::Held;
+use super::interrupts::{ControllerInterrupts, enable_sources, note_errors, request};
+use super::mailboxes::Mailboxes;
+use super::mode::{Mode, Request, Seen};
+use super::status::{Enables, Status};
+use crate::Uptime;
+use crate::spec::{AlternatePin, CanLines};
+use crate::stamping::FrameStamps;
+
+/// Below the timer driver's: its interrupt keeps the time that the stamps are read from.
+const PRIORITY: Priority = Priority::P6;
+
+/// Looks at MSR until a controller has entered Init mode after reset; one that takes longer is looked at later.
+const INIT_POLLS: usize = 2_000;
+
+/// Changes of mode raise no interrupt. Nor does the end of a recovery from bus-off, and on a quiet bus no success tells
+/// of it either.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// Ticks of the capture timer in a clock of APB1: timers run at twice its rate.
+const TICKS_PER_CLOCK: u32 = 2;
+
+/// A bxCAN controller on its bus.
+pub struct Port<S> {
+    registers: Can,
+    first_bank: usize,
+    /// Filters in use, two to a bank.
+    filters: usize,
+    events: &'static EventQueue,
+    mailboxes: Mailboxes,
+    timing: BitTiming,
+    stamps: S,
+    mode: Mode,
+    /// May be on its way out of bus-off.
+    recovering: bool,
+    /// Nothing is under way that raises no interrupt.
+    is_quiet: bool,
+    /// Until the next look at what raises no interrupt.
+    look: Option<Timer>,
+}
+
+impl<S> Port<S> {
+    /// Takes a controller into Init mode, silent. CAN1 must be made first: it clocks the filters of both.
+    ///
+    /// One that does not get there stays silent, is tried again for ever, and says so ([`PortEvent::Stalled`]).
+    pub fn new<T: Controller>(
+        lines: CanLines<T>,
+        _interrupts: impl ControllerInterrupts<T>,
+        timing: BitTiming,
+        stamps: S,
+    ) -> Port<S> {
+        rcc::enable_and_reset::<T>();
+        enable::<T::TXInterrupt>();
+        enable::<T::RX0Interrupt>();
+        enable::<T::SCEInterrupt>();
+        Port {
+            registers: T::REGISTERS,
+            first_bank: T::FIRST_BANK,
+            filters: 0,
+            events: T::events(),
+            mailboxes: Mailboxes::default(),
+            timing,
+            stamps,
+            mode: Mode::entering(timing.bit_rate(), Uptime.now()),
+            recovering: false,
+            is_quiet: false,
+            look: None,
+        }
+        .started([lines.rx, lines.tx])
+    }
+
+    /// In Init mode, on its pins.
+    #[inline(never)] // once for both controllers
+    fn started(mut self, [AlternatePin(rx, rx_pin), AlternatePin(tx, tx_pin)]: [AlternatePin; 2]) -> Port<S> {
+        let (mut rx_pin, mut tx_pin) = (Flex::new(rx_pin), Flex::new(tx_pin));
+        // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
+        self.registers.mcr().write(|w| w.set_inrq(true));
+        enable_sources(self.registers, Enables::ALL);
+        // Recessive in Init mode, so the pins come last. The pull-up keeps a port without transceiver recessive.
+        rx_pin.set_as_af_unchecked(rx, AfType::input(Pull::Up));
+        tx_pin.set_as_af_unchecked(tx, AfType::output(OutputType::PushPull, Speed::VeryHigh));
+        // Dropping them would cut the controller off.
+        core::mem::forget([rx_pin, tx_pin]);
+        for _ in 0..INIT_POLLS {
+            self.advance();
+            if self.mode.is_settled() {
+                break;
+            }
+        }
+        self
+    }
+
+    /// Goes on with what is under way.
+    fn advance(&mut self) {
+        while let Some(request) = self.mode.advance(self.seen(), Uptime.now()) {
+            self.obey(request);
+        }
+    }
+
+    fn seen(&self) -> Seen {
+        let status = self.registers.tsr().read();
+        Seen { init: self.registers.msr().read().inak(), empty: (0..MAILBOXES).all(|n| status.tme(n)) }
+    }
+
+    #[inline(never)] // of three callers, none in a hurry
+    fn want(&mut self, on_bus: bool, listens: bool) {
+        self.mode.want(on_bus, listens);
+        (self.recovering, self.is_quiet) = (on_bus, false);
+        self.advance();
+    }
+
+    fn obey(&self, request: Request) {
+        match request {
+            Request::Configure { listens } => controller::configure(self.registers, self.timing, listens),
+            // Upwards: a frame waits in a lower mailbox than the last one before it, whose end would request it.
+            Request::Abort => (0..MAILBOXES).for_each(|n| self.give_up(Mailbox(n as u8))),
+            Request::Init => self.registers.mcr().modify(|w| w.set_inrq(true)),
+            Request::Normal => self.registers.mcr().modify(|w| w.set_inrq(false)),
+        }
+    }
+
+    fn give_up(&self, mailbox: Mailbox) {
+        let number = usize::from(mailbox.0);
+        if number < MAILBOXES && !self.events.cancel(mailbox) {
+            self.registers.tsr().write(|w| w.set_abrq(number, true));
+        }
+    }
+
+    /// Whether a frame with this identifier was received or sent and not handed out, or may have been.
+    fn holds(&self, id: CobId) -> bool {
+        let status = self.registers.tsr().read();
+        (0..MAILBOXES).any(|n| status.rqcp(n))
+            || self.registers.rfr(0).read().fmp() > 0
+            || self.events.holds(|event| match event {
+                PortEvent::Received { frame, .. } => frame.id() == id,
+                PortEvent::Transmitted { mailbox, .. } => self.mailboxes.holds(*mailbox, id),
+                _ => false,
+            })
+    }
+
+    fn is_bus_off(&self) -> bool {
+        self.registers.esr().read().boff()
+    }
+
+    /// Looks at what raises no interrupt, now and a little later; whether a request takes too long.
+    #[inline(never)] // seldom
+    fn watch(&mut self, context: &mut Context<'_>) -> bool {
+        if !self.mode.is_settled() {
+            self.advance();
+        }
+        if self.mode.take_stall(Uptime.now()) {
+            return true;
+        }
+        if self.recovering {
+            self.watch_recovery();
+        }
+        self.is_quiet = self.mode.is_settled() && !self.recovering;
+        if self.is_quiet {
+            self.look = None;
+            return false;
+        }
+        let timer = self.look.get_or_insert_with(|| Timer::after(LOOK));
+        if Pin::new(timer).poll(context).is_ready() {
+            self.look = None;
+            // Comes here again at once, for the next timer.
+            context.waker().wake_by_ref();
+        }
+        false
+    }
+
+    fn watch_recovery(&mut self) {
+        self.events.note(|waiting| note_errors(self.registers, waiting));
+        self.recovering = self.is_bus_off();
+    }
+}
+
+fn enable<I: Interrupt>() {
+    I::set_priority(PRIORITY);
+    // SAFETY: the handler is bound, its state is a static behind a critical section; no critical section relies on
+    // this interrupt being masked.
+    unsafe { I::enable() };
+}
+
+impl<S: FrameStamps> CanPort for Port<S> {
+    type PerMailbox<T: Default> = [T; MAILBOXES];
+
+    /// Two to a bank.
+    const FILTERS: usize = 2 * BANKS;
+
+    fn set_filters(&mut self, filters: &[Filter]) {
+        // Masks of 16 bits into the first FIFO: the other registers are as after a reset (RM0090 32.9.4).
+        let block = pac::CAN1;
+        block.fmr().modify(|w| {
+            w.set_finit(true);
+            w.set_can2sb(BANKS as u8);
+        });
+        self.filters = filters.len();
+        for (number, filter) in (0..).zip(filters) {
+            self.set_filter(number, *filter);
+        }
+        block.fmr().modify(|w| w.set_finit(false));
+    }
+
+    fn set_filter(&mut self, number: u8, filter: Filter) {
+        let number = usize::from(number);
+        let (block, bank) = (pac::CAN1, self.first_bank + number / 2);
+        if number >= self.filters || bank >= 2 * BANKS {
+            return;
+        }
+        let (registers, half) = (block.fb(bank), half_bank(filter));
+        let held = [registers.fr1().read().0, registers.fr2().read().0];
+        let mut wanted = held;
+        wanted[number % 2] = half;
+        // The half that an odd number leaves over repeats the last filter: an empty one would admit identifier 0.
+        if number + 1 == self.filters {
+            wanted[1] = half;
+        }
+        if wanted == held && block.fa1r().read().fact(bank) {
+            return;
+        }
+        // A bank that is not active may be written while the others work (RM0090 32.7.4).
+        block.fa1r().modify(|w| w.set_fact(bank, false));
+        registers.fr1().write(|w| w.0 = wanted[0]);
+        registers.fr2().write(|w| w.0 = wanted[1]);
+        block.fa1r().modify(|w| w.set_fact(bank, true));
+    }
+
+    fn join(&mut self) {
+        self.want(true, false);
+    }
+
+    fn listen(&mut self) {
+        self.want(true, true);
+    }
+
+    fn leave(&mut self) {
+        self.want(false, false);
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
+        if !self.mode.is_wanted_to_send() {
+            return Err(Busy);
+        }
+        let (number, behind) = self.mailboxes.claim(frame.id(), || self.events.holds_frame()).ok_or(Busy)?;
+        let waits = behind.contains(&true);
+        let mailbox = self.registers.tx(usize::from(number.0).min(MAILBOXES - 1));
+        let [a, b, c, d, e, f, g, h] = frame.padded();
+        mailbox.tdtr().write(|w| w.set_dlc(frame.dlc()));
+        mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));
+        mailbox.tdhr().write(|w| w.0 = u32::from_le_bytes([e, f, g, h]));
+        mailbox.tir().write(|w| {
+            w.set_stid(frame.id().raw());
+            w.set_txrq(!waits);
+        });
+        // The status is read when the frame is held: a result that comes later interrupts.
+        if waits
+            && let Some(due) =
+                self.events.hold(Held { mailbox: number, behind }, |n| self.registers.tsr().read().tme(n))
+        {
+            request(self.registers, due);
+        }
+        Ok(number)
+    }
+
+    fn abort(&mut self, mailbox: Mailbox) {
+        self.give_up(mailbox);
+    }
+
+    fn health(&self) -> Health {
+        Status(self.registers.esr().read().0).health()
+    }
+
+    /// A port that left its bus stays off it: [`CanPort::join`] recovers it too.
+    fn recover(&mut self) {
+        if self.is_bus_off()
+            && let Some(request) = self.mode.recover(Uptime.now())
+        {
+            self.obey(request);
+            (self.recovering, self.is_quiet) = (true, false);
+            self.advance();
+        }
+    }
+
+    fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
+        let bit = u32::from(self.timing.prescaler()) * u32::from(self.timing.quanta()) * TICKS_PER_CLOCK;
+        self.stamps.stamp(frame, reported, bit, || !self.holds(frame.id()))
+    }
+
+    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
+        if !self.is_quiet && self.watch(context) {
+            return Poll::Ready(PortEvent::Stalled);
+        }
+        let event = self.events.poll(context);
+        if let Poll::Ready(PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox }) = event {
+            self.mailboxes.release(mailbox);
+        }
+        event
+    }
+}
+
+impl<S: FrameStamps> Movable for Port<S> {
+    fn is_silent(&self) -> bool {
+        self.mode.is_silent()
+    }
+}

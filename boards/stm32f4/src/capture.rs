@@ -1,0 +1,151 @@
+//! Falling edges of both CAN_RX lines, captured by TIM5 and moved by DMA1, and stamps of frames from them.
+//!
+//! ```text
+//! CAN1_RX ── wire ── PA0 ── TIM5 channel 1 ── DMA1 stream 2 ── ring of the nominal bus
+//! CAN2_RX ── wire ── PA1 ── TIM5 channel 2 ── DMA1 stream 4 ── ring of the redundant bus
+//! ```
+//!
+//! A board may use any two of the four channels: [`EdgeInput`].
+//!
+//! A pin has one alternate function, so CAN_RX goes to a second pin by wire; without it frames keep the stamps of their
+//! interrupts. Nothing here interrupts: the DMA goes round for ever and is asked for its place when a frame is to be
+//! stamped. That is why the streams are programmed here: the ring buffer of embassy-stm32 counts laps in interrupts and
+//! hands edges out in order, once, where a search looks back and needs no count: edges that were overwritten are not
+//! the pattern of a frame any more.
+//!
+//! TIM5 runs since power-on, as the uptime does; what its 32 bits cannot hold comes with the interrupt's time.
+
+use core::sync::atomic::{Ordering, fence};
+
+use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp};
+use ecss_can::time::Clock;
+use ecss_can::types::{Frame, PerBus};
+use embassy_stm32::gpio::{AfType, Flex, Pull};
+use embassy_stm32::pac::TIM5;
+use embassy_stm32::pac::dma::St;
+use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
+use embassy_stm32::pac::timer::vals::CcmrInputCcs;
+use embassy_stm32::{Peri, pac, peripherals, rcc};
+
+use crate::edges::EdgeInput;
+use crate::spec::AlternatePin;
+use crate::stamping::FrameStamps;
+use crate::{TELLTALE, Uptime};
+
+/// TIM5 is at this channel of each stream (RM0090 table 42).
+const STREAM_CHANNEL: u8 = 6;
+
+/// Ticks of TIM5 in a microsecond: timers of APB1 run at twice its 42 MHz.
+pub(crate) const PER_MICRO: u32 = 84;
+
+static RINGS: PerBus<Ring> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
+
+type Ring = EdgeRing<PER_MICRO>;
+
+/// The edges of one line.
+pub struct Edges {
+    ring: &'static Ring,
+    stream: St,
+}
+
+/// Captures both lines from now on.
+pub fn start(_timer: Peri<'static, peripherals::TIM5>, inputs: PerBus<EdgeInput>) -> PerBus<Edges> {
+    rcc::enable_and_reset::<peripherals::TIM5>();
+    let nominal = Edges::new(inputs.nominal, &RINGS.nominal);
+    let redundant = Edges::new(inputs.redundant, &RINGS.redundant);
+    TIM5.arr().write_value(u32::MAX);
+    // An interrupt in between would shift the axis of the stamps against the uptime for ever.
+    cortex_m::interrupt::free(|_| {
+        TIM5.cnt().write_value(next_microsecond().low::<PER_MICRO>());
+        TIM5.cr1().modify(|w| w.set_cen(true));
+    });
+    PerBus { nominal, redundant }
+}
+
+/// Each request moves the capture register into the next cell of the ring, for ever, without interrupts. The cells are
+/// atomics of a static: they may change at any time, and are there for ever.
+fn go_round(stream: St, capture: *const u32, ring: &'static Ring) {
+    stream.par().write_value(capture as u32);
+    stream.m0ar().write_value(ring.cells().as_ptr() as u32);
+    stream.ndtr().write(|w| w.set_ndt(EDGES as u16));
+    // What the ring held is written before DMA may write.
+    fence(Ordering::Release);
+    stream.cr().write(|w| {
+        w.set_chsel(STREAM_CHANNEL);
+        w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
+        w.set_psize(Size::BITS32);
+        w.set_msize(Size::BITS32);
+        w.set_minc(true);
+        w.set_circ(true);
+        w.set_pl(Pl::VERY_HIGH);
+        w.set_en(true);
+    });
+}
+
+/// The beginning of a microsecond of the uptime, when it is there. An uptime that stands still is taken as it is.
+fn next_microsecond() -> Stamp {
+    /// Ten times as many as a microsecond has cycles.
+    const POLLS: usize = 1_680;
+    let now = Uptime.now();
+    let next = (0..POLLS).map(|_| Uptime.now()).find(|next| *next > now);
+    Stamp::interrupt(next.unwrap_or(now))
+}
+
+impl Edges {
+    /// Captures the edges at an input. TIM5 has its clock, and does not count yet.
+    #[inline(never)] // once for both buses
+    fn new(input: EdgeInput, ring: &'static Ring) -> Edges {
+        let EdgeInput { pin: AlternatePin(function, pin), channel, stream } = input;
+        let stream = pac::DMA1.st(stream);
+        let mut pin = Flex::new(pin);
+        // A line without wire is quiet.
+        pin.set_as_af_unchecked(function, AfType::input(Pull::Up));
+        // Dropping it would cut the timer off.
+        core::mem::forget(pin);
+        go_round(stream, TIM5.ccr(channel).as_ptr(), ring);
+        TIM5.ccmr_input(channel / 2).modify(|w| w.set_ccs(channel % 2, CcmrInputCcs::TI4));
+        TIM5.dier().modify(|w| w.set_ccde(channel, true));
+        TIM5.ccer().modify(|w| {
+            w.set_ccp(channel, true);
+            w.set_cce(channel, true);
+        });
+        Edges { ring, stream }
+    }
+
+    /// The cell of the ring that the next edge goes to.
+    pub(crate) fn next(&self) -> usize {
+        EDGES - usize::from(self.stream.ndtr().read().ndt())
+    }
+
+    /// Edges since `next` was read, fewer than the ring holds.
+    pub(crate) fn since(&self, next: usize) -> usize {
+        (self.next() + EDGES - next) % EDGES
+    }
+}
+
+impl FrameStamps for Edges {
+    /// Measures the stamp if possible. Counts both cases.
+    fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
+        // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too. The time of
+        // its interrupt is a microsecond that has begun.
+        let end = reported.low::<PER_MICRO>().wrapping_add(bit + PER_MICRO);
+        let longest = 2 * (bit + PER_MICRO);
+        // Bounded by reads, not by time: the loop ends although the timer stands still.
+        for _ in 0..longest {
+            if !(1..=longest).contains(&end.wrapping_sub(TIM5.cnt().read())) {
+                break;
+            }
+        }
+        let alone_until = TIM5.cnt().read();
+        let next = self.next();
+        // What DMA stored before it counted down is read after that count.
+        fence(Ordering::Acquire);
+        let result = if alone() {
+            self.ring.stamp(Captured { next, alone_until }, frame, reported, bit)
+        } else {
+            Err(Miss::Ambiguous)
+        };
+        TELLTALE.stamps.note(result.map(|stamp| stamp.low::<PER_MICRO>()));
+        result.unwrap_or(reported)
+    }
+}

@@ -1,0 +1,200 @@
+//! Oscillator, PLL and flash accelerator: what must run before anything else does.
+//!
+//! The HAL waits for HSE without bound, so HSE is started and checked here first. A board whose oscillator does not run stays on HSI,
+//! whose error of up to 1 % no CAN network tolerates. It touches no controller, reports the failure in its log, and tries again for
+//! ever: the oscillator may start late, as the clock that a NUCLEO gets from its ST-LINK does without USB.
+
+use cortex_m::peripheral::SYST;
+use ecss_can::time::Clock;
+use ecss_can::types::Duration;
+use embassy_stm32::gpio::{AnyPin, Pin};
+use embassy_stm32::pac::{DBGMCU, FLASH, RCC, TIM2};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
+};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::{Config, Peri, Peripherals};
+
+use crate::Uptime;
+use crate::clocks::{Clocks, Oscillator};
+use crate::common::dark;
+use crate::spec::BoardSpec;
+
+/// Looks at HSERDY until the board reports that HSE does not run. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
+/// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.
+const HSE_LOOKS: u32 = 270_000;
+/// Prescaler of TIM2 for a count in milliseconds of HSI.
+const MILLISECOND: u16 = 16_000 - 1;
+/// The LEDs take turns at this pace on a board without oscillator, milliseconds.
+const TURN: u32 = 250 - 1;
+
+/// Starts the clocks of the board `B` and the HAL: APB1 at 42 MHz, its timers at 84 MHz, the core at [`BoardSpec::HCLK`]. One bit
+/// timing and one timer rate on all boards.
+///
+/// Without its oscillator the board does not return from here until the oscillator runs: it logs the failure, its LEDs take turns, and
+/// both controllers stay in reset. An oscillator from which HCLK cannot be made fails the build.
+///
+/// # Panics
+/// When called twice.
+pub fn start<B: BoardSpec>() -> Peripherals {
+    let clocks = const { clocks::<B>() };
+    if !oscillates(B::OSCILLATOR) {
+        // SAFETY: `Peripherals` were not handed out yet, and these are dropped before they are.
+        let board = B::wiring(B::resources(unsafe { Peripherals::steal() }));
+        let [sync, state, ..] = board.leds;
+        wait_for_oscillator([sync, state]);
+    }
+    let mut config = Config::default();
+    config.rcc.hse = Some(Hse { freq: Hertz(B::OSCILLATOR.hz), mode: mode(B::OSCILLATOR) });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::from_bits(clocks.prediv),
+        mul: PllMul::from_bits(clocks.multiplier),
+        // A divider of 2, 4, 6 or 8 is coded 0 to 3 (RM0090 7.3.2).
+        divp: Some(PllPDiv::from_bits(clocks.divider / 2 - 1)),
+        divq: None,
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = prescaler(clocks.apb1_divider);
+    config.rcc.apb2_pre = prescaler(clocks.apb2_divider);
+    let peripherals = embassy_stm32::init(config);
+    accelerate();
+    // HSE that stops from now on raises the NMI, which ends the program (`post_mortem`).
+    RCC.cr().modify(|w| w.set_csson(true));
+    peripherals
+}
+
+/// The clock tree of a board.
+///
+/// # Panics
+/// While compiling, when there is none.
+const fn clocks<B: BoardSpec>() -> Clocks {
+    match Clocks::new(B::OSCILLATOR, B::HCLK) {
+        Ok(clocks) => clocks,
+        Err(error) => panic!("{}", error.message().as_str()),
+    }
+}
+
+fn prescaler(divider: u8) -> APBPrescaler {
+    match divider {
+        1 => APBPrescaler::DIV1,
+        2 => APBPrescaler::DIV2,
+        _ => APBPrescaler::DIV4,
+    }
+}
+
+fn mode(oscillator: Oscillator) -> HseMode {
+    if oscillator.is_external() { HseMode::Bypass } else { HseMode::Oscillator }
+}
+
+/// Starts HSE and waits for it, on HSI. Returns whether it runs.
+fn oscillates(oscillator: Oscillator) -> bool {
+    RCC.cr().modify(|w| w.set_hsebyp(oscillator.is_external()));
+    RCC.cr().modify(|w| w.set_hseon(true));
+    (0..HSE_LOOKS).any(|_| RCC.cr().read().hserdy())
+}
+
+/// Switches on prefetch and both caches of the flash, empty: at 168 MHz it takes 5 wait states. The HAL's init writes ACR
+/// and leaves them off.
+pub fn accelerate() {
+    FLASH.acr().modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
+        w.set_prften(can_prefetch());
+        w.set_icen(true);
+        w.set_dcen(true);
+    });
+}
+
+/// What is wrong with the clock tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ClockFault {
+    /// HSE is not ready any more.
+    Oscillator,
+    /// SYSCLK comes from elsewhere than the PLL of HSE.
+    Source,
+    /// Core cycles in 10 ms of the uptime, which are to be a hundredth of HCLK.
+    Rate(u32),
+}
+
+/// Checks that SYSCLK is the PLL of HSE, and the core's clock against the timer of the uptime. Both follow one oscillator: its
+/// own frequency takes an instrument. After `Board::new`, which starts SysTick.
+///
+/// # Errors
+/// [`ClockFault`].
+pub fn check_clock<B: BoardSpec>() -> Result<(), ClockFault> {
+    const TIME: Duration = Duration::from_millis(10);
+    let expected = B::HCLK / 100;
+    // The timer ticks in microseconds at best, and an interrupt may come in between.
+    let tolerance = expected / 100;
+    if !RCC.cr().read().hserdy() {
+        return Err(ClockFault::Oscillator);
+    }
+    if RCC.cfgr().read().sws() != Sysclk::PLL1_P || RCC.pllcfgr().read().pllsrc() != PllSource::HSE {
+        return Err(ClockFault::Source);
+    }
+    // Bounded by looks: the uptime may stand still.
+    let begin = (SYST::get_current(), Uptime.now());
+    let is_over = (0..expected).any(|_| Uptime.now().since(begin.1) >= TIME);
+    let (begin, end) = (begin.0, SYST::get_current());
+    // It counts down, and begins again at its reload value.
+    let cycles = if end <= begin { begin - end } else { begin + SYST::get_reload() + 1 - end };
+    let is_right = is_over && cycles.abs_diff(expected) <= tolerance;
+    if is_right { Ok(()) } else { Err(ClockFault::Rate(cycles)) }
+}
+
+/// BOR_LEV of the option bytes: 3 is off, 0 the highest supply.
+pub fn brown_out_level() -> u8 {
+    FLASH.optcr().read().bor_lev()
+}
+
+/// An F405 of revision A cannot (ES0182). It names itself 411h there.
+fn can_prefetch() -> bool {
+    const STM32F20X: u16 = 0x411;
+    const STM32F405: u16 = 0x413;
+    const REVISION_A: u16 = 0x1000;
+    let identity = DBGMCU.idcode().read();
+    match identity.dev_id() {
+        STM32F20X => false,
+        STM32F405 => identity.rev_id() != REVISION_A,
+        _ => true,
+    }
+}
+
+/// The safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs take turns. HSE is
+/// started anew at each turn, until it runs. The HAL is not started.
+fn wait_for_oscillator(leds: [Peri<'static, AnyPin>; 2]) {
+    // TIM2 is the time of the log, which stands at zero, and then the pace of the LEDs.
+    RCC.apb1enr().modify(|w| w.set_tim2en(true));
+    error!("HSE does not start: staying off both buses");
+    TIM2.psc().write_value(MILLISECOND);
+    TIM2.arr().write_value(TURN);
+    TIM2.cr1().write(|w| w.set_cen(true));
+    for led in &leds {
+        // A bit for each port, from A on.
+        RCC.ahb1enr().modify(|w| w.0 |= 1 << led.port());
+    }
+    let [mut first, mut second] = leds.map(dark);
+    first.set_high();
+    while !RCC.cr().read().hserdy() {
+        // A crystal that did not begin to oscillate gets another start.
+        RCC.cr().modify(|w| w.set_hseon(false));
+        RCC.cr().modify(|w| w.set_hseon(true));
+        while !TIM2.sr().read().uif() {}
+        TIM2.sr().write(|_| ());
+        first.toggle();
+        second.toggle();
+    }
+    warn!("HSE has started late");
+    // As after a reset: TIM2 is the time driver's from here on.
+    RCC.apb1rstr().modify(|w| w.set_tim2rst(true));
+    RCC.apb1rstr().modify(|w| w.set_tim2rst(false));
+    RCC.apb1enr().modify(|w| w.set_tim2en(false));
+}

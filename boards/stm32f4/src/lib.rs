@@ -1,0 +1,120 @@
+//! Chip support for STM32F4 parts with two bxCAN controllers that reach 168 MHz: F405, F407, F415, F417, F427, F429, F437, F439,
+//! F446, F469 and F479.
+//!
+//! F412, F413 and F423 reach 100 MHz at most, and cannot make the 42 MHz at APB1 that all bit timings here are made for while their
+//! timers run at 84 MHz. F401, F410 and F411 have no CAN controller.
+//!
+//! A board is a crate of its own, in any repository. It lists an oscillator and pins by the macro [`board!`]. `Board::new` hands
+//! out everything that the protocol needs of it, and takes only that: timers, pins and converters that it does not use stay with
+//! the application.
+//!
+//! ```ignore (an image; `board` is the crate of a board)
+//! type MyBoard = boards_stm32f4::Board<board::Spec>;
+//!
+//! let p = boards_stm32f4::start::<board::Spec>();
+//! let board = MyBoard::new(board::take!(p), BIT_TIMING, boards_runtime::Irqs);
+//! let i2c = I2c::new_blocking(p.I2C1, p.PB6, p.PB7, Default::default());
+//! ```
+//!
+//! The crate defines no handler of panics or exceptions and no symbol of the linker. `boards-runtime` has them for images that want
+//! them. An image without `boards-runtime` does this itself:
+//!
+//! - it binds the six interrupts of both controllers to [`ReceiveHandler`], [`TransmitHandler`] and [`StatusHandler`];
+//! - it calls [`exceptions::on_tick`] in its handler of SysTick; otherwise the watchdog resets the chip after a few seconds;
+//! - it should call [`exceptions::on_fault`] in its handler of HardFault, so that the controllers fall silent and there is a record;
+//! - it chooses a time driver of embassy-stm32, the feature `rt` of it, a critical section and a handler of panics.
+//!
+//! Nothing of the protocol above this crate names a register or a pin. All `unsafe` of the project is here and in
+//! `boards-runtime`. On the host only the parts that need no hardware are compiled, so that they can be tested there.
+
+#![cfg_attr(target_os = "none", no_std)]
+#![deny(unsafe_op_in_unsafe_fn)]
+#![deny(clippy::undocumented_unsafe_blocks)]
+#![warn(missing_docs)]
+
+#[cfg(target_os = "none")]
+#[macro_use]
+mod log;
+
+#[cfg(any(test, target_os = "none"))]
+mod bxcan;
+mod clocks;
+#[cfg(any(not(target_os = "none"), feature = "full"))]
+pub mod store;
+pub mod straps;
+mod timing;
+
+#[cfg(all(target_os = "none", feature = "full"))]
+mod board;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod capture;
+#[cfg(target_os = "none")]
+mod clock;
+#[cfg(target_os = "none")]
+mod clock_tree;
+#[cfg(target_os = "none")]
+mod common;
+#[cfg(target_os = "none")]
+mod edges;
+#[cfg(target_os = "none")]
+mod fault_stack;
+#[cfg(target_os = "none")]
+mod minimal;
+#[cfg(target_os = "none")]
+mod one_controller;
+#[cfg(target_os = "none")]
+mod post_mortem;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod pulse;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod retained;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod spare;
+#[cfg(target_os = "none")]
+mod spec;
+#[cfg(target_os = "none")]
+mod stamping;
+#[cfg(target_os = "none")]
+mod supervisor;
+
+/// What the handlers of exceptions of the core call.
+#[cfg(target_os = "none")]
+pub mod exceptions {
+    pub use crate::fault_stack::{FAULT_STACK, FAULT_STACK_SIZE};
+    pub use crate::post_mortem::{ReadLog, on_fault, on_oscillator};
+    pub use crate::supervisor::on_tick;
+}
+
+/// What a debugger or an emulator reads of the running image, by the name of this static.
+#[cfg(target_os = "none")]
+pub static TELLTALE: ecss_can::runner::Telltale = ecss_can::runner::Telltale::new();
+
+/// Reset the chip.
+#[cfg(target_os = "none")]
+pub fn reset() -> ! {
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+pub use clocks::{ClockError, Clocks, Oscillator};
+pub use timing::{LIMITS, PCLK1, bit_timing};
+
+#[cfg(target_os = "none")]
+pub use {
+    bxcan::{Controller, ControllerInterrupts, Port, ReceiveHandler, StatusHandler, TransmitHandler},
+    clock::Uptime,
+    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, start},
+    common::{CanInterrupts, Leds},
+    ecss_can::types::PerBus,
+    edges::{CaptureChannel, EdgeInput},
+    minimal::MinimalBoard,
+    one_controller::{OneControllerBoard, SharedPort, TransceiverPin},
+    spec::{BoardSpec, CanLines, PulseOutput, Wiring},
+    supervisor::{Supervised, supervised},
+};
+
+#[cfg(all(target_os = "none", feature = "full"))]
+pub use {
+    board::Board,
+    bxcan::{CaptureFault, ControllerFault, LineFault},
+    pulse::{Pulse, TooLate},
+};

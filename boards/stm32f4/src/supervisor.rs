@@ -1,0 +1,225 @@
+//! Supervisor: feeds the watchdog as long as all supervised tasks answer.
+//!
+//! Ten times a second an interrupt above all others feeds the watchdog and wakes one [`supervised`] task, in turn. A task has
+//! answered when it was polled and returned, so one that waits for an event for hours answers as any other. While an answer is
+//! missing the watchdog is not fed. After a second without it the interrupt records what runs, with its program counter, and
+//! resets the chip. Where interrupts are off the watchdog does. Only one task is woken at a time: a frame that arrives then
+//! waits for one poll more, not for one of each task.
+
+use core::cell::RefCell;
+use core::pin::Pin;
+use core::sync::atomic::{AtomicI32, AtomicU32, Ordering};
+use core::task::{Context, Poll, Waker};
+
+use cortex_m::peripheral::{NVIC, SYST};
+use ecss_can::emcy::PostMortem;
+use embassy_stm32::pac::iwdg::regs::{Kr, Pr, Rlr};
+use embassy_stm32::pac::{DBGMCU, IWDG};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use pin_project_lite::pin_project;
+
+use crate::post_mortem::{self, ReadLog};
+
+/// Most that SysTick counts, 24 bits: 99.9 ms at 168 MHz.
+const LONGEST_TICK: u32 = 1 << 24;
+/// Ticks in which a task answers. One that hangs stops all others of its executor: the next one asked does not answer.
+const PATIENCE: u32 = 10;
+/// Ticks of uptime after which the next reset counts as the first one of a row.
+const TRUSTED: i32 = ticks(60);
+/// From the fifth reset in a row on, the board is silent before it tries again: so long at first.
+const LOOP: u8 = 5;
+const SILENCE: i32 = ticks(600);
+const LONGEST_SILENCE: i32 = ticks(24 * 3600);
+/// Tasks that are asked; others are not.
+const TASKS: usize = if cfg!(feature = "full") { 16 } else { 4 };
+
+/// LSI divided by 64. It runs at 17 to 47 kHz (DS8626 table 41): 1,900 counts are 2.6 s at least, and the flash erases a sector in
+/// 2 s at most. At 32 kHz they are 3.8 s, at 17 kHz 7.2 s.
+const PRESCALER: u32 = 4;
+const COUNTS: u32 = 1_900;
+const KEY_START: Kr = Kr(0xCCCC);
+const KEY_ACCESS: Kr = Kr(0x5555);
+const KEY_FEED: Kr = Kr(0xAAAA);
+
+/// A supervised task.
+#[repr(C)]
+struct Place {
+    name: u32,
+    /// `None`: the place is free.
+    waker: Option<Waker>,
+}
+
+static TASK_LIST: Mutex<CriticalSectionRawMutex, RefCell<[Place; TASKS]>> =
+    Mutex::new(RefCell::new([const { Place { name: 0, waker: None } }; TASKS]));
+/// The task that was asked and has not answered: its place and one; zero for none.
+static ASKED: AtomicU32 = AtomicU32::new(0);
+/// Place of the task that was asked last.
+static TURN: AtomicU32 = AtomicU32::new(0);
+/// Ticks since one was asked.
+static WAITED: AtomicU32 = AtomicU32::new(0);
+/// Ticks; negative while the board is silent.
+static UPTIME: AtomicI32 = AtomicI32::new(0);
+
+/// At 168 MHz. Ticks are longer at lower clocks, by 0.2 % at most.
+const fn ticks(seconds: u64) -> i32 {
+    (seconds * 168_000_000 / LONGEST_TICK as u64) as i32 + 1
+}
+
+/// Starts watchdog and supervisor; `hclk` is the clock of the core in Hz. After too many resets in a row the board is silent first, for 10 minutes and more.
+#[inline(never)] // a small stack frame of its own, reached by short instructions
+pub(crate) fn start(row: u8, hclk: u32) {
+    DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
+    IWDG.kr().write_value(KEY_START);
+    IWDG.kr().write_value(KEY_ACCESS);
+    IWDG.pr().write_value(Pr(PRESCALER));
+    IWDG.rlr().write_value(Rlr(COUNTS - 1));
+    feed();
+    // SAFETY: no critical section relies on a priority. SysTick is that of no other part of the program.
+    unsafe {
+        let nvic = &*NVIC::PTR;
+        for priority in &nvic.ipr[..96] {
+            // SysTick has the highest one, zero.
+            priority.write(1 << 4);
+        }
+        let timer = &*SYST::PTR;
+        timer.rvr.write(LONGEST_TICK.min(hclk / 10) - 1);
+        timer.cvr.write(0);
+        timer.csr.write(0b111);
+    }
+    if let Some(more) = row.checked_sub(LOOP) {
+        let silence = LONGEST_SILENCE.min(SILENCE << more.min(8));
+        UPTIME.store(-silence, Ordering::Relaxed);
+        while UPTIME.load(Ordering::Relaxed) < 0 {
+            cortex_m::asm::wfi();
+        }
+    }
+}
+
+/// Feeds the watchdog.
+pub(crate) fn feed() {
+    IWDG.kr().write_value(KEY_FEED);
+}
+
+/// Feeds the watchdog, or ends the program. For the handler of SysTick, above all others. `frame`: where the exception stacked the
+/// registers of what it interrupted. `log`: see [`post_mortem::end`].
+#[inline(always)] // called from one place of an image
+pub fn on_tick(frame: u32, log: ReadLog) {
+    let uptime = UPTIME.load(Ordering::Relaxed).wrapping_add(1);
+    UPTIME.store(uptime, Ordering::Relaxed);
+    if uptime == TRUSTED {
+        post_mortem::trust();
+    }
+    let waited = WAITED.load(Ordering::Relaxed) + 1;
+    WAITED.store(waited, Ordering::Relaxed);
+    if ASKED.load(Ordering::Relaxed) != 0 {
+        if waited > PATIENCE {
+            post_mortem::end(frame, PostMortem::LATE_TASK, log);
+        }
+        return;
+    }
+    feed();
+    WAITED.store(0, Ordering::Relaxed);
+    if uptime > 0 {
+        ask_next();
+    }
+}
+
+/// Wakes the next task.
+fn ask_next() {
+    let turn = TURN.load(Ordering::Relaxed) as usize;
+    TASK_LIST.lock(|list| {
+        let list = list.borrow();
+        let mut places = (turn + 1..turn + 1 + TASKS).map(|place| place % TASKS);
+        let next = places.find_map(|place| Some((place, list.get(place)?.waker.as_ref()?)));
+        if let Some((place, waker)) = next {
+            TURN.store(place as u32, Ordering::Relaxed);
+            // No task runs before this handler has returned.
+            ASKED.store(place as u32 + 1, Ordering::Relaxed);
+            waker.wake_by_ref();
+        }
+    });
+}
+
+pin_project! {
+    /// Future of [`supervised`].
+    pub struct Supervised<F> {
+        name: u32,
+        // Place in the list and one; zero before the first poll.
+        place: u32,
+        #[pin]
+        future: F,
+    }
+
+    impl<F> PinnedDrop for Supervised<F> {
+        fn drop(this: Pin<&mut Self>) {
+            leave(this.place);
+        }
+    }
+}
+
+/// Supervises a task: `future` is all that the task does. If it does not return from a poll for a second, the chip is reset, and the
+/// record of the reset has the first four characters of `name`, with spaces behind a shorter one.
+///
+/// At most 16 tasks are supervised, four without the feature `full`. Further ones only run.
+///
+/// ```ignore (a task of an image)
+/// #[embassy_executor::task]
+/// fn due(runner: DueRunner<Board, Node>) -> impl Future<Output = ()> {
+///     supervised("due", runner.run())
+/// }
+/// ```
+pub fn supervised<F: Future>(name: &'static str, future: F) -> Supervised<F> {
+    let mut first = [b' '; 4];
+    for (place, byte) in first.iter_mut().zip(name.bytes()) {
+        *place = byte;
+    }
+    Supervised { name: u32::from_le_bytes(first), place: 0, future }
+}
+
+impl<F: Future> Future for Supervised<F> {
+    type Output = ();
+
+    #[inline]
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<()> {
+        let this = self.project();
+        if *this.place == 0 {
+            *this.place = enter(*this.name, context.waker());
+        }
+        post_mortem::runs(*this.name);
+        let result = this.future.poll(context).map(drop);
+        answered(*this.place);
+        result
+    }
+}
+
+/// Adds a task to the list. Returns its place and one; more than there are if the list is full.
+#[inline(never)] // once for each task
+fn enter(name: u32, waker: &Waker) -> u32 {
+    TASK_LIST.lock(|list| {
+        let mut list = list.borrow_mut();
+        let place = list.iter().position(|place| place.waker.is_none()).unwrap_or(TASKS);
+        if let Some(free) = list.get_mut(place) {
+            *free = Place { name, waker: Some(waker.clone()) };
+        }
+        place as u32 + 1
+    })
+}
+
+/// Removes a task from the list.
+#[inline(never)] // once for each task
+fn leave(place: u32) {
+    answered(place);
+    TASK_LIST.lock(|list| {
+        if let Some(left) = list.borrow_mut().get_mut((place as usize).wrapping_sub(1)) {
+            *left = Place { name: 0, waker: None };
+        }
+    });
+}
+
+#[inline]
+fn answered(place: u32) {
+    if ASKED.load(Ordering::Relaxed) == place {
+        ASKED.store(0, Ordering::Relaxed);
+    }
+}
