@@ -12,7 +12,8 @@ const CHIPS: [(&str, &str); 2] =
 
 fn main() {
     println!("cargo:rerun-if-changed=../build.rs");
-    let is_chosen = |feature: &str| env::vars_os().any(|(name, _)| name.to_string_lossy().starts_with(feature));
+    let is_chosen =
+        |feature: &str| env::vars_os().any(|(name, _)| name.to_string_lossy().starts_with(feature));
     let chip = CHIPS.iter().find(|(feature, _)| is_chosen(feature));
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;

@@ -27,6 +27,7 @@ use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
 use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::{Peri, pac, peripherals, rcc};
 
+use crate::clocks;
 use crate::edges::EdgeInput;
 use crate::spec::AlternatePin;
 use crate::stamping::FrameStamps;
@@ -35,8 +36,8 @@ use crate::{TELLTALE, Uptime};
 /// TIM5 is at this channel of each stream (RM0090 table 42).
 const STREAM_CHANNEL: u8 = 6;
 
-/// Ticks of TIM5 in a microsecond: timers of APB1 run at twice its 42 MHz.
-pub(crate) const PER_MICRO: u32 = 84;
+/// Ticks of TIM5 in a microsecond.
+pub(crate) const PER_MICRO: u32 = clocks::TIMERS / 1_000_000;
 
 static RINGS: PerBus<Ring> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
 

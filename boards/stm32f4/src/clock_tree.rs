@@ -16,7 +16,7 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peri, Peripherals};
 
 use crate::Uptime;
-use crate::clocks::{Clocks, Oscillator};
+use crate::clocks::{Clocks, Oscillator, OscillatorKind};
 use crate::common::dark;
 use crate::spec::BoardSpec;
 
@@ -45,7 +45,7 @@ pub fn start<B: BoardSpec>() -> Peripherals {
         wait_for_oscillator([sync, state]);
     }
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse { freq: Hertz(B::OSCILLATOR.hz), mode: mode(B::OSCILLATOR) });
+    config.rcc.hse = Some(Hse { freq: Hertz(B::OSCILLATOR.hz()), mode: mode(B::OSCILLATOR) });
     config.rcc.pll_src = PllSource::HSE;
     config.rcc.pll = Some(Pll {
         prediv: PllPreDiv::from_bits(clocks.prediv),
@@ -57,8 +57,8 @@ pub fn start<B: BoardSpec>() -> Peripherals {
     });
     config.rcc.sys = Sysclk::PLL1_P;
     config.rcc.ahb_pre = AHBPrescaler::DIV1;
-    config.rcc.apb1_pre = prescaler(clocks.apb1_divider);
-    config.rcc.apb2_pre = prescaler(clocks.apb2_divider);
+    config.rcc.apb1_pre = prescaler(clocks.apb1);
+    config.rcc.apb2_pre = prescaler(clocks.apb2);
     let peripherals = embassy_stm32::init(config);
     accelerate();
     // HSE that stops from now on raises the NMI, which ends the program (`post_mortem`).
@@ -86,12 +86,15 @@ fn prescaler(divider: u8) -> APBPrescaler {
 }
 
 fn mode(oscillator: Oscillator) -> HseMode {
-    if oscillator.is_external() { HseMode::Bypass } else { HseMode::Oscillator }
+    match oscillator.kind() {
+        OscillatorKind::Crystal => HseMode::Oscillator,
+        OscillatorKind::External => HseMode::Bypass,
+    }
 }
 
 /// Starts HSE and waits for it, on HSI. Returns whether it runs.
 fn oscillates(oscillator: Oscillator) -> bool {
-    RCC.cr().modify(|w| w.set_hsebyp(oscillator.is_external()));
+    RCC.cr().modify(|w| w.set_hsebyp(mode(oscillator) == HseMode::Bypass));
     RCC.cr().modify(|w| w.set_hseon(true));
     (0..HSE_LOOKS).any(|_| RCC.cr().read().hserdy())
 }

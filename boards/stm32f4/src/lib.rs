@@ -8,7 +8,8 @@
 //! out everything that the protocol needs of it, and takes only that: timers, pins and converters that it does not use stay with
 //! the application.
 //!
-//! ```ignore (an image; `board` is the crate of a board)
+//! ```ignore (an image)
+//! // `board` is the crate of the board.
 //! type MyBoard = boards_stm32f4::Board<board::Spec>;
 //!
 //! let p = boards_stm32f4::start::<board::Spec>();
@@ -95,7 +96,7 @@ pub fn reset() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-pub use clocks::{ClockError, Clocks, Oscillator};
+pub use clocks::{ClockError, Clocks, ErrorText, Oscillator, OscillatorKind, TIMERS};
 pub use timing::{LIMITS, PCLK1, bit_timing};
 
 #[cfg(target_os = "none")]

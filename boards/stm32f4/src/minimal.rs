@@ -6,9 +6,9 @@ use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::runner::Platform;
 use ecss_can::types::{NodeId, PerBus};
 
+use crate::Uptime;
 use crate::bxcan::Port;
 use crate::common::{CanInterrupts, Leds, strap_bits, watch};
-use crate::Uptime;
 use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};

@@ -10,9 +10,9 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 
+use crate::Uptime;
 use crate::bxcan::Port;
 use crate::common::{CanInterrupts, Leds, strap_bits, watch};
-use crate::Uptime;
 use crate::spec::{AlternatePin, BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};

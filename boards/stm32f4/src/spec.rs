@@ -50,7 +50,7 @@ pub struct Wiring {
 
 /// A CAN controller with its two pins.
 pub struct CanLines<T: Controller> {
-    pub(crate) controller: Peri<'static, T>,
+    _controller: Peri<'static, T>,
     pub(crate) rx: AlternatePin,
     pub(crate) tx: AlternatePin,
 }
@@ -63,20 +63,20 @@ impl<T: Controller> CanLines<T> {
         tx: Peri<'static, impl TxPin<T>>,
     ) -> CanLines<T> {
         let (rx, tx) = (AlternatePin(rx.af_num(), rx.into()), AlternatePin(tx.af_num(), tx.into()));
-        CanLines { controller, rx, tx }
+        CanLines { _controller: controller, rx, tx }
     }
 }
 
 /// The output of pulses: channel 4 of TIM3.
 pub struct PulseOutput {
-    pub(crate) timer: Peri<'static, TIM3>,
+    _timer: Peri<'static, TIM3>,
     pub(crate) pin: AlternatePin,
 }
 
 impl PulseOutput {
     /// Takes a pin of that channel. Others do not compile.
     pub fn new(timer: Peri<'static, TIM3>, pin: Peri<'static, impl TimerPin<TIM3, Ch4>>) -> PulseOutput {
-        PulseOutput { timer, pin: AlternatePin(pin.af_num(), pin.into()) }
+        PulseOutput { _timer: timer, pin: AlternatePin(pin.af_num(), pin.into()) }
     }
 }
 

@@ -2,8 +2,10 @@
 
 use ecss_can::link::bit_timing::{BitTiming, Hertz, Limits, Network, Range};
 
+use crate::clocks;
+
 /// Clock of the CAN controllers: APB1.
-pub const PCLK1: Hertz = Hertz(42_000_000);
+pub const PCLK1: Hertz = Hertz(clocks::PCLK1);
 
 /// What CAN_BTR can be set to: BRP, TS1, TS2, SJW (RM0090 32.9.2).
 pub const LIMITS: Limits = Limits {

@@ -17,7 +17,7 @@ use crate::port::{BoardPort, MockPort, one_controller};
 use crate::seat::Seat;
 use crate::timeline::Timeline;
 
-/// The board of a node in a world, as `boards::Board` is one of metal: what its node is made with.
+/// The board of a node in a world, as `boards_stm32f4::Board` is one of metal: what its node is made with.
 pub struct MockBoard {
     /// Its straps.
     pub node_id: NodeId,

@@ -141,7 +141,7 @@ impl<N: Member> Events<N> {
         event
     }
 
-    /// Resets the chip, as `boards::reset` does, once all its tasks wait.
+    /// Resets the chip, as `boards_stm32f4::reset` does, once all its tasks wait.
     pub fn reset(&self) {
         self.reset.set(true);
     }

@@ -2,7 +2,6 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use board as _; // memory map
 use boards_runtime as _; // log, panics
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::{Level, Output, Speed};

@@ -146,10 +146,16 @@ impl Image {
         self.code.get_or_init(|| Code::decode(FLASH_BASE as u32, &self.flash))
     }
 
-    /// A variable or function by its name: that of the ELF file, or its path in Rust. Of several instances of a generic
-    /// function it is one.
+    /// A variable or function by its name: that of the ELF file, its path in Rust, or the end of the path of one alone, such as
+    /// `TELLTALE`. Of several instances of a generic function it is one.
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
-        self.symbols.get(name).copied()
+        self.symbols.get(name).copied().or_else(|| {
+            let is_end =
+                |path: &&String| path.strip_suffix(name).is_some_and(|before| before.ends_with("::"));
+            let mut paths = self.symbols.keys().filter(is_end);
+            let only = paths.next().filter(|_| paths.next().is_none())?;
+            self.symbols.get(only).copied()
+        })
     }
 
     /// The function that has an instruction at `address`, by the symbols of the ELF file.

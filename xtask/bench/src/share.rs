@@ -22,7 +22,7 @@ pub const PROTOCOL: [&str; 16] = [
 
 /// Crates, and the part that they belong to. A crate that is not listed counts as `others`.
 const CRATES: [(&str, &str); 14] = [
-    ("boards", "boards"),
+    ("boards_stm32f4", "boards"),
     ("mission", "application"),
     ("master", "application"),
     ("slave", "application"),
@@ -91,7 +91,7 @@ mod tests {
                 "od",
             ),
             (
-                "<boards::bxcan::port::Port<boards::capture::Edges> as ecss_can::link::port::CanPort>::stamp",
+                "<boards_stm32f4::bxcan::port::Port<boards_stm32f4::capture::Edges> as ecss_can::link::port::CanPort>::stamp",
                 "boards",
             ),
             ("mission::objects::communication::<ecss_can::pdo::parameters::PdoMapping>", "application"),

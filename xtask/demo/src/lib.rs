@@ -121,7 +121,7 @@ fn has_counters(node: Node, image: &Image) -> Result<(), Misuse> {
     Err(Misuse::of(
         "demo",
         format!(
-            "the image of {name} has no symbol TELLTALE, its counters: start its node with the one of the crate `boards`, or \
+            "the image of {name} has no symbol TELLTALE, its counters: start its node with the one of `boards-stm32f4`, or \
              fly the image by `cargo twin`"
         ),
     ))

@@ -165,7 +165,8 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         packages(&FOREIGN, board, "standard"),
         packages(&[TEST_PERIPHERALS, CHECKS], board, "standard"),
     ];
-    let command = ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
+    let command =
+        ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board.
     for profile in [profile, &format!("{profile}+one-controller")] {

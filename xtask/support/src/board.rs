@@ -96,28 +96,31 @@ impl Board {
     /// Checks that the images of this project are built for this board; `command` is the subcommand that builds them.
     ///
     /// # Errors
-    /// When they have no cargo feature with its name.
+    /// When they do not depend on it.
     pub fn check_images(&self, command: &'static str) -> Result<(), Misuse> {
         let (name, built) = (self.name(), built_names());
         if built.iter().any(|known| known == name) {
             return Ok(());
         }
         let text = format!(
-            "invalid value '{name}' for '--board <BOARD>': the images of this project have no cargo feature '{name}', and cannot be \
-             built for this board; allowed are {}",
+            "invalid value '{name}' for '--board <BOARD>': the images of this project do not depend on the board '{name}', and cannot be \
+             built for it; allowed are {}",
             built.join(", ")
         );
         Err(Misuse::of(command, text))
     }
 }
 
-/// Names that are both a board of this project and a cargo feature of its images, [`Board::DEFAULT`] first.
+/// Names of the boards of this project that its images choose from, by a dependency each, [`Board::DEFAULT`] first.
 fn built_names() -> Vec<String> {
     let manifest = std::fs::read_to_string(project::path("firmware/master/Cargo.toml")).unwrap_or_default();
     let manifest: toml::Table = manifest.parse().unwrap_or_default();
-    let features = manifest.get("features").and_then(toml::Value::as_table);
-    let is_feature = |name: &String| features.is_some_and(|features| features.contains_key(name));
-    let mut names: Vec<_> = Description::names().into_iter().filter(is_feature).collect();
+    let targets = manifest.get("target").and_then(toml::Value::as_table);
+    let is_dependency = |name: &String| {
+        let mut targets = targets.into_iter().flat_map(toml::Table::values);
+        targets.any(|target| target.get("dependencies").is_some_and(|all| all.get(name).is_some()))
+    };
+    let mut names: Vec<_> = Description::names().into_iter().filter(is_dependency).collect();
     names.sort_by_key(|name| name != Board::DEFAULT);
     names
 }
@@ -263,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn images_are_built_for_the_boards_that_they_have_as_features() {
+    fn images_are_built_for_the_boards_that_they_depend_on() {
         let names: Vec<_> = Board::built().iter().map(|board| board.name().to_owned()).collect();
         assert_eq!(names[0], "pyboard-v11");
         assert!(names.iter().any(|name| name == "nucleo-f446re"), "{names:?}");

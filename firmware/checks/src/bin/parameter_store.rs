@@ -21,7 +21,6 @@ fn main() {
 mod firmware {
     use core::sync::atomic::{AtomicU32, Ordering};
 
-    use board as _; // memory map
     use boards_runtime as _; // log, panics, exceptions
     use boards_stm32f4::store;
     use ecss_can::store::{ParameterStore, StoreError};

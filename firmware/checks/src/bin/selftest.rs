@@ -58,9 +58,12 @@ mod firmware {
                 line.map(drop),
             );
             match line {
-                Ok(captured) => {
-                    self.note(number + 2, names[1], "look at the wire from CAN_RX to the capture pin", captured)
-                }
+                Ok(captured) => self.note(
+                    number + 2,
+                    names[1],
+                    "look at the wire from CAN_RX to the capture pin",
+                    captured,
+                ),
                 Err(_) => defmt::warn!("{=u8} {=str}: not checked", number + 2, names[1]),
             }
         }
@@ -109,7 +112,12 @@ mod firmware {
         let p = boards_stm32f4::start::<Spec>();
         let Board { mut ports, leds, straps, store, .. } = Board::<Spec>::new(board::take!(p), TIMING, Irqs);
         let mut failures = Failures(0);
-        failures.note(1, "clock", "look at the oscillator and its solder bridges", boards_stm32f4::check_clock::<Spec>());
+        failures.note(
+            1,
+            "clock",
+            "look at the oscillator and its solder bridges",
+            boards_stm32f4::check_clock::<Spec>(),
+        );
         check_controllers(&mut failures, &mut ports.nominal, &mut ports.redundant);
         failures.note(
             8,

@@ -7,7 +7,7 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;
 use embassy_sync::signal::Signal;
 use mission::{CableMeasurement, CommanderObjects};
 
-use super::Node;
+use super::{Board, Node};
 
 /// A slave whose cable is to be measured.
 static WANTED: Signal<Raw, NodeId> = Signal::new();

@@ -59,7 +59,7 @@ pub struct Task {
 
 /// The tasks in the list of the supervisor: a name and a waker each, of which a word is the address of the storage.
 pub fn tasks(craft: &Craft, node: u8) -> Vec<Task> {
-    let list = craft.twin.board(craft.board(node)).symbol("boards::supervisor::TASK_LIST").unwrap();
+    let list = craft.twin.board(craft.board(node)).symbol("boards_stm32f4::supervisor::TASK_LIST").unwrap();
     let words: Vec<u32> = (0..list.size / 4).map(|n| word_at(craft, node, list.address + 4 * n)).collect();
     let is_ram = |word: &u32| word >> 24 == 0x20;
     let is_name =
@@ -113,7 +113,7 @@ fn resets(craft: &Craft, node: u8) -> u64 {
 /// Functions of the return addresses in the record of a board.
 fn callers(craft: &Craft, node: u8) -> Vec<String> {
     let board = craft.twin.board(craft.board(node));
-    let record = board.symbol("boards::post_mortem::record::POST_MORTEM").unwrap().address;
+    let record = board.symbol("boards_stm32f4::post_mortem::record::POST_MORTEM").unwrap().address;
     // Behind checksum, cause and program counter.
     let addresses = (3..11).map(|n| word_at(craft, node, record + 4 * n));
     addresses.filter_map(|at| board.function_at(at & !1)).map(str::to_owned).collect()
@@ -126,8 +126,9 @@ pub fn fell(craft: &mut Craft, node: u8, task: Task, code: &[u8]) -> Time {
     let at = poll_function(craft, node, task);
     let board = craft.twin.board_mut(id);
     // A minimal slave has no record, and notes no task: the word goes to the end of its RAM.
-    let running =
-        board.symbol("boards::post_mortem::record::RUNNING").map_or(0x2001_FFF0, |symbol| symbol.address);
+    let running = board
+        .symbol("boards_stm32f4::post_mortem::record::RUNNING")
+        .map_or(0x2001_FFF0, |symbol| symbol.address);
     board.write_flash(CODE, &halfwords(&NOTED)).unwrap();
     board.write_flash(BODY, code).unwrap();
     board.write_flash(WORDS, &[running, task.name].map(u32::to_le_bytes).concat()).unwrap();

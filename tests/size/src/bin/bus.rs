@@ -58,8 +58,11 @@ mod app {
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
         let p = boards_stm32f4::start::<Spec>();
-        let Board { ports, clock, node_id, .. } =
-            Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&Profile::DEFAULT.network) }, Irqs);
+        let Board { ports, clock, node_id, .. } = Board::new(
+            board::take!(p),
+            const { boards_stm32f4::bit_timing(&Profile::DEFAULT.network) },
+            Irqs,
+        );
         let Ok(_) = node_id else { return };
         let (_, mut events, runners) = NODE.start(|| NoNode, ports.nominal, clock, &TELLTALE);
         spawner.spawn(bus(runners.bus).unwrap());

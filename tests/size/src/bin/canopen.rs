@@ -58,8 +58,11 @@ mod app {
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
         let p = boards_stm32f4::start::<Spec>();
-        let Board { ports, clock, node_id, .. } =
-            Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&Profile::DEFAULT.network) }, Irqs);
+        let Board { ports, clock, node_id, .. } = Board::new(
+            board::take!(p),
+            const { boards_stm32f4::bit_timing(&Profile::DEFAULT.network) },
+            Irqs,
+        );
         let Ok(id) = node_id else { return };
         let device = || CanopenSlave::new(id, &Profile::DEFAULT, Channels::default());
         let (_, mut events, runners) = NODE.start(device, ports.nominal, clock, &TELLTALE);
