@@ -13,15 +13,15 @@ const LOG: ReadLog = {
 
 /// `frame`: where the exception stacked the registers of what it interrupted. Of all three.
 extern "C" fn fault(frame: u32) -> ! {
-    on_fault(frame, LOG)
+    on_fault(Some(frame), LOG)
 }
 
 extern "C" fn oscillator(frame: u32) -> ! {
-    on_oscillator(frame, LOG)
+    on_oscillator(Some(frame), LOG)
 }
 
 extern "C" fn tick(frame: u32) {
-    on_tick(frame, LOG);
+    on_tick(Some(frame), LOG);
 }
 
 /// Defines the handler of an exception after which nothing returns. The stack may be lost: it loads another one before it touches

@@ -22,7 +22,8 @@
 //!
 //! - it binds the six interrupts of both controllers to [`ReceiveHandler`], [`TransmitHandler`] and [`StatusHandler`];
 //! - it calls [`exceptions::on_tick`] in its handler of SysTick; otherwise the watchdog resets the chip after a few seconds;
-//! - it should call [`exceptions::on_fault`] in its handler of HardFault, so that the controllers fall silent and there is a record;
+//! - it should call [`exceptions::on_fault`] in its handler of HardFault and [`exceptions::on_panic`] in that of panics, so that the
+//!   controllers fall silent and there is a record;
 //! - it chooses a time driver of embassy-stm32, the feature `rt` of it, a critical section and a handler of panics.
 //!
 //! Nothing of the protocol above this crate names a register or a pin. All `unsafe` of the project is here and in
@@ -82,7 +83,7 @@ mod supervisor;
 #[cfg(target_os = "none")]
 pub mod exceptions {
     pub use crate::fault_stack::{FAULT_STACK, FAULT_STACK_SIZE};
-    pub use crate::post_mortem::{ReadLog, on_fault, on_oscillator};
+    pub use crate::post_mortem::{ReadLog, on_fault, on_oscillator, on_panic};
     pub use crate::supervisor::on_tick;
 }
 

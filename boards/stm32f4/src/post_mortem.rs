@@ -105,10 +105,11 @@ fn found(flags: u32) -> PostMortem {
     PostMortem { cause, ..PostMortem::default() }
 }
 
-/// Ends the program: silence, record, reset. With a debugger attached it stops there instead. `frame`: where the exception
-/// stacked the registers of what it interrupted. `log` reads what the record has of the log.
+/// Ends the program: silence, record, reset. With a debugger attached it stops there instead. `log` reads what the record has of the
+/// log. `frame`: where the exception stacked the registers of what it interrupted; `None` if a handler does not know it, and the
+/// record has no program counter.
 #[cfg_attr(not(feature = "full"), expect(unused_variables, reason = "what a record is made of"))]
-pub(crate) fn end(frame: u32, cause: u8, log: ReadLog) -> ! {
+pub(crate) fn end(frame: Option<u32>, cause: u8, log: ReadLog) -> ! {
     RCC.apb1rstr().modify(|w| {
         w.set_can1rst(true);
         w.set_can2rst(true);
@@ -124,15 +125,22 @@ pub(crate) fn end(frame: u32, cause: u8, log: ReadLog) -> ! {
 }
 
 /// Ends the program after a fault. For the handler of HardFault, on a stack of its own. `frame`: where the exception stacked the
-/// registers of what it interrupted. `log` reads the log, see [`ReadLog`].
+/// registers of what it interrupted; `None` if the handler does not know it, and the record has no program counter. `log` reads the
+/// log, see [`ReadLog`].
 #[inline(always)] // called from one place of an image
-pub fn on_fault(frame: u32, log: ReadLog) -> ! {
+pub fn on_fault(frame: Option<u32>, log: ReadLog) -> ! {
     end(frame, PostMortem::FAULT, log)
+}
+
+/// Ends the program after a panic. For a handler of panics that does not end in a fault.
+pub fn on_panic(log: ReadLog) -> ! {
+    cortex_m::interrupt::disable();
+    end(None, PostMortem::PANIC, log)
 }
 
 /// Ends the program: the oscillator stopped. For the handler of the NMI, which the clock security system raises alone (RM0090
 /// 7.2.7), on a stack of its own. Arguments: see [`on_fault`].
 #[inline(always)] // called from one place of an image
-pub fn on_oscillator(frame: u32, log: ReadLog) -> ! {
+pub fn on_oscillator(frame: Option<u32>, log: ReadLog) -> ! {
     end(frame, PostMortem::OSCILLATOR, log)
 }

@@ -102,9 +102,10 @@ pub(crate) fn feed() {
 }
 
 /// Feeds the watchdog, or ends the program. For the handler of SysTick, above all others. `frame`: where the exception stacked the
-/// registers of what it interrupted. `log`: see [`post_mortem::end`].
+/// registers of what it interrupted; `None` if the handler does not know it, and the record of a late task has no program counter.
+/// `log` reads the log, see [`ReadLog`].
 #[inline(always)] // called from one place of an image
-pub fn on_tick(frame: u32, log: ReadLog) {
+pub fn on_tick(frame: Option<u32>, log: ReadLog) {
     let uptime = UPTIME.load(Ordering::Relaxed).wrapping_add(1);
     UPTIME.store(uptime, Ordering::Relaxed);
     if uptime == TRUSTED {

@@ -21,8 +21,11 @@ pub const PROTOCOL: [&str; 16] = [
 ];
 
 /// Crates, and the part that they belong to. A crate that is not listed counts as `others`.
-const CRATES: [(&str, &str); 14] = [
+const CRATES: [(&str, &str); 17] = [
     ("boards_stm32f4", "boards"),
+    ("boards_runtime", "boards"),
+    ("pyboard_v11", "boards"),
+    ("nucleo_f446re", "boards"),
     ("mission", "application"),
     ("master", "application"),
     ("slave", "application"),

@@ -70,6 +70,9 @@ const TEST_DEVICE: &str = "test-device";
 /// Drivers of embassy-stm32 on each peripheral, flown by tests alone.
 const TEST_PERIPHERALS: &str = "test-peripherals";
 
+/// A slave on chip support alone, flown by tests alone.
+const TEST_BARE: &str = "test-bare";
+
 /// Drivers of others, flown by tests alone.
 const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
 
@@ -125,6 +128,15 @@ pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
     Ok(image)
 }
 
+/// Builds the slave on chip support alone (`tests/bare`); returns its ELF file.
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build_test_bare(board: &str) -> Result<PathBuf, Error> {
+    let [image] = programs(board, "standard", LOG, &packages(&[TEST_BARE], board, "standard"), [TEST_BARE])?;
+    Ok(image)
+}
+
 /// Builds the drivers that `tests/peripherals` runs; returns the ELF file.
 ///
 /// # Errors
@@ -168,7 +180,8 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
-    // Apart from those that need more of a board.
+    // Apart from those that need more of a board, or of the log.
+    job.run(&["clippy"], &packages(&[TEST_BARE], board, "standard"), &["--", "-D", "warnings"], run)?;
     for profile in [profile, &format!("{profile}+one-controller")] {
         job.run(&["clippy"], &packages(&[MINIMAL], board, profile), &["--", "-D", "warnings"], run)?;
     }

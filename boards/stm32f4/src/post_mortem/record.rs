@@ -84,15 +84,16 @@ fn check(record: &Record) -> u32 {
     record[1..].iter().fold(0x5EC5_0315, |sum, word| sum.rotate_left(5) ^ word)
 }
 
-/// Writes the record. `frame`: where the exception stacked the registers of what it interrupted. `log` reads the log.
-pub fn write(frame: u32, cause: u8, log: ReadLog) {
+/// Writes the record. `frame`: where the exception stacked the registers of what it interrupted, if that is known. `log` reads the
+/// log.
+pub fn write(frame: Option<u32>, cause: u8, log: ReadLog) {
     let (top, bottom) = (addr_of!(_stack_start) as u32, addr_of!(_stack_end) as u32);
     // SAFETY: the record is RAM of its static, which only this function works on, once, as tasks run. Between both ends of the stack
     // there is RAM, and any bits are a u32. The program is flash, and a program counter is even. The log is a static of `defmt-rtt` that holds bytes; its control block says where.
     unsafe {
         let record = &mut *place();
-        let is_lost = frame < bottom || (*SCB::PTR).cfsr.read() & STKERR != 0;
-        let pc = if is_lost { 0 } else { word(frame + 4 * 6) };
+        let is_lost = frame.is_some_and(|frame| frame < bottom) || (*SCB::PTR).cfsr.read() & STKERR != 0;
+        let pc = frame.filter(|_| !is_lost).map_or(0, |frame| word(frame + 4 * 6));
         let is_panic = cause == PostMortem::FAULT && is_program(pc) && *(pc as *const u16) == PANIC;
         record[1] = match (is_lost, is_panic) {
             (true, _) => PostMortem::STACK_OVERFLOW.into(),
@@ -100,7 +101,8 @@ pub fn write(frame: u32, cause: u8, log: ReadLog) {
             _ => cause.into(),
         };
         record[2] = pc;
-        let mut at = frame.max(bottom);
+        // Without a frame, none is found.
+        let mut at = frame.unwrap_or(top).max(bottom);
         for address in &mut record[3..3 + ADDRESSES] {
             *address = 0;
             while at < top && *address == 0 {

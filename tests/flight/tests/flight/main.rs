@@ -5,6 +5,7 @@
 
 mod acknowledged;
 mod babble;
+mod bare;
 mod boot;
 mod bus_off;
 mod claims;
