@@ -63,6 +63,8 @@ enum Command {
     TestTools(test_tools::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(support::board::Target),
+    /// Check that chip support compiles for a chip of each STM32F4 line
+    Chips,
 }
 
 /// Reports a failure that has not been reported yet.
@@ -95,6 +97,7 @@ fn main() -> ExitCode {
         Command::Mutants(options) => mutants::run(&options),
         Command::TestTools(options) => test_tools::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
+        Command::Chips => firmware_images::check_chips().map_err(Into::into),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

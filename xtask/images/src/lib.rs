@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod chips;
 mod environment;
 mod once;
 mod package;
@@ -20,6 +21,7 @@ use std::process::Command;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+pub use chips::{CHIPS, check_chips};
 pub use environment::clean;
 pub use package::{Package, host_cargo};
 
@@ -75,6 +77,9 @@ const TEST_BARE: &str = "test-bare";
 
 /// Drivers of others, flown by tests alone.
 const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
+
+/// Where cargo builds images, in `target/firmware`.
+const BUILD: &str = "build";
 
 /// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
 pub const LOG: &str = "info";
@@ -170,7 +175,8 @@ pub fn built_minimal(board: &str, profile: &str) -> Option<PathBuf> {
 /// See [`Error`].
 pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
-    let job = Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true };
+    let job =
+        Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true, folder: BUILD };
     let what = [
         packages(&["master", "slave", TEST_DEVICE], board, profile),
         packages(&EXAMPLES, board, "standard"),
@@ -215,7 +221,9 @@ fn programs<const N: usize>(
     names: [&str; N],
 ) -> Result<[PathBuf; N], Error> {
     let root = workspace();
-    let job = Job { home: &root, task: task("build", board, profile), log, is_locked: true };
+    // defmt reads the filter in all crates that log.
+    let folder = if log == LOG { BUILD } else { "build-log" };
+    let job = Job { home: &root, task: task("build", board, profile), log, is_locked: true, folder };
     let to = root.join("target/firmware").join(configuration(board, profile, log));
     let from = job.target_dir().join(TARGET).join("firmware");
     once::once(format!("{log} {}", what.join(" ")), || {
@@ -237,13 +245,13 @@ struct Job<'a> {
     log: &'a str,
     /// `Cargo.lock` stays as it is.
     is_locked: bool,
+    /// Where cargo builds, in `target/firmware`. All boards and profiles share what they have in common.
+    folder: &'a str,
 }
 
 impl Job<'_> {
-    /// Where cargo builds. All boards and profiles share what they have in common. An unusual filter of the log has a directory
-    /// of its own: defmt reads the filter in all crates that log.
     fn target_dir(&self) -> PathBuf {
-        workspace().join("target/firmware").join(if self.log == LOG { "build" } else { "build-log" })
+        workspace().join("target/firmware").join(self.folder)
     }
 
     /// Takes the lock and lets `run` run cargo.
@@ -258,7 +266,7 @@ impl Job<'_> {
         let unusable = |error| Error::Directory(target_dir.clone(), error);
         fs::create_dir_all(&target_dir).map_err(unusable)?;
         // Held until the file is closed.
-        let lock = File::create(workspace().join("target/firmware/lock")).map_err(unusable)?;
+        let lock = File::create(target_dir.join("lock")).map_err(unusable)?;
         take(&lock).map_err(unusable)?;
 
         let toolchain = toolchain::find(command[0] == "clippy")?;

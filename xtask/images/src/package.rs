@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::environment::clean;
 use crate::once::once;
-use crate::{Error, Job, LOG, TARGET, command_line, keep, workspace};
+use crate::{BUILD, Error, Job, LOG, TARGET, command_line, keep, workspace};
 
 /// A package with firmware of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,8 +76,13 @@ impl Package {
         let root = workspace();
         let is_ours = root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
         let home = if is_ours { &root } else { manifest.parent().unwrap_or(Path::new("/")) };
-        let job =
-            Job { home, task: format!("build {} for {board}", self.name), log: LOG, is_locked: is_ours };
+        let job = Job {
+            home,
+            task: format!("build {} for {board}", self.name),
+            log: LOG,
+            is_locked: is_ours,
+            folder: BUILD,
+        };
         let mut what = vec!["--package".to_owned(), self.name.clone(), "--features".to_owned()];
         what.push(if is_ours { format!("{}/{board}", self.name) } else { board.to_owned() });
         what.push(format!("--message-format={format}"));
