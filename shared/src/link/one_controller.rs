@@ -12,10 +12,11 @@
 //! would disturb both buses. A result that comes later would count for the new bus.
 
 use core::cell::RefCell;
-use core::task::{Context, Poll, Waker};
+use core::task::{Context, Poll};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::waitqueue::WakerRegistration;
 
 use crate::link::Stamp;
 use crate::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
@@ -58,7 +59,7 @@ impl<M: RawMutex, P: Movable, S: TransceiverSwitch> OneController<M, P, S> {
             wanted: None,
             is_stuck: false,
             past: Health::default(),
-            tasks: PerBus { nominal: None, redundant: None },
+            tasks: PerBus::from_fn(|_| WakerRegistration::new()),
         };
         OneController { shared: Mutex::new(RefCell::new(shared)) }
     }
@@ -95,7 +96,7 @@ struct Shared<P, S> {
     is_stuck: bool,
     /// Health on the other bus when that was left.
     past: Health,
-    tasks: PerBus<Option<Waker>>,
+    tasks: PerBus<WakerRegistration>,
 }
 
 impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
@@ -111,9 +112,7 @@ impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
         }
         self.controller.leave();
         // Its port moves the controller, when there is nothing left to take.
-        if let Some(task) = &self.tasks[self.selected] {
-            task.wake_by_ref();
-        }
+        self.tasks[self.selected].wake();
     }
 
     fn enter(&mut self, listens: bool) {
@@ -129,10 +128,7 @@ impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
     }
 
     fn poll_event(&mut self, bus: Bus, context: &mut Context<'_>) -> Poll<PortEvent> {
-        let task = &mut self.tasks[bus];
-        if !task.as_ref().is_some_and(|task| task.will_wake(context.waker())) {
-            *task = Some(context.waker().clone());
-        }
+        self.tasks[bus].register(context.waker());
         if bus != self.selected {
             return Poll::Pending;
         }
@@ -166,9 +162,7 @@ impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
         self.switch.select(bus);
         self.enter(listens);
         // It has frames to send, perhaps, and takes the events from now on.
-        if let Some(task) = &self.tasks[bus] {
-            task.wake_by_ref();
-        }
+        self.tasks[bus].wake();
     }
 }
 

@@ -23,9 +23,11 @@ pub(super) struct Shared<N: Node> {
     pub timekeeper: Option<Waker>,
     /// Instant at which that task runs by itself.
     pub armed: Instant,
-    /// The task of the application, while it waits for events.
+    /// The task of the application, while it waits for events. With `WakerRegistration` of embassy-sync the row
+    /// `rx.interrupt_to_application_accelerated` is 2.7 % higher and the master is 224 bytes larger.
     pub listener: Option<Waker>,
-    /// Tasks that wait for a time of the spacecraft.
+    /// Tasks that wait for a time of the spacecraft. When a `MultiWakerRegistration` of embassy-sync is full, it wakes all
+    /// tasks: five of them would wake each other without end.
     pub waiters: [Option<Waker>; WAITERS],
     pub telltale: &'static Telltale,
 }
@@ -194,7 +196,8 @@ pub(super) fn wake(task: &Option<Waker>) {
     }
 }
 
-/// Keeps the task to wake; whether it is another one than before.
+/// Keeps the task to wake. Returns whether it is another one than before, which `WakerRegistration` of embassy-sync does not
+/// report.
 #[inline]
 pub(super) fn register(task: &mut Option<Waker>, context: &Context<'_>) -> bool {
     let is_new = !task.as_ref().is_some_and(|task| task.will_wake(context.waker()));

@@ -1,4 +1,13 @@
 //! The checksum of block transfers: CRC-CCITT, x16 + x12 + x5 + 1 (CiA 301 7.2.4.3.16).
+//!
+//! The crate `crc` 3.4 computes it as well. Measured with each, in the row `instructions.block_download_segment` and the flash of
+//! the slave on the pyboard:
+//!
+//! | code | instructions | flash, bytes |
+//! | --- | --- | --- |
+//! | this module | 169.4 | 83 688 |
+//! | `crc`, `Table<1>` | 175.5 (+3.6 %) | 84 124 |
+//! | `crc`, `NoTable` | 469.9 (+177 %) | 83 644 |
 
 /// Checksum that is being computed: initial value zero, neither reflected nor inverted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -18,6 +18,8 @@ pub struct EventQueue {
 
 struct Queue {
     waiting: Waiting,
+    /// Task that takes the events. With `WakerRegistration` of embassy-sync the row `rx.interrupt_to_dictionary_median_accelerated`
+    /// is 2.7 % higher and `rx.interrupt_to_dictionary_median` misses its target. With `AtomicWaker` the latter is 2.7 % higher.
     task: Option<Waker>,
 }
 

@@ -1,4 +1,7 @@
 //! Events of a controller that its task has not taken yet: bounded, nothing dropped silently.
+//!
+//! The ring is ours and each index into it is checked. `heapless::Deque` does not check its indexes: one flipped bit in an index
+//! would be an access out of bounds. A test compares the two.
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
@@ -113,6 +116,8 @@ fn mailbox(event: &PortEvent) -> Option<Mailbox> {
 mod tests {
     use super::*;
     use ecss_can::types::{CobId, Instant};
+    use heapless::Deque;
+    use proptest::prelude::*;
 
     fn receive(waiting: &mut Waiting) {
         let stamp = Stamp::interrupt(Instant::from_micros(1));
@@ -169,5 +174,89 @@ mod tests {
         let events = taken(&mut waiting);
         assert_eq!(events[0], PortEvent::Overrun { lost: 1 });
         assert_eq!(events[1 + FRAMES..], [failed(0), sent, failed(2)]);
+    }
+
+    #[derive(Clone, Copy, Debug)]
+    enum Step {
+        Receive,
+        Finish { mailbox: u8, is_sent: bool },
+        Take,
+    }
+
+    fn step() -> impl Strategy<Value = Step> {
+        prop_oneof![
+            Just(Step::Receive),
+            (0..MAILBOXES as u8, any::<bool>())
+                .prop_map(|(mailbox, is_sent)| Step::Finish { mailbox, is_sent }),
+            Just(Step::Take),
+        ]
+    }
+
+    /// What `Waiting` is for frames and results, on a ring of `heapless`.
+    #[derive(Default)]
+    struct Model {
+        events: Deque<PortEvent, PLACES>,
+        lost: u16,
+    }
+
+    impl Model {
+        fn received(&mut self, event: PortEvent) {
+            if self.events.len() < FRAMES {
+                self.events.push_back(event).unwrap();
+            } else {
+                self.lost += 1;
+            }
+        }
+
+        fn finished(&mut self, result: PortEvent) {
+            if let Some(earlier) = self.events.iter_mut().find(|event| mailbox(event) == mailbox(&result)) {
+                *earlier = result;
+                self.lost += 1;
+            } else {
+                self.events.push_back(result).unwrap();
+            }
+        }
+
+        fn take(&mut self) -> Option<PortEvent> {
+            match core::mem::take(&mut self.lost) {
+                0 => self.events.pop_front(),
+                lost => Some(PortEvent::Overrun { lost }),
+            }
+        }
+    }
+
+    proptest! {
+        /// Given random runs of frames, results and takes, from empty to full and back, when both rings do the same, then each take
+        /// gives the same event or the same count of losses.
+        #[test]
+        fn ring_gives_the_events_of_a_ring_of_heapless(
+            runs in proptest::collection::vec((step(), 1..=PLACES + 1), 0..60),
+        ) {
+            let (mut waiting, mut model) = (Waiting::new(), Model::default());
+            let steps = runs.into_iter().flat_map(|(step, times)| core::iter::repeat_n(step, times));
+            for (number, step) in (0..).zip(steps) {
+                let stamp = Stamp::interrupt(Instant::from_micros(number));
+                match step {
+                    Step::Receive => {
+                        let frame = Frame::from_dlc(CobId::SYNC, 8, number.to_le_bytes());
+                        waiting.received(frame, stamp);
+                        model.received(PortEvent::Received { frame, stamp });
+                    }
+                    Step::Finish { mailbox, is_sent } => {
+                        let mailbox = Mailbox(mailbox);
+                        let result = if is_sent {
+                            PortEvent::Transmitted { mailbox, stamp }
+                        } else {
+                            PortEvent::Failed { mailbox }
+                        };
+                        waiting.finished(result);
+                        model.finished(result);
+                    }
+                    Step::Take => prop_assert_eq!(waiting.take(), model.take()),
+                }
+            }
+            let rest: Vec<_> = core::iter::from_fn(|| model.take()).collect();
+            prop_assert_eq!(taken(&mut waiting), rest);
+        }
     }
 }

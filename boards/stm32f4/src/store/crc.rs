@@ -2,6 +2,17 @@
 //!
 //! Sets of any length that differ have checksums such that set and checksum differ in four bits at least (Koopman 2002).
 //! So one flipped bit is corrected, two are detected, and more are taken for one with a probability of one in 16,000.
+//!
+//! The crate `crc` 3.4 computes it as well. Measured with each: model cycles to open a store with a set of 16 KiB, the flash of the
+//! slave on the pyboard, and the part of it that is board support (row `size.pyboard-v11.slave.flash.boards`):
+//!
+//! | code | cycles | flash, bytes | board support, bytes |
+//! | --- | --- | --- | --- |
+//! | this module | 570,130 | 83,688 | 12,894 |
+//! | `crc`, `Table<1>` | 226,021 | 84,744 (+1.3 %) | 13,990 (+8.5 %) |
+//! | `crc`, `NoTable` | 1,914,845 (+236 %) | 83,824 (+0.2 %) | 13,074 (+1.4 %) |
+//!
+//! With `Table<1>` other code moves in flash, and the row `rx.interrupt_to_dictionary_median_accelerated` is 2.6 % higher.
 
 /// Generator, lowest power at the highest bit.
 const GENERATOR: u32 = 0x82F6_3B78;
