@@ -116,7 +116,7 @@ fn a_controller_that_reaches_no_bus_is_told_with_the_reason() {
 /// Given a program for a crystal of 12 MHz on a board with one of 8 MHz, then its HCLK is 112 MHz and its controllers run at two thirds of
 /// their bit rate, and the log and the warnings of the board say so, once for each controller.
 #[test]
-fn a_bit_rate_that_no_network_has_is_reported_with_the_oscillator() {
+fn unknown_bit_rate_is_reported_with_the_oscillator() {
     let program = [join_both_buses(), SLEEP.to_vec()].concat();
     let expected = ["CAN1", "CAN2"].map(|can| {
         format!(
