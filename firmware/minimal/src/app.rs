@@ -21,7 +21,11 @@ async fn main(spawner: Spawner) {
     let Board { ports, clock, leds, node_id, .. } =
         Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
-    let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
+    let Ok(id) =
+        node_id.inspect_err(|error| defmt::error!("no Node-ID by the straps: {}, staying silent", error))
+    else {
+        return;
+    };
     defmt::info!("minimal slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || MinimalSlave::new(id, numbers(id), Shipped::new());
     let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);

@@ -32,7 +32,11 @@ async fn main(spawner: Spawner) {
     } = Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let node_id = if is_maintenance { Ok(MAINTENANCE) } else { node_id };
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
-    let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
+    let Ok(id) = node_id
+        .inspect_err(|error| defmt::error!("no Node-ID by straps and store: {}, staying silent", error))
+    else {
+        return;
+    };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || {
         let slave = mission::slave(id, PROFILE, memory).with_late_heartbeats(Board::late_heartbeats());

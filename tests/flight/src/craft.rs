@@ -20,6 +20,7 @@ pub const MASTER: u8 = 1;
 /// Boards of the project.
 pub const PYBOARD_V11: &str = "pyboard-v11";
 pub const NUCLEO_F446RE: &str = "nucleo-f446re";
+pub const STM32F4DISCOVERY: &str = "stm32f4discovery";
 
 /// States in heartbeats (CiA 301 7.2.8.3.2.2).
 pub const BOOT_UP: u8 = 0x00;
@@ -33,6 +34,7 @@ pub type Images = [Arc<Image>; 2];
 /// Built once for all tests.
 static PYBOARD: LazyLock<Images> = LazyLock::new(|| build(PYBOARD_V11, "librecube"));
 static NUCLEO: LazyLock<Images> = LazyLock::new(|| build(NUCLEO_F446RE, "librecube"));
+static DISCOVERY: LazyLock<Images> = LazyLock::new(|| build(STM32F4DISCOVERY, "librecube"));
 /// Profile `standard`, for pyboards: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2; all slaves have parallel access.
 pub static STANDARD: LazyLock<Images> = LazyLock::new(|| build(PYBOARD_V11, "standard"));
 
@@ -67,7 +69,11 @@ pub struct Seat {
 
 impl Seat {
     fn config(self) -> BoardConfig {
-        self.with(if self.board == PYBOARD_V11 { &PYBOARD } else { &NUCLEO })
+        self.with(match self.board {
+            PYBOARD_V11 => &PYBOARD,
+            NUCLEO_F446RE => &NUCLEO,
+            _ => &DISCOVERY,
+        })
     }
 
     /// What is emulated.
@@ -95,10 +101,10 @@ impl Seat {
         if self.node == MASTER {
             return Vec::new();
         }
-        let pins = if self.board == PYBOARD_V11 {
-            [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)]
-        } else {
-            [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)]
+        let pins = match self.board {
+            PYBOARD_V11 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
+            NUCLEO_F446RE => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
+            _ => [('E', 7), ('E', 8), ('E', 9), ('E', 10), ('E', 11)],
         };
         let even = self.node.count_ones().is_multiple_of(2);
         let parity = (even == self.parity).then_some(4);

@@ -134,6 +134,9 @@ pub struct EmulatedBoard {
     admitted_before: u64,
     /// Why CAN1 and CAN2 reach no bus, as it was last logged.
     unconnected: [Option<String>; 2],
+    /// CAN1 and CAN2 took part in their buses at the end of the last quantum.
+    took_part: [bool; 2],
+    warnings: Vec<String>,
 }
 
 impl fmt::Debug for EmulatedBoard {
@@ -151,13 +154,14 @@ impl EmulatedBoard {
     /// A board without power. `serial` goes into its unique ID.
     ///
     /// # Panics
-    /// When the crystal is more than 1000 ppm off, LSI outside its data sheet or the flash too small for the image:
-    /// mistakes in a test, not inputs.
+    /// When the crystal is more than 1000 ppm off, LSI outside its data sheet, or the image is for another part: mistakes in a test, not
+    /// inputs. [`Image::check_part`] checks an image that is an input.
     pub fn new(config: BoardConfig, serial: u32) -> Self {
         let ppm = config.crystal.ppm;
         assert!(ppm.abs() <= 1000.0, "a crystal is not {ppm} ppm off");
-        let flash_bytes = config.model.part.flash_bytes() as usize;
-        assert!(config.image.flash().len() <= flash_bytes, "{}: the image does not fit", config.name);
+        if let Err(misfit) = config.image.check_part(config.model.part) {
+            panic!("{}: {misfit}", config.name);
+        }
         let Fittings { capture_wires, lsi_hz, temperature_c, flash_timing, revision_a, hse_starts, .. } =
             config.fittings;
         assert!((17_000..=47_000).contains(&lsi_hz), "LSI runs at 17 to 47 kHz, not {lsi_hz} Hz");
@@ -205,6 +209,8 @@ impl EmulatedBoard {
             counters: Counters::default(),
             admitted_before: 0,
             unconnected: [None, None],
+            took_part: [false; 2],
+            warnings: Vec::new(),
             config,
         }
     }
@@ -345,6 +351,12 @@ impl EmulatedBoard {
     /// Changes of output pins by stores of the program since the last call.
     pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
         self.chip.peripherals.take_pin_changes()
+    }
+
+    /// What the twin found that image and board do not agree on since the start of the simulation, each once: a controller behind other
+    /// pins than its transceiver, an unusual bit rate. The log has it, too.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Log lines since the last call.

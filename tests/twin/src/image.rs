@@ -8,8 +8,12 @@ use defmt_decoder::Table;
 use object::{Object, ObjectSymbol, SymbolKind};
 use twin_core::Code;
 
+use crate::part::Part;
+
 const FLASH_BASE: u64 = 0x0800_0000;
 const FLASH_LEN: u64 = 1 << 20;
+/// Absolute symbol of images that say which chip they are for. Its value is DEV_ID of DBGMCU_IDCODE.
+const DEVICE_ID: &str = "__device_id";
 
 /// Name, place and size of a variable or function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +63,51 @@ impl fmt::Display for ImageError {
 }
 
 impl std::error::Error for ImageError {}
+
+/// Why an image cannot fly on a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Misfit {
+    /// It was linked for another chip.
+    OtherChip {
+        /// DEV_ID that it was linked for.
+        linked_for: u32,
+        /// The part of the board.
+        part: Part,
+    },
+    /// It is larger than the flash.
+    TooLarge {
+        /// Size of the image, bytes.
+        bytes: usize,
+        /// The part of the board.
+        part: Part,
+    },
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Misfit::OtherChip { linked_for, part } => {
+                let lines = Part::lines_with(linked_for);
+                let chips =
+                    if lines.is_empty() { "no part that the twin models".into() } else { lines.join(", ") };
+                write!(
+                    f,
+                    "the image was linked for DEV_ID {linked_for:03X}h ({chips}), the board has an {part} ({:03X}h)",
+                    part.device_id()
+                )
+            }
+            Misfit::TooLarge { bytes, part } => {
+                write!(
+                    f,
+                    "the image has {bytes} bytes, the board has an {part} with {} bytes of flash",
+                    part.flash_bytes()
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for Misfit {}
 
 impl fmt::Debug for Image {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -158,6 +207,20 @@ impl Image {
         })
     }
 
+    /// Checks that the image was linked for this part, by its symbol `__device_id`. An image without that symbol is taken for any
+    /// part whose flash is large enough.
+    ///
+    /// # Errors
+    /// [`Misfit`], see there.
+    pub fn check_part(&self, part: Part) -> Result<(), Misfit> {
+        let linked_for = self.symbols.get(DEVICE_ID).map(|symbol| symbol.address);
+        if let Some(linked_for) = linked_for.filter(|id| *id != part.device_id()) {
+            return Err(Misfit::OtherChip { linked_for, part });
+        }
+        let bytes = self.flash.len();
+        if bytes > part.flash_bytes() as usize { Err(Misfit::TooLarge { bytes, part }) } else { Ok(()) }
+    }
+
     /// The function that has an instruction at `address`, by the symbols of the ELF file.
     pub fn function_at(&self, address: u32) -> Option<&str> {
         let after = self.functions.partition_point(|(place, _)| place.address <= address);
@@ -215,6 +278,69 @@ mod tests {
         let image = Image::parse(&elf(0x0800_0002)).unwrap();
         assert_eq!(image.flash(), [0xFF, 0xFF, 1, 2, 3, 4]);
         assert_eq!(image.symbol("_SEGGER_RTT"), None);
+    }
+
+    fn linked_for(device_id: u32) -> Image {
+        Image::from_flash(vec![0; 4]).with_symbol(DEVICE_ID, Symbol { address: device_id, size: 0 })
+    }
+
+    /// DEV_ID by the chapters "Debug support" of RM0090, RM0390 and RM0386.
+    #[test]
+    fn image_for_another_chip_is_refused_with_both_chips() {
+        for (device_id, fitting, other, message) in [
+            (
+                0x413,
+                &["STM32F405RG", "STM32F407VG", "STM32F415RG", "STM32F417VE"][..],
+                "STM32F446RE",
+                "the image was linked for DEV_ID 413h (STM32F405, STM32F407, STM32F415, STM32F417), the board has an \
+                 STM32F446RE (421h)",
+            ),
+            (
+                0x421,
+                &["STM32F446RE"],
+                "STM32F405RG",
+                "the image was linked for DEV_ID 421h (STM32F446), the board has an STM32F405RG (413h)",
+            ),
+            (
+                0x419,
+                &["STM32F427VG", "STM32F429ZI", "STM32F437ZG", "STM32F439NI"],
+                "STM32F469NI",
+                "the image was linked for DEV_ID 419h (STM32F427, STM32F429, STM32F437, STM32F439), the board has an \
+                 STM32F469NI (434h)",
+            ),
+            (
+                0x434,
+                &["STM32F469NI", "STM32F479ZG"],
+                "STM32F429ZI",
+                "the image was linked for DEV_ID 434h (STM32F469, STM32F479), the board has an STM32F429ZI (419h)",
+            ),
+            (
+                0x431,
+                &[],
+                "STM32F405RG",
+                "the image was linked for DEV_ID 431h (no part that the twin models), the board has an STM32F405RG (413h)",
+            ),
+        ] {
+            let image = linked_for(device_id);
+            for name in fitting {
+                assert_eq!(image.check_part(Part::named(name).unwrap()), Ok(()), "{device_id:03X}h {name}");
+            }
+            let error = image.check_part(Part::named(other).unwrap()).unwrap_err();
+            assert_eq!(error.to_string(), message);
+        }
+    }
+
+    #[test]
+    fn image_without_chip_fits_a_part_with_enough_flash() {
+        let part = |name| Part::named(name).unwrap();
+        let image = Image::from_flash(vec![0; 600 << 10]);
+        assert_eq!(image.check_part(part("STM32F405RG")), Ok(()));
+        assert_eq!(image.check_part(part("STM32F429ZI")), Ok(()));
+        let error = image.check_part(part("STM32F446RE")).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "the image has 614400 bytes, the board has an STM32F446RE with 524288 bytes of flash"
+        );
     }
 
     #[test]

@@ -85,8 +85,8 @@ impl std::fmt::Display for Refusal {
             Refusal::SystemRegister => "the model of the core does not have this system register or value",
             Refusal::Unpredictable { .. } => "the architecture does not define what this instruction does",
             Refusal::ClockLimit => {
-                "AHB, APB1 or APB2 would be faster than the part allows at this scale of its regulator, without \
-                 over-drive"
+                "HCLK, PCLK1 or PCLK2 would be faster than the part allows at this scale of its regulator, without \
+                 over-drive: check the PLL, and whether the image is for the oscillator of the board"
             }
             Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
         })

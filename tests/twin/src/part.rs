@@ -117,14 +117,20 @@ impl Part {
         self.line.bit
     }
 
-    /// DBGMCU_IDCODE (RM0090 38.6.1; RM0390 and RM0386, chapter "Debug support"): F405 revision Y, F42x revision Y, F446 and F469 revision A.
+    /// DEV_ID of DBGMCU_IDCODE. Lines of one family share it.
+    pub(crate) const fn device_id(self) -> u32 {
+        self.idcode() & 0xFFF
+    }
+
+    /// Names of the lines with this DEV_ID: `STM32F446`. None for a chip that is not modelled.
+    pub(crate) fn lines_with(device_id: u32) -> Vec<&'static str> {
+        let lines = TABLE.iter().filter(|line| line.family.idcode() & 0xFFF == device_id);
+        lines.map(|line| line.name).collect()
+    }
+
+    /// DBGMCU_IDCODE.
     pub(crate) const fn idcode(self) -> u32 {
-        match self.line.family {
-            Family::F405 => 0x100F_6413,
-            Family::F42x => 0x1003_6419,
-            Family::F446 => 0x1000_6421,
-            Family::F469 => 0x1000_6434,
-        }
+        self.line.family.idcode()
     }
 }
 

@@ -119,6 +119,9 @@ fn not_operational(flight: &Flight, node: Node, track: &Track) -> String {
             flight.end.since(cut).as_secs_f64()
         );
     }
+    if let Some(error) = flight.last_error(node) {
+        fault += &format!("; its log: {error}");
+    }
     fault
 }
 
@@ -163,6 +166,16 @@ fn damage(flight: &Flight) -> Vec<Check> {
         |board| u64::from(board.stopped.is_some()),
         |board, _| format!("the twin stopped {}", board.stopped.as_deref().unwrap_or_default()),
     );
+    let warnings = Check::none(
+        "contradictions between an image and its board",
+        flight,
+        |board| board.warnings.len() as u64,
+        |board, count| {
+            let first = board.warnings.first().map_or("", |warning| warning);
+            let others = if count > 1 { format!(" (its log has {} more)", count - 1) } else { String::new() };
+            format!("{}: {first}{others}", name(board.node))
+        },
+    );
     let lockups = Check::none(
         "lock-ups of a CPU",
         flight,
@@ -192,7 +205,7 @@ fn damage(flight: &Flight) -> Vec<Check> {
         |board, lost| format!("{} lost {lost} frames", name(board.node)),
     );
     let commands = (flight.plan.scope() == Scope::Mission).then(|| commands(flight));
-    [stops, lockups, panics, resets].into_iter().chain(commands).chain([lost]).collect()
+    [stops, warnings, lockups, panics, resets].into_iter().chain(commands).chain([lost]).collect()
 }
 
 /// Commands executed by each slave, against those due.

@@ -10,7 +10,7 @@ use super::line::Line;
 use super::meaning::Meaning;
 use super::observer::Observer;
 use super::plan::Plan;
-use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen, is_master};
+use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, Seen, is_master};
 use super::stamps::StampErrors;
 use support::counters::Counters;
 use support::telltale::Telltale;
@@ -80,6 +80,8 @@ pub struct BoardCount {
     pub resets: u64,
     /// Why the twin had to stop it: it reached for hardware that is not there.
     pub stopped: Option<String>,
+    /// What image and board do not agree on, such as the pins of a controller.
+    pub warnings: Vec<String>,
     /// Deepest stack since power-on, bytes.
     pub stack: u32,
     /// Counters of the firmware.
@@ -107,6 +109,14 @@ impl Flight {
     /// All emergency messages, in order of completion.
     pub fn emergencies(&self) -> impl Iterator<Item = (Time, &Seen)> {
         self.frames().filter(|(_, seen)| matches!(seen.meaning, Some(Meaning::Emergency { .. })))
+    }
+
+    /// The last error in the log of a node.
+    pub fn last_error(&self, of: Node) -> Option<&str> {
+        self.records.iter().rev().find_map(|record| match &record.what {
+            Happening::Log { node, level: Level::Error, text } if *node == of => Some(&**text),
+            _ => None,
+        })
     }
 
     /// Load of a bus over the whole flight, 0 to 1.

@@ -253,6 +253,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
             State::Refused(error) => Some(error.to_string()),
             _ => None,
         },
+        warnings: board.warnings().to_vec(),
         stack: stack::deepest(board)?,
         telltale,
         counters: Counters::read(board)?,

@@ -62,7 +62,7 @@ mod tests {
 
     use super::*;
     use crate::meaning::Scope;
-    use crate::record::{Bus, Happening, Nodes, Occurrence, Seen};
+    use crate::record::{Bus, Happening, Level, Nodes, Occurrence, Seen};
     use crate::sample;
 
     #[test]
@@ -128,6 +128,17 @@ mod tests {
         let verdict = Verdict::of(&flight);
         assert_eq!(verdict.outcome, Outcome::Failed);
         assert_eq!(verdict.reasons, ["node 2 is silent on the redundant bus at the end"]);
+        for (node, level, text) in [
+            (2, Level::Error, "first"),
+            (2, Level::Error, "last"),
+            (2, Level::Warn, "mild"),
+            (4, Level::Error, "other"),
+        ] {
+            let what = Happening::Log { node, level, text: text.into() };
+            flight.records.push(Occurrence { at: flight.end, what });
+        }
+        let reason = "node 2 is silent on the redundant bus at the end; its log: last";
+        assert_eq!(Verdict::of(&flight).reasons, [reason]);
         assert_eq!(
             crate::summary::Summary::of(&flight, sample::origin(), &crate::pdos::Sheets::default())
                 .slaves_operational_at_end,
@@ -178,6 +189,16 @@ mod tests {
         assert_eq!(Verdict::of(&flight).outcome, Outcome::Failed);
         flight.plan.boards[0].own_image = Some("own".into());
         assert_eq!(Verdict::of(&flight).outcome, Outcome::Passed);
+    }
+
+    /// Given a board whose transceiver is at other pins than its image has the controller, then the flight fails, although all slaves are
+    /// operational.
+    #[test]
+    fn a_contradiction_between_image_and_board_is_a_fault() {
+        let mut flight = sample::flight();
+        flight.boards[1].warnings =
+            vec!["CAN1 takes part in no bus: other pins".into(), "odd bit rate".into()];
+        assert_eq!(faults(&flight), ["node 2: CAN1 takes part in no bus: other pins (its log has 1 more)"]);
     }
 
     /// Given a flight stopped before its slaves were operational, Then only the stop and real damage are reasons.

@@ -243,6 +243,8 @@ mod tests {
     fn each_board_has_its_own_pins() {
         let pins = [('C', 0), ('C', 1), ('B', 0)].map(|(port, number)| (Pin::new(port, number), false));
         assert_eq!(Board::shipped("nucleo-f446re").straps(3), pins);
+        let pins = [('E', 7), ('E', 8), ('E', 11)].map(|(port, number)| (Pin::new(port, number), false));
+        assert_eq!(Board::shipped("stm32f4discovery").straps(3), pins);
     }
 
     #[test]
@@ -262,14 +264,19 @@ mod tests {
         assert_eq!(Board::parse(&folder.to_string_lossy()), Ok(pyboard.clone()));
         assert_eq!(Board::parse(&folder.join("board.toml").to_string_lossy()), Ok(pyboard));
         let error = Board::parse("pyboard-v12").unwrap_err();
-        assert!(error.contains("pyboard-v11, nucleo-f446re, or the path of a board.toml"), "{error}");
+        assert!(
+            error.contains("pyboard-v11, nucleo-f446re, stm32f4discovery, or the path of a board.toml"),
+            "{error}"
+        );
     }
 
     #[test]
     fn images_are_built_for_the_boards_that_they_depend_on() {
         let names: Vec<_> = Board::built().iter().map(|board| board.name().to_owned()).collect();
         assert_eq!(names[0], "pyboard-v11");
-        assert!(names.iter().any(|name| name == "nucleo-f446re"), "{names:?}");
+        for expected in ["nucleo-f446re", "stm32f4discovery"] {
+            assert!(names.iter().any(|name| name == expected), "{names:?}");
+        }
     }
 
     /// Given the pins of the pyboard, then any part whose package has them takes them, with an oscillator of its own.

@@ -162,9 +162,16 @@ impl Craft {
     /// Reads the images of the user for these nodes; `command` is the subcommand with these options.
     ///
     /// # Errors
-    /// When one cannot be read or is no image.
+    /// When one cannot be read, is no image, or was linked for another chip than that of the board.
     pub fn own_images(&self, command: &'static str, nodes: &BTreeSet<Node>) -> Result<Images, Misuse> {
-        let read = |path: &Path| image(path).map_err(|error| Misuse::of(command, format!("{error:#}")));
+        let part = self.own_board(command)?.model().part;
+        let read = |path: &Path| {
+            let fitting = image(path).and_then(|image| {
+                image.check_part(part).with_context(|| path.display().to_string())?;
+                Ok(image)
+            });
+            fitting.map_err(|error| Misuse::of(command, format!("{error:#}")))
+        };
         let own = nodes.iter().filter_map(|&node| Some((node, self.own_image(node)?)));
         own.map(|(node, path)| Ok((node, read(path)?))).collect()
     }

@@ -51,6 +51,23 @@ impl Own {
         Own { out, master: images.master, slave: images.slave }
     }
 
+    /// The same images without the symbol that says which chip they are for.
+    fn without_chip() -> Own {
+        const SYMBOL: &[u8] = b"__device_id";
+        let Own { out, master, slave } = Own::new();
+        let folder = out.path().join("images");
+        fs::create_dir(&folder).expect("a folder");
+        let [master, slave] = [(master, "master"), (slave, "slave")].map(|(path, name)| {
+            let mut elf = fs::read(path).expect("an image");
+            let place = elf.windows(SYMBOL.len()).position(|bytes| bytes == SYMBOL).expect("the symbol");
+            elf[place] = b'X';
+            let path = folder.join(name);
+            fs::write(&path, elf).expect("a file");
+            path
+        });
+        Own { out, master, slave }
+    }
+
     /// `cargo demo` of a master and a slave for 3 s, with these options.
     fn fly(&self, options: &[&str]) -> (i32, String) {
         let (master, slave) = (self.master.display().to_string(), format!("2={}", self.slave.display()));
@@ -114,11 +131,12 @@ fn wrong_parts_and_oscillators_are_refused() {
 }
 
 /// Given images of the user's, then they fly on parts that no board of the project has: by a description, or by `--chip` with the pins of
-/// the pyboard.
+/// the pyboard. Images that do not say which chip they are for fly on each part.
 #[test]
 fn own_images_fly_on_other_parts() {
     let own = Own::new();
-    for chip in ["STM32F407VG", "STM32F429ZI", "STM32F469NI"] {
+    let unnamed = Own::without_chip();
+    for (own, chip) in [(&own, "STM32F407VG"), (&unnamed, "STM32F429ZI"), (&unnamed, "STM32F469NI")] {
         let (code, text) = own.fly(&["--chip", chip]);
         assert_eq!(code, 0, "{chip}: {text}");
         let summary = fs::read_to_string(own.out.path().join("summary.json")).expect("a summary");
@@ -128,11 +146,73 @@ fn own_images_fly_on_other_parts() {
     let (_folder, path) = description(&changes);
     let (code, text) = own.fly(&["--board", &path]);
     assert_eq!(code, 1, "the image looks for its straps at other pins: {text}");
-    assert!(text.contains("node 2 is starting"), "{text}");
+    let reason = "node 2 is starting on the nominal bus at the end; its log: no Node-ID by straps and store: Missing, staying silent";
+    assert!(text.contains(reason), "{text}");
     let changes = [("pyboard-v11", "mine"), ("STM32F405RG", "STM32F415ZG")];
     let (_folder, path) = description(&changes);
     let (code, text) = own.fly(&["--board", &path]);
     assert_eq!(code, 0, "{text}");
+}
+
+/// Given an image for a NUCLEO, when it is to fly on a pyboard, then it is refused before the flight, by each command and with both chips;
+/// so is an image of a pyboard on a part of another family.
+#[test]
+fn images_for_another_chip_are_refused() {
+    let nucleo =
+        firmware_images::build("nucleo-f446re", "standard").expect("images").slave.display().to_string();
+    let slave = format!("3={nucleo}");
+    let said =
+        [&*nucleo, "the image was linked for DEV_ID 421h (STM32F446), the board has an STM32F405RG (413h)"];
+    refuses(&["demo", "--slave", &slave], &said);
+    refuses(&["twin", "--slave", &slave], &said);
+    refuses(&["demo", "--master", &nucleo], &said);
+    let own = Own::new();
+    let (code, text) = own.fly(&["--chip", "STM32F429ZI"]);
+    assert_eq!(code, 2, "{text}");
+    assert!(
+        text.contains("linked for DEV_ID 413h") && text.contains("the board has an STM32F429ZI (419h)"),
+        "{text}"
+    );
+}
+
+/// Given images for a crystal of 12 MHz, when their boards have another one, then the flight fails and names oscillator and HCLK: with a
+/// slower one all clocks of the boards agree with each other, and their bit rate is that of no network.
+#[test]
+fn frequency_of_another_oscillator_fails_the_flight() {
+    let own = Own::new();
+    let slow = "node 2: CAN2 runs at 666.7 kbit/s, which is no bit rate of CiA 301: HCLK is 112 MHz, and the oscillator of the board \
+                has 8 MHz";
+    let fast = "HCLK, PCLK1 or PCLK2 would be faster than the part allows";
+    for (oscillator, reasons) in
+        [("8MHz", [slow, "master: CAN2 runs at"]), ("16MHz", [fast, "check the PLL"])]
+    {
+        let (code, text) = own.fly(&["--oscillator", oscillator]);
+        assert_eq!(code, 1, "{oscillator}: {text}");
+        let (_, error) = text.split_once("error: the flight failed").expect("an error");
+        assert!(reasons.iter().all(|reason| error.contains(reason)), "{oscillator}: {error}");
+    }
+}
+
+/// Given images that have CAN1 at PB8 and PB9 on a board with its transceiver at PD0 and PD1, then the boards agree on the redundant bus, and
+/// the flight fails for the pins.
+#[test]
+fn transceiver_at_other_pins_fails_the_flight() {
+    let changes = [
+        ("pyboard-v11", "mine"),
+        ("STM32F405RG", "STM32F407VG"),
+        ("\"PB8\"", "\"PD0\""),
+        ("\"PB9\"", "\"PD1\""),
+    ];
+    let (_folder, path) = description(&changes);
+    let (code, text) = Own::new().fly(&["--board", &path]);
+    assert_eq!(code, 1, "{text}");
+    let (_, error) = text.split_once("error: the flight failed").expect("an error");
+    for node in ["master", "node 2"] {
+        let reason = format!(
+            "{node}: CAN1 takes part in no bus: PB8 carries CAN1_RX, and the board has the transceiver at PD0"
+        );
+        assert!(error.contains(&reason), "{error}");
+    }
 }
 
 /// Given an image for a crystal, when its board has a clock from outside, then the oscillator does not start, and the flight fails.

@@ -13,15 +13,16 @@ use twin::peripherals::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
 
-use flight::{NUCLEO_F446RE, PYBOARD_V11, parsed};
+use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, parsed};
 
-const BOARDS: [&str; 2] = [PYBOARD_V11, NUCLEO_F446RE];
+const BOARDS: [&str; 3] = [PYBOARD_V11, NUCLEO_F446RE, STM32F4DISCOVERY];
 
-/// Straps of node 2, and the LED that is on every board.
+/// Strap of node 2 and SYNC LED of a board.
 fn pins(name: &str) -> (Pin, Pin) {
     match name {
         PYBOARD_V11 => (Pin::new('A', 3), Pin::new('B', 4)),
-        _ => (Pin::new('C', 1), Pin::new('A', 5)),
+        NUCLEO_F446RE => (Pin::new('C', 1), Pin::new('A', 5)),
+        _ => (Pin::new('E', 8), Pin::new('D', 12)),
     }
 }
 

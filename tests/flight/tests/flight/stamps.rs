@@ -3,7 +3,7 @@
 //! Profile `standard`: a SYNC every 100 ms. A thousand of them at each load are flown by `cargo xtask bench --only stamp`.
 
 use can_wire::time::Time;
-use twin::board::{AccessError, EmulatedBoard};
+use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings};
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 
@@ -17,12 +17,31 @@ const BIT_ERRORS: f64 = 1e-5;
 /// 84 counts are a microsecond: what the boards promise (48 ns) with the rounding of the measurement.
 const PROMISED_NS: f64 = 60.0;
 
+/// Boards that fly, and whether they have capture wires.
+#[derive(Clone, Copy)]
+struct Boards {
+    name: &'static str,
+    are_wired: bool,
+}
+
+const PYBOARDS: Boards = Boards { name: PYBOARD_V11, are_wired: true };
+/// They capture by channels 3 and 4 of TIM5.
+const DISCOVERIES: Boards = Boards { name: STM32F4DISCOVERY, are_wired: true };
+
 /// A flight of `syncs` SYNCs; `read` reads the stamps of a board.
-fn flown(load: f64, error_rate: f64, syncs: u64, read: impl Fn(&EmulatedBoard) -> Counts) -> Outcome {
-    let images = build("pyboard-v11", "standard");
+fn flown(
+    boards: Boards,
+    load: f64,
+    error_rate: f64,
+    syncs: u64,
+    read: impl Fn(&EmulatedBoard) -> Counts,
+) -> Outcome {
+    let images = build(boards.name, "standard");
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for seat in MASTER_AND_THREE {
-        spacecraft.add_board(seat.with(&images));
+        let fittings = Fittings { capture_wires: boards.are_wired, ..Fittings::default() };
+        let seat = Seat { board: boards.name, ..seat };
+        spacecraft.add_board(BoardConfig { fittings, ..seat.with(&images) });
     }
     let disturbance = Disturbance { load, error_rate, seed: 1, from: ms(550) };
     let trial = Trial::new(spacecraft, SYNC, disturbance).unwrap();
@@ -38,8 +57,8 @@ fn counts(board: &EmulatedBoard) -> Counts {
 
 /// All boards, each with its own crystal, stamp the frames that reached them within 100 ns of their ends; none takes
 /// another frame for a SYNC, and hardly a SYNC goes without.
-fn assert_true(load: f64) {
-    let outcome = flown(load, BIT_ERRORS, SYNCS, counts);
+fn assert_true(boards: Boards, load: f64) {
+    let outcome = flown(boards, load, BIT_ERRORS, SYNCS, counts);
     let Outcome { frames, wrong, unread, missed, destroyed, .. } = outcome;
     let told = format!("{missed:?} missed, worst {:.0} ns, load {:.3}", outcome.worst_ns(), outcome.load);
     assert_eq!((frames, wrong, unread), (SYNCS, 0, 0), "{told}");
@@ -55,12 +74,29 @@ fn assert_true(load: f64) {
 
 #[test]
 fn stamps_are_true_at_30_percent_load() {
-    assert_true(0.30);
+    assert_true(PYBOARDS, 0.30);
 }
 
 #[test]
 fn stamps_are_true_at_90_percent_load() {
-    assert_true(0.90);
+    assert_true(PYBOARDS, 0.90);
+}
+
+#[test]
+fn stamps_by_channels_3_and_4_are_as_true() {
+    assert_true(DISCOVERIES, 0.90);
+}
+
+/// Given discovery boards without capture wires, then no SYNC has a captured stamp, each is counted as one without edges, and the
+/// boards still take part.
+#[test]
+fn without_capture_wires_stamps_are_those_of_the_interrupts() {
+    let boards = Boards { are_wired: false, ..DISCOVERIES };
+    let Outcome { frames, errors_ns, wrong, missed, .. } = flown(boards, 0.1, 0.0, 20, counts);
+    assert_eq!((frames, errors_ns.len(), wrong), (20, 0, 0), "{missed:?}");
+    let [silent, others @ ..] = missed;
+    assert!((4 * 20..4 * 20 + 4).contains(&silent), "{missed:?}");
+    assert_eq!(others, [0; 3]);
 }
 
 /// The trial itself can tell: of a program whose stamps are a bit off none is true.
@@ -70,6 +106,6 @@ fn a_stamp_one_bit_off_is_that_of_another_frame() {
         let counts = counts(board);
         Counts { last: counts.last.wrapping_add(84), ..counts }
     };
-    let outcome = flown(0.1, 0.0, 2, late);
+    let outcome = flown(PYBOARDS, 0.1, 0.0, 2, late);
     assert_eq!((outcome.wrong, outcome.errors_ns), (8, vec![]));
 }

@@ -1,6 +1,6 @@
 //! The parameter store of the boards on emulated flash: power fails in each of its operations.
 //!
-//! The program is an example of `boards`: at each start it says which set it finds, then saves the next one. With PC0 to
+//! The program is `parameter_store` of `firmware/checks`. At each start it reports which set it finds, then saves the next one. With PC0 to
 //! ground it saves a long set before.
 
 use std::sync::{Arc, OnceLock};
@@ -12,8 +12,9 @@ use twin::image::Image;
 use twin::model::{FLASH_BASE, Model};
 use twin::peripherals::Pin;
 
-use flight::{NUCLEO_F446RE, PYBOARD_V11, parsed};
+use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, parsed};
 
+const BOARDS: [&str; 3] = [PYBOARD_V11, NUCLEO_F446RE, STM32F4DISCOVERY];
 const STRAP: Pin = Pin::new('C', 0);
 const SECTOR: u32 = 128 << 10;
 
@@ -126,7 +127,7 @@ fn full_page() -> (EmulatedBoard, u32) {
 
 #[test]
 fn each_start_finds_what_the_last_one_saved() {
-    for name in [PYBOARD_V11, NUCLEO_F446RE] {
+    for name in BOARDS {
         let mut board = board(name);
         let store = board.symbol("__store_start").unwrap().address;
         assert_eq!(
@@ -148,7 +149,7 @@ fn each_start_finds_what_the_last_one_saved() {
 /// data cache holds the word that was to be written. The next start finds the set before and saves behind the worn word.
 #[test]
 fn a_save_into_a_worn_word_fails_and_the_set_before_holds() {
-    for name in [PYBOARD_V11, NUCLEO_F446RE] {
+    for name in BOARDS {
         let mut board = board(name);
         assert_eq!(start(&mut board).saved, 1);
         let store = board.symbol("__store_start").unwrap().address;
@@ -169,7 +170,7 @@ fn a_save_into_a_worn_word_fails_and_the_set_before_holds() {
 /// Given error flags in FLASH_SR that an earlier operation left there, when a board saves, then the save ends and its set is found.
 #[test]
 fn error_flags_of_an_earlier_operation_fail_no_save() {
-    for name in [PYBOARD_V11, NUCLEO_F446RE] {
+    for name in BOARDS {
         let mut board = board(name);
         board.power(true);
         // PGSERR, PGPERR, PGAERR, WRPERR, OPERR.

@@ -1,10 +1,13 @@
-//! A board and its buses: what its controllers hear, and a warning when one reaches no bus.
+//! A board and its buses: what its controllers hear, and warnings when image and board do not agree.
 
 use can_wire::time::Time;
 
 use super::EmulatedBoard;
-use crate::bxcan::{Activity, Side};
+use crate::bxcan::{Activity, Side, bit_pclks};
 use crate::rtt::{Level, Line};
+
+/// Bit rates of CiA 301 (table 1), bit/s.
+const BIT_RATES: [u64; 8] = [10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 
 impl EmulatedBoard {
     /// The wires have reached `now`: modes, aborts and interrupts of the CAN controllers follow. `idle` says of CAN1 and CAN2
@@ -24,7 +27,8 @@ impl EmulatedBoard {
                 Activity::Nothing => self.chip.peripherals.unconnected_can(side, idle.is_some()),
                 _ => None,
             };
-            self.warn_of(side, now, reason);
+            self.warn_of_pins(side, now, reason);
+            self.warn_of_bit_rate(side, now);
         }
         self.chip.peripherals.can_mut().poll(now);
         if self.chip.peripherals.can().irqs() != self.can_lines {
@@ -33,15 +37,44 @@ impl EmulatedBoard {
     }
 
     /// Logs why a controller reaches no bus, once for each reason.
-    fn warn_of(&mut self, side: Side, at: Time, reason: Option<String>) {
+    fn warn_of_pins(&mut self, side: Side, at: Time, reason: Option<String>) {
         let known = &mut self.unconnected[side as usize];
         if *known == reason {
             return;
         }
-        if let Some(reason) = &reason {
-            let text = format!("twin: {side} takes part in no bus: {reason}");
-            self.log.push(Line { at, level: Some(Level::Warn), text });
+        *known = reason.clone();
+        if let Some(reason) = reason {
+            self.warn(at, format!("{side} takes part in no bus: {reason}"));
         }
-        *known = reason;
+    }
+
+    /// Logs a bit rate that no network of CiA 301 has, when a controller begins to take part: the usual sign of an image that was
+    /// built for another oscillator.
+    fn warn_of_bit_rate(&mut self, side: Side, at: Time) {
+        let takes_part = self.chip.peripherals.can().takes_part(side);
+        if std::mem::replace(&mut self.took_part[side as usize], takes_part) || !takes_part {
+            return;
+        }
+        let clocks = self.chip.peripherals.clocks();
+        let rate = clocks.hclk / clocks.apb1_divider / bit_pclks(self.can_btr(side));
+        if BIT_RATES.iter().any(|known| rate.abs_diff(*known) * 200 <= *known) {
+            return;
+        }
+        let [hclk, hse] = [clocks.hclk, self.config.model.oscillator.hz].map(|hz| hz as f64 / 1e6);
+        let text = format!(
+            "{side} runs at {:.1} kbit/s, which is no bit rate of CiA 301: HCLK is {hclk} MHz, and the oscillator of the board has \
+             {hse} MHz; build the image for this oscillator, or correct the oscillator of the board",
+            rate as f64 / 1e3
+        );
+        if !self.warnings.contains(&text) {
+            self.warn(at, text);
+        }
+    }
+
+    fn warn(&mut self, at: Time, text: String) {
+        self.log.push(Line { at, level: Some(Level::Warn), text: format!("twin: {text}") });
+        if !self.warnings.contains(&text) {
+            self.warnings.push(text);
+        }
     }
 }

@@ -43,6 +43,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 pub use clock::PclkTick;
+pub(crate) use clock::bit_pclks;
 use controller::Mode;
 pub(crate) use controller::Registers;
 use filter::FilterBlock;

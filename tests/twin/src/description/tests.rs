@@ -99,7 +99,7 @@ fn mistakes_are_refused_with_file_field_and_what_is_allowed() {
 #[test]
 fn boards_of_the_project_are_those_of_the_wiring_page() {
     let names = Description::names();
-    for expected in ["nucleo-f446re", "pyboard-v11"] {
+    for expected in ["nucleo-f446re", "pyboard-v11", "stm32f4discovery"] {
         assert!(names.iter().any(|name| name == expected), "{names:?}");
     }
     for name in &names {
@@ -113,6 +113,12 @@ fn boards_of_the_project_are_those_of_the_wiring_page() {
     assert_eq!(nucleo.part.to_string(), "STM32F446RE");
     assert_eq!(nucleo.oscillator, Oscillator { hz: 8_000_000, external: true });
     assert_eq!(nucleo.pins.straps.unwrap().parity, pin('B', 0));
+    let discovery = Model::shipped("stm32f4discovery");
+    assert_eq!(discovery.part.to_string(), "STM32F407VG");
+    assert_eq!(discovery.oscillator, Oscillator { hz: 8_000_000, external: false });
+    assert_eq!(discovery.pins.can[0], CanPins { rx: pin('D', 0), tx: pin('D', 1) });
+    assert_eq!(discovery.pins.capture, Some([pin('A', 2), pin('A', 3)]));
+    assert_eq!(discovery.pins.straps.unwrap().parity, pin('E', 11));
     for model in [pyboard, nucleo] {
         let can2 = CanPins { rx: pin('B', 12), tx: pin('B', 13) };
         assert_eq!(model.pins.can, [CanPins { rx: pin('B', 8), tx: pin('B', 9) }, can2]);

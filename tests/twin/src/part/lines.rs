@@ -13,6 +13,18 @@ pub(crate) enum Family {
     F469,
 }
 
+impl Family {
+    /// DBGMCU_IDCODE (RM0090 38.6.1; RM0390 and RM0386, chapter "Debug support"): F405 revision Y, F42x revision Y, F446 and F469 revision A.
+    pub(crate) const fn idcode(self) -> u32 {
+        match self {
+            Family::F405 => 0x100F_6413,
+            Family::F42x => 0x1003_6419,
+            Family::F446 => 0x1000_6421,
+            Family::F469 => 0x1000_6434,
+        }
+    }
+}
+
 /// A set of lines, a bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Lines(u16);

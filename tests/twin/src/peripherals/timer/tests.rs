@@ -477,22 +477,29 @@ fn a_stop_before_the_counter_began_calls_the_pulse_off() {
     assert_eq!(tim.take_changes(), []);
 }
 
-/// MMS 110: OC3REF is the trigger output. It rises at the match, once until it is inactive again.
+/// MMS 100 to 111: OC1REF to OC4REF is the trigger output (RM0090 18.4.2). It rises at the match, once until it is inactive again.
 #[test]
 fn a_match_raises_the_trigger_output() {
-    let mut tim = at_1_mhz();
-    tim.take_rises();
-    put(&mut tim, 0, CR2, 0b110 << 4);
-    put(&mut tim, 0, CCR1 + 8, 500);
-    put(&mut tim, 0, CCMR2, 0b001 << 4);
-    assert_eq!(tim.next_event(0), Some(168 * 500));
-    tim.catch_up(168 * 200_000);
-    assert_eq!(tim.take_rises(), [168 * 500]);
-    assert_eq!(tim.next_event(168 * 200_000), None, "it is high");
-    put(&mut tim, 168 * 200_000, CCMR2, 0b100 << 4);
-    put(&mut tim, 168 * 200_000, CCMR2, 0b001 << 4);
-    tim.catch_up(168 * 300_000);
-    assert_eq!(tim.take_rises(), [168 * (3 * 65_536 + 500 + 65_536)]);
+    for (mms, compare, modes, shift) in [
+        (0b100, CCR1, CCMR1, 4),
+        (0b101, CCR1 + 4, CCMR1, 12),
+        (0b110, CCR1 + 8, CCMR2, 4),
+        (0b111, CCR1 + 12, CCMR2, 12),
+    ] {
+        let mut tim = at_1_mhz();
+        tim.take_rises();
+        put(&mut tim, 0, CR2, mms << 4);
+        put(&mut tim, 0, compare, 500);
+        put(&mut tim, 0, modes, 0b001 << shift);
+        assert_eq!(tim.next_event(0), Some(168 * 500), "MMS {mms:03b}");
+        tim.catch_up(168 * 200_000);
+        assert_eq!(tim.take_rises(), [168 * 500], "MMS {mms:03b}");
+        assert_eq!(tim.next_event(168 * 200_000), None, "MMS {mms:03b}: it is high");
+        put(&mut tim, 168 * 200_000, modes, 0b100 << shift);
+        put(&mut tim, 168 * 200_000, modes, 0b001 << shift);
+        tim.catch_up(168 * 300_000);
+        assert_eq!(tim.take_rises(), [168 * (3 * 65_536 + 500 + 65_536)], "MMS {mms:03b}");
+    }
 }
 
 /// MMS 000: UG is the trigger output.

@@ -1,12 +1,15 @@
 //! Pins of the controllers, and wirings other than that of our spacecraft.
 
+use std::sync::Arc;
+
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use can_wire::timing::{BitTiming, Quantum};
-use twin::board::{BoardConfig, Fittings};
+use twin::board::{BoardConfig, EmulatedBoard, Fittings};
 use twin::bxcan::Side;
 use twin::guest::GuestEvent;
-use twin::model::{CanPins, Model, Part};
+use twin::image::{Image, Symbol};
+use twin::model::{CanPins, Model, Oscillator, Part};
 use twin::peripherals::Pin;
 use twin::spacecraft::{BoardId, Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
 
@@ -108,6 +111,54 @@ fn a_controller_that_reaches_no_bus_is_told_with_the_reason() {
         let log: Vec<_> = log.into_iter().map(|line| line.text).collect();
         assert_eq!(log, [format!("twin: CAN1 takes part in no bus: {reason}")]);
     }
+}
+
+/// Given a program for a crystal of 12 MHz on a board with one of 8 MHz, then its HCLK is 112 MHz and its controllers run at two thirds of
+/// their bit rate, and the log and the warnings of the board say so, once for each controller.
+#[test]
+fn unknown_bit_rate_is_reported_with_the_oscillator() {
+    let program = [join_both_buses(), SLEEP.to_vec()].concat();
+    let expected = ["CAN1", "CAN2"].map(|can| {
+        format!(
+            "{can} runs at 666.7 kbit/s, which is no bit rate of CiA 301: HCLK is 112 MHz, and the oscillator of the board \
+             has 8 MHz; build the image for this oscillator, or correct the oscillator of the board"
+        )
+    });
+    for (hz, expected) in [(8_000_000, &expected[..]), (12_000_000, &[])] {
+        let config = board("clocked", image(&program, &STOP));
+        let oscillator = Oscillator { hz, external: false };
+        let config = BoardConfig { model: Model { oscillator, ..config.model }, ..config };
+        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        let board = spacecraft.add_board(config);
+        spacecraft.run_until(Time::from_ms(5)).unwrap();
+        spacecraft.reset(board);
+        spacecraft.run_until(Time::from_ms(10)).unwrap();
+        assert_eq!(spacecraft.board(board).warnings(), expected);
+        let log: Vec<_> = spacecraft.take_logs().into_iter().map(|line| line.text).collect();
+        assert_eq!(log, expected.iter().map(|text| format!("twin: {text}")).collect::<Vec<_>>());
+    }
+}
+
+/// Given a program that moves CAN1 to other pins than those of its transceiver, then the warnings of the board say so.
+#[test]
+fn a_controller_at_other_pins_is_among_the_warnings() {
+    let pin = Pin::new;
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let board = spacecraft.add_board(sender(CAN1, &[pin('A', 11), pin('A', 12)]));
+    spacecraft.run_until(Time::from_ms(5)).unwrap();
+    let expected =
+        "CAN1 takes part in no bus: PA11 carries CAN1_RX, and the board has the transceiver at PB8";
+    assert_eq!(spacecraft.board(board).warnings(), [expected]);
+}
+
+/// Given an image for another chip, then there is no such board.
+#[test]
+#[should_panic(
+    expected = "foreign: the image was linked for DEV_ID 421h (STM32F446), the board has an STM32F405RG (413h)"
+)]
+fn a_board_does_not_take_the_image_of_another_chip() {
+    let image = Image::from_flash(vec![0; 8]).with_symbol("__device_id", Symbol { address: 0x421, size: 0 });
+    EmulatedBoard::new(board("foreign", Arc::new(image)), 0);
 }
 
 #[test]

@@ -1,0 +1,5 @@
+//! The memory map of the chip.
+
+fn main() {
+    boards_memory::place();
+}
