@@ -52,6 +52,6 @@ fn image_is_handed_to_probe_rs() {
     let words: Vec<&str> = told.lines().collect();
     let [run, option, chip, image, rest @ ..] = &words[..] else { panic!("{told}") };
     assert_eq!([*run, *option, *chip], ["run", "--chip", "STM32F405RG"]);
-    assert!(image.ends_with("pyboard-v11-librecube/selftest"), "{image}");
+    assert!(image.ends_with("pyboard-v11-standard/selftest"), "{image}");
     assert_eq!(rest, ["--probe", "1234:5678"]);
 }
