@@ -68,6 +68,7 @@ impl<T: Controller> CanLines<T> {
 }
 
 /// The output of pulses: channel 4 of TIM3.
+#[cfg_attr(not(feature = "full"), allow(dead_code, reason = "a minimal board has it, but makes no pulses"))]
 pub struct PulseOutput {
     _timer: Peri<'static, TIM3>,
     pub(crate) pin: AlternatePin,
