@@ -3,19 +3,26 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use firmware_images::Package;
-
-use support::board::{BitRate, Target};
+use firmware_images::{BoardCrate, Choice, Error, Package};
+use support::board::{BitRate, Board, Profile, Target, built_names, help};
 use support::elf::{Facts, Size};
+use support::misuse::Misuse;
 use support::output;
 use support::project::manifest;
+
+/// The subcommand.
+const FIRMWARE: &str = "firmware";
 
 /// Command line of `firmware`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Board and profile.
-    #[command(flatten)]
-    target: Target,
+    /// Board to build for; `None`: the usual one, or that of the package.
+    #[arg(long, value_name = "BOARD", value_parser = Board::parse, help = of_board())]
+    board: Option<Board>,
+
+    /// Mission profile to build with; standby: two master boards
+    #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
+    profile: Profile,
 
     /// The minimal slave has one CAN controller and two transceivers (ECSS Figure A-6)
     #[arg(long)]
@@ -25,7 +32,7 @@ pub struct Options {
     #[arg(long, value_name = "KBIT", value_enum, default_value_t = BitRate::Kbit1000)]
     bit_rate: BitRate,
 
-    /// Firmware of your own: a package with a feature for each of its boards
+    /// Firmware of your own: a package whose Cargo.toml has its board as the dependency `board`, or a feature for each of its boards
     #[arg(long, value_name = "NAME", conflicts_with_all = ["profile", "bit_rate", "one_controller"])]
     package: Option<String>,
 
@@ -34,30 +41,70 @@ pub struct Options {
     manifest_path: Option<PathBuf>,
 }
 
+/// Help of `--board`.
+fn of_board() -> String {
+    let default = Board::DEFAULT;
+    format!("{} [default: {default}; with --package the board in its Cargo.toml, if that names one]", help())
+}
+
 /// Builds the images, prints paths and sizes.
 ///
 /// # Errors
 /// When an image cannot be built or read.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let Target { board: described, profile } = &options.target;
-    let board = described.name();
-    let Some(name) = &options.package else {
-        described.check_images("firmware")?;
-        let profile = options.bit_rate.configuration(*profile);
-        let images = firmware_images::build(board, &profile)?;
-        let fitting = if options.one_controller { "+one-controller" } else { "" };
-        let minimal = firmware_images::build_minimal(board, &(profile + fitting), firmware_images::LOG)?;
-        return [("master", &images.master), ("slave", &images.slave), ("minimal", &minimal)]
-            .into_iter()
-            .try_for_each(|(role, path)| describe(role, path));
-    };
+    if let Some(name) = &options.package {
+        return own(name, options);
+    }
+    let board = options.board.clone().unwrap_or_else(|| Board::shipped(Board::DEFAULT));
+    board.check_images(FIRMWARE)?;
+    let profile = options.bit_rate.configuration(options.profile);
+    let images = firmware_images::build(board.board_crate(), &profile)?;
+    let fitting = if options.one_controller { "+one-controller" } else { "" };
+    let minimal =
+        firmware_images::build_minimal(board.board_crate(), &(profile + fitting), firmware_images::LOG)?;
+    [("master", &images.master), ("slave", &images.slave), ("minimal", &minimal)]
+        .into_iter()
+        .try_for_each(|(role, path)| describe(role, path))
+}
+
+/// Builds the package `name` of the user.
+fn own(name: &str, options: &Options) -> anyhow::Result<()> {
     let manifest = manifest(options.manifest_path.as_deref())?;
-    let images = Package { name: name.clone(), manifest }.build(board)?;
+    let package = Package { name: name.to_owned(), manifest };
+    let choice = package.choice().map_err(|error| match error {
+        Error::NoPackage { .. } => anyhow::Error::from(Misuse::of(
+            FIRMWARE,
+            format!("invalid value '{name}' for '--package <NAME>': {error}"),
+        )),
+        error => error.into(),
+    })?;
+    let images = package.build(feature(name, &choice, options.board.as_ref())?)?;
     anyhow::ensure!(!images.is_empty(), "{name} has no program: it needs a src/main.rs");
     images.iter().try_for_each(|path| {
         let role = path.file_name().unwrap_or_default().to_string_lossy();
         describe(&role, path)
     })
+}
+
+/// The feature of a package that chooses the board of `--board`, or the usual one. `None`: its manifest names the board.
+fn feature<'a>(name: &str, choice: &Choice, board: Option<&'a Board>) -> Result<Option<&'a str>, Misuse> {
+    let has = |feature: &str| choice.features.iter().any(|known| known == feature);
+    match board.map(Board::name) {
+        None => Ok((!choice.is_fixed && has(Board::DEFAULT)).then_some(Board::DEFAULT)),
+        Some(board) if has(board) => Ok(Some(board)),
+        Some(board) => {
+            let boards: Vec<_> = built_names().into_iter().filter(|board| has(board)).collect();
+            let rest = if boards.is_empty() {
+                "it chooses its board in Cargo.toml: leave out --board".to_owned()
+            } else {
+                format!("allowed are {}", boards.join(", "))
+            };
+            let text = format!(
+                "invalid value '{board}' for '--board <BOARD>': the package {name} has no dependency {board}; {rest}"
+            );
+            Err(Misuse::of(FIRMWARE, text))
+        }
+    }
 }
 
 fn describe(role: &str, path: &Path) -> anyhow::Result<()> {
@@ -68,11 +115,45 @@ fn describe(role: &str, path: &Path) -> anyhow::Result<()> {
     ))
 }
 
-/// Lints boards and firmware as they are compiled for a board.
+/// Lints boards and firmware as they are compiled for a board of this project.
 ///
 /// # Errors
-/// When there is a warning.
+/// When there is a warning, or the board is not one of this project.
 pub fn clippy(target: &Target) -> anyhow::Result<()> {
-    target.board.check_images("clippy")?;
-    Ok(firmware_images::clippy(target.board.name(), target.profile.name())?)
+    let BoardCrate::Shipped(name) = target.board.board_crate() else {
+        let text = format!(
+            "invalid value '{}' for '--board <BOARD>': the firmware of this project is linted for its own boards; allowed are {}",
+            target.board.name(),
+            built_names().join(", ")
+        );
+        return Err(Misuse::of("clippy", text).into());
+    };
+    Ok(firmware_images::clippy(name, target.profile.name())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn choice(is_fixed: bool, features: &[&str]) -> Choice {
+        Choice { is_fixed, features: features.iter().map(|&name| name.to_owned()).collect() }
+    }
+
+    #[test]
+    fn package_with_its_board_in_the_manifest_needs_no_feature() {
+        assert_eq!(feature("heater", &choice(true, &[]), None), Ok(None));
+        assert_eq!(feature("heater", &choice(true, &["pyboard-v11"]), None), Ok(None));
+        assert_eq!(feature("heater", &choice(false, &["fast"]), None), Ok(None));
+    }
+
+    #[test]
+    fn package_with_boards_as_features_is_built_for_one() {
+        let nucleo = Board::shipped("nucleo-f446re");
+        let both = choice(false, &["nucleo-f446re", "pyboard-v11"]);
+        assert_eq!(feature("heater", &both, None), Ok(Some("pyboard-v11")));
+        assert_eq!(feature("heater", &both, Some(&nucleo)), Ok(Some("nucleo-f446re")));
+        let error =
+            feature("heater", &choice(false, &["pyboard-v11"]), Some(&nucleo)).unwrap_err().to_string();
+        assert!(error.ends_with("has no dependency nucleo-f446re; allowed are pyboard-v11"), "{error}");
+    }
 }

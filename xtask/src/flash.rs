@@ -100,11 +100,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
     let profile = options.bit_rate.configuration(*profile);
-    let images = || firmware_images::build_logging(board.name(), &profile, &log);
+    let images = || firmware_images::build_logging(board.board_crate(), &profile, &log);
     let image = match options.role {
         Role::Master => images()?.master,
         Role::Slave => images()?.slave,
-        Role::Minimal => firmware_images::build_minimal(board.name(), &(profile + fitting), &log)?,
+        Role::Minimal => firmware_images::build_minimal(board.board_crate(), &(profile + fitting), &log)?,
     };
     write(board, &image, &options.probe_rs)
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask selftest`: flash the self-test of `boards` to a bare board and show its log, or fly it on the emulated board.
+//! `cargo xtask selftest`: flash the self-test to a bare board and show its log, or fly it on the emulated board.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -53,7 +53,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if !options.twin {
         flash::find_probe_rs()?;
     }
-    let image = firmware_images::build_check(options.board.name(), "selftest")?;
+    let image = firmware_images::build_check(options.board.board_crate(), "selftest")?;
     if options.twin {
         return fly(&options.board, &image);
     }

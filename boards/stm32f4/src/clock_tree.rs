@@ -37,7 +37,7 @@ const TURN: u32 = 250 - 1;
 /// # Panics
 /// When called twice.
 pub fn start<B: BoardSpec>() -> Peripherals {
-    let clocks = const { clocks::<B>() };
+    let clocks = const { clocks_of::<B>() };
     if !oscillates(B::OSCILLATOR) {
         // SAFETY: `Peripherals` were not handed out yet, and these are dropped before they are.
         let board = B::wiring(B::resources(unsafe { Peripherals::steal() }));
@@ -66,11 +66,11 @@ pub fn start<B: BoardSpec>() -> Peripherals {
     peripherals
 }
 
-/// The clock tree of a board.
+/// The settings of the clock tree of a board.
 ///
 /// # Panics
-/// While compiling, when there is none.
-const fn clocks<B: BoardSpec>() -> Clocks {
+/// When there are none. Evaluated as a constant, that fails the build with the reason; [`board!`](crate::board) does it.
+pub const fn clocks_of<B: BoardSpec>() -> Clocks {
     match Clocks::new(B::OSCILLATOR, B::HCLK) {
         Ok(clocks) => clocks,
         Err(error) => panic!("{}", error.message().as_str()),

@@ -104,7 +104,7 @@ pub use timing::{LIMITS, PCLK1, bit_timing};
 pub use {
     bxcan::{Controller, ControllerInterrupts, Port, ReceiveHandler, StatusHandler, TransmitHandler},
     clock::Uptime,
-    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, start},
+    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, clocks_of, start},
     common::{CanInterrupts, Leds},
     ecss_can::types::PerBus,
     edges::{CaptureChannel, EdgeInput},

@@ -142,6 +142,8 @@ macro_rules! board {
         /// This board.
         pub struct Spec;
 
+        const _: $crate::Clocks = $crate::clocks_of::<Spec>();
+
         impl $crate::BoardSpec for Spec {
             const OSCILLATOR: $crate::Oscillator = $oscillator;
             $(const HCLK: u32 = $hclk;)?

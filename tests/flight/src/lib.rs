@@ -5,6 +5,8 @@
 #![forbid(unsafe_code)]
 
 mod craft;
+mod felling;
 pub mod rates;
 
 pub use craft::*;
+pub use felling::*;

@@ -2,12 +2,14 @@
 //!
 //! The info string of a block of code says what the block is: `sh` is run, `sh background` goes on running, `LANGUAGE PATH` is a
 //! file, and `text output` is what the command before it prints at its end. [`your_own`] are the steps of `docs/your-own.md`.
-//! `tests/your_own.rs` follows them up to the one that needs Python, `tests/interop` goes on from there.
+//! `tests/your_own` follows them up to the one that needs Python, `tests/interop` goes on from there.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -71,6 +73,23 @@ pub fn steps(markdown: &str) -> anyhow::Result<Vec<Step>> {
         }
     }
     Ok(steps)
+}
+
+/// An empty folder outside of this repository, the same for each run of the test `name`: images are built for the path of a board, and
+/// what is built stays in `target`.
+///
+/// # Errors
+/// When it cannot be made.
+pub fn fresh_folder(name: &str) -> anyhow::Result<PathBuf> {
+    let mut hasher = DefaultHasher::new();
+    root()?.hash(&mut hasher);
+    let folder = std::env::temp_dir().join(format!("{name}-{:016x}", hasher.finish()));
+    match fs::remove_dir_all(&folder) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => fs::create_dir(&folder),
+    }
+    .with_context(|| format!("cannot make {} anew", folder.display()))?;
+    Ok(folder)
 }
 
 /// A folder in which a page is followed.

@@ -1,6 +1,6 @@
 //! Chip support, compiled for a chip of each line.
 
-use crate::{BUILD, Error, Job, LOG, run, workspace};
+use crate::{Error, Job, LOG, run, workspace};
 
 /// A chip of each line that `boards-stm32f4` supports, as embassy-stm32 names it.
 pub const CHIPS: [&str; 11] = [
@@ -25,7 +25,7 @@ pub fn check_chips() -> Result<(), Error> {
     let root = workspace();
     for chip in CHIPS {
         let task = format!("check chip support for {chip}");
-        let job = Job { home: &root, task, log: LOG, is_locked: true, folder: BUILD };
+        let job = Job { home: &root, task, log: LOG, is_locked: true };
         let features = format!("defmt,embassy-stm32/{chip}");
         let what = ["--package", "boards-stm32f4", "--features", &features].map(str::to_owned);
         job.run(&["check"], &what, &[], run)?;

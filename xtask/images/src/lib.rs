@@ -7,7 +7,10 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod board_crate;
 mod chips;
+mod choice;
+mod elsewhere;
 mod environment;
 mod once;
 mod package;
@@ -21,9 +24,13 @@ use std::process::Command;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use board_crate::Site;
+
+pub use board_crate::BoardCrate;
 pub use chips::{CHIPS, check_chips};
+pub use choice::Choice;
 pub use environment::clean;
-pub use package::{Package, host_cargo};
+pub use package::{Package, Refusal, host_cargo};
 
 /// What people flash and the twin flies.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,6 +58,19 @@ pub enum Error {
     /// The build directory cannot be used.
     #[error("cannot use {0}: {1}")]
     Directory(PathBuf, io::Error),
+    /// A manifest is not TOML, or lacks something.
+    #[error("{0}: {1}")]
+    Manifest(PathBuf, String),
+    /// A workspace has no package of this name.
+    #[error("{manifest} has no package {name}; allowed are {}", packages.join(", "))]
+    NoPackage {
+        /// The name.
+        name: String,
+        /// `Cargo.toml` of the workspace.
+        manifest: PathBuf,
+        /// Names of the packages of the workspace.
+        packages: Vec<String>,
+    },
 }
 
 /// Target triple of every supported board.
@@ -78,27 +98,24 @@ const TEST_BARE: &str = "test-bare";
 /// Drivers of others, flown by tests alone.
 const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
 
-/// Where cargo builds images, in `target/firmware`.
-const BUILD: &str = "build";
-
 /// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
 pub const LOG: &str = "info";
 
 /// How long a build takes when nothing has been built before.
 const FIRST_TIME: &str = "about two minutes on two cores: core, HAL and protocol";
 
-/// Builds master and slave for a board (`pyboard-v11`) and a mission profile (`librecube`, or `standard`), which may have a bit
-/// rate (`standard+kbit-125`).
+/// Builds master and slave for a board (`pyboard-v11`, or a crate elsewhere) and a mission profile (`librecube`, or `standard`),
+/// which may have a bit rate (`standard+kbit-125`).
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build(board: &str, profile: &str) -> Result<Images, Error> {
+pub fn build<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Result<Images, Error> {
     build_logging(board, profile, LOG)
 }
 
 /// The images of an earlier [`build`], if there was one.
-pub fn built(board: &str, profile: &str) -> Option<Images> {
-    let directory = workspace().join("target/firmware").join(configuration(board, profile, LOG));
+pub fn built<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Option<Images> {
+    let directory = folder(&Site::of(board.into()).ok()?, profile, LOG);
     let [master, slave] = PACKAGES.map(|package| directory.join(package));
     (master.is_file() && slave.is_file()).then_some(Images { master, slave })
 }
@@ -107,8 +124,12 @@ pub fn built(board: &str, profile: &str) -> Option<Images> {
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_logging(board: &str, profile: &str, log: &str) -> Result<Images, Error> {
-    let [master, slave] = programs(board, profile, log, &packages(&PACKAGES, board, profile), PACKAGES)?;
+pub fn build_logging<'a>(
+    board: impl Into<BoardCrate<'a>>,
+    profile: &str,
+    log: &str,
+) -> Result<Images, Error> {
+    let [master, slave] = programs(board.into(), profile, log, &PACKAGES, PACKAGES)?;
     Ok(Images { master, slave })
 }
 
@@ -116,10 +137,8 @@ pub fn build_logging(board: &str, profile: &str, log: &str) -> Result<Images, Er
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_check(board: &str, program: &str) -> Result<PathBuf, Error> {
-    let mut what = packages(&[CHECKS], board, "standard");
-    what.extend(["--bin", program].map(str::to_owned));
-    let [image] = programs(board, "standard", LOG, &what, [program])?;
+pub fn build_check<'a>(board: impl Into<BoardCrate<'a>>, program: &str) -> Result<PathBuf, Error> {
+    let [image] = programs(board.into(), "standard", LOG, &[CHECKS], [program])?;
     Ok(image)
 }
 
@@ -128,8 +147,7 @@ pub fn build_check(board: &str, program: &str) -> Result<PathBuf, Error> {
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
-    let what = packages(&[TEST_DEVICE], board, profile);
-    let [image] = programs(board, profile, LOG, &what, [TEST_DEVICE])?;
+    let [image] = programs(board.into(), profile, LOG, &[TEST_DEVICE], [TEST_DEVICE])?;
     Ok(image)
 }
 
@@ -138,7 +156,7 @@ pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build_test_bare(board: &str) -> Result<PathBuf, Error> {
-    let [image] = programs(board, "standard", LOG, &packages(&[TEST_BARE], board, "standard"), [TEST_BARE])?;
+    let [image] = programs(board.into(), "standard", LOG, &[TEST_BARE], [TEST_BARE])?;
     Ok(image)
 }
 
@@ -147,60 +165,60 @@ pub fn build_test_bare(board: &str) -> Result<PathBuf, Error> {
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build_test_peripherals(board: &str) -> Result<PathBuf, Error> {
-    let what = packages(&[TEST_PERIPHERALS], board, "standard");
-    let [image] = programs(board, "standard", LOG, &what, [TEST_PERIPHERALS])?;
+    let [image] = programs(board.into(), "standard", LOG, &[TEST_PERIPHERALS], [TEST_PERIPHERALS])?;
     Ok(image)
 }
 
 /// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
-/// others: the crate `boards` is smaller there. For a board with one controller the profile has `+one-controller` behind it.
+/// others: `boards-stm32f4` is smaller there. For a board with one controller the profile has `+one-controller` behind it.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_minimal(board: &str, profile: &str, log: &str) -> Result<PathBuf, Error> {
-    let what = packages(&[MINIMAL], board, profile);
-    let [image] = programs(board, profile, log, &what, [MINIMAL])?;
+pub fn build_minimal<'a>(
+    board: impl Into<BoardCrate<'a>>,
+    profile: &str,
+    log: &str,
+) -> Result<PathBuf, Error> {
+    let [image] = programs(board.into(), profile, log, &[MINIMAL], [MINIMAL])?;
     Ok(image)
 }
 
 /// The image of an earlier [`build_minimal`] with the log of [`LOG`], if there was one.
-pub fn built_minimal(board: &str, profile: &str) -> Option<PathBuf> {
-    let image = workspace().join("target/firmware").join(configuration(board, profile, LOG)).join(MINIMAL);
+pub fn built_minimal<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Option<PathBuf> {
+    let image = folder(&Site::of(board.into()).ok()?, profile, LOG).join(MINIMAL);
     image.is_file().then_some(image)
 }
 
-/// Lints boards and firmware as they are compiled for a board; warnings are errors.
+/// Lints boards and firmware as they are compiled for a board of this project; warnings are errors.
 ///
 /// # Errors
 /// See [`Error`].
 pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
-    let job =
-        Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true, folder: BUILD };
+    let job = Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true };
     let what = [
-        packages(&["master", "slave", TEST_DEVICE], board, profile),
-        packages(&EXAMPLES, board, "standard"),
-        packages(&FOREIGN, board, "standard"),
-        packages(&[TEST_PERIPHERALS, CHECKS], board, "standard"),
+        packages(&["master", "slave", TEST_DEVICE], Some(board), profile),
+        packages(&EXAMPLES, Some(board), "standard"),
+        packages(&FOREIGN, Some(board), "standard"),
+        packages(&[TEST_PERIPHERALS, CHECKS], Some(board), "standard"),
     ];
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board, or of the log.
-    job.run(&["clippy"], &packages(&[TEST_BARE], board, "standard"), &["--", "-D", "warnings"], run)?;
+    job.run(&["clippy"], &packages(&[TEST_BARE], Some(board), "standard"), &["--", "-D", "warnings"], run)?;
     for profile in [profile, &format!("{profile}+one-controller")] {
-        job.run(&["clippy"], &packages(&[MINIMAL], board, profile), &["--", "-D", "warnings"], run)?;
+        job.run(&["clippy"], &packages(&[MINIMAL], Some(board), profile), &["--", "-D", "warnings"], run)?;
     }
     Ok(())
 }
 
-/// Arguments that name packages of firmware.
-fn packages(packages: &[&str], board: &str, profile: &str) -> Vec<String> {
+/// Arguments that name packages of firmware and their features; `board` is one of them, if the packages have boards as features.
+fn packages(packages: &[&str], board: Option<&str>, profile: &str) -> Vec<String> {
     let mut what = Vec::new();
     for package in packages {
-        what.extend(["--package", package, "--features"].map(str::to_owned));
-        what.push(format!("{package}/{board}"));
-        for feature in profile.split('+').filter(|feature| *feature != "standard") {
+        what.extend(["--package", package].map(str::to_owned));
+        for feature in board.into_iter().chain(profile.split('+').filter(|feature| *feature != "standard")) {
             what.extend(["--features".to_owned(), format!("{package}/{feature}")]);
         }
     }
@@ -212,22 +230,30 @@ fn task(verb: &str, board: &str, profile: &str) -> String {
     format!("{verb} firmware for {board}, profile {profile}")
 }
 
-/// Builds `what`; returns a copy of each program, named by its place among what cargo has built.
+/// Builds programs of packages of firmware; returns a copy of each program, named by its place among what cargo has built.
 fn programs<const N: usize>(
-    board: &str,
+    board: BoardCrate,
     profile: &str,
     log: &str,
-    what: &[String],
+    of: &[&str],
     names: [&str; N],
 ) -> Result<[PathBuf; N], Error> {
-    let root = workspace();
-    // defmt reads the filter in all crates that log.
-    let folder = if log == LOG { BUILD } else { "build-log" };
-    let job = Job { home: &root, task: task("build", board, profile), log, is_locked: true, folder };
-    let to = root.join("target/firmware").join(configuration(board, profile, log));
+    let site = Site::of(board)?;
+    let home = match &site {
+        Site::Here(_) => workspace(),
+        Site::Elsewhere(elsewhere) => elsewhere.home(),
+    };
+    let mut what = packages(of, site.feature(), profile);
+    what.extend(names.iter().flat_map(|name| ["--bin", name]).map(str::to_owned));
+    let task = task("build", site.name(), profile);
+    let job = Job { home: &home, task, log, is_locked: matches!(site, Site::Here(_)) };
+    let to = folder(&site, profile, log);
     let from = job.target_dir().join(TARGET).join("firmware");
-    once::once(format!("{log} {}", what.join(" ")), || {
-        job.run(&["build"], what, &[], |cargo| {
+    once::once(format!("{} {log} {}", site.id(), what.join(" ")), || {
+        job.run(&["build"], &what, &[], |cargo| {
+            if let Site::Elsewhere(elsewhere) = &site {
+                elsewhere.write()?;
+            }
             run(cargo)?;
             names.iter().map(|name| keep(&from.join(name), &to)).collect()
         })
@@ -245,13 +271,13 @@ struct Job<'a> {
     log: &'a str,
     /// `Cargo.lock` stays as it is.
     is_locked: bool,
-    /// Where cargo builds, in `target/firmware`. All boards and profiles share what they have in common.
-    folder: &'a str,
 }
 
 impl Job<'_> {
+    /// Where cargo builds. All boards and profiles share what they have in common. An unusual filter of the log has a directory
+    /// of its own: defmt reads the filter in all crates that log.
     fn target_dir(&self) -> PathBuf {
-        workspace().join("target/firmware").join(self.folder)
+        workspace().join("target/firmware").join(if self.log == LOG { "build" } else { "build-log" })
     }
 
     /// Takes the lock and lets `run` run cargo.
@@ -266,7 +292,7 @@ impl Job<'_> {
         let unusable = |error| Error::Directory(target_dir.clone(), error);
         fs::create_dir_all(&target_dir).map_err(unusable)?;
         // Held until the file is closed.
-        let lock = File::create(target_dir.join("lock")).map_err(unusable)?;
+        let lock = File::create(workspace().join("target/firmware/lock")).map_err(unusable)?;
         take(&lock).map_err(unusable)?;
 
         let toolchain = toolchain::find(command[0] == "clippy")?;
@@ -308,6 +334,11 @@ fn remapped() -> Option<String> {
     flags.sort();
     Some(format!("target.{TARGET}.rustflags = [{}, '--remap-path-scope=macro']", flags.join(", ")))
         .filter(|_| !flags.is_empty())
+}
+
+/// Folder with the images of a configuration.
+fn folder(site: &Site, profile: &str, log: &str) -> PathBuf {
+    workspace().join("target/firmware").join(configuration(&site.id(), profile, log))
 }
 
 /// Name of the directory with the images of a configuration: those of two configurations never overwrite each other. All

@@ -8,7 +8,16 @@ use serde_json::Value;
 
 use crate::environment::clean;
 use crate::once::once;
-use crate::{BUILD, Error, Job, LOG, TARGET, command_line, keep, workspace};
+use crate::{Error, Job, LOG, TARGET, command_line, keep, workspace};
+
+/// An error that stopped a build.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// Its code, such as `E0382`, where the compiler gives one.
+    pub code: Option<String>,
+    /// Its text, as it is printed.
+    pub text: String,
+}
 
 /// A package with firmware of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,49 +34,55 @@ impl Package {
         Package { name: name.into(), manifest: workspace().join("Cargo.toml") }
     }
 
-    /// Builds its images for a board, one of its features, as the shipped images are built: same toolchain, same profile of
-    /// cargo. Returns the ELF file of each of its programs, in `target/firmware/BOARD` beside its `Cargo.toml`.
+    /// Builds its images as the shipped images are built: same toolchain, same profile of cargo. `board` is a board among its features;
+    /// `None`: its manifest names the board. Returns the ELF file of each of its programs: in `target/firmware` beside its
+    /// `Cargo.toml`, or there in a folder that has the name of the feature.
     ///
     /// # Errors
     /// See [`Error`]; each says what to do.
-    pub fn build(&self, board: &str) -> Result<Vec<PathBuf>, Error> {
+    pub fn build<'a>(&self, board: impl Into<Option<&'a str>>) -> Result<Vec<PathBuf>, Error> {
+        let board = board.into();
         let build = || {
             self.run(board, "json-render-diagnostics", |cargo, home| {
                 let (line, output) = output(cargo)?;
                 if !output.status.success() {
                     return Err(Error::Failed(line, output.status));
                 }
-                let to = home.join("target/firmware").join(board);
+                let to = home.join("target/firmware").join(board.unwrap_or_default());
                 let built = messages(&output)
                     .filter_map(|message| Some(PathBuf::from(message.get("executable")?.as_str()?)));
                 built.map(|elf| keep(&elf, &to)).collect()
             })
         };
-        once(format!("{} of {} for {board}", self.name, self.manifest.display()), build)
+        once(format!("{} of {} for {board:?}", self.name, self.manifest.display()), build)
     }
 
-    /// Builds it in vain or not: the codes of the compiler's errors, such as `E0382`.
+    /// Builds it in vain or not; returns each error of the compiler. When the build fails without one, as in a build script, that is
+    /// the only error.
     ///
     /// # Errors
-    /// See [`Error`]; also when it fails without such an error.
-    pub fn refusals(&self, board: &str) -> Result<Vec<String>, Error> {
-        self.run(board, "json", |cargo, _| {
-            let (line, output) = output(cargo)?;
-            let code = |message: Value| {
+    /// See [`Error`].
+    pub fn refusals<'a>(&self, board: impl Into<Option<&'a str>>) -> Result<Vec<Refusal>, Error> {
+        self.run(board.into(), "json", |cargo, _| {
+            let line = command_line(cargo);
+            let output = cargo.output().map_err(|error| Error::Spawn(line, error))?;
+            let errors = messages(&output).filter_map(|message| {
                 let message = message.get("message").filter(|message| message["level"] == "error")?;
-                Some(message.get("code")?.get("code")?.as_str()?.to_owned())
-            };
-            let codes: Vec<String> = messages(&output).filter_map(code).collect();
-            if codes.is_empty() && !output.status.success() {
-                return Err(Error::Failed(line, output.status));
+                let code = message["code"]["code"].as_str().map(str::to_owned);
+                Some(Refusal { code, text: message["rendered"].as_str()?.to_owned() })
+            });
+            let mut errors: Vec<Refusal> = errors.collect();
+            if errors.is_empty() && !output.status.success() {
+                let text = String::from_utf8_lossy(&output.stderr).into_owned();
+                errors.push(Refusal { code: None, text });
             }
-            Ok(codes)
+            Ok(errors)
         })
     }
 
     fn run<T>(
         &self,
-        board: &str,
+        board: Option<&str>,
         format: &str,
         run: impl FnOnce(&mut Command, &Path) -> Result<T, Error>,
     ) -> Result<T, Error> {
@@ -76,15 +91,14 @@ impl Package {
         let root = workspace();
         let is_ours = root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
         let home = if is_ours { &root } else { manifest.parent().unwrap_or(Path::new("/")) };
-        let job = Job {
-            home,
-            task: format!("build {} for {board}", self.name),
-            log: LOG,
-            is_locked: is_ours,
-            folder: BUILD,
-        };
-        let mut what = vec!["--package".to_owned(), self.name.clone(), "--features".to_owned()];
-        what.push(if is_ours { format!("{}/{board}", self.name) } else { board.to_owned() });
+        let of_board = board.map_or(String::new(), |board| format!(" for {board}"));
+        let task = format!("build {}{of_board}", self.name);
+        let job = Job { home, task, log: LOG, is_locked: is_ours };
+        let mut what = vec!["--package".to_owned(), self.name.clone()];
+        if let Some(board) = board {
+            let feature = if is_ours { format!("{}/{board}", self.name) } else { board.to_owned() };
+            what.extend(["--features".to_owned(), feature]);
+        }
         what.push(format!("--message-format={format}"));
         if !is_ours {
             what.extend(profile()?.into_iter().flat_map(|setting| ["--config".to_owned(), setting]));
@@ -120,7 +134,7 @@ impl Package {
 }
 
 /// Runs cargo to its end: its command line, and what it printed.
-fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
+pub(crate) fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
     let line = command_line(cargo);
     let output = cargo.stderr(Stdio::inherit()).output();
     output.map(|output| (line.clone(), output)).map_err(|error| Error::Spawn(line, error))

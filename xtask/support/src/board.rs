@@ -1,9 +1,10 @@
 //! The boards that images are built for and flown on, and the mission profiles that they are built with.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
+use firmware_images::BoardCrate;
 use twin::description::{self, Description};
 use twin::model::{Model, Oscillator, Part};
 use twin::peripherals::Pin;
@@ -14,7 +15,11 @@ use crate::project;
 
 /// A board, as its `board.toml` describes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Board(Arc<Description>);
+pub struct Board {
+    description: Arc<Description>,
+    /// Where the description is, absolute where the folder exists.
+    folder: PathBuf,
+}
 
 impl Board {
     /// Name of the board that is meant without `--board`.
@@ -25,7 +30,8 @@ impl Board {
     /// # Panics
     /// When there is none, or its description is wrong.
     pub fn shipped(name: &str) -> Board {
-        Board(Arc::new(Description::shipped(name)))
+        let folder = description::folder().join(name);
+        Board { description: Arc::new(Description::shipped(name)), folder: absolute(&folder) }
     }
 
     /// Boards that the images of this project are built for, [`Board::DEFAULT`] first.
@@ -44,7 +50,9 @@ impl Board {
             None if path.join(description::FILE).is_file() || path.is_file() => path.to_owned(),
             None => return Err(format!("no such board; {}", allowed())),
         };
-        Description::read(&path).map(|read| Board(Arc::new(read))).map_err(|wrong| wrong.to_string())
+        let description = Description::read(&path).map_err(|wrong| wrong.to_string())?;
+        let folder = if path.is_dir() { &*path } else { path.parent().unwrap_or(Path::new("")) };
+        Ok(Board { description: Arc::new(description), folder: absolute(folder) })
     }
 
     /// This board with another part or oscillator, and a name that says so.
@@ -52,7 +60,7 @@ impl Board {
     /// # Errors
     /// When the part lacks a pin of the board.
     pub fn with(&self, part: Option<Part>, oscillator: Option<Oscillator>) -> Result<Board, String> {
-        let Model { part: own, oscillator: own_oscillator, pins } = self.0.model;
+        let Model { part: own, oscillator: own_oscillator, pins } = self.description.model;
         let model =
             Model { part: part.unwrap_or(own), oscillator: oscillator.unwrap_or(own_oscillator), pins };
         if let Some(pin) = pins.all().find(|pin| !model.part.has_pin(*pin)) {
@@ -62,27 +70,28 @@ impl Board {
                  --board FILE with other pins"
             ));
         }
-        if model == self.0.model {
+        if model == self.description.model {
             return Ok(self.clone());
         }
-        let chip = part.map_or(self.0.chip.clone(), |part| part.to_string());
+        let chip = part.map_or(self.description.chip.clone(), |part| part.to_string());
         let name = format!("{} with {}, {} MHz", self.name(), model.part, model.oscillator.hz as f64 / 1e6);
-        Ok(Board(Arc::new(Description { name, chip, model })))
+        let description = Arc::new(Description { name, chip, model });
+        Ok(Board { description, folder: self.folder.clone() })
     }
 
-    /// Its name: cargo feature, command line, summary.
+    /// Its name: command line, summary, cargo feature of images that choose among boards.
     pub fn name(&self) -> &str {
-        &self.0.name
+        &self.description.name
     }
 
     /// Its chip, as probe-rs knows it.
     pub fn chip(&self) -> &str {
-        &self.0.chip
+        &self.description.chip
     }
 
     /// Its emulation.
     pub fn model(&self) -> Model {
-        self.0.model
+        self.description.model
     }
 
     /// How the harness closes the straps of a board: four bits from the lowest, then odd parity; a closed strap is tied to
@@ -90,29 +99,48 @@ impl Board {
     /// it is strapped prime, and other images do not look; [`SECOND_MASTER`] has 0. A board without straps has none closed.
     pub fn straps(&self, board: u8) -> Vec<(Pin, bool)> {
         let node = if board == SECOND_MASTER { 0 } else { board };
-        self.0.model.pins.straps.map_or(Vec::new(), |straps| straps.closed(node))
+        self.description.model.pins.straps.map_or(Vec::new(), |straps| straps.closed(node))
     }
 
-    /// Checks that the images of this project are built for this board; `command` is the subcommand that builds them.
+    /// The crate of this board, for images of this project.
+    pub fn board_crate(&self) -> BoardCrate<'_> {
+        let shipped = absolute(&description::folder().join(self.name()));
+        if self.folder == shipped && built_names().iter().any(|name| name == self.name()) {
+            BoardCrate::Shipped(self.name())
+        } else {
+            BoardCrate::Elsewhere(&self.folder)
+        }
+    }
+
+    /// Checks that images of this project can be built for this board; `command` is the subcommand that builds them.
     ///
     /// # Errors
-    /// When they do not depend on it.
+    /// When the board has no crate.
     pub fn check_images(&self, command: &'static str) -> Result<(), Misuse> {
-        let (name, built) = (self.name(), built_names());
-        if built.iter().any(|known| known == name) {
+        let BoardCrate::Elsewhere(folder) = self.board_crate() else { return Ok(()) };
+        if folder.join("Cargo.toml").is_file() {
             return Ok(());
         }
         let text = format!(
-            "invalid value '{name}' for '--board <BOARD>': the images of this project do not depend on the board '{name}', and cannot be \
-             built for it; allowed are {}",
-            built.join(", ")
+            "invalid value '{}' for '--board <BOARD>': {} has no Cargo.toml, and images of this project cannot be built without the crate \
+             of the board; allowed are {}, or a folder with Cargo.toml and board.toml",
+            self.name(),
+            folder.display(),
+            built_names().join(", ")
         );
         Err(Misuse::of(command, text))
     }
 }
 
+/// A path from the root where it exists; otherwise as it is.
+fn absolute(path: &Path) -> PathBuf {
+    // No path is the current folder.
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
 /// Names of the boards of this project that its images choose from, by a dependency each, [`Board::DEFAULT`] first.
-fn built_names() -> Vec<String> {
+pub fn built_names() -> Vec<String> {
     let manifest = std::fs::read_to_string(project::path("firmware/master/Cargo.toml")).unwrap_or_default();
     let manifest: toml::Table = manifest.parse().unwrap_or_default();
     let targets = manifest.get("target").and_then(toml::Value::as_table);
@@ -279,6 +307,26 @@ mod tests {
         }
     }
 
+    /// Given the description of the pyboard in another folder, then its images are built for the crate there, if there is one.
+    #[test]
+    fn board_in_another_folder_is_another_crate() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("board.toml");
+        std::fs::copy(description::folder().join("pyboard-v11/board.toml"), &file).unwrap();
+        let board = Board::parse(&file.to_string_lossy()).unwrap();
+        assert_eq!(board.board_crate(), BoardCrate::Elsewhere(&folder.path().canonicalize().unwrap()));
+        let error = board.check_images("demo").unwrap_err().to_string();
+        for part in ["no Cargo.toml", "pyboard-v11, nucleo-f446re", "a folder with Cargo.toml and board.toml"]
+        {
+            assert!(error.contains(part), "{error}");
+        }
+        std::fs::write(folder.path().join("Cargo.toml"), "").unwrap();
+        assert_eq!(board.check_images("demo"), Ok(()));
+        let shipped = description::folder().join("pyboard-v11");
+        let shipped = Board::parse(&shipped.to_string_lossy()).unwrap();
+        assert_eq!(shipped.board_crate(), BoardCrate::Shipped("pyboard-v11"));
+    }
+
     /// Given the pins of the pyboard, then any part whose package has them takes them, with an oscillator of its own.
     #[test]
     fn other_part_has_the_pins_of_the_board_or_is_refused() {
@@ -295,7 +343,8 @@ mod tests {
         assert_eq!(pyboard.with(None, None), Ok(pyboard.clone()));
         let text = "name = \"big\"\nchip = \"STM32F407VG\"\noscillator = { frequency = \"8MHz\", kind = \"crystal\" }\n\
                     can1 = { rx = \"PD0\", tx = \"PD1\" }\ncan2 = { rx = \"PB12\", tx = \"PB13\" }\n";
-        let big = Board(Arc::new(Description::parse(text, "board.toml").unwrap()));
+        let description = Arc::new(Description::parse(text, "board.toml").unwrap());
+        let big = Board { description, folder: PathBuf::new() };
         let error = big.with(Some(pyboard.model().part), None).unwrap_err();
         assert!(error.contains("STM32F405RG has no pin PD0"), "{error}");
     }

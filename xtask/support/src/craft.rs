@@ -107,8 +107,8 @@ impl Craft {
     /// Checks what the parser cannot see; `command` is the subcommand with these options.
     ///
     /// # Errors
-    /// When two images are given for one node, a part or oscillator is given and no image, or shipped images are to fly on a board that they
-    /// are not built for; `nodes` are all boards.
+    /// When two images are given for one node, a part or oscillator is given and no image, or shipped images are to fly on a board without
+    /// a crate; `nodes` are all boards.
     pub fn check(&self, command: &'static str, nodes: &BTreeSet<Node>) -> Result<(), Misuse> {
         self.own_board(command)?;
         let has_own = nodes.iter().any(|node| self.own_image(*node).is_some());
@@ -190,16 +190,16 @@ impl Craft {
         if nodes.is_empty() {
             return Ok(());
         }
-        let (board, profile) =
-            (self.target.board.name(), &format!("{}{fitting}", self.target.profile.name()));
+        let (board, profile) = (&self.target.board, &format!("{}{fitting}", self.target.profile.name()));
         let path = if self.no_build {
-            firmware_images::built_minimal(board, profile).with_context(|| {
+            firmware_images::built_minimal(board.board_crate(), profile).with_context(|| {
                 format!(
-                    "no minimal slave was built for {board}, profile {profile}, yet: leave out --no-build"
+                    "no minimal slave was built for {}, profile {profile}, yet: leave out --no-build",
+                    board.name()
                 )
             })?
         } else {
-            firmware_images::build_minimal(board, profile, firmware_images::LOG)?
+            firmware_images::build_minimal(board.board_crate(), profile, firmware_images::LOG)?
         };
         let minimal = image(&path)?;
         images.extend(nodes.iter().map(|node| (*node, minimal.clone())));
@@ -214,13 +214,16 @@ impl Craft {
         let missing: BTreeSet<Node> =
             nodes.iter().copied().filter(|node| !images.contains_key(node)).collect();
         if !missing.is_empty() {
-            let (board, profile) = (self.target.board.name(), self.target.profile.name());
+            let (board, profile) = (&self.target.board, self.target.profile.name());
             let built = if self.no_build {
-                firmware_images::built(board, profile).with_context(|| {
-                    format!("nothing was built for {board}, profile {profile}, yet: leave out --no-build")
+                firmware_images::built(board.board_crate(), profile).with_context(|| {
+                    format!(
+                        "nothing was built for {}, profile {profile}, yet: leave out --no-build",
+                        board.name()
+                    )
                 })?
             } else {
-                firmware_images::build(board, profile)?
+                firmware_images::build(board.board_crate(), profile)?
             };
             images.extend(shipped(&built, missing)?);
         }

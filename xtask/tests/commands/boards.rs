@@ -97,19 +97,19 @@ fn mistakes_in_a_description_are_refused() {
     }
 }
 
-/// Given a good description with a name that no image has as a cargo feature, then commands that would build images refuse it and list the
-/// boards that they can build for.
+/// Given a good description without the crate of its board beside it, then commands that would build images refuse it and say what
+/// they can build for.
 #[test]
-fn images_are_not_built_for_a_board_without_feature() {
+fn images_are_not_built_for_a_board_without_crate() {
     let (folder, path) = description(&[("pyboard-v11", "mine")]);
     let folder = folder.path().to_str().expect("UTF-8");
-    for command in [&["demo"][..], &["twin"], &["firmware"], &["flash", "slave"], &["selftest"], &["clippy"]]
-    {
+    for command in [&["demo"][..], &["twin"], &["firmware"], &["flash", "slave"], &["selftest"]] {
         for board in [&path, folder] {
-            let said = ["no cargo feature 'mine'", "pyboard-v11, nucleo-f446re"];
+            let said = ["no Cargo.toml", folder, "pyboard-v11, nucleo-f446re", "Cargo.toml and board.toml"];
             refuses(&[command, &["--board", board]].concat(), &said);
         }
     }
+    refuses(&["clippy", "--board", &path], &["'mine'", "its own boards", "pyboard-v11, nucleo-f446re"]);
 }
 
 #[test]

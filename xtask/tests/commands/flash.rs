@@ -18,13 +18,13 @@ fn alias(name: &str) -> Vec<String> {
 }
 
 /// PATH without any probe-rs, `first` before all.
-fn path(first: Option<&Path>) -> OsString {
+pub fn path(first: Option<&Path>) -> OsString {
     let all = std::env::var_os("PATH").expect("PATH");
     let others = std::env::split_paths(&all).filter(|folder| !folder.join("probe-rs").exists());
     std::env::join_paths(first.map(Path::to_owned).into_iter().chain(others)).expect("folders")
 }
 
-fn run(name: &str, arguments: &[&str], path: &OsString) -> Output {
+pub fn run(name: &str, arguments: &[&str], path: &OsString) -> Output {
     Command::new(env!("CARGO_BIN_EXE_xtask"))
         .args(alias(name))
         .args(arguments)
@@ -34,7 +34,7 @@ fn run(name: &str, arguments: &[&str], path: &OsString) -> Output {
 }
 
 /// A probe-rs that writes its arguments to a file beside it, one a line, and fails with code 7.
-fn fake_probe_rs(folder: &Path) -> PathBuf {
+pub fn fake_probe_rs(folder: &Path) -> PathBuf {
     let (program, arguments) = (folder.join("probe-rs"), folder.join("arguments"));
     let script = format!(
         "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" > {}\nexit 7\n",

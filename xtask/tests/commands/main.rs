@@ -7,6 +7,7 @@ mod cli;
 mod demo;
 mod docs;
 mod eds;
+mod elsewhere;
 mod endings;
 mod examples;
 mod flash;

@@ -5,8 +5,6 @@ use twin::spacecraft::{Bus, GuestId};
 
 use flight::*;
 
-use crate::post_mortem::{HANG, fell, halfwords, tasks};
-
 const SLAVE: u8 = 3;
 const PANIC: u8 = 1;
 const LATE_TASK: u8 = 4;

@@ -11,7 +11,6 @@ use twin::board::BoardConfig;
 use twin::image::Image;
 use twin::spacecraft::Bus;
 
-use crate::post_mortem::{HANG, HANG_WITHOUT_INTERRUPTS, OVERFLOW, UNDEFINED, fell, halfwords, tasks};
 use flight::*;
 
 const MINIMAL: u8 = 5;

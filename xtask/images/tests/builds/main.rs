@@ -1,4 +1,6 @@
 //! Packages that build for the boards, and packages that must not.
 
 mod images;
+mod mistakes;
 mod pins;
+mod scratch;

@@ -1,0 +1,109 @@
+//! Flights of the image of the page on the board of the page, with the shipped master and a shipped slave built for the same board.
+
+use std::path::Path;
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use firmware_images::BoardCrate;
+use flight::{
+    BOOT_UP, Craft, HANG_WITHOUT_INTERRUPTS, MASTER, MASTER_AND_THREE, NEXT_TO_MASTER_M, Seat, fell,
+    halfwords, ms, parsed, tasks,
+};
+use twin::board::BoardConfig;
+use twin::description::Description;
+use twin::spacecraft::{Bus, GuestId};
+
+const HEATER: u8 = 5;
+/// The shipped slave. The master stays on its bus for it while the heater hangs.
+const SHIPPED: u8 = 2;
+/// After this all nodes are operational.
+const STARTED: Time = ms(1_000);
+/// Cause of a reset by the watchdog, in the emergency (docs/decisions/diagnostics.md).
+const WATCHDOG: u8 = 5;
+/// Setpoint that is saved, and one that is written after that: 0.1 °C.
+const SAVED: u16 = 400;
+const UNSAVED: u16 = 300;
+
+/// Given master, slave and heater on the board of the page, when the nominal bus is cut, the heater is on the redundant bus. When its application then
+/// hangs, the watchdog resets it; it reports that, and has the values that were saved.
+pub fn fly(top: &Path) {
+    let (mut craft, guest) = on_board(top);
+    craft.fly(STARTED);
+    for node in [MASTER, SHIPPED, HEATER] {
+        assert!(craft.is_operational(node, Bus::Nominal), "{}", craft.log(node));
+    }
+
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    craft.fly(STARTED + ms(1_000));
+    assert!(craft.is_operational(HEATER, Bus::Redundant), "{}", craft.log(HEATER));
+    assert_eq!(craft.lost_frames(HEATER), 0);
+
+    write_setpoint(&mut craft, guest, SAVED);
+    // "save" to 1010h sub 1.
+    sdo(&mut craft, guest, [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'], 0x60);
+    write_setpoint(&mut craft, guest, UNSAVED);
+    assert_eq!(setpoint(&mut craft, guest), UNSAVED);
+
+    let reset = hang(&mut craft);
+    craft.fly(reset + ms(1_500));
+    assert!(craft.is_operational(HEATER, Bus::Redundant), "{}", craft.log(HEATER));
+    let board = craft.board(HEATER).0;
+    let first = craft.first_after(reset, |seen| seen.sender == board).expect("a frame after the reset");
+    assert_eq!((first.id(), first.data()), (Some(0x705), &[BOOT_UP][..]));
+    // CiA 301 7.2.7.1: error code 6101h, generic bit of the error register; then the error is over.
+    let emergencies: Vec<_> =
+        craft.frames.iter().filter(|seen| seen.end > reset && seen.id() == Some(0x085)).collect();
+    let reported: Vec<&[u8]> = emergencies.iter().map(|seen| seen.data()).collect();
+    assert_eq!(reported[0][..4], [0x00, 0x61, 0x01, WATCHDOG], "{}", craft.log(HEATER));
+    assert_eq!(reported[1][..6], [0, 0, 0, 0, 0x61, WATCHDOG], "{}", craft.log(HEATER));
+    assert_eq!(setpoint(&mut craft, guest), SAVED);
+}
+
+/// The master at the left end, the slave and the heater, on the board of the page, and a guest of the redundant bus.
+fn on_board(top: &Path) -> (Craft, GuestId) {
+    let folder = top.join("h405");
+    let description = Description::read(&folder).unwrap_or_else(|wrong| panic!("{wrong}"));
+    let shipped = firmware_images::build(BoardCrate::Elsewhere(&folder), "standard").expect("images");
+    let images = [parsed(&shipped.master), parsed(&shipped.slave)];
+    let heater = parsed(&top.join("heater/target/firmware/heater"));
+    let straps = description.model.pins.straps.expect("straps");
+    let [master, slave, other, _] = MASTER_AND_THREE;
+    let seats = [master, slave, Seat { node: HEATER, ..other }];
+    let mut craft = Craft::of(&seats, |seat| BoardConfig {
+        model: description.model,
+        image: if seat.node == HEATER { heater.clone() } else { seat.with(&images).image },
+        straps: if seat.node == MASTER { Vec::new() } else { straps.closed(seat.node) },
+        ..seat.with(&images)
+    });
+    let guest = craft.twin.add_guest(Bus::Redundant, 30.0);
+    (craft, guest)
+}
+
+/// Lets the application of the heater hang with interrupts off. Returns the time of the reset.
+fn hang(craft: &mut Craft) -> Time {
+    let is_application = |task: &flight::Task| task.name.to_le_bytes() == *b"appl";
+    let task = tasks(craft, HEATER).into_iter().find(is_application).expect("the task of the application");
+    let reset = fell(craft, HEATER, task, &halfwords(&HANG_WITHOUT_INTERRUPTS));
+    assert_eq!(craft.twin.board(craft.board(HEATER)).counters().watchdog_resets, 1);
+    reset
+}
+
+/// Sends a request of SDO to the heater. Returns the data of its answer, which has this command.
+fn sdo(craft: &mut Craft, guest: GuestId, request: [u8; 8], command: u8) -> [u8; 4] {
+    craft.twin.inject(guest, craft.end, WireFrame::standard(0x605, &request));
+    let answer = craft.fly_until(|seen| seen.id() == Some(0x585));
+    assert_eq!(answer.data()[0], command, "{:02X?}\n{}", answer.data(), craft.log(HEATER));
+    answer.data()[4..8].try_into().expect("four bytes")
+}
+
+/// Writes 6000h, two bytes.
+fn write_setpoint(craft: &mut Craft, guest: GuestId, value: u16) {
+    let [low, high] = value.to_le_bytes();
+    sdo(craft, guest, [0x2B, 0x00, 0x60, 0, low, high, 0, 0], 0x60);
+}
+
+/// Reads 6000h, two bytes.
+fn setpoint(craft: &mut Craft, guest: GuestId) -> u16 {
+    let [low, high, ..] = sdo(craft, guest, [0x40, 0x00, 0x60, 0, 0, 0, 0, 0], 0x4B);
+    u16::from_le_bytes([low, high])
+}

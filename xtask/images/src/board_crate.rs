@@ -1,0 +1,113 @@
+//! The crate of the board that images are built for.
+
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+use crate::elsewhere::Elsewhere;
+
+/// The crate of the board that images are built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoardCrate<'a> {
+    /// A board of this project, by its name. Each image has it as an optional dependency.
+    Shipped(&'a str),
+    /// A board of another repository, by the folder of its crate.
+    Elsewhere(&'a Path),
+}
+
+impl<'a> From<&'a str> for BoardCrate<'a> {
+    fn from(name: &'a str) -> Self {
+        BoardCrate::Shipped(name)
+    }
+}
+
+/// Where images are built for a board, and what their folders are named after.
+pub(crate) enum Site {
+    /// This workspace; the name of the board.
+    Here(String),
+    /// A workspace that is generated.
+    Elsewhere(Elsewhere),
+}
+
+impl Site {
+    /// The site for a board.
+    ///
+    /// # Errors
+    /// When the folder of a board elsewhere has no usable `Cargo.toml`.
+    pub(crate) fn of(board: BoardCrate) -> Result<Site, Error> {
+        match board {
+            BoardCrate::Shipped(name) => Ok(Site::Here(name.to_owned())),
+            BoardCrate::Elsewhere(folder) => Ok(Site::Elsewhere(Elsewhere::of(folder)?)),
+        }
+    }
+
+    /// Name of the board in folders, different for each board.
+    pub(crate) fn id(&self) -> String {
+        match self {
+            Site::Here(name) => name.clone(),
+            Site::Elsewhere(elsewhere) => elsewhere.id(),
+        }
+    }
+
+    /// Name of the board for people.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Site::Here(name) => name,
+            Site::Elsewhere(elsewhere) => &elsewhere.package,
+        }
+    }
+
+    /// Feature of the images that chooses the board. A generated workspace has none.
+    pub(crate) fn feature(&self) -> Option<&str> {
+        match self {
+            Site::Here(name) => Some(name),
+            Site::Elsewhere(_) => None,
+        }
+    }
+}
+
+/// The folder and the package of a board's crate.
+///
+/// # Errors
+/// When the folder does not exist, or its `Cargo.toml` names no package.
+pub(crate) fn read(folder: &Path) -> Result<(PathBuf, String), Error> {
+    let folder = folder.canonicalize().map_err(|error| Error::Directory(folder.to_owned(), error))?;
+    let manifest = folder.join("Cargo.toml");
+    let text = fs::read_to_string(&manifest).map_err(|error| Error::Directory(manifest.clone(), error))?;
+    let parsed: toml::Table =
+        text.parse().map_err(|error| Error::Manifest(manifest.clone(), format!("{error}")))?;
+    let name = parsed.get("package").and_then(|package| package.get("name")).and_then(toml::Value::as_str);
+    let name =
+        name.ok_or_else(|| Error::Manifest(manifest, "no package: add [package] with a name".into()))?;
+    Ok((folder, name.to_owned()))
+}
+
+/// A name that no other folder has, whatever its package is called.
+pub(crate) fn unique(package: &str, folder: &Path) -> String {
+    let mut hasher = DefaultHasher::new();
+    folder.hash(&mut hasher);
+    format!("{package}-{:016x}", hasher.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boards_of_one_name_in_two_folders_have_two_ids() {
+        let ids = ["/a/h405", "/b/h405"].map(|folder| unique("h405", Path::new(folder)));
+        assert_ne!(ids[0], ids[1]);
+        // Sixteen digits of the hash: no board of this project has such a name.
+        assert!(ids.iter().all(|id| id.starts_with("h405-") && id.len() == 21), "{ids:?}");
+    }
+
+    #[test]
+    fn folder_without_package_is_refused_with_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let said = |folder: &Path| read(folder).unwrap_err().to_string();
+        assert!(said(folder.path()).contains("Cargo.toml"), "{}", said(folder.path()));
+        fs::write(folder.path().join("Cargo.toml"), "[workspace]\n").unwrap();
+        assert!(said(folder.path()).contains("add [package]"), "{}", said(folder.path()));
+    }
+}

@@ -1,0 +1,94 @@
+//! How a package chooses its board: by a dependency `board` in its manifest, or by a feature for each of its boards.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::package::output;
+use crate::{Error, Package, host_cargo};
+
+/// What a manifest says of the board of its package.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// It depends on a crate that it calls `board`, whatever features it has.
+    pub is_fixed: bool,
+    /// Its features, optional dependencies among them.
+    pub features: Vec<String>,
+}
+
+impl Package {
+    /// Asks cargo how the package chooses its board.
+    ///
+    /// # Errors
+    /// [`Error::NoPackage`], or when cargo cannot read the manifest.
+    pub fn choice(&self) -> Result<Choice, Error> {
+        let mut cargo = host_cargo();
+        cargo.args(["metadata", "--no-deps", "--format-version", "1", "--manifest-path"]).arg(&self.manifest);
+        let (line, output) = output(cargo.current_dir(self.manifest.parent().unwrap_or(Path::new("."))))?;
+        if !output.status.success() {
+            return Err(Error::Failed(line, output.status));
+        }
+        let metadata: Value = serde_json::from_slice(&output.stdout)
+            .map_err(|error| Error::Manifest(self.manifest.clone(), format!("{error}")))?;
+        choice(&metadata, &self.name).map_err(|packages| Error::NoPackage {
+            name: self.name.clone(),
+            manifest: self.manifest.clone(),
+            packages,
+        })
+    }
+}
+
+/// The choice of the package `name`, by what `cargo metadata` prints.
+///
+/// # Errors
+/// Without such a package: the names of all packages.
+fn choice(metadata: &Value, name: &str) -> Result<Choice, Vec<String>> {
+    let packages = metadata["packages"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let Some(package) = packages.iter().find(|package| package["name"] == name) else {
+        let names = packages.iter().filter_map(|package| package["name"].as_str());
+        return Err(names.map(str::to_owned).collect());
+    };
+    let dependencies = package["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let is_board = |dependency: &Value| {
+        let name = dependency["rename"].as_str().or(dependency["name"].as_str());
+        name == Some("board") && dependency["optional"] == false
+    };
+    let is_fixed = dependencies.iter().any(is_board);
+    let features = package["features"].as_object().into_iter().flat_map(|features| features.keys());
+    Ok(Choice { is_fixed, features: features.cloned().collect() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn metadata(dependency: &str, features: &str) -> Value {
+        let text = format!(
+            r#"{{"packages": [{{"name": "heater", "dependencies": [{dependency}], "features": {features}}}]}}"#
+        );
+        serde_json::from_str(&text).unwrap()
+    }
+
+    #[test]
+    fn dependency_that_is_called_board_is_the_board() {
+        let renamed = r#"{"name": "pyboard-v11", "rename": "board", "optional": false}"#;
+        let plain = r#"{"name": "board", "rename": null, "optional": false}"#;
+        let other = r#"{"name": "pyboard-v11", "rename": null, "optional": false}"#;
+        for (dependency, is_fixed) in [(renamed, true), (plain, true), (other, false)] {
+            assert_eq!(
+                choice(&metadata(dependency, "{}"), "heater").unwrap().is_fixed,
+                is_fixed,
+                "{dependency}"
+            );
+        }
+    }
+
+    #[test]
+    fn boards_as_optional_dependencies_are_features() {
+        let optional = r#"{"name": "pyboard-v11", "rename": null, "optional": true}"#;
+        let metadata = metadata(optional, r#"{"pyboard-v11": ["dep:pyboard-v11"]}"#);
+        let expected = Choice { is_fixed: false, features: vec!["pyboard-v11".to_owned()] };
+        assert_eq!(choice(&metadata, "heater"), Ok(expected));
+        assert_eq!(choice(&metadata, "cooler"), Err(vec!["heater".to_owned()]));
+    }
+}
