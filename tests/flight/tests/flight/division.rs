@@ -1,4 +1,4 @@
-//! Division of 64-bit numbers by the functions of the image, `boards/src/division.rs`, instruction by instruction.
+//! Division of 64-bit numbers by the functions of the image, `boards/runtime/src/division.rs`, instruction by instruction.
 
 use std::sync::Arc;
 
