@@ -199,8 +199,7 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let what = [
         packages(&["master", "slave", TEST_DEVICE], Some(board), profile),
         packages(&EXAMPLES, Some(board), "standard"),
-        packages(&FOREIGN, Some(board), "standard"),
-        packages(&[TEST_PERIPHERALS, CHECKS], Some(board), "standard"),
+        packages(&built_for(&[FOREIGN[0], FOREIGN[1], TEST_PERIPHERALS, CHECKS], board)?, Some(board), "standard"),
     ];
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
