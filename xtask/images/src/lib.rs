@@ -196,11 +196,12 @@ pub fn built_minimal<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Opt
 pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
     let job = Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true };
+    let of_some_boards = [FOREIGN[0], FOREIGN[1], TEST_PERIPHERALS];
     let what = [
         packages(&["master", "slave", TEST_DEVICE], Some(board), profile),
         packages(&EXAMPLES, Some(board), "standard"),
-        packages(&FOREIGN, Some(board), "standard"),
-        packages(&[TEST_PERIPHERALS, CHECKS], Some(board), "standard"),
+        packages(&[CHECKS], Some(board), "standard"),
+        packages(&built_for(&of_some_boards, board)?, Some(board), "standard"),
     ];
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
@@ -211,6 +212,17 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         job.run(&["clippy"], &packages(&[MINIMAL], Some(board), profile), &["--", "-D", "warnings"], run)?;
     }
     Ok(())
+}
+
+/// Those of some packages of this workspace that can be built for a board.
+fn built_for<'a>(packages: &[&'a str], board: &str) -> Result<Vec<&'a str>, Error> {
+    let mut built = Vec::new();
+    for package in packages {
+        if Package::of_workspace(package).choice()?.features.iter().any(|feature| feature == board) {
+            built.push(*package);
+        }
+    }
+    Ok(built)
 }
 
 /// Arguments that name packages of firmware and their features; `board` is one of them, if the packages have boards as features.

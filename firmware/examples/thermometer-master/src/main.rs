@@ -8,6 +8,8 @@
 extern crate nucleo_f446re as board;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 extern crate pyboard_v11 as board;
+#[cfg(all(target_os = "none", feature = "stm32f4discovery"))]
+extern crate stm32f4discovery as board;
 
 #[cfg(target_os = "none")]
 mod app;

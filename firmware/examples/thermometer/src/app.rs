@@ -7,7 +7,7 @@ use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::i2c::{ErrorInterruptHandler, EventInterruptHandler, I2c};
-use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH6, I2C1};
+use embassy_stm32::peripherals::{DMA1_CH5, DMA1_CH6, I2C1};
 use embassy_stm32::{bind_interrupts, dma};
 use embassy_time::{Duration, Ticker, with_timeout};
 use thermometer::{CHANGE, COMMAND, LM75, PROFILE, Thermometer, slave};
@@ -15,7 +15,7 @@ use thermometer::{CHANGE, COMMAND, LM75, PROFILE, Thermometer, slave};
 bind_interrupts!(struct Irqs {
     I2C1_EV => EventInterruptHandler<I2C1>;
     I2C1_ER => ErrorInterruptHandler<I2C1>;
-    DMA1_STREAM0 => dma::InterruptHandler<DMA1_CH0>;
+    DMA1_STREAM5 => dma::InterruptHandler<DMA1_CH5>;
     DMA1_STREAM6 => dma::InterruptHandler<DMA1_CH6>;
 });
 
@@ -45,7 +45,7 @@ async fn main(spawner: Spawner) {
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     // The board has taken neither I2C1 nor its pins. Lines without a sensor stay low: then no START ever ends.
-    let mut i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0, Irqs, Default::default());
+    let mut i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH5, Irqs, Default::default());
     let mut ticker = Ticker::every(Duration::from_millis(100));
     let application = async {
         loop {
