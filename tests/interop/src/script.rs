@@ -41,7 +41,7 @@ fn run_with(name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> anyho
 /// As [`run`], and when an image or the data sheet cannot be made.
 pub fn run_with_thermometer() -> anyhow::Result<String> {
     let image = |name| -> anyhow::Result<String> {
-        let built = Package::of_workspace(name).build("pyboard-v11")?;
+        let built = Package::of_workspace(name).build(None)?;
         Ok(built.first().context("a package with a program")?.display().to_string())
     };
     let sheets = tools::workspace().join("target/interop/thermometer");

@@ -257,7 +257,7 @@ fn a_slave_with_one_controller_flies_beside_the_others() {
 }
 
 fn example(package: &str) -> PathBuf {
-    let built = Package::of_workspace(package).build("pyboard-v11").unwrap_or_else(|error| panic!("{error}"));
+    let built = Package::of_workspace(package).build(None).unwrap_or_else(|error| panic!("{error}"));
     built[0].clone()
 }
 

@@ -30,11 +30,8 @@ boards_runtime::node_tasks!(Board, Node);
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards_stm32f4::start::<Spec>();
-    let board = Board::new(
-        board::take!(p),
-        const { boards_stm32f4::bit_timing(&PROFILE.network) },
-        boards_runtime::Irqs,
-    );
+    let bit_timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
+    let board = Board::new(board::take!(p), bit_timing, boards_runtime::Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let slave = || {
         let slave = slave(id, board.memory.split_at_mut(2048).0).with_retained(board.retained);

@@ -3,14 +3,6 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
 
-// The board that the image is built for.
-#[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
-extern crate nucleo_f446re as board;
-#[cfg(all(target_os = "none", feature = "pyboard-v11"))]
-extern crate pyboard_v11 as board;
-#[cfg(all(target_os = "none", feature = "stm32f4discovery"))]
-extern crate stm32f4discovery as board;
-
 #[cfg(target_os = "none")]
 mod app;
 

@@ -24,7 +24,7 @@ const SEATS: [Seat; 3] = [
 
 static IMAGES: LazyLock<Images> = LazyLock::new(|| {
     ["thermometer-master", "thermometer"].map(|package| {
-        let built = Package::of_workspace(package).build("pyboard-v11").unwrap();
+        let built = Package::of_workspace(package).build(None).unwrap();
         parsed(&built[0])
     })
 });
