@@ -9,6 +9,7 @@ mod determinism;
 mod disturbed;
 mod doubles;
 mod failover;
+mod lamps;
 mod messages;
 mod minimal;
 mod one_controller;
