@@ -2,39 +2,54 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{Pulse, TELLTALE, supervised};
+#[cfg(not(feature = "standby"))]
+use ecss_can::node::OneBoard as Boards;
+#[cfg(feature = "standby")]
+use ecss_can::node::TwoBoards as Boards;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
+use master::{Application, Cables, pulses_per_second};
 use mission::PROFILE;
 
-use crate::application::{Application, Board, Node, cables, pulses};
+type Board = boards_stm32f4::Board<Spec>;
+type Node = master::Node<Boards>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
+static CABLES: Cables = Cables::new();
 
 boards_runtime::node_tasks!(Board, Node);
+
+/// Pulses at seconds of the spacecraft time, or parts of them.
+#[embassy_executor::task]
+fn pulses(pulse: Pulse, master: Handle<Board, Node>) -> impl Future<Output = ()> {
+    supervised("pulses", pulse.run(master.clock(), pulses_per_second(master)))
+}
+
+#[embassy_executor::task]
+fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
+    supervised("cables", CABLES.run(master))
+}
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards_stm32f4::start::<Spec>();
-    #[cfg_attr(
-        not(feature = "standby"),
-        expect(unused_variables, reason = "the straps of one of two boards")
-    )]
-    let Board { ports, clock, pulse, leds, straps, store, post_mortem, .. } =
-        Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
+    let timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
+    let board = Board::new(board::take!(p), timing, Irqs);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     #[cfg(not(feature = "standby"))]
-    let master = || mission::master(PROFILE, store);
+    let master = || mission::master(PROFILE, board.store);
     #[cfg(feature = "standby")]
-    let Some(strap) = boards_stm32f4::straps::master_board(straps) else {
+    let Some(strap) = boards_stm32f4::straps::master_board(board.straps) else {
         return defmt::error!("straps of neither master board, staying silent");
     };
     #[cfg(feature = "standby")]
-    let master = || mission::master_of_two(PROFILE, strap, store);
-    let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
-    master.with(|master, _| master.set_post_mortem(post_mortem));
+    let master = || mission::master_of_two(PROFILE, strap, board.store);
+    let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &TELLTALE);
+    master.with(|master, _| master.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
-    spawner.spawn(pulses(pulse, master).unwrap());
+    spawner.spawn(pulses(board.pulse, master).unwrap());
     spawner.spawn(cables(master).unwrap());
-    supervised("application", Application::new(master, events, leds).run()).await
+    let application = Application::new(master, events, board.leds, &CABLES, PROFILE.minimal);
+    supervised("application", application.run()).await
 }

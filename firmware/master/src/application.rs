@@ -8,65 +8,73 @@ mod schedule;
 
 use core::future::pending;
 
-use board::Spec;
-use boards_stm32f4::{Leds, Pulse, supervised};
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{Master, MasterEvent, SelfTest};
+use ecss_can::node::{Master, MasterBoards, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
-use ecss_can::runner::{Events, Handle};
+use ecss_can::profile::MinimalNode;
+use ecss_can::redundancy::RoleChange;
+use ecss_can::runner::{EventSource, Handle, Platform};
 use ecss_can::types::{Address, Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
 use mission::counters::COUNTERS;
 use mission::{
-    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, PROFILE, Received, Request, SLAVES,
+    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, Indicators, Received, Request, SLAVES,
     TELEMETRY_PERIOD, slot,
 };
 
-pub use cables::cables;
+pub use cables::Cables;
 use schedule::{Schedule, Turn};
 
 /// Written, it starts the measurement of a cable.
 const CABLE_OF: Address = CommanderObjects::CABLE.field(CableMeasurement::NODE).address();
 
-/// The board of this image.
-pub type Board = boards_stm32f4::Board<Spec>;
+/// Whether the role of this board may change. Only an image of profile `standby` has the code for it; a test has it always.
+const HAS_ROLES: bool = cfg!(any(feature = "standby", not(target_os = "none")));
 
-/// The master of this image.
-#[cfg(not(feature = "standby"))]
-pub type Node = Master<CommanderObjects>;
-/// The master of this image.
-#[cfg(feature = "standby")]
-pub type Node = Master<CommanderObjects, ecss_can::node::TwoBoards>;
+/// The master of the mission: one board, or with [`TwoBoards`](ecss_can::node::TwoBoards) one of two.
+pub type Node<B> = Master<CommanderObjects, B>;
 
-/// Pulses at seconds of the spacecraft time, or parts of them.
-#[embassy_executor::task]
-pub fn pulses(pulse: Pulse, master: Handle<Board, Node>) -> impl Future<Output = ()> {
-    let per_second = move || master.with(|master, _| master.objects().application.device.pulses);
-    supervised("pulses", pulse.run(master.clock(), per_second))
+/// Returns the pulses per second of the spacecraft time that the master has to give, as object 6310h has them.
+pub fn pulses_per_second<B: MasterBoards>(master: Handle<impl Platform, Node<B>>) -> impl Fn() -> u16 {
+    move || master.with(|master, _| master.objects().application.device.pulses)
 }
 
-pub struct Application {
-    master: Handle<Board, Node>,
-    events: Events<Board, Node>,
-    leds: Leds,
+/// The application of a master on a platform `P`, with events `E` and indicators `I`.
+pub struct Application<P: Platform, B: MasterBoards, E, I> {
+    master: Handle<P, Node<B>>,
+    events: E,
+    indicators: I,
+    cables: &'static Cables,
     commands: Schedule,
     telemetry: Schedule,
     /// Numbers the commands to each slave.
     sequences: [Sequence; SLAVES],
 }
 
-impl Application {
-    pub fn new(master: Handle<Board, Node>, events: Events<Board, Node>, leds: Leds) -> Self {
+impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indicators>
+    Application<P, B, E, I>
+{
+    /// The application at power-on. `cables` runs in a task of its own; `minimal` are the minimal slaves of the profile.
+    pub fn new(
+        master: Handle<P, Node<B>>,
+        events: E,
+        indicators: I,
+        cables: &'static Cables,
+        minimal: &[MinimalNode],
+    ) -> Self {
         let (commands, telemetry) = (Schedule::new(COMMAND_PERIOD), Schedule::new(TELEMETRY_PERIOD));
         let sequences = [Sequence::new(master.now(), COMMAND_PERIOD); SLAVES];
-        Application { master, events, leds, commands, telemetry, sequences }
+        let mut application =
+            Application { master, events, indicators, cables, commands, telemetry, sequences };
+        // Nothing is heard of a minimal slave without heartbeat.
+        for minimal in minimal.iter().filter(|minimal| !minimal.has_heartbeat) {
+            application.work(minimal.node);
+        }
+        application
     }
 
+    /// Runs for ever.
     pub async fn run(mut self) -> ! {
-        // Nothing is heard of a minimal slave without heartbeat.
-        for minimal in PROFILE.minimal.iter().filter(|minimal| !minimal.has_heartbeat) {
-            self.work(minimal.node);
-        }
         loop {
             let next = wait(self.master, self.next_turn());
             match select(self.events.next(), next).await {
@@ -95,15 +103,14 @@ impl Application {
         log::event(event);
         match event {
             MasterEvent::SlaveState { node, state: NmtState::Operational, .. } => self.work(*node),
-            #[cfg(feature = "standby")]
-            MasterEvent::Role(change) => self.on_role(*change),
+            MasterEvent::Role(change) if HAS_ROLES => self.on_role(*change),
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Pdo { number, data, .. } => self.on_pdo(*number, *data),
-            MasterEvent::ResetNode => boards_stm32f4::reset(),
+            MasterEvent::ResetNode => self.indicators.reset(),
             MasterEvent::SelfTest => self.test(),
-            MasterEvent::Written(at) if *at == CABLE_OF => cables::start(self.master),
+            MasterEvent::Written(at) if *at == CABLE_OF => self.cables.start(self.master),
             MasterEvent::SyncSent { .. } => {
-                self.leds.sync.toggle();
+                self.indicators.sync();
                 COUNTERS.on_sync_sent();
             }
             MasterEvent::BusSwitched { to, .. } => self.show(*to),
@@ -112,7 +119,7 @@ impl Application {
     }
 
     fn show(&mut self, active: Bus) {
-        self.leds.state.set_level((active == Bus::Redundant).into());
+        self.indicators.state(active == Bus::Redundant);
     }
 
     fn on_pdo(&self, number: u16, data: [u8; 8]) {
@@ -154,8 +161,7 @@ impl Application {
     }
 
     /// Commands begin anew to the slaves that run, or end.
-    #[cfg(feature = "standby")]
-    fn on_role(&mut self, change: ecss_can::redundancy::RoleChange) {
+    fn on_role(&mut self, change: RoleChange) {
         let (is_active, bus) =
             self.master.with(|master, now| (master.is_active(), master.status(now).active));
         log::role(change, is_active.then_some(bus));
@@ -204,7 +210,7 @@ impl Application {
 }
 
 /// Waits until then, for ever without.
-async fn wait(master: Handle<Board, Node>, until: Option<Instant>) {
+async fn wait<B: MasterBoards>(master: Handle<impl Platform, Node<B>>, until: Option<Instant>) {
     match until {
         Some(at) => master.wait_until(at).await,
         None => pending().await,

@@ -6,10 +6,16 @@ use boards_stm32f4::{TELLTALE, supervised};
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
+use minimal::Application;
 use mission::PROFILE;
 use mission::minimal::Shipped;
 
-use crate::application::{self, Board, Node};
+#[cfg(not(feature = "one-controller"))]
+type Board = boards_stm32f4::MinimalBoard<Spec>;
+#[cfg(feature = "one-controller")]
+type Board = boards_stm32f4::OneControllerBoard<Spec>;
+
+type Node = MinimalSlave<Shipped>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
@@ -30,7 +36,7 @@ async fn main(spawner: Spawner) {
     let slave = || MinimalSlave::new(id, numbers(id), Shipped::new());
     let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
     spawn_node(spawner, runners);
-    supervised("application", application::run(slave, events, leds)).await
+    supervised("application", Application::new(slave, events, leds).run()).await
 }
 
 /// One controller is on one bus at a time, whatever the profile says of this node.

@@ -2,58 +2,68 @@
 //!
 //! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; the state LED is switched by command.
 
-use board::Spec;
-use boards_stm32f4::Leds;
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
-use ecss_can::runner::{Events, Handle};
+use ecss_can::runner::{EventSource, Handle, Platform};
 use mission::counters::COUNTERS;
-use mission::minimal::Shipped;
+use mission::minimal::MissionDevice;
+use mission::{Indicators, error, info, warn};
 
-/// The board of this image.
-#[cfg(not(feature = "one-controller"))]
-pub type Board = boards_stm32f4::MinimalBoard<Spec>;
-/// The board of this image.
-#[cfg(feature = "one-controller")]
-pub type Board = boards_stm32f4::OneControllerBoard<Spec>;
+/// The application of a minimal slave with device `D` on a platform `P`, with events `E` and indicators `I`.
+pub struct Application<P: Platform, D: MissionDevice, E, I> {
+    slave: Handle<P, MinimalSlave<D>>,
+    events: E,
+    indicators: I,
+}
 
-/// The slave of this image.
-pub type Node = MinimalSlave<Shipped>;
+impl<P: Platform, D: MissionDevice, E: EventSource<Event = MinimalEvent>, I: Indicators>
+    Application<P, D, E, I>
+{
+    /// The application at power-on.
+    pub fn new(slave: Handle<P, MinimalSlave<D>>, events: E, indicators: I) -> Self {
+        Application { slave, events, indicators }
+    }
 
-/// Runs for ever.
-pub async fn run(slave: Handle<Board, Node>, mut events: Events<Board, Node>, mut leds: Leds) -> ! {
-    loop {
-        match events.next().await {
+    /// Runs for ever.
+    pub async fn run(mut self) -> ! {
+        loop {
+            let event = self.events.next().await;
+            self.on_event(&event);
+        }
+    }
+
+    fn on_event(&mut self, event: &MinimalEvent) {
+        match event {
             MinimalEvent::Heartbeat { .. } => {
-                leds.heartbeat.toggle();
+                self.indicators.heartbeat();
                 COUNTERS.on_heartbeat();
             }
             MinimalEvent::Sync { .. } => {
-                leds.sync.toggle();
+                self.indicators.sync();
                 COUNTERS.syncs.count();
             }
-            MinimalEvent::Pdo { number, .. } if Some(number) == Shipped::TIME_RPDO => {
-                leds.time.toggle();
+            MinimalEvent::Pdo { number, .. } if Some(*number) == D::TIME_RPDO => {
+                self.indicators.time();
                 COUNTERS.times.count();
             }
             MinimalEvent::Pdo { .. } => {
-                let led = slave.with(|slave, _| slave.device().led());
-                leds.state.set_level(led.into());
+                let led = self.slave.with(|slave, _| slave.device().led());
+                self.indicators.state(led);
             }
-            event => log(&event),
+            event => log(event),
         }
     }
 }
 
 fn log(event: &MinimalEvent) {
     match event {
-        MinimalEvent::ActiveBus { bus, cause } => defmt::info!("active bus: {} ({})", bus, cause),
-        MinimalEvent::MasterMissed { bus } => defmt::warn!("master missed on {}", bus),
-        MinimalEvent::GaveUp { bus } => defmt::warn!("search given up, listening on {}", bus),
+        MinimalEvent::ActiveBus { bus, cause } => info!("active bus: {} ({})", bus, cause),
+        MinimalEvent::MasterMissed { bus } => warn!("master missed on {}", bus),
+        MinimalEvent::GaveUp { bus } => warn!("search given up, listening on {}", bus),
         MinimalEvent::Health { bus, health } => {
-            defmt::info!("{}: error {}, TEC {}, REC {}", bus, health.state, health.tec, health.rec);
+            info!("{}: error {}, TEC {}, REC {}", bus, health.state, health.tec, health.rec);
         }
-        MinimalEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
-        MinimalEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
+        MinimalEvent::BusStalled { bus } => error!("{} neither joined nor left, trying on", bus),
+        MinimalEvent::BusFailed { bus } => error!("{} failed: bus-off too often", bus),
         MinimalEvent::Heartbeat { .. } | MinimalEvent::Sync { .. } | MinimalEvent::Pdo { .. } => {}
     }
 }

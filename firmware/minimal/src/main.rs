@@ -15,8 +15,6 @@ extern crate stm32f4discovery as board;
 
 #[cfg(target_os = "none")]
 mod app;
-#[cfg(target_os = "none")]
-mod application;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

@@ -8,6 +8,8 @@
 
 mod choice;
 pub mod counters;
+pub mod fmt;
+mod indicators;
 mod master;
 mod message;
 pub mod minimal;
@@ -16,6 +18,7 @@ mod payload;
 mod profiles;
 mod record;
 
+pub use indicators::Indicators;
 pub use master::{
     CableMeasurement, CommanderObjects, Received, SLAVES, command, master, master_of_two, received, request,
     slot,

@@ -37,6 +37,15 @@ const CYCLIC: usize = 1;
 const TELEMETRY: usize = 2;
 const KEPT: usize = 3;
 
+/// A device that the application of the minimal slave runs with.
+pub trait MissionDevice: MinimalDevice {
+    /// Number of the RPDO that brings the spacecraft time, from zero. `None`: there is none.
+    const TIME_RPDO: Option<u8>;
+
+    /// State of the command LED.
+    fn led(&self) -> bool;
+}
+
 /// The device of a minimal slave.
 #[derive(Clone, Debug)]
 pub struct MinimalMission {
@@ -48,14 +57,6 @@ impl MinimalMission {
     /// At power-on.
     pub const fn new() -> MinimalMission {
         MinimalMission { record: SlaveRecord::new(), kept: Payload::new() }
-    }
-
-    /// None of its RPDOs brings the spacecraft time.
-    pub const TIME_RPDO: Option<u8> = None;
-
-    /// State of the command LED.
-    pub const fn led(&self) -> bool {
-        self.record.led
     }
 
     /// A command or a request for telemetry, by its code.
@@ -93,6 +94,14 @@ impl MinimalMission {
 impl Default for MinimalMission {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+impl MissionDevice for MinimalMission {
+    const TIME_RPDO: Option<u8> = None;
+
+    fn led(&self) -> bool {
+        self.record.led
     }
 }
 

@@ -2,54 +2,49 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{Pulse, TELLTALE, supervised};
 use ecss_can::prelude::*;
 use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
 use mission::PROFILE;
+use slave::{Application, Node, pulses_per_second};
 
-use crate::application::{Application, Board, Node, pulses};
+type Board = boards_stm32f4::Board<Spec>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 boards_runtime::node_tasks!(Board, Node);
 
+/// Pulses at seconds of the spacecraft time, or parts of them.
+#[embassy_executor::task]
+fn pulses(pulse: Pulse, slave: Handle<Board, Node>) -> impl Future<Output = ()> {
+    supervised("pulses", pulse.run(slave.clock(), pulses_per_second(slave)))
+}
+
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards_stm32f4::start::<Spec>();
-    let Board {
-        ports,
-        clock,
-        pulse,
-        leds,
-        node_id,
-        store,
-        retained,
-        post_mortem,
-        memory,
-        is_maintenance,
-        ..
-    } = Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
-    let node_id = if is_maintenance { Ok(MAINTENANCE) } else { node_id };
+    let timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
+    let board = Board::new(board::take!(p), timing, Irqs);
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
-    let Ok(id) = node_id
-        .inspect_err(|error| defmt::error!("no Node-ID by straps and store: {}, staying silent", error))
-    else {
-        return;
+    let id = match board.node_id {
+        _ if board.is_maintenance => MAINTENANCE,
+        Ok(id) => id,
+        Err(error) => return defmt::error!("no Node-ID by straps and store: {}, staying silent", error),
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || {
-        let slave = mission::slave(id, PROFILE, memory).with_late_heartbeats(Board::late_heartbeats());
-        if is_maintenance {
-            slave.in_maintenance(store)
+        let slave = mission::slave(id, PROFILE, board.memory).with_late_heartbeats(Board::late_heartbeats());
+        if board.is_maintenance {
+            slave.in_maintenance(board.store)
         } else {
-            let slave = slave.with_retained(retained);
-            if let Some(store) = store { slave.with_store(store) } else { slave }
+            let slave = slave.with_retained(board.retained);
+            if let Some(store) = board.store { slave.with_store(store) } else { slave }
         }
     };
-    let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
-    slave.with(|slave, _| slave.set_post_mortem(post_mortem));
+    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
+    slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
-    spawner.spawn(pulses(pulse, slave).unwrap());
-    supervised("application", Application::new(slave, events, leds).run()).await
+    spawner.spawn(pulses(board.pulse, slave).unwrap());
+    supervised("application", Application::new(slave, events, board.leds).run()).await
 }

@@ -2,47 +2,56 @@
 //!
 //! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; another one is switched by command.
 
-use board::Spec;
-use boards_stm32f4::{Leds, Pulse, supervised};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
-use ecss_can::runner::{Events, Handle};
+use ecss_can::runner::{EventSource, Handle, Platform};
 use mission::counters::COUNTERS;
 use mission::{
-    Command, Declined, Message, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO,
-    TELEMETRY_TPDO,
+    Command, Declined, Indicators, Message, MissionObjects, REQUEST_RPDO, Request, SlaveRecord,
+    TELECOMMAND_RPDO, TELEMETRY_TPDO, error, info, warn,
 };
 
-/// The board of this image.
-pub type Board = boards_stm32f4::Board<Spec>;
-
-/// The slave of this image.
+/// The slave of the mission.
 pub type Node = Slave<MissionObjects>;
 
-/// Pulses at seconds of the spacecraft time, or parts of them.
-#[embassy_executor::task]
-pub fn pulses(pulse: Pulse, slave: Handle<Board, Node>) -> impl Future<Output = ()> {
-    let per_second = move || slave.with(|slave, _| slave.objects().application.pulses);
-    supervised("pulses", pulse.run(slave.clock(), per_second))
+/// Returns the pulses per second of the spacecraft time that the slave has to give, as object 6310h has them.
+pub fn pulses_per_second(slave: Handle<impl Platform, Node>) -> impl Fn() -> u16 {
+    move || slave.with(|slave, _| slave.objects().application.pulses)
 }
 
-pub struct Application {
-    slave: Handle<Board, Node>,
-    events: Events<Board, Node>,
-    leds: Leds,
+/// The application of a slave on a platform `P`, with events `E` and indicators `I`.
+pub struct Application<P: Platform, E, I> {
+    slave: Handle<P, Node>,
+    events: E,
+    indicators: I,
     record: SlaveRecord,
 }
 
-impl Application {
-    pub fn new(slave: Handle<Board, Node>, events: Events<Board, Node>, leds: Leds) -> Self {
-        Application { slave, events, leds, record: SlaveRecord::new() }
+impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application<P, E, I> {
+    /// The application at power-on.
+    pub fn new(slave: Handle<P, Node>, events: E, indicators: I) -> Self {
+        Application { slave, events, indicators, record: SlaveRecord::new() }
     }
 
+    /// Runs for ever.
     pub async fn run(mut self) -> ! {
         loop {
-            let event = self.events.next().await;
-            self.on_event(&event);
+            self.step().await;
         }
+    }
+
+    /// Waits for the next event and handles it.
+    ///
+    /// # Cancel safety
+    /// A dropped future loses no event.
+    pub async fn step(&mut self) {
+        let event = self.events.next().await;
+        self.on_event(&event);
+    }
+
+    /// State that commands changed.
+    pub fn record(&self) -> &SlaveRecord {
+        &self.record
     }
 
     #[inline(never)] // a small stack frame of its own, reached by short instructions
@@ -50,22 +59,22 @@ impl Application {
         match *event {
             SlaveEvent::Pdo { number, data, .. } => self.on_pdo(usize::from(number), data),
             SlaveEvent::Heartbeat { .. } => {
-                self.leds.heartbeat.toggle();
+                self.indicators.heartbeat();
                 COUNTERS.on_heartbeat();
             }
             SlaveEvent::Time(_) => {
-                self.leds.time.toggle();
+                self.indicators.time();
                 COUNTERS.times.count();
             }
             SlaveEvent::Sync { stamp, .. } => {
                 self.record.stamp_source = Some(stamp.source);
-                self.leds.sync.toggle();
+                self.indicators.sync();
                 COUNTERS.syncs.count();
             }
             SlaveEvent::SelfTest => self.test(),
             SlaveEvent::ResetNode => {
-                defmt::info!("reset by the master");
-                boards_stm32f4::reset()
+                info!("reset by the master");
+                self.indicators.reset();
             }
             _ => log(event),
         }
@@ -85,20 +94,20 @@ impl Application {
             Ok(command) => command,
             Err(Declined::Repeat) => return COUNTERS.repeats.count(),
             Err(Declined::Unknown) => {
-                defmt::warn!("unknown command {=u16:04X}h", message.code());
+                warn!("unknown command {=u16:04X}h", message.code());
                 return;
             }
         };
         COUNTERS.commands.count();
         match command {
-            Command::SetLed(on) => self.leds.state.set_level(on.into()),
+            Command::SetLed(on) => self.indicators.state(on),
             Command::SetValue(value) => {
                 self.slave.change(|objects| objects.value = value);
             }
             Command::ResetCounters => self.slave.with(|slave, _| slave.reset_counters()),
             Command::SelectBus(bus) => {
                 if self.slave.with(|slave, _| slave.select_bus(bus)).is_err() {
-                    defmt::warn!("declined: the master chooses the bus of a slave with parallel access");
+                    warn!("declined: the master chooses the bus of a slave with parallel access");
                 }
             }
         }
@@ -106,7 +115,7 @@ impl Application {
 
     fn answer(&mut self, message: &Message) {
         let Some(request) = Request::decode(message) else {
-            defmt::warn!("unknown telemetry request {=u16:04X}h", message.code());
+            warn!("unknown telemetry request {=u16:04X}h", message.code());
             return;
         };
         self.slave.with(|slave, now| {
@@ -131,31 +140,31 @@ impl Application {
 
 fn log(event: &SlaveEvent) {
     match event {
-        SlaveEvent::State(state) => defmt::info!("{}", state),
-        SlaveEvent::ActiveBus { bus, cause } => defmt::info!("active bus: {} ({})", bus, cause),
-        SlaveEvent::MasterMissed { bus } => defmt::warn!("master missed on {}", bus),
-        SlaveEvent::GaveUp { bus } => defmt::warn!("search given up, listening on {}", bus),
+        SlaveEvent::State(state) => info!("{}", state),
+        SlaveEvent::ActiveBus { bus, cause } => info!("active bus: {} ({})", bus, cause),
+        SlaveEvent::MasterMissed { bus } => warn!("master missed on {}", bus),
+        SlaveEvent::GaveUp { bus } => warn!("search given up, listening on {}", bus),
         SlaveEvent::Health { bus, health: Health { state, tec, rec, last_error } } => match state {
             ErrorState::Active => {
-                defmt::info!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error);
+                info!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error);
             }
-            _ => defmt::warn!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error),
+            _ => warn!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error),
         },
-        SlaveEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
-        SlaveEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
+        SlaveEvent::BusStalled { bus } => error!("{} neither joined nor left, trying on", bus),
+        SlaveEvent::BusFailed { bus } => error!("{} failed: bus-off too often", bus),
         SlaveEvent::Clash { bus, yields } => {
-            defmt::error!("another node with this Node-ID on {}, yields: {=bool}", bus, yields);
+            error!("another node with this Node-ID on {}, yields: {=bool}", bus, yields);
         }
-        SlaveEvent::ClashOver => defmt::info!("the other node with this Node-ID is silent"),
+        SlaveEvent::ClashOver => info!("the other node with this Node-ID is silent"),
         SlaveEvent::ResetIgnored { bus, command } => {
-            defmt::warn!("{} on {} ignored: the master is not heard", command, bus);
+            warn!("{} on {} ignored: the master is not heard", command, bus);
         }
-        SlaveEvent::BdefaultNoted { bus, is_kept: true } => defmt::info!("Bdefault {} kept", bus),
-        SlaveEvent::BdefaultNoted { bus, is_kept: false } => defmt::warn!("Bdefault {} not kept", bus),
+        SlaveEvent::BdefaultNoted { bus, is_kept: true } => info!("Bdefault {} kept", bus),
+        SlaveEvent::BdefaultNoted { bus, is_kept: false } => warn!("Bdefault {} not kept", bus),
         SlaveEvent::Step(step) => {
-            defmt::info!("clock set: {=u32} s, was {=u32} s", step.to.coarse(), step.from.coarse());
+            info!("clock set: {=u32} s, was {=u32} s", step.to.coarse(), step.from.coarse());
         }
-        SlaveEvent::Written(at) => defmt::info!("{=u16:04X}h:{=u8} written", at.index, at.sub),
+        SlaveEvent::Written(at) => info!("{=u16:04X}h:{=u8} written", at.index, at.sub),
         _ => {}
     }
 }

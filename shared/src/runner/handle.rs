@@ -110,6 +110,19 @@ impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
     }
 }
 
+/// Source of the events of a node: [`Events`], or what a test puts in its place. An application that takes its events from this
+/// trait runs on a board and in a test.
+pub trait EventSource {
+    /// Event of the node.
+    type Event;
+
+    /// Waits for the next event.
+    ///
+    /// # Cancel safety
+    /// A dropped future loses no event.
+    fn next(&mut self) -> impl Future<Output = Self::Event>;
+}
+
 /// Events of a node for its application. A slow application loses events (counted in [`Telltale`]). The node
 /// never waits.
 pub struct Events<B: Platform, N: Node> {
@@ -136,5 +149,14 @@ impl<B: Platform, N: Node> Events<B, N> {
             })
         })
         .await
+    }
+}
+
+impl<B: Platform, N: Node> EventSource for Events<B, N> {
+    type Event = N::Event;
+
+    #[inline]
+    fn next(&mut self) -> impl Future<Output = N::Event> {
+        Events::next(self)
     }
 }

@@ -70,7 +70,7 @@ mod telltale;
 pub use bus::BusRunner;
 pub use cable::Cable;
 pub use due::DueRunner;
-pub use handle::{Events, Handle};
+pub use handle::{EventSource, Events, Handle};
 pub use resources::{Platform, Resources, Runners};
 pub use sdo_client::SdoClient;
 pub use single::{Single, SingleRunners};

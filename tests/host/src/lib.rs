@@ -108,7 +108,7 @@ pub use board::MockBoard;
 pub use builder::Builder;
 pub use can_wire;
 pub use can_wire::time::Time;
-pub use member::{Events, Handle, Member, idle};
+pub use member::{Events, Handle, Member, ResetLine, idle};
 pub use plain::{Plain, plain_master};
 pub use seat::Seat;
 pub use world::{NEXT_TO_MASTER_M, World};

@@ -9,7 +9,7 @@ use ecss_can::node::minimal::{MinimalDevice, MinimalEvent, MinimalSlave};
 use ecss_can::node::{
     Device, Master, MasterBoards, MasterEvent, MasterRequest, Node, Slave, SlaveEvent, Status,
 };
-use ecss_can::runner;
+use ecss_can::runner::{self, EventSource};
 use ecss_can::types::{AbortCode, Address, Instant};
 
 use crate::board::MockBoard;
@@ -143,12 +143,36 @@ impl<N: Member> Events<N> {
 
     /// Resets the chip, as `boards_stm32f4::reset` does, once all its tasks wait.
     pub fn reset(&self) {
-        self.reset.set(true);
+        self.reset_line().reset();
+    }
+
+    /// Returns the reset of the chip, for an application that owns its events.
+    pub fn reset_line(&self) -> ResetLine {
+        ResetLine(self.reset.clone())
     }
 
     /// The present of the world, which no node knows.
     pub fn world_time(&self) -> Time {
         self.diary.timeline.now()
+    }
+}
+
+impl<N: Member> EventSource for Events<N> {
+    type Event = N::Event;
+
+    fn next(&mut self) -> impl Future<Output = N::Event> {
+        Events::next(self)
+    }
+}
+
+/// The reset of a chip.
+#[derive(Clone, Debug)]
+pub struct ResetLine(Rc<Cell<bool>>);
+
+impl ResetLine {
+    /// Resets the chip, once all its tasks wait.
+    pub fn reset(&self) {
+        self.0.set(true);
     }
 }
 

@@ -1,49 +1,63 @@
 //! Measures the cable to the slave in 6320h.
 
-use boards_stm32f4::supervised;
-use ecss_can::runner::Handle;
+use ecss_can::node::MasterBoards;
+use ecss_can::runner::{Handle, Platform};
 use ecss_can::types::NodeId;
+#[cfg(not(target_os = "none"))]
+use embassy_sync::blocking_mutex::raw::NoopRawMutex as Raw;
+#[cfg(target_os = "none")]
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;
 use embassy_sync::signal::Signal;
-use mission::{CableMeasurement, CommanderObjects};
+use mission::{CableMeasurement, CommanderObjects, info};
 
-use super::{Board, Node};
+use super::Node;
 
-/// A slave whose cable is to be measured.
-static WANTED: Signal<Raw, NodeId> = Signal::new();
+/// Measurements of cables: [`Application`](super::Application) starts them, a task of its own runs them. An image has it in a static.
+pub struct Cables {
+    /// A slave whose cable is to be measured.
+    wanted: Signal<Raw, NodeId>,
+}
 
-/// 6320h was written.
-pub fn start(master: Handle<Board, Node>) {
-    let node = master.with(|master, _| master.objects().application.device.cable.node);
-    if let Some(node) = NodeId::new(node).filter(|node| *node != NodeId::MASTER) {
-        master.change(|objects| objects.cable.progress = CableMeasurement::RUNNING);
-        WANTED.signal(node);
+impl Default for Cables {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
-/// Measures the slave that was named last.
-#[embassy_executor::task]
-pub fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
-    supervised("cables", measure(master))
-}
+impl Cables {
+    /// No cable is to be measured.
+    pub const fn new() -> Cables {
+        Cables { wanted: Signal::new() }
+    }
 
-async fn measure(master: Handle<Board, Node>) -> ! {
-    loop {
-        let node = WANTED.wait().await;
-        let measured = master.measure_cable(node).await;
-        defmt::info!("cable to slave {}: {}", node.get(), measured);
-        if WANTED.signaled() {
-            // 6320h names another slave by now: what it shows is to be of that one.
-            continue;
+    /// Starts the measurement that a client wrote to 6320h.
+    pub(super) fn start<B: MasterBoards>(&self, master: Handle<impl Platform, Node<B>>) {
+        let node = master.with(|master, _| master.objects().application.device.cable.node);
+        if let Some(node) = NodeId::new(node).filter(|node| *node != NodeId::MASTER) {
+            master.change(|objects| objects.cable.progress = CableMeasurement::RUNNING);
+            self.wanted.signal(node);
         }
-        master.change(|CommanderObjects { cable, .. }| {
-            (cable.progress, cable.abort) = match measured {
-                Ok(_) => (CableMeasurement::MEASURED, 0),
-                Err(error) => (CableMeasurement::FAILED, error.code()),
-            };
-            if let Ok(measured) = measured {
-                (cable.bus, cable.delay) = (measured.bus.bdefault(), measured.delay_ns);
+    }
+
+    /// Measures the slave that was named last, for ever.
+    pub async fn run<B: MasterBoards>(&self, master: Handle<impl Platform, Node<B>>) -> ! {
+        loop {
+            let node = self.wanted.wait().await;
+            let measured = master.measure_cable(node).await;
+            info!("cable to slave {}: {}", node.get(), measured);
+            if self.wanted.signaled() {
+                // 6320h names another slave by now: what it shows is to be of that one.
+                continue;
             }
-        });
+            master.change(|CommanderObjects { cable, .. }| {
+                (cable.progress, cable.abort) = match measured {
+                    Ok(_) => (CableMeasurement::MEASURED, 0),
+                    Err(error) => (CableMeasurement::FAILED, error.code()),
+                };
+                if let Ok(measured) = measured {
+                    (cable.bus, cable.delay) = (measured.bus.bdefault(), measured.delay_ns);
+                }
+            });
+        }
     }
 }

@@ -19,7 +19,7 @@ use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalRpdo, Payload, 
 use ecss_can::pdo::CobIdOf;
 use ecss_can::types::{Duration, Instant, Scet};
 
-use super::{payload, receive, transmit};
+use super::{MissionDevice, payload, receive, transmit};
 use crate::counters::COUNTERS;
 use crate::{Command, Message, Request, SlaveRecord, Telemetry};
 
@@ -73,14 +73,6 @@ impl PrototypeMission {
         PrototypeMission { record: SlaveRecord::new(), kept: Payload::new(), clock }
     }
 
-    /// Number of the RPDO that brings the spacecraft time.
-    pub const TIME_RPDO: Option<u8> = Some(TIME as u8);
-
-    /// State of the command LED.
-    pub const fn led(&self) -> bool {
-        self.record.led
-    }
-
     fn on_command(&mut self, message: &Message) {
         // It follows the master, and takes no other orders for its bus.
         let is_taken = !matches!(Command::decode(message), None | Some(Command::SelectBus(_)));
@@ -106,6 +98,14 @@ impl PrototypeMission {
 impl Default for PrototypeMission {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+impl MissionDevice for PrototypeMission {
+    const TIME_RPDO: Option<u8> = Some(TIME as u8);
+
+    fn led(&self) -> bool {
+        self.record.led
     }
 }
 

@@ -8,7 +8,7 @@ use ecss_can::profile::Profile;
 use ecss_can::redundancy::BabblingStep;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
 use host_worlds::log::Happening;
-use mission::{Command, STANDARD, TELEMETRY_TPDO};
+use mission::{STANDARD, TELEMETRY_TPDO};
 
 use crate::support::*;
 
@@ -49,12 +49,6 @@ fn load(world: &Craft, id: u16, from: Time) -> u64 {
     taken * 100 / world.now().since(from).as_us()
 }
 
-/// Commands that a slave executed since `from`.
-fn executed(world: &Craft, node: NodeId, from: Time) -> usize {
-    let deeds = world.deeds(node).into_iter();
-    deeds.filter(|(at, deed)| *at > from && matches!(deed, Deed::Executed(Command::SetValue(_)))).count()
-}
-
 /// Answers of a slave to the master since `from`.
 fn answers(world: &Craft, node: NodeId, from: Time) -> usize {
     since(world, Bus::Nominal, 0x380 + u16::from(node.get()), from).len()
@@ -69,18 +63,18 @@ fn a_babbling_application_leaves_the_bus_to_others() {
     let mut world = busy(NOTHING);
     let from = babble(&mut world);
     assert!(load(&world, 0x382, from) >= 80, "{} %", load(&world, 0x382, from));
-    assert!(executed(&world, THREE, from) <= 12 && answers(&world, THREE, from) <= 4, "of twenty");
+    assert!(executed_since(&world, THREE, from) <= 12 && answers(&world, THREE, from) <= 4, "of twenty");
     assert!(switches(&world, from) > 0 && !world.all_operational());
 
     let mut world = busy(STANDARD);
     let from = babble(&mut world);
     assert!((5..=10).contains(&load(&world, 0x382, from)), "{} %", load(&world, 0x382, from));
     for node in [THREE, FOUR] {
-        assert!((19..=21).contains(&executed(&world, node, from)), "{node:?}");
+        assert!((19..=21).contains(&executed_since(&world, node, from)), "{node:?}");
         assert!((19..=21).contains(&answers(&world, node, from)), "{node:?}");
         assert!(since(&world, Bus::Nominal, 0x700 + u16::from(node.get()), from).len() >= 19);
     }
-    assert!(executed(&world, TWO, from) >= 19, "its own commands");
+    assert!(executed_since(&world, TWO, from) >= 19, "its own commands");
     assert_eq!((switches(&world, from), world.all_operational()), (0, true));
     // One report: there was no second without a refusal.
     let reports = |world: &Craft| {
@@ -144,7 +138,7 @@ fn a_slave_that_was_configured_to_babble_comes_back_without() {
     assert!(answers(&world, TWO, back) >= 9);
     for node in [THREE, FOUR] {
         assert_eq!(told(&world, node, from, |event| matches!(event, SlaveEvent::State(_))), [], "{node:?}");
-        assert!(executed(&world, node, from) >= 69);
+        assert!(executed_since(&world, node, from) >= 69);
     }
     assert_eq!(switches(&world, from), 0);
 }
@@ -184,9 +178,9 @@ fn the_master_stops_a_babbling_slave() {
     assert_eq!(world.state(TWO), Some(NmtState::Stopped));
     for node in [THREE, FOUR] {
         assert!(
-            (19..=21).contains(&executed(&world, node, from)),
+            (19..=21).contains(&executed_since(&world, node, from)),
             "{node:?}: {}",
-            executed(&world, node, from)
+            executed_since(&world, node, from)
         );
         assert!(
             (18..=21).contains(&answers(&world, node, from)),
@@ -230,7 +224,7 @@ fn the_master_leaves_a_babbling_controller_behind() {
         assert_eq!((world.master_bus(), switches(&world, from)), (Bus::Redundant, 1));
         assert_others_untouched(&world, &[TWO, THREE], from);
         for node in [TWO, THREE] {
-            let executed = executed(&world, node, from);
+            let executed = executed_since(&world, node, from);
             assert!((126..=131).contains(&executed), "{node:?}: {executed} of 130");
         }
         assert_eq!(world.all_operational(), !both);

@@ -1,38 +1,39 @@
-//! A world of the demonstration mission: its nodes, and what its images do above them.
+//! A world of the demonstration mission: its nodes with the applications of the images.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
-use ecss_can::node::{DeviceNode, Master, MasterBoards, Refusal, Slave, SlaveEvent};
+use ecss_can::node::{Master, MasterBoards, OneBoard, Refusal, SlaveEvent};
 use ecss_can::pdo::Sequence;
-use ecss_can::profile::Profile;
+use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::redundancy::Strap;
+use ecss_can::runner::EventSource;
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::task::Task;
-use host_worlds::{Builder, Events, Handle, World, idle};
-use mission::minimal::MinimalMission;
-use mission::{
-    COMMAND_PERIOD, Command, CommanderObjects, Declined, Message, MissionObjects, REQUEST_RPDO, Request,
-    SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
-};
+use host_worlds::{Builder, Events, Handle, MockBoard, World, idle};
+use master::Cables;
+use mission::minimal::{MinimalMission, MissionDevice};
+use mission::{COMMAND_PERIOD, Command, CommanderObjects, Message, Request, SlaveRecord, TELECOMMAND_RPDO};
 
-pub type MissionMaster = Master<CommanderObjects>;
-pub type MissionSlave = Slave<MissionObjects<Vec<u8>>>;
+use crate::lamps::Lamps;
+
+pub type MissionMaster<B = OneBoard> = Master<CommanderObjects, B>;
+pub type MissionSlave = slave::Node;
 
 /// Bytes of a slave's data store.
 const STORE: usize = 24 * 1024;
 
-/// What the application of a slave did.
+/// What the application of a slave did with a telecommand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Deed {
     Executed(Command),
     /// Dropped a command with this code that repeats the last one.
     Repeated(u16),
-    /// Got a message that is none of this mission.
+    /// Refused a message that is no command of this mission.
     Unknown(u16),
 }
 
@@ -43,6 +44,7 @@ type Deeds = Rc<RefCell<Vec<(Time, NodeId, Deed)>>>;
 pub struct Craft {
     world: World,
     deeds: Deeds,
+    lamps: Lamps,
     sequences: Rc<Sequences>,
 }
 
@@ -71,57 +73,73 @@ impl Craft {
         Craft::with(profile, slaves, false, plan)
     }
 
-    /// The same, where the master commands and asks every slave once per period of the mission.
+    /// The same with the application of the master: it commands and asks every slave once per period of the mission.
     pub fn busy(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
         Craft::with(profile, slaves, true, plan)
     }
 
     /// The same with minimal slaves behind the full ones: those that the profile names.
     pub fn mixed(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        Craft::with(profile, slaves, true, |world| {
+        Craft::with_lamps(profile, slaves, true, |world, lamps| {
             let minimal = profile.minimal.iter().map(|minimal| minimal.node);
             plan(minimal.fold(world, |world, id| {
                 let numbers = Numbers::of(&profile, id);
-                world.minimal(
-                    id,
-                    move |board| MinimalSlave::new(board.node_id, numbers, MinimalMission::new()),
-                    idle,
-                )
+                let node =
+                    move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
+                let lamps = lamps.clone();
+                world.minimal(id, node, move |slave, events| {
+                    minimal_application(slave, events, id, lamps.clone())
+                })
             }))
         })
     }
 
     fn with(profile: Profile, slaves: u8, is_busy: bool, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        let (deeds, sequences) = (Deeds::default(), Rc::<Sequences>::default());
-        let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
-        let minimal = profile.minimal.iter().map(|minimal| minimal.node);
-        let busy: Vec<NodeId> = if is_busy { ids.iter().copied().chain(minimal).collect() } else { vec![] };
-        let numbers = sequences.clone();
-        let world = World::builder().master(
-            move |_| mission::master(&profile, None),
-            move |master, events| command(master, events, busy.clone(), numbers.clone()),
-        );
-        let world = with_slaves(world, profile, ids, &deeds);
-        Craft { world: plan(world).build(), deeds, sequences }
+        Craft::with_lamps(profile, slaves, is_busy, |world, _| plan(world))
     }
 
-    /// Two master boards and slaves 2, 3, .., `slaves` of them. Each master commands every slave once per period of the
-    /// mission, while it is active.
-    pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        let deeds = Deeds::default();
+    fn with_lamps(
+        profile: Profile,
+        slaves: u8,
+        is_busy: bool,
+        plan: impl FnOnce(Builder, &Lamps) -> Builder,
+    ) -> Craft {
+        let (deeds, lamps, sequences) = (Deeds::default(), Lamps::default(), Rc::<Sequences>::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
-        let (first, second) = (ids.clone(), ids.clone());
-        let world = World::builder()
-            .master(
-                move |_| mission::master_of_two(&profile, Strap::Prime, None),
-                move |master, events| command(master, events, first.clone(), Rc::default()),
-            )
-            .second_master(
-                move |_| mission::master_of_two(&profile, Strap::Second, None),
-                move |master, events| command(master, events, second.clone(), Rc::default()),
-            );
-        let world = with_slaves(world, profile, ids, &deeds);
-        Craft { world: plan(world).build(), deeds, sequences: Rc::default() }
+        let node = move |_: MockBoard| mission::master(&profile, None);
+        let world = if is_busy {
+            let shown = lamps.clone();
+            World::builder().master(node, move |master, events| {
+                master_application(master, events, shown.clone(), profile.minimal)
+            })
+        } else {
+            let numbers = sequences.clone();
+            World::builder().master(node, move |master, events| {
+                numbers.restart();
+                idle(master, events)
+            })
+        };
+        let world = with_slaves(world, profile, ids, &deeds, &lamps);
+        Craft { world: plan(world, &lamps).build(), deeds, lamps, sequences }
+    }
+
+    /// Two master boards with their applications, and slaves 2, 3, .., `slaves` of them.
+    pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
+        let (deeds, lamps) = (Deeds::default(), Lamps::default());
+        let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
+        let of_two = |strap| move |_: MockBoard| mission::master_of_two(&profile, strap, None);
+        let [first, second] = [lamps.clone(), Lamps::default()].map(|lamps| {
+            move |master, events| master_application(master, events, lamps.clone(), profile.minimal)
+        });
+        let world = World::builder().master(of_two(Strap::Prime), first);
+        let world = world.second_master(of_two(Strap::Second), second);
+        let world = with_slaves(world, profile, ids, &deeds, &lamps);
+        Craft { world: plan(world).build(), deeds, lamps, sequences: Rc::default() }
+    }
+
+    /// What the indicators of a full slave or of the first master board show.
+    pub fn lamps(&self, node: NodeId) -> crate::lamps::Shown {
+        self.lamps.shown(node)
     }
 
     /// What the application of a slave did so far.
@@ -170,15 +188,15 @@ impl Craft {
     }
 }
 
-fn with_slaves(world: Builder, profile: Profile, ids: Vec<NodeId>, deeds: &Deeds) -> Builder {
+fn with_slaves(world: Builder, profile: Profile, ids: Vec<NodeId>, deeds: &Deeds, lamps: &Lamps) -> Builder {
     ids.into_iter().fold(world, |world, id| {
-        let deeds = deeds.clone();
+        let (deeds, lamps) = (deeds.clone(), lamps.clone());
         world.slave(
             id,
             move |board| {
-                mission::slave(board.node_id, &profile, vec![0; STORE]).with_retained(board.retained)
+                mission::slave(board.node_id, &profile, vec![0; STORE].leak()).with_retained(board.retained)
             },
-            move |slave, events| obey(slave, events, id, deeds.clone()),
+            move |slave, events| slave_application(slave, events, id, lamps.clone(), deeds.clone()),
         )
     })
 }
@@ -201,84 +219,77 @@ impl Sequences {
     }
 }
 
-/// The application of the master: commands and asks all of `slaves`.
-async fn command<B: MasterBoards>(
-    master: Handle<Master<CommanderObjects, B>>,
-    events: Events<Master<CommanderObjects, B>>,
-    slaves: Vec<NodeId>,
-    sequences: Rc<Sequences>,
+/// The application of the image of the master, with its task for cables.
+pub async fn master_application<B: MasterBoards>(
+    master: Handle<MissionMaster<B>>,
+    events: Events<MissionMaster<B>>,
+    lamps: Lamps,
+    minimal: &'static [MinimalNode],
 ) {
-    sequences.restart();
-    let traffic = async {
-        let mut due = Instant::ZERO;
-        for round in 1.. {
-            due += COMMAND_PERIOD;
-            master.wait_until(due).await;
-            for &node in &slaves {
-                turn(master, node, round, &sequences);
-            }
-        }
-    };
-    futures_util::future::join(idle(master, events), traffic).await;
+    let cables: &Cables = Box::leak(Box::default());
+    let indicators = lamps.of(NodeId::MASTER, events.reset_line());
+    let application = master::Application::new(master, events, indicators, cables, minimal);
+    futures_util::future::join(application.run(), cables.run(master)).await;
 }
 
-/// One that is not Operational has to do without.
-fn turn<B: MasterBoards>(
-    master: Handle<Master<CommanderObjects, B>>,
-    node: NodeId,
-    round: u32,
-    sequences: &Sequences,
+/// The application of the image of a minimal slave.
+pub async fn minimal_application<D: MissionDevice>(
+    slave: Handle<MinimalSlave<D>>,
+    events: Events<MinimalSlave<D>>,
+    id: NodeId,
+    lamps: Lamps,
 ) {
-    if let Some(message) = sequences.encode(node, Command::SetValue(round), master.now()) {
-        let _ = master.with(|master, now| mission::command(master, node, &message, now));
-    }
-    let message = Request::Value.encode();
-    let _ = master.with(|master, now| mission::request(master, node, &message, now));
+    let indicators = lamps.of(id, events.reset_line());
+    minimal::Application::new(slave, events, indicators).run().await;
 }
 
-/// The application of a slave: executes commands, answers telemetry requests.
-async fn obey(slave: Handle<MissionSlave>, mut events: Events<MissionSlave>, id: NodeId, deeds: Deeds) {
-    let mut record = SlaveRecord::new();
+/// The application of the image of a slave. Notes what it does with each telecommand.
+async fn slave_application(
+    slave: Handle<MissionSlave>,
+    events: Events<MissionSlave>,
+    id: NodeId,
+    lamps: Lamps,
+    deeds: Deeds,
+) {
+    let last = Rc::new(Cell::new(None));
+    let indicators = lamps.of(id, events.reset_line());
+    let events = Watched { events, last: last.clone() };
+    let mut application = slave::Application::new(slave, events, indicators);
     loop {
-        match events.next().await {
-            SlaveEvent::Pdo { number, data, .. } => {
-                let message = Message::from_payload(&data).unwrap();
-                let deed = match usize::from(number) {
-                    TELECOMMAND_RPDO => Some(execute(slave, &mut record, message)),
-                    REQUEST_RPDO => answer(slave, &record, message),
-                    _ => None,
-                };
-                deeds.borrow_mut().extend(deed.map(|deed| (events.world_time(), id, deed)));
-            }
-            SlaveEvent::Sync { stamp, .. } => record.stamp_source = Some(stamp.source),
-            SlaveEvent::ResetNode => events.reset(),
-            _ => {}
+        let before = *application.record();
+        application.step().await;
+        let Some((at, SlaveEvent::Pdo { number, data, .. })) = last.take() else { continue };
+        if usize::from(number) == TELECOMMAND_RPDO {
+            let message = Message::from_payload(&data).expect("the node takes no shorter one");
+            deeds.borrow_mut().push((at, id, deed(&before, application.record(), &message)));
         }
     }
 }
 
-fn execute(slave: Handle<MissionSlave>, record: &mut SlaveRecord, message: Message) -> Deed {
-    match record.take(&message, slave.now()) {
-        Ok(command) => {
-            match command {
-                Command::ResetCounters => slave.with(|slave, _| slave.reset_counters()),
-                // One with parallel access stays where it is.
-                Command::SelectBus(bus) => _ = slave.with(|slave, _| slave.select_bus(bus)),
-                _ => {}
-            }
-            Deed::Executed(command)
-        }
-        Err(Declined::Repeat) => Deed::Repeated(message.code()),
-        Err(Declined::Unknown) => Deed::Unknown(message.code()),
+/// Tells by the record of an application what it did with a telecommand.
+fn deed(before: &SlaveRecord, after: &SlaveRecord, message: &Message) -> Deed {
+    if after.commands.repeats() > before.commands.repeats() {
+        return Deed::Repeated(message.code());
+    }
+    match Command::decode(message) {
+        Some(Command::ResetCounters) if after.executed == 0 => Deed::Executed(Command::ResetCounters),
+        Some(command) if after.executed == before.executed + 1 => Deed::Executed(command),
+        _ => Deed::Unknown(message.code()),
     }
 }
 
-fn answer(slave: Handle<MissionSlave>, record: &SlaveRecord, message: Message) -> Option<Deed> {
-    let Some(request) = Request::decode(&message) else { return Some(Deed::Unknown(message.code())) };
-    slave.with(|slave, now| {
-        let telemetry = record.answer(request, &slave.status(now)).encode();
-        slave.change(now, |objects| objects.telemetry = telemetry.into());
-        slave.send_pdo(TELEMETRY_TPDO, now);
-    });
-    None
+/// Events of a slave, and the last one that its application took.
+struct Watched {
+    events: Events<MissionSlave>,
+    last: Rc<Cell<Option<(Time, SlaveEvent)>>>,
+}
+
+impl EventSource for Watched {
+    type Event = SlaveEvent;
+
+    async fn next(&mut self) -> SlaveEvent {
+        let event = self.events.next().await;
+        self.last.set(Some((self.events.world_time(), event)));
+        event
+    }
 }

@@ -23,7 +23,8 @@ const BOTH: [Seat; 2] = [Seat::of(THREE), Seat::double(THREE)];
 /// A master and two boards with Node-ID 3 and these patterns, 3.5 s (35 heartbeats) after power-on.
 fn flown(patterns: Option<[u32; 2]>) -> World {
     let slave = |board: MockBoard| -> MissionSlave {
-        mission::slave(board.node_id, &STANDARD, vec![0; 64]).with_late_heartbeats(board.late_heartbeats)
+        mission::slave(board.node_id, &STANDARD, vec![0; 64].leak())
+            .with_late_heartbeats(board.late_heartbeats)
     };
     let world = World::builder().master(|_| plain_master(&STANDARD), idle);
     let mut world = world.slave(THREE, slave, idle).double(THREE, slave, idle);

@@ -5,6 +5,7 @@ use ecss_can::node::MasterEvent;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, NodeId};
 use host_worlds::World;
+use host_worlds::world::Sent;
 use mission::STANDARD;
 
 use crate::support::*;
@@ -96,6 +97,9 @@ fn commands_before_and_after_the_cut_are_executed_once() {
     assert!(all >= here + 3, "those sent while it searched are lost: {all}, {here}");
 }
 
+/// Given a master that sends every request of the mission in turn, then each request that a minimal slave knows brings telemetry with
+/// its code, and no other one brings any.
+///
 /// Verifies: ECSS 9.4.3a, 9.4.3b.1
 #[test]
 fn each_request_that_reaches_a_minimal_slave_brings_telemetry() {
@@ -105,9 +109,13 @@ fn each_request_that_reaches_a_minimal_slave_brings_telemetry() {
         let until = END - ms(2);
         let requests = between(&world, Bus::Redundant, 0x400 + id, from, until);
         assert!(requests.len() >= 20, "{node:?}: {}", requests.len());
-        let telemetry = between(&world, Bus::Redundant, 0x380 + id, requests[0].end, END);
-        assert_eq!(telemetry.len(), requests.len(), "{node:?}");
-        assert!(telemetry.iter().zip(&requests).all(|(telemetry, request)| {
+        // Uptime, value, commands executed: three of ten.
+        let known = requests.into_iter().filter(|sent| matches!(sent.frame.payload(), [1..=3, 1, ..]));
+        let known: Vec<Sent> = known.collect();
+        assert!(known.len() >= 6, "{node:?}: {}", known.len());
+        let telemetry = between(&world, Bus::Redundant, 0x380 + id, known[0].end, END);
+        assert_eq!(telemetry.len(), known.len(), "{node:?}");
+        assert!(telemetry.iter().zip(&known).all(|(telemetry, request)| {
             telemetry.frame.payload()[..2] == request.frame.payload()[..2] && telemetry.start >= request.end
         }));
     }

@@ -9,7 +9,6 @@ use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
-use mission::Command;
 use mission::STANDARD;
 
 use crate::support::*;
@@ -27,15 +26,9 @@ fn busy(profile: Profile) -> Craft {
     world
 }
 
-/// Commands that a slave executed in `(from, to]`: when, and the value, which the master counts up.
+/// Commands that a slave executed in `(from, to]`: when, and the turn of the master.
 fn executed(world: &Craft, node: NodeId, from: Time, to: Time) -> Vec<(Time, u32)> {
-    let deeds = world.deeds(node).into_iter().filter(|(at, _)| *at > from && *at <= to);
-    deeds
-        .filter_map(|(at, deed)| match deed {
-            Deed::Executed(Command::SetValue(value)) => Some((at, value)),
-            _ => None,
-        })
-        .collect()
+    turns(world, node).into_iter().filter(|(at, _)| *at > from && *at <= to).collect()
 }
 
 /// Asserts that this slave and the master went on from `from` to `to` on the nominal bus as if nothing had happened.

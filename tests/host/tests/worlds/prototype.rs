@@ -6,10 +6,12 @@
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::types::Bus;
-use host_worlds::{World, idle};
+use host_worlds::World;
 use mission::LIBRECUBE;
 use mission::minimal::prototype::PrototypeMission;
 
+use crate::craft::minimal_application;
+use crate::lamps::Lamps;
 use crate::support::*;
 
 /// Spacecraft time 305,419,896.5 s: fine time, then coarse time, both little-endian.
@@ -20,7 +22,8 @@ const TWO_US: i64 = 34;
 /// Node 2 with its heartbeat, and the first one of the master.
 fn powered() -> World {
     let slave = |_| MinimalSlave::new(TWO, Numbers::of(&LIBRECUBE, TWO), PrototypeMission::new());
-    let mut world = World::builder().minimal(TWO, slave, idle).build();
+    let application = |slave, events| minimal_application(slave, events, TWO, Lamps::default());
+    let mut world = World::builder().minimal(TWO, slave, application).build();
     world.run_until(ms(100));
     asks(&mut world, 0x701, &[0x05]);
     world

@@ -4,7 +4,6 @@ use can_wire::fault::Fault;
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::types::{Bus, NmtState};
-use mission::Command;
 use mission::STANDARD;
 
 use crate::support::*;
@@ -46,11 +45,8 @@ fn each_node_receives_from_both_buses_at_the_same_time() {
         assert_eq!(u64::from(counters.redundant.received), SPAN, "{node:?}");
         assert_eq!((counters.nominal.lost, counters.redundant.lost), (0, 0));
         assert!(told(&world, node, from, entered(NmtState::PreOperational)).is_empty());
-        let executed = world
-            .deeds(node)
-            .into_iter()
-            .filter(|(at, deed)| *at > from && matches!(deed, Deed::Executed(Command::SetValue(_))));
-        assert!((9..=11).contains(&executed.count()), "{node:?} obeys on the nominal bus");
+        let executed = executed_since(&world, node, from);
+        assert!((9..=11).contains(&executed), "{node:?} obeys on the nominal bus");
     }
     let counters = world.status(MASTER).counters;
     assert!(u64::from(counters.redundant.received) >= SPAN, "{}", counters.redundant.received);

@@ -8,7 +8,7 @@ use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::{NEXT_TO_MASTER_M, Sent, World};
-use mission::STANDARD;
+use mission::{Command, STANDARD};
 
 pub use crate::craft::{Craft, Deed};
 
@@ -31,6 +31,32 @@ pub fn running(profile: Profile, slaves: u8) -> Craft {
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Nominal);
     world
+}
+
+/// Commands that a slave executed: when, and the number of the turn in which the master sent it. The application of the master sends
+/// a value, the number itself, in odd turns; it switches the LED on in turns 0, 4, 8 and so on, off in turns 2, 6, 10 and so on.
+/// Begins with the first value.
+pub fn turns(world: &Craft, node: NodeId) -> Vec<(Time, u32)> {
+    let mut last = None;
+    let executed = world.deeds(node).into_iter().filter_map(|(at, deed)| {
+        let turn = match (deed, last) {
+            (Deed::Executed(Command::SetValue(value)), _) => value,
+            (Deed::Executed(Command::SetLed(on)), Some(last)) => {
+                let rest = if on { 0 } else { 2 };
+                (last + 1..).find(|turn| turn % 4 == rest)?
+            }
+            _ => return None,
+        };
+        last = Some(turn);
+        Some((at, turn))
+    });
+    executed.collect()
+}
+
+/// Number of commands that a slave executed after `from`.
+pub fn executed_since(world: &Craft, node: NodeId, from: Time) -> usize {
+    let deeds = world.deeds(node).into_iter();
+    deeds.filter(|(at, deed)| *at > from && matches!(deed, Deed::Executed(_))).count()
 }
 
 pub fn cut_next_to_master(world: &mut World, bus: Bus) {

@@ -1,0 +1,12 @@
+//! The application of the minimal slave (ECSS 9), for a board and for tests on the host.
+//!
+//! An image runs [`Application`] on the LEDs of its board (`src/app.rs`). A test runs the same code on a mock board with
+//! [`mission::Indicators`] of its own.
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod application;
+
+pub use application::Application;

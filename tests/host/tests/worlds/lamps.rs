@@ -1,0 +1,72 @@
+//! Indicators of the nodes of a world.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use ecss_can::types::NodeId;
+use host_worlds::ResetLine;
+use mission::Indicators;
+
+/// What an application showed, over its resets.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Shown {
+    pub syncs: u32,
+    pub heartbeats: u32,
+    pub times: u32,
+    /// State LED, each time it was set.
+    pub states: Vec<bool>,
+    pub resets: u32,
+}
+
+/// Records the indicators of all nodes.
+#[derive(Clone, Default)]
+pub struct Lamps(Rc<RefCell<BTreeMap<NodeId, Shown>>>);
+
+impl Lamps {
+    /// What a node showed.
+    pub fn shown(&self, node: NodeId) -> Shown {
+        self.0.borrow().get(&node).cloned().unwrap_or_default()
+    }
+
+    /// The indicators of a node.
+    pub fn of(&self, node: NodeId, reset: ResetLine) -> NodeLamps {
+        NodeLamps { lamps: self.clone(), node, reset }
+    }
+}
+
+/// The indicators of one node.
+pub struct NodeLamps {
+    lamps: Lamps,
+    node: NodeId,
+    reset: ResetLine,
+}
+
+impl NodeLamps {
+    fn note(&self, change: impl FnOnce(&mut Shown)) {
+        change(self.lamps.0.borrow_mut().entry(self.node).or_default());
+    }
+}
+
+impl Indicators for NodeLamps {
+    fn sync(&mut self) {
+        self.note(|shown| shown.syncs += 1);
+    }
+
+    fn heartbeat(&mut self) {
+        self.note(|shown| shown.heartbeats += 1);
+    }
+
+    fn time(&mut self) {
+        self.note(|shown| shown.times += 1);
+    }
+
+    fn state(&mut self, on: bool) {
+        self.note(|shown| shown.states.push(on));
+    }
+
+    fn reset(&mut self) {
+        self.note(|shown| shown.resets += 1);
+        self.reset.reset();
+    }
+}
