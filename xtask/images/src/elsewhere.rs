@@ -95,6 +95,10 @@ fn member_manifest(mut image: Table, folder: &Path, board: &Elsewhere) -> Table 
     let programs = programs.into_iter().map(|program| with_path(program, folder, &name));
     let programs: Vec<Value> = programs.collect();
     image.insert("bin".into(), programs.into());
+    let library = folder.join("src/lib.rs");
+    if library.is_file() {
+        table(&mut image, "lib").insert("path".into(), library.display().to_string().into());
+    }
     table(&mut image, "package").insert("build".into(), "build.rs".into());
     if let Some(targets) = image.get_mut("target").and_then(Value::as_table_mut) {
         for target in targets.iter_mut().filter_map(|(_, target)| target.as_table_mut()) {
