@@ -191,6 +191,13 @@ fn an_unknown_area_is_refused_with_the_known_ones() {
         &["bench", "--only", "weather"],
         &["weather", "--only", "size", "rx", "load", "failover", "demo"],
     );
+    refuses(&["bench", "--only", "irq", "--shard", "0/4"], &["--shard", "I from 1 to N", "3/16"]);
+    refuses(
+        &["bench", "--only", "time", "--shard", "1/12"],
+        &["--shard: 12 shards of ", "allowed are 1 to "],
+    );
+    refuses(&["bench", "--only", "irq", "--shard", "1/1", "--check"], &["--shard", "--check"]);
+    refuses(&["bench", "merge"], &["<FILE>", "Usage: cargo xtask bench merge"]);
     refuses(&["sizes", "--symbols", "-1"], &["--symbols", "-1"]);
 }
 
