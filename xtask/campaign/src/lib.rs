@@ -4,8 +4,8 @@
 //! times, in a spacecraft of one master, or two, and some slaves. After each run the same must hold, see [`judge`]. A script that
 //! violates something is made as simple as possible and printed; `--replay` flies it.
 //!
-//! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files
-//! (see [`support::shard`]).
+//! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files (see
+//! [`support::shard`]).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -113,13 +113,14 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         };
     }
     options.shard.check(COMMAND, options.runs, "runs")?;
-    prepare(options.masters)?;
     if let Some(rule) = options.broken {
+        prepare(options.masters)?;
         return find_broken(rule, options);
     }
     let pair = if options.masters == 1 { "" } else { "-pair" };
     let file = options.out.join(options.shard.file(&format!("{}{pair}", options.world.name())));
     shard::prepare(COMMAND, &file)?;
+    prepare(options.masters)?;
     let stop = Stop::at_ctrl_c()?;
     let jobs = options.jobs.map_or_else(cores, usize::from);
     let run = Run {

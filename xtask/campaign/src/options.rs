@@ -14,8 +14,8 @@ const MOST_RUNS: u64 = 10_000_000;
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Exit code 0: no violation; 1: a run violated something, or files to merge are not all parts of one run; 2: a wrong
-        argument.\n\
+    after_help = "Exit code 0: no violation; 1: a run violated something, or files to merge are not all parts of one run; \
+        2: a wrong argument.\n\
         On many machines: one shard on each, then merge. docs/verification/campaign.md shows it with GNU parallel and Slurm."
 )]
 pub struct Options {

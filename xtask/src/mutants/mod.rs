@@ -138,12 +138,14 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         if options.list {
             return print(&sample);
         }
+        output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
         let outcome = try_all(&program, &sample, options, &options.out)?;
         report(&outcome, sample.len())?;
         return judge(&outcome, options.bar);
     };
-    shard.check(COMMAND, sample.len() as u64, "mutants")?;
-    let share = shard.share(sample.len() as u64);
+    let total = sample.len() as u64;
+    shard.check(COMMAND, total, "mutants")?;
+    let share = shard.share(total);
     let sample = &sample[share.start as usize..share.end as usize];
     if options.list {
         return print(sample);
@@ -151,6 +153,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let file = options.out.join(shard.file("part"));
     shard::prepare(COMMAND, &file)?;
     let run = Run { command: COMMAND.into(), commit: shard::commit(), shards: shard.count, parameters };
+    let count = share.end - share.start;
+    output::note(format_args!("{count} of {total} mutants, shard {shard}, seed {}", options.seed));
     // Shards on one machine have logs of their own.
     let results = try_all(&program, sample, options, &file.with_extension(""))?;
     report(&results, sample.len())?;
@@ -165,7 +169,6 @@ fn print(sample: &[Mutant<'_>]) -> anyhow::Result<()> {
 
 /// Runs the tests by clause against these mutants, and all tests against the missed ones. The logs go to `out`.
 fn try_all(program: &Path, sample: &[Mutant<'_>], options: &Options, out: &Path) -> anyhow::Result<Outcome> {
-    output::note(format_args!("{} mutants, seed {}", sample.len(), options.seed));
     let outcome = attempt(program, sample, CLAUSES, out)?;
     let is_missed = |mutant: &&Mutant<'_>| outcome.missed.iter().any(|name| name == mutant.name);
     let missed: Vec<Mutant<'_>> = sample.iter().filter(is_missed).copied().collect();

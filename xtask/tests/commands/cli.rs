@@ -284,6 +284,12 @@ fn wrong_values_of_the_campaign_are_refused() {
         &["--replay nowhere.txt", "Usage: cargo xtask campaign"],
     );
     refuses(&["campaign", "merge"], &["<FILE>"]);
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let below = file.path().join("out");
+    refuses(
+        &["campaign", "--runs", "1", "--out", below.to_str().expect("UTF-8")],
+        &["--out: cannot write ", "give a place that can be written"],
+    );
 }
 
 /// A part of a campaign with these properties, as a file.
