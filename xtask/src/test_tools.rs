@@ -6,12 +6,22 @@ use std::process::Command;
 use anyhow::{Context, ensure};
 use clap::Args;
 
-use support::needs::{CHROMIUM, LLD, LLVM, LOG2ASC, Need, PYTHON, QEMU, TSHARK, provide};
+use support::needs::{CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide};
 use support::project;
 
 /// What the tests of `tests/interop` use.
-const NEEDS: [Need; 9] =
-    [TSHARK, LOG2ASC, QEMU, LLVM, LLD, CHROMIUM, PYTHON, Need::VirtualEnvironments, Need::PythonPackages];
+const NEEDS: [Need; 10] = [
+    TSHARK,
+    LOG2ASC,
+    QEMU,
+    LLVM,
+    LLD,
+    CHROMIUM,
+    PARALLEL,
+    PYTHON,
+    Need::VirtualEnvironments,
+    Need::PythonPackages,
+];
 
 /// Command line of `test-tools`.
 #[derive(Args, Debug)]

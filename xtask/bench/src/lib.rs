@@ -12,6 +12,7 @@ mod context;
 mod page;
 mod rig;
 mod row;
+mod shards;
 mod share;
 mod stored;
 mod summary;
@@ -21,8 +22,8 @@ mod update;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::Args;
 use clap::builder::PossibleValuesParser;
+use clap::{Args, Subcommand};
 use console::style;
 
 use self::areas::{ALL, Area};
@@ -36,12 +37,19 @@ use support::misuse::Misuse;
 use support::needs::{Need, provide};
 use support::output::{line, note, text, warn};
 use support::project;
+use support::shard::Shard;
 use twin::pulses::Errors;
+
+/// Name of the command.
+const COMMAND: &str = "bench";
 
 /// Command line of `bench`.
 #[derive(Args, Debug)]
-#[command(after_help = areas_help())]
+#[command(args_conflicts_with_subcommands = true, after_help = areas_help())]
 pub struct Options {
+    #[command(subcommand)]
+    action: Option<Action>,
+
     /// Measure these areas only [default: all]
     #[arg(long, value_name = "AREA", value_delimiter = ',', value_parser = area_names())]
     only: Vec<String>,
@@ -50,8 +58,27 @@ pub struct Options {
     #[arg(long)]
     install: bool,
 
+    /// Measure one of N parts of the steps, I from 1 to N, and write its rows to --out FILE [default:
+    /// target/bench/part-I-of-N.json of the project]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["check", "store", "json"])]
+    shard: Option<Shard>,
+
     #[command(flatten)]
     output: Output,
+}
+
+/// What else can be done.
+#[derive(Subcommand, Debug)]
+enum Action {
+    /// Join the rows of all shards of a run; then print, write, check or store them as one run does
+    Merge {
+        /// Files that the shards have written
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+
+        #[command(flatten)]
+        output: Output,
+    },
 }
 
 /// Command line of `sizes`.
@@ -83,8 +110,15 @@ struct Output {
 
     /// Where the rows go; those of areas not measured now stay as they are [default: target/bench/summary.json of the
     /// project]
-    #[arg(long, value_name = "FILE", default_value_os_t = project::path("target/bench/summary.json"), hide_default_value = true)]
-    out: PathBuf,
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Output {
+    /// Where the rows go.
+    fn out(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| project::path("target/bench/summary.json"))
+    }
 }
 
 fn area_names() -> PossibleValuesParser {
@@ -93,7 +127,10 @@ fn area_names() -> PossibleValuesParser {
 
 fn areas_help() -> String {
     let lines = ALL.iter().map(|area| format!("  {:<10} {}\n", area.name, area.about));
-    format!("Areas:\n{}", lines.collect::<String>())
+    format!(
+        "Areas:\n{}\nOn many machines: one shard on each, then `cargo xtask bench merge FILE...`; docs/verification/campaign.md shows how.",
+        lines.collect::<String>()
+    )
 }
 
 /// Measures, prints, and writes the summary.
@@ -101,12 +138,19 @@ fn areas_help() -> String {
 /// # Errors
 /// When something cannot be measured or written, or, asked to check, when a target does not hold.
 pub fn run(options: &Options) -> anyhow::Result<()> {
+    if let Some(Action::Merge { files, output }) = &options.action {
+        return shards::merge(files, output);
+    }
     let wanted = |area: &&Area| options.only.is_empty() || options.only.iter().any(|name| name == area.name);
     let areas: Vec<_> = ALL.iter().filter(wanted).collect();
     // Before the first measurement: a long run must not end at a program that is missing.
     let needs: Vec<Need> = areas.iter().flat_map(|area| area.needs).copied().collect();
     provide(&needs, options.install, "cargo xtask bench --install")?;
-    let measured = measure("bench", &Context::default(), &areas, &options.output)?;
+    let context = Context::default();
+    if let Some(shard) = options.shard {
+        return shards::measure(&context, &areas, shard, options.output.out.as_deref());
+    }
+    let measured = measure(COMMAND, &context, &areas, &options.output)?;
     judge(&measured, &options.output)
 }
 
@@ -135,7 +179,7 @@ pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
 /// What a run measured.
 struct Measured {
     /// Rows of each area.
-    areas: Vec<(&'static str, Vec<Row>)>,
+    areas: Vec<(String, Vec<Row>)>,
     /// Compiler of the images.
     compiler: String,
 }
@@ -148,43 +192,66 @@ fn measure(
     output: &Output,
 ) -> anyhow::Result<Measured> {
     // A long run must not end at a file that it cannot add to.
+    let summary = open(command, &output.out())?;
+    let mut measured = Vec::new();
+    for area in areas {
+        announce(area.name, area.about);
+        let rows = area.rows(context)?;
+        print(area.name, &rows, output)?;
+        measured.push((area.name.to_owned(), rows));
+    }
+    let measured = Measured { areas: measured, compiler: compiler(context)? };
+    write(summary, &measured, output)?;
+    Ok(measured)
+}
+
+fn announce(name: &str, about: &str) {
+    note(format_args!("{} {name}: {about}", style("measuring").dim().for_stderr()));
+}
+
+/// Reads the summary that rows are added to, and makes sure that it can be written.
+fn open(command: &'static str, path: &Path) -> anyhow::Result<Summary> {
     let refuse = |cause: &dyn std::fmt::Display| {
-        let value = output.out.display();
+        let value = path.display();
         let text =
             format!("invalid value '{value}' for '--out <FILE>': {cause}; give a file that can be written");
         Misuse::of(command, text)
     };
-    if output.out.is_dir() {
+    if path.is_dir() {
         return Err(refuse(&"it is a directory").into());
     }
-    let folder = output.out.parent().unwrap_or(Path::new(""));
+    let folder = path.parent().unwrap_or(Path::new(""));
     project::make_writable(folder).map_err(|cause| refuse(&cause))?;
-    let mut summary = Summary::read(&output.out)?;
-    let mut this_run = Summary::default();
-    let mut measured = Vec::new();
-    for area in areas {
-        let measuring = style("measuring").dim().for_stderr();
-        note(format_args!("{measuring} {}: {}", area.name, area.about));
-        let rows = (area.measure)(context)?;
-        summary.replace(area.name, &rows)?;
-        this_run.replace(area.name, &rows)?;
-        if !output.json {
-            table::lines(area.name, &rows).iter().try_for_each(line)?;
-        }
-        measured.push((area.name, rows));
+    Summary::read(path)
+}
+
+/// Prints the table of an area, unless JSON is asked for.
+fn print(area: &str, rows: &[Row], output: &Output) -> anyhow::Result<()> {
+    if output.json {
+        return Ok(());
     }
-    let compiler = compiler(context)?;
-    this_run.set_toolchain(&compiler);
-    if let Some(before) = summary.set_toolchain(&compiler) {
+    table::lines(area, rows).iter().try_for_each(line)
+}
+
+/// Adds the rows to a summary and writes it.
+fn write(mut summary: Summary, measured: &Measured, output: &Output) -> anyhow::Result<()> {
+    let mut this_run = Summary::default();
+    for (area, rows) in &measured.areas {
+        summary.replace(area, rows)?;
+        this_run.replace(area, rows)?;
+    }
+    let compiler = &measured.compiler;
+    this_run.set_toolchain(compiler);
+    if let Some(before) = summary.set_toolchain(compiler) {
         warn(format_args!("rows of areas not measured now are of another compiler: {before}"));
     }
-    summary.write(&output.out)?;
+    let out = output.out();
+    summary.write(&out)?;
     if output.json {
-        line(this_run)?;
+        line(this_run)
     } else {
-        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&output.out)))?;
+        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&out)))
     }
-    Ok(Measured { areas: measured, compiler })
 }
 
 /// Compares the rows with the stored ones, or stores them.

@@ -4,7 +4,8 @@
 //! times, in a spacecraft of one master, or two, and some slaves. After each run the same must hold, see [`judge`]. A script that
 //! violates something is made as simple as possible and printed; `--replay` flies it.
 //!
-//! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files.
+//! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files (see
+//! [`support::shard`]).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -28,28 +29,31 @@ mod shrink;
 pub mod takeover;
 
 use std::num::NonZero;
-use std::process::Command;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
 use support::misuse::Misuse;
 use support::output::{self, Silently};
 use support::project;
+use support::shard::{self, Part, Run};
 use support::stop::Stop;
 
 use broken::Rule;
 use host::Host;
 use on_twin::Twin;
 pub use on_twin::prepare as prepare_twin;
-use options::{Action, Shard};
+use options::Action;
 pub use options::{Options, World};
 use outcome::Outcome;
 use results::{Asked, Results};
 use script::Script;
 
+/// Name of the command.
+const COMMAND: &str = "campaign";
 /// Scripts that are tried until a fault takes effect, but for the last one.
 const MOST_ATTEMPTS: u64 = 9;
 /// Violations that are shrunk.
@@ -85,7 +89,8 @@ pub fn fly_run(world: World, masters: u8, seed: u64, number: u64) -> (Script, Ou
 /// When a run violates something, or a file cannot be read or written.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files }) = &options.action {
-        return report(&Results::merged(files)?);
+        let (run, parts) = shard::merged(COMMAND, files)?;
+        return report(&run, &Results::joined(parts));
     }
     let prepare = |masters| {
         if options.world == World::Twin {
@@ -96,7 +101,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         anyhow::Ok(())
     };
     if let Some(path) = &options.replay {
-        let refuse = |text: String| Misuse::of("campaign", format!("--replay {}: {text}", path.display()));
+        let refuse = |text: String| Misuse::of(COMMAND, format!("--replay {}: {text}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
         let script: Script = text.parse().map_err(refuse)?;
         prepare(script.masters)?;
@@ -107,23 +112,31 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             count => bail!("{count} violations"),
         };
     }
-    options.check()?;
-    prepare(options.masters)?;
+    options.shard.check(COMMAND, options.runs, "runs")?;
     if let Some(rule) = options.broken {
+        prepare(options.masters)?;
         return find_broken(rule, options);
     }
-    project::make_writable(&options.out).with_context(|| format!("writing to {}", options.out.display()))?;
+    let pair = if options.masters == 1 { "" } else { "-pair" };
+    let file = options.out.join(options.shard.file(&format!("{}{pair}", options.world.name())));
+    shard::prepare(COMMAND, &file)?;
+    prepare(options.masters)?;
     let stop = Stop::at_ctrl_c()?;
     let jobs = options.jobs.map_or_else(cores, usize::from);
-    let asked = Asked {
-        commit: commit(),
-        seed: options.seed,
-        runs: options.runs,
-        world: options.world.name().into(),
-        masters: options.masters,
+    let run = Run {
+        command: COMMAND.into(),
+        commit: shard::commit(),
         shards: options.shard.count,
+        parameters: Asked {
+            seed: options.seed,
+            runs: options.runs,
+            world: options.world.name().into(),
+            masters: options.masters,
+        },
     };
-    let mut results = campaign(&asked, options.world, options.shard.index, jobs, &stop);
+    // In a row, so that each shard has all kinds, and two faults in half of its runs.
+    let share = options.shard.share(options.runs);
+    let mut results = campaign(&run.parameters, options.world, share, jobs, &stop);
     if stop.is_asked() {
         output::warn(format_args!("the campaign was interrupted after {} runs", results.flown));
         return Err(Silently::INTERRUPTED.into());
@@ -133,12 +146,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             violation.shrunk = shrink::shrink(&script, |script| fly(options.world, script)).to_string();
         }
     }
-    let Shard { index, count } = options.shard;
-    let pair = if options.masters == 1 { "" } else { "-pair" };
-    let file = options.out.join(format!("{}{pair}-{index}-of-{count}.json", options.world.name()));
-    results.write(&file)?;
-    report(&results)?;
-    output::line(format_args!("written to {}", project::shown(&file)))
+    let part = Part { run, shard: options.shard.index, results };
+    part.write(&file)?;
+    output::note(format_args!("written to {}", project::shown(&file)));
+    report(&part.run, &part.results)
 }
 
 /// Flies until a rule that is broken is found.
@@ -153,27 +164,28 @@ fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
     output::line(shrunk.to_string().trim_end())
 }
 
-fn report(results: &Results) -> anyhow::Result<()> {
-    results.lines().iter().try_for_each(output::line)?;
+fn report(run: &Run<Asked>, results: &Results) -> anyhow::Result<()> {
+    results.lines(run).iter().try_for_each(output::line)?;
     match results.violations.len() {
         0 => Ok(()),
         count => bail!("{count} of {} runs violate something", results.flown),
     }
 }
 
-/// Flies the runs of a shard, from 1, on several threads.
-pub fn campaign(asked: &Asked, world: World, part: u64, jobs: usize, stop: &Stop) -> Results {
-    let mut results = Results::new(asked.clone(), part);
-    // In a row, so that each shard has all kinds, and two faults in half of its runs.
-    let first = |shard: u64| asked.runs * shard / asked.shards;
-    let numbers: Vec<u64> = (first(part - 1)..first(part)).collect();
-    let (next, bar) = (AtomicU64::new(0), progress(numbers.len() as u64));
+/// Flies a range of the runs on several threads.
+pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, stop: &Stop) -> Results {
+    let mut results = Results::empty();
+    let (next, bar) = (AtomicU64::new(numbers.start), progress(numbers.end - numbers.start));
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
         for _ in 0..jobs {
-            let (sender, numbers, next) = (sender.clone(), &numbers, &next);
+            let (sender, end, next) = (sender.clone(), numbers.end, &next);
             scope.spawn(move || {
-                while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= end {
+                        return;
+                    }
                     let (script, outcome) = fly_run(world, asked.masters, asked.seed, number);
                     if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
                         return;
@@ -195,16 +207,6 @@ pub fn campaign(asked: &Asked, world: World, part: u64, jobs: usize, stop: &Stop
 
 fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
-}
-
-/// The code that flies.
-fn commit() -> String {
-    let git = Command::new("git")
-        .args(["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"])
-        .current_dir(project::path(""))
-        .output();
-    let text = git.ok().filter(|output| output.status.success()).map(|output| output.stdout);
-    text.and_then(|text| String::from_utf8(text).ok()).map_or("unknown".into(), |text| text.trim().to_owned())
 }
 
 /// A bar on a terminal, nothing elsewhere.

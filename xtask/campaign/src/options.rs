@@ -1,21 +1,21 @@
 //! The command line.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::{Args, Subcommand, ValueEnum};
-use support::misuse::Misuse;
+use support::shard::Shard;
 
 use crate::broken::Rule;
 
-/// Most runs of a campaign.
+/// Greatest number of runs of a campaign.
 const MOST_RUNS: u64 = 10_000_000;
 
 /// Command line of `campaign`.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Exit code 0: no violation; 1: a run violated something; 2: a wrong argument.\n\
+    after_help = "Exit code 0: no violation; 1: a run violated something, or files to merge are not all parts of one run; \
+        2: a wrong argument.\n\
         On many machines: one shard on each, then merge. docs/verification/campaign.md shows it with GNU parallel and Slurm."
 )]
 pub struct Options {
@@ -38,7 +38,7 @@ pub struct Options {
     #[arg(long, value_name = "M", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) masters: u8,
 
-    /// Fly one of N shares of the runs only, I from 1 to N
+    /// Fly one of N parts of the runs, I from 1 to N, and write its results to DIR/WORLD-I-of-N.json
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub(crate) shard: Shard,
 
@@ -89,57 +89,6 @@ impl World {
         match self {
             World::Host => "host",
             World::Twin => "twin",
-        }
-    }
-}
-
-/// A share of the runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// Which one, from 1.
-    pub index: u64,
-    /// Of how many.
-    pub count: u64,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Shard, String> {
-        let numbers = text.split_once('/').map(|(index, count)| (index.parse(), count.parse()));
-        match numbers {
-            Some((Ok(index), Ok(count))) if 1 <= index && index <= count && count <= MOST_RUNS => {
-                Ok(Shard { index, count })
-            }
-            _ => Err(format!("allowed are I/N with I from 1 to N and N up to {MOST_RUNS}, for example 3/16")),
-        }
-    }
-}
-
-impl Options {
-    /// Checks what the parser cannot see.
-    pub(crate) fn check(&self) -> Result<(), Misuse> {
-        let Shard { count, .. } = self.shard;
-        if count > self.runs {
-            let runs = self.runs;
-            let text = format!(
-                "--shard: {count} shards of {runs} runs leave some without any; allowed are 1 to {runs}"
-            );
-            return Err(Misuse::of("campaign", text));
-        }
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shard_is_a_number_of_a_count() {
-        assert_eq!("3/16".parse(), Ok(Shard { index: 3, count: 16 }));
-        for wrong in ["0/4", "5/4", "1", "a/b", "1/0", "-1/4", "1/99999999"] {
-            assert!(wrong.parse::<Shard>().is_err_and(|error| error.contains("3/16")), "{wrong}");
         }
     }
 }

@@ -1,45 +1,30 @@
-//! Results of a campaign or of a shard of it: written, merged, printed.
+//! Results of a campaign or of a shard of it: collected, joined, printed.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
 
-use anyhow::Context;
 use serde::{Deserialize, Serialize};
-use support::misuse::Misuse;
+use support::shard::Run;
 
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::script::Script;
 
-/// What was asked for: shards belong together where these are the same.
+/// Parameters of a campaign: they and the commit decide its results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Asked {
-    /// `git describe` of the code, with `-dirty` where files differed.
-    pub commit: String,
-    /// Of the scripts.
+    /// Seed of the scripts.
     pub seed: u64,
-    /// Of all shards together.
+    /// Number of runs of all shards together.
     pub runs: u64,
     /// Where they fly.
     pub world: String,
-    /// Masters in each run. Files from before there were two do not say it.
-    #[serde(default = "one")]
+    /// Masters in each run.
     pub masters: u8,
-    /// Number of shards.
-    pub shards: u64,
-}
-
-fn one() -> u8 {
-    1
 }
 
 /// Results of some runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Of which campaign.
-    pub asked: Asked,
-    /// Which shards these are, from 1.
-    pub parts: BTreeSet<u64>,
     /// Runs flown.
     pub flown: u64,
     /// Of them with two faults.
@@ -71,10 +56,8 @@ pub struct Violation {
 
 impl Results {
     /// Of no run yet.
-    pub fn new(asked: Asked, part: u64) -> Results {
+    pub fn empty() -> Results {
         Results {
-            asked,
-            parts: BTreeSet::from([part]),
             flown: 0,
             double: 0,
             idle: 0,
@@ -109,67 +92,15 @@ impl Results {
         self.violations.sort_by_key(|violation| violation.run);
     }
 
-    /// Writes a file.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
-        std::fs::write(path, text).with_context(|| format!("writing {}", path.display()))
-    }
-
-    /// Joins the shards of a campaign.
-    ///
-    /// # Errors
-    /// [`Misuse`] when a file is no result, when two are of different campaigns, or when a shard is there twice or missing.
-    pub fn merged(files: &[PathBuf]) -> Result<Results, Misuse> {
-        let refuse = |text: String| Misuse::of("campaign", text);
-        let mut all: Option<(&PathBuf, Results)> = None;
-        for path in files {
-            let text = std::fs::read_to_string(path)
-                .map_err(|error| refuse(format!("{}: {error}", path.display())))?;
-            let part: Results = serde_json::from_str(&text).map_err(|error| {
-                refuse(format!("{}: no results of `cargo xtask campaign`: {error}", path.display()))
-            })?;
-            all = Some(match all {
-                None => (path, part),
-                Some((first, mut sum)) => {
-                    if let Some(text) = sum.asked.difference(&part.asked) {
-                        let (first, path) = (first.display(), path.display());
-                        return Err(refuse(format!(
-                            "{first} and {path} are of different campaigns: {text}; merge shards of one commit, seed, number \
-                             of runs, world and number of masters"
-                        )));
-                    }
-                    if let Some(twice) = part.parts.intersection(&sum.parts).next() {
-                        return Err(refuse(format!(
-                            "{}: shard {twice} is there twice; give each once",
-                            path.display()
-                        )));
-                    }
-                    sum.join(part);
-                    (first, sum)
-                }
-            });
-        }
-        let (_, mut sum) = all.ok_or_else(|| refuse("no files; give the results of all shards".into()))?;
-        let missing: Vec<String> = (1..=sum.asked.shards)
-            .filter(|part| !sum.parts.contains(part))
-            .map(|part| part.to_string())
-            .collect();
-        if !missing.is_empty() {
-            let shards = sum.asked.shards;
-            return Err(refuse(format!(
-                "of {shards} shards these are missing: {}; give all of them",
-                missing.join(", ")
-            )));
-        }
+    /// Joins the results of all shards.
+    pub fn joined(parts: Vec<Results>) -> Results {
+        let mut sum = Results::empty();
+        parts.into_iter().for_each(|part| sum.add_all(part));
         sum.sort();
-        Ok(sum)
+        sum
     }
 
-    fn join(&mut self, part: Results) {
-        self.parts.extend(part.parts);
+    fn add_all(&mut self, part: Results) {
         self.flown += part.flown;
         self.double += part.double;
         self.idle += part.idle;
@@ -182,13 +113,14 @@ impl Results {
         self.violations.extend(part.violations);
     }
 
-    /// For people.
-    pub fn lines(&self) -> Vec<String> {
+    /// The results of this campaign for people.
+    pub fn lines(&self, run: &Run<Asked>) -> Vec<String> {
         let mut lines = vec![format!("{:<16} {:>9} {:>12}", "fault", "planned", "took effect")];
         for (kind, (planned, effective)) in &self.kinds {
             lines.push(format!("{kind:<16} {planned:>9} {effective:>12}"));
         }
-        let Results { flown, double, idle, asked, .. } = self;
+        let Results { flown, double, idle, .. } = self;
+        let asked = &run.parameters;
         let masters = if asked.masters == 1 { "one master" } else { "two masters" };
         lines.push(String::new());
         lines.push(format!(
@@ -197,7 +129,7 @@ impl Results {
             asked.world,
             self.virtual_us as f64 / 3.6e9,
             asked.seed,
-            asked.commit
+            run.commit
         ));
         if let (Some(median), Some(last)) =
             (self.detections.get(self.detections.len() / 2), self.detections.last())
@@ -218,21 +150,5 @@ impl Results {
         }
         lines.push(format!("{} violations", self.violations.len()));
         lines
-    }
-}
-
-impl Asked {
-    /// What differs, in words.
-    fn difference(&self, other: &Asked) -> Option<String> {
-        let fields = [
-            ("commit", self.commit.clone(), other.commit.clone()),
-            ("seed", self.seed.to_string(), other.seed.to_string()),
-            ("runs", self.runs.to_string(), other.runs.to_string()),
-            ("world", self.world.clone(), other.world.clone()),
-            ("masters", self.masters.to_string(), other.masters.to_string()),
-            ("number of shards", self.shards.to_string(), other.shards.to_string()),
-        ];
-        let differing = fields.into_iter().find(|(_, one, two)| one != two);
-        differing.map(|(name, one, two)| format!("{name} {one} and {two}"))
     }
 }

@@ -1,4 +1,6 @@
 //! `cargo xtask mutants`: deliberate defects in the protocol crate, of which its tests must find most.
+//!
+//! A sample is cut into shards, so that it runs on many machines (see [`support::shard`]).
 
 mod outcome;
 mod sample;
@@ -9,18 +11,23 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, ensure};
-use clap::{Args, value_parser};
+use clap::{Args, Subcommand, value_parser};
+use serde::{Deserialize, Serialize};
 
 use crate::tool::{Source, Tool};
 use outcome::Outcome;
 use sample::Mutant;
+use support::shard::{self, Part, Run, Shard};
 use support::{output, project};
+
+/// Name of the command.
+const COMMAND: &str = "mutants";
 
 const MUTANTS: Tool = Tool {
     program: "cargo-mutants",
     version: "27.1.0",
     asked: &["mutants", "--version"],
-    subcommand: "mutants",
+    subcommand: COMMAND,
     takes: "a minute and a half",
     arguments: &[],
 };
@@ -31,7 +38,14 @@ const ALL: &str = "mutants-all";
 
 /// Command line of `mutants`.
 #[derive(Args, Debug)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "On many machines: one shard on each, then `cargo xtask mutants merge FILE...`; docs/verification/campaign.md shows how."
+)]
 pub struct Options {
+    #[command(subcommand)]
+    action: Option<Action>,
+
     /// How many mutants to try, drawn at random
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = value_parser!(u16).range(1..))]
     sample: u16,
@@ -40,9 +54,8 @@ pub struct Options {
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
 
-    /// Least share of mutants that tests must catch, in percent
-    #[arg(long, value_name = "PERCENT", default_value_t = 85, value_parser = value_parser!(u8).range(0..=100))]
-    at_least: u8,
+    #[command(flatten)]
+    bar: Bar,
 
     /// Run the tests by clause alone: what they miss counts as missed
     #[arg(long)]
@@ -52,6 +65,10 @@ pub struct Options {
     #[arg(long)]
     list: bool,
 
+    /// Try one of N parts of the sample, I from 1 to N, and write its results to DIR/part-I-of-N.json
+    #[arg(long, value_name = "I/N", conflicts_with = "at_least")]
+    shard: Option<Shard>,
+
     /// Folder for the logs of cargo-mutants [default: target/mutants] of the project
     #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/mutants"), hide_default_value = true)]
     out: PathBuf,
@@ -60,37 +77,109 @@ pub struct Options {
     source: Source,
 }
 
-/// Draws a sample, runs the tests by clause against each of its mutants, and prints what they did not find.
+/// What else can be done.
+#[derive(Subcommand, Debug)]
+enum Action {
+    /// Join the results of all shards of a sample, then print and judge them as one run does
+    Merge {
+        /// Files that the shards have written
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+
+        #[command(flatten)]
+        bar: Bar,
+    },
+}
+
+/// What tests must find.
+#[derive(Args, Clone, Copy, Debug)]
+struct Bar {
+    /// Least share of mutants that tests must catch, in percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 85, value_parser = value_parser!(u8).range(0..=100))]
+    at_least: u8,
+}
+
+/// What decides the outcome, beside the commit.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Parameters {
+    seed: u64,
+    /// Number of mutants of the sample.
+    sample: usize,
+    /// Number of mutants of which the sample is drawn.
+    mutants: usize,
+    by_clause: bool,
+}
+
+/// Draws a sample, runs the tests by clause against each of its mutants, and prints what they did not find. Or joins the results of
+/// shards of a sample.
 ///
 /// # Errors
-/// When cargo-mutants is missing or fails, or when tests caught too few.
+/// When cargo-mutants is missing or fails, when tests caught too few, or when the files to join are not all parts of one run.
 pub fn run(options: &Options) -> anyhow::Result<()> {
+    if let Some(Action::Merge { files, bar }) = &options.action {
+        let (run, parts): (Run<Parameters>, Vec<Outcome>) = shard::merged(COMMAND, files)?;
+        let outcome = parts.into_iter().fold(Outcome::default(), Outcome::and);
+        report(&outcome, run.parameters.sample)?;
+        return judge(&outcome, *bar);
+    }
     let program = MUTANTS.find(&options.source)?;
     let list = cargo_mutants(&program, CLAUSES).arg("--list").output().with_context(cannot_run)?;
     ensure!(list.status.success(), "cargo mutants --list failed:\n{}", String::from_utf8_lossy(&list.stderr));
     let list = String::from_utf8(list.stdout).context("the list of mutants")?;
     let all: Vec<_> = list.lines().filter_map(Mutant::read).collect();
     let sample = sample::draw(&all, options.sample.into(), options.seed);
-    if options.list {
-        return sample.iter().try_for_each(|mutant| output::line(mutant.name));
-    }
-    output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
-
-    let outcome = attempt(&program, &sample, CLAUSES, &options.out)?;
-    let outcome = match outcome.missed.clone() {
-        missed if missed.is_empty() || options.by_clause => outcome,
-        missed => outcome.after(attempt(&program, &missed, ALL, &options.out)?),
+    let parameters = Parameters {
+        seed: options.seed,
+        sample: sample.len(),
+        mutants: all.len(),
+        by_clause: options.by_clause,
     };
-    report(&outcome, sample.len(), options.at_least)
+    let Some(shard) = options.shard else {
+        if options.list {
+            return print(&sample);
+        }
+        output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
+        let outcome = try_all(&program, &sample, options, &options.out)?;
+        report(&outcome, sample.len())?;
+        return judge(&outcome, options.bar);
+    };
+    let total = sample.len() as u64;
+    shard.check(COMMAND, total, "mutants")?;
+    let share = shard.share(total);
+    let sample = &sample[share.start as usize..share.end as usize];
+    if options.list {
+        return print(sample);
+    }
+    let file = options.out.join(shard.file("part"));
+    shard::prepare(COMMAND, &file)?;
+    let run = Run { command: COMMAND.into(), commit: shard::commit(), shards: shard.count, parameters };
+    let count = share.end - share.start;
+    output::note(format_args!("{count} of {total} mutants, shard {shard}, seed {}", options.seed));
+    // Shards on one machine have logs of their own.
+    let results = try_all(&program, sample, options, &file.with_extension(""))?;
+    report(&results, sample.len())?;
+    Part { run, shard: shard.index, results }.write(&file)?;
+    output::note(format_args!("results of shard {shard} written to {}", project::shown(&file)));
+    Ok(())
+}
+
+fn print(sample: &[Mutant<'_>]) -> anyhow::Result<()> {
+    sample.iter().try_for_each(|mutant| output::line(mutant.name))
+}
+
+/// Runs the tests by clause against these mutants, and all tests against the missed ones. The logs go to `out`.
+fn try_all(program: &Path, sample: &[Mutant<'_>], options: &Options, out: &Path) -> anyhow::Result<Outcome> {
+    let outcome = attempt(program, sample, CLAUSES, out)?;
+    let is_missed = |mutant: &&Mutant<'_>| outcome.missed.iter().any(|name| name == mutant.name);
+    let missed: Vec<Mutant<'_>> = sample.iter().filter(is_missed).copied().collect();
+    if missed.is_empty() || options.by_clause {
+        return Ok(outcome);
+    }
+    Ok(outcome.after(attempt(program, &missed, ALL, out)?))
 }
 
 /// Runs the tests that a configuration names against each mutant.
-fn attempt<'a>(
-    program: &Path,
-    mutants: &[Mutant<'a>],
-    config: &str,
-    out: &Path,
-) -> anyhow::Result<Outcome<'a>> {
+fn attempt(program: &Path, mutants: &[Mutant<'_>], config: &str, out: &Path) -> anyhow::Result<Outcome> {
     let folder = std::env::current_dir().context("the current folder")?.join(out).join(config);
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let diff = folder.join("sample.diff");
@@ -125,17 +214,31 @@ fn cannot_run() -> String {
     format!("cannot run {}", MUTANTS.program)
 }
 
-/// Counts, and compares with the share that is asked for.
-fn report(outcome: &Outcome<'_>, sampled: usize, at_least: u8) -> anyhow::Result<()> {
-    for mutant in &outcome.missed {
-        output::line(format_args!("missed: {}", mutant.name))?;
+/// Prints the missed mutants and the counts.
+///
+/// # Errors
+/// When some of the sample were not tried.
+fn report(outcome: &Outcome, sampled: usize) -> anyhow::Result<()> {
+    for name in &outcome.missed {
+        output::line(format_args!("missed: {name}"))?;
     }
     let (found, viable) = outcome.share();
     let [endless, unviable] = [&outcome.timeout, &outcome.unviable].map(Vec::len);
     output::line(format_args!(
-        "{found} of {viable} mutants caught, {endless} of them by a test that did not end; {unviable} more do not compile"
+        "{found} of {viable} mutants caught, {} of them by the tests by clause, {endless} by a test that did not end; {unviable} more \
+         do not compile",
+        outcome.by_clause
     ))?;
-    ensure!(outcome.tried() == sampled, "{} of the sample were not tried", sampled - outcome.tried());
+    ensure!(outcome.tried() == sampled, "{} of the sample were not tried", sampled.abs_diff(outcome.tried()));
+    Ok(())
+}
+
+/// Compares with the share that is asked for.
+///
+/// # Errors
+/// When it is not reached.
+fn judge(outcome: &Outcome, Bar { at_least }: Bar) -> anyhow::Result<()> {
+    let (found, viable) = outcome.share();
     ensure!(
         found * 100 >= viable * usize::from(at_least),
         "fewer than {at_least} percent were caught; docs/mutants.md says what to do"

@@ -4,53 +4,70 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
+use serde::{Deserialize, Serialize};
 
 use super::sample::Mutant;
 
-/// Those of a sample.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub struct Outcome<'a> {
-    pub caught: Vec<Mutant<'a>>,
-    pub missed: Vec<Mutant<'a>>,
+/// What became of the mutants of a sample, by their names.
+#[derive(Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Found by the tests that ran.
+    pub caught: Vec<String>,
+    /// Found by no test.
+    pub missed: Vec<String>,
     /// A test did not end, which is a failure, too.
-    pub timeout: Vec<Mutant<'a>>,
+    pub timeout: Vec<String>,
     /// Do not compile: a check at compile time found them, or the change made no sense.
-    pub unviable: Vec<Mutant<'a>>,
+    pub unviable: Vec<String>,
+    /// Number of those found, in either way, by the tests by clause.
+    pub by_clause: usize,
 }
 
-impl<'a> Outcome<'a> {
-    /// Reads the lists in `folder/mutants.out`. Others than those of the `sample` do not count.
-    pub fn read(folder: &Path, sample: &[Mutant<'a>]) -> anyhow::Result<Outcome<'a>> {
+impl Outcome {
+    /// Reads the lists that the tests by clause left in `folder/mutants.out`. Others than those of the `sample` do not count.
+    ///
+    /// # Errors
+    /// When a list cannot be read.
+    pub fn read(folder: &Path, sample: &[Mutant<'_>]) -> anyhow::Result<Outcome> {
         let list = |name: &str| {
             let path = folder.join("mutants.out").join(name);
             let text =
                 fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            let is_there = |mutant: &&Mutant<'_>| text.lines().any(|line| line == mutant.name);
-            anyhow::Ok(sample.iter().filter(is_there).copied().collect())
+            let names = sample.iter().map(|mutant| mutant.name);
+            anyhow::Ok(
+                names.filter(|name| text.lines().any(|line| line == *name)).map(str::to_owned).collect(),
+            )
         };
-        Ok(Outcome {
-            caught: list("caught.txt")?,
-            missed: list("missed.txt")?,
-            timeout: list("timeout.txt")?,
-            unviable: list("unviable.txt")?,
-        })
+        let (caught, timeout): (Vec<_>, Vec<_>) = (list("caught.txt")?, list("timeout.txt")?);
+        let by_clause = caught.len() + timeout.len();
+        let (missed, unviable) = (list("missed.txt")?, list("unviable.txt")?);
+        Ok(Outcome { caught, missed, timeout, unviable, by_clause })
     }
 
-    /// Takes what more tests found of those that were missed.
-    pub fn after(self, more: Outcome<'a>) -> Outcome<'a> {
-        let Outcome { mut caught, mut timeout, mut unviable, .. } = self;
-        caught.extend(more.caught);
-        timeout.extend(more.timeout);
-        unviable.extend(more.unviable);
-        Outcome { caught, missed: more.missed, timeout, unviable }
+    /// Adds what more tests found of the missed ones.
+    pub fn after(mut self, more: Outcome) -> Outcome {
+        self.missed.clear();
+        let by_clause = self.by_clause;
+        Outcome { by_clause, ..self.and(more) }
     }
 
-    /// Those that a test found, and those that it could have found.
+    /// Adds the mutants of another shard.
+    pub fn and(mut self, other: Outcome) -> Outcome {
+        self.caught.extend(other.caught);
+        self.missed.extend(other.missed);
+        self.timeout.extend(other.timeout);
+        self.unviable.extend(other.unviable);
+        self.by_clause += other.by_clause;
+        self
+    }
+
+    /// Number of those that a test found, and of those that it could have found.
     pub fn share(&self) -> (usize, usize) {
         let found = self.caught.len() + self.timeout.len();
         (found, found + self.missed.len())
     }
 
+    /// Number of those that were tried.
     pub fn tried(&self) -> usize {
         self.share().1 + self.unviable.len()
     }
@@ -83,7 +100,18 @@ mod tests {
         let first = Outcome::read(&first, &sample).expect("lists");
         assert_eq!((first.share(), first.tried()), ((1, 3), 3), "four is not of the sample");
         let both = first.after(Outcome::read(&more, &[two, three]).expect("lists"));
-        assert_eq!((both.share(), both.tried()), ((3, 3), 3));
-        assert_eq!(both.timeout, [three]);
+        assert_eq!((both.share(), both.tried(), both.by_clause), ((3, 3), 3, 1));
+        assert_eq!(both.timeout, [three.name]);
+    }
+
+    #[test]
+    fn mutants_of_shards_are_counted_together() {
+        let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
+        let shard = |caught, missed| Outcome { caught, missed, by_clause: 1, ..Outcome::default() };
+        let [one, two] =
+            [shard(names(["a", "b"]), names(["c", "d"])), shard(names(["e", "f"]), names(["g", "h"]))];
+        let both = one.and(two);
+        assert_eq!((both.share(), both.tried(), both.by_clause), ((4, 8), 8, 2));
+        assert_eq!(both.missed, ["c", "d", "g", "h"]);
     }
 }

@@ -1,4 +1,5 @@
-//! What the commands share: boards with their images, images as files, output and endings, counters of a flown image.
+//! What the commands share: boards with their images, images as files, output and endings, counters of a flown image, shards of
+//! long runs.
 
 #![forbid(unsafe_code)]
 
@@ -10,6 +11,7 @@ pub mod misuse;
 pub mod needs;
 pub mod output;
 pub mod project;
+pub mod shard;
 pub mod stack;
 pub mod stop;
 pub mod telltale;

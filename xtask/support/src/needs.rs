@@ -43,6 +43,8 @@ pub const LLVM: Need = Need::Program { name: "llvm-mc", package: "llvm" };
 pub const LLD: Need = Need::Program { name: "ld.lld", package: "lld" };
 /// Opens the report of a flight.
 pub const CHROMIUM: Need = Need::Program { name: "chromium", package: "chromium" };
+/// Runs the shards of a campaign.
+pub const PARALLEL: Need = Need::Program { name: "parallel", package: "parallel" };
 /// Counts the instructions of a program.
 pub const VALGRIND: Need = Need::Program { name: "valgrind", package: "valgrind" };
 

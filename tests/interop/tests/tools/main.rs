@@ -8,4 +8,5 @@ mod recordings;
 mod report;
 mod scripts;
 mod sdo_client;
+mod shards;
 mod your_own;

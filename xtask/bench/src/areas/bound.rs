@@ -19,6 +19,7 @@ pub const AREA: Area = Area {
     name: "bound",
     about: "reported error bounds of three slaves against their errors, four cases of two seeds",
     needs: &[],
+    steps: CASES.len() as u64,
     measure,
 };
 
@@ -49,29 +50,24 @@ const QUIET: Scenario = Scenario {
 /// A pulse: its error without sign, and the bound before it, ns.
 type Pulse = (f64, f64);
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+/// Each case is a step.
+fn measure(context: &Context, step: u64) -> anyhow::Result<Vec<Row>> {
     let images = context.images(&FLOWN, Profile::Standard)?;
-    let mut rows = Vec::new();
-    for (name, scenario) in CASES {
-        let flights = in_all_seeds(SEEDS, |seed| fly(&images, scenario, seed))?;
-        let pulses: Vec<Pulse> = flights.into_iter().flatten().collect();
-        let mut bounds: Vec<f64> = pulses.iter().map(|(_, bound)| *bound).collect();
-        bounds.sort_by(f64::total_cmp);
-        let outside = pulses.iter().filter(|(error, bound)| error > bound).count() as u64;
-        let worst = pulses.iter().map(|(error, _)| *error).fold(0.0, f64::max);
-        let expected = SEEDS * 3 * ((TO.0 - FROM.0) / PULSE_PERIOD.0 - 2);
-        rows.extend([
-            Row::lower(format!("{name}_outside"), outside, "pulses").within(pulses.len() as u64 / 1_000),
-            Row::lower(
-                format!("{name}_median"),
-                bounds.get(bounds.len() / 2).copied().unwrap_or(f64::NAN),
-                "ns",
-            ),
-            Row::lower(format!("{name}_worst_error"), worst, "ns"),
-            Row::higher(format!("{name}_pulses"), pulses.len() as u64, "pulses").within(expected),
-        ]);
-    }
-    Ok(rows)
+    let (name, scenario) = CASES[step as usize];
+    let flights = in_all_seeds(SEEDS, |seed| fly(&images, scenario, seed))?;
+    let pulses: Vec<Pulse> = flights.into_iter().flatten().collect();
+    let mut bounds: Vec<f64> = pulses.iter().map(|(_, bound)| *bound).collect();
+    bounds.sort_by(f64::total_cmp);
+    let median = bounds.get(bounds.len() / 2).copied().unwrap_or(f64::NAN);
+    let outside = pulses.iter().filter(|(error, bound)| error > bound).count() as u64;
+    let worst = pulses.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+    let expected = SEEDS * 3 * ((TO.0 - FROM.0) / PULSE_PERIOD.0 - 2);
+    Ok(vec![
+        Row::lower(format!("{name}_outside"), outside, "pulses").within(pulses.len() as u64 / 1_000),
+        Row::lower(format!("{name}_median"), median, "ns"),
+        Row::lower(format!("{name}_worst_error"), worst, "ns"),
+        Row::higher(format!("{name}_pulses"), pulses.len() as u64, "pulses").within(expected),
+    ])
 }
 
 /// Pulses of all slaves.

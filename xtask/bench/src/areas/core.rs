@@ -10,13 +10,18 @@ use crate::callgrind::{self, Build};
 use crate::context::Context;
 use crate::row::Row;
 
-pub const AREA: Area =
-    Area { name: "core", about: "instructions of the host per emulated one", needs: &[VALGRIND], measure };
+pub const AREA: Area = Area {
+    name: "core",
+    about: "instructions of the host per emulated one",
+    needs: &[VALGRIND],
+    steps: 1,
+    measure,
+};
 
 /// Emulated instructions of the two runs.
 const LENGTHS: [u64; 2] = [200_000, 1_200_000];
 
-fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
+fn measure(_: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     let program = callgrind::build_example("twin-core", "speed", Build::Release)?;
     let count = |length: u64| callgrind::count(&program, &[&length.to_string()]);
     let [short, long] = LENGTHS;

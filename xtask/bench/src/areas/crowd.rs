@@ -16,7 +16,7 @@ use crate::context::Context;
 use crate::row::Row;
 
 pub const AREA: Area =
-    Area { name: "crowd", about: "126 slaves in a world of the host", needs: &[], measure };
+    Area { name: "crowd", about: "126 slaves in a world of the host", needs: &[], steps: 1, measure };
 
 /// Virtual time of the flight.
 const SPAN: Time = Time::from_ms(60_000);
@@ -29,7 +29,7 @@ const PROFILE: Profile = Profile {
     ..mission::STANDARD
 };
 
-fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
+fn measure(_: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     let mut builder = World::builder().master(|_| mission::master(&PROFILE, None), idle);
     for node in (2..=127).filter_map(NodeId::new) {
         let slave = move |_| mission::slave(node, &PROFILE, Vec::<u8>::new());

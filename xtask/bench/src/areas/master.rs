@@ -18,7 +18,7 @@ use support::board::Profile;
 use support::craft;
 
 pub const AREA: Area =
-    Area { name: "master", about: "model cycles of the master per heartbeat", needs: &[], measure };
+    Area { name: "master", about: "model cycles of the master per heartbeat", needs: &[], steps: 1, measure };
 
 /// Heartbeats of each kind.
 const HEARTBEATS: usize = 400;
@@ -51,7 +51,7 @@ struct Network {
     guests: [GuestId; 2],
 }
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     let mut network = Network::new(context)?;
     network.send(Bus::Nominal, 0x703, OPERATIONAL)?;
     network.run_for(QUESTION)?;

@@ -1,6 +1,7 @@
 //! Everything that is measured, area by area.
 //!
-//! A new area is a file here that ends in `pub const AREA: Area`, and its name in the two lists below.
+//! A new area is a file here with `pub const AREA: Area`, and its name in the two lists below. An area that takes minutes has
+//! several steps.
 
 mod bound;
 mod core;
@@ -38,8 +39,24 @@ pub struct Area {
     pub about: &'static str,
     /// Programs of others that it runs.
     pub needs: &'static [Need],
-    /// Measures.
-    pub measure: fn(&Context) -> anyhow::Result<Vec<Row>>,
+    /// Number of steps. They have rows of their own, so each can run on another machine.
+    pub steps: u64,
+    /// Measures the rows of a step, from 0.
+    pub measure: fn(&Context, u64) -> anyhow::Result<Vec<Row>>,
+}
+
+impl Area {
+    /// Measures all rows.
+    ///
+    /// # Errors
+    /// When something cannot be measured.
+    pub fn rows(&self, context: &Context) -> anyhow::Result<Vec<Row>> {
+        let mut rows = Vec::new();
+        for step in 0..self.steps {
+            rows.extend((self.measure)(context, step)?);
+        }
+        Ok(rows)
+    }
 }
 
 /// All areas, in the order in which they are measured and printed.

@@ -17,8 +17,13 @@ use support::board::Profile;
 use support::craft;
 use support::telltale::Telltale;
 
-pub const AREA: Area =
-    Area { name: "stamp", about: "stamps of 1000 SYNCs at 30 % and at 90 % load", needs: &[], measure };
+pub const AREA: Area = Area {
+    name: "stamp",
+    about: "stamps of 1000 SYNCs at 30 % and at 90 % load",
+    needs: &[],
+    steps: 1,
+    measure,
+};
 
 const SYNC: u16 = 0x080;
 /// Of the profile `standard`.
@@ -35,7 +40,7 @@ const TARGET_NS: f64 = 100.0;
 /// Node-ID (1 is the master), metres, parts per million.
 const SEATS: [(u8, f64, f64); 4] = [(1, 0.0, 50.0), (2, 9.0, -50.0), (3, 21.0, 17.0), (4, 35.0, -38.0)];
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for percent in [30_u8, 90] {
         let outcome = fly(context, f64::from(percent) / 100.0)?;

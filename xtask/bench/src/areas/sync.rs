@@ -16,7 +16,7 @@ use crate::row::Row;
 use support::board::Profile;
 
 pub const AREA: Area =
-    Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], measure };
+    Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], steps: 1, measure };
 
 /// SYNCs that are followed.
 const SYNCS: u32 = 200;
@@ -36,7 +36,7 @@ const SYNC: (u16, &[u8]) = (0x080, &[]);
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     let mut rig = Rig::with_flash(context, Profile::Standard, SLAVE, FlashTiming::Ideal)?;
     let mut at = rig.spacecraft.now();
     let mut cycles = Vec::new();

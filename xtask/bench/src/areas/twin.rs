@@ -26,6 +26,7 @@ pub const AREA: Area = Area {
     name: "twin",
     about: "instructions of the host per emulated one, of a whole flight",
     needs: &[VALGRIND],
+    steps: 1,
     measure,
 };
 
@@ -40,7 +41,7 @@ const BOARDS: u8 = 4;
 const MOST_MS: f64 = 2.0;
 const REPEATS: usize = 20;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     Ok(vec![
         Row::lower("host_instructions", host_instructions(context)?, "instructions")
             .within(MOST_INSTRUCTIONS),
