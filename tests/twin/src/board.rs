@@ -29,6 +29,7 @@ pub use fittings::Fittings;
 pub(crate) use fittings::Plug;
 use flash::FlashCare;
 pub use flash::Remains;
+use network::Participation;
 use spin::Spin;
 pub use twin_core::Registers;
 
@@ -134,8 +135,8 @@ pub struct EmulatedBoard {
     admitted_before: u64,
     /// Why CAN1 and CAN2 reach no bus, as it was last logged.
     unconnected: [Option<String>; 2],
-    /// CAN1 and CAN2 took part in their buses at the end of the last quantum.
-    took_part: [bool; 2],
+    /// Of CAN1 and CAN2.
+    participation: [Participation; 2],
     warnings: Vec<String>,
 }
 
@@ -209,7 +210,7 @@ impl EmulatedBoard {
             counters: Counters::default(),
             admitted_before: 0,
             unconnected: [None, None],
-            took_part: [false; 2],
+            participation: [Participation::None; 2],
             warnings: Vec::new(),
             config,
         }

@@ -9,6 +9,20 @@ use crate::rtt::{Level, Line};
 /// Bit rates of CiA 301 (table 1), bit/s.
 const BIT_RATES: [u64; 8] = [10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 
+/// A controller that keeps its bit rate for so long has the one that it is to have: a driver may begin with that of the reset, and
+/// set its own some microseconds later.
+const SETTLED: Time = Time::from_ms(1);
+
+/// Whether a controller takes part in its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Participation {
+    None,
+    /// Since then.
+    Since(Time),
+    /// And its bit rate was looked at.
+    Judged,
+}
+
 impl EmulatedBoard {
     /// The wires have reached `now`: modes, aborts and interrupts of the CAN controllers follow. `idle` says of CAN1 and CAN2
     /// whether their bus is idle; `None`: no bus.
@@ -48,12 +62,21 @@ impl EmulatedBoard {
         }
     }
 
-    /// Logs a bit rate that no network of CiA 301 has, when a controller begins to take part: the usual sign of an image that was
-    /// built for another oscillator.
+    /// Logs a bit rate that no network of CiA 301 has, when a controller has taken part for a while: the usual sign of an image that
+    /// was built for another oscillator.
     fn warn_of_bit_rate(&mut self, side: Side, at: Time) {
-        let takes_part = self.chip.peripherals.can().takes_part(side);
-        if std::mem::replace(&mut self.took_part[side as usize], takes_part) || !takes_part {
+        let known = &mut self.participation[side as usize];
+        if !self.chip.peripherals.can().takes_part(side) {
+            *known = Participation::None;
             return;
+        }
+        match *known {
+            Participation::None => {
+                *known = Participation::Since(at);
+                return;
+            }
+            Participation::Since(begin) if at >= begin + SETTLED => *known = Participation::Judged,
+            _ => return,
         }
         let clocks = self.chip.peripherals.clocks();
         let rate = clocks.hclk / clocks.apb1_divider / bit_pclks(self.can_btr(side));
