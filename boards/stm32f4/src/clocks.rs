@@ -33,7 +33,7 @@ pub use error::{ClockError, ErrorText};
 
 /// Clock of APB1, and so of the CAN controllers, in Hz.
 pub const PCLK1: u32 = 42_000_000;
-/// Clock of the timers of APB1, in Hz: twice [`PCLK1`], because APB1 is divided.
+/// Clock of the timers of APB1, in Hz: twice that of APB1, because APB1 is divided.
 pub const TIMERS: u32 = 84_000_000;
 
 /// Oscillator of a board, at the pin OSC_IN.

@@ -4,7 +4,7 @@
 //! F412, F413 and F423 reach 100 MHz at most, and cannot make the 42 MHz at APB1 that all bit timings here are made for while their
 //! timers run at 84 MHz. F401, F410 and F411 have no CAN controller.
 //!
-//! A board is a crate of its own, in any repository. It lists an oscillator and pins by the macro [`board!`]. `Board::new` hands
+//! A board is a crate of its own, in any repository. It lists an oscillator and pins by the macro `board!`. `Board::new` hands
 //! out everything that the protocol needs of it, and takes only that: timers, pins and converters that it does not use stay with
 //! the application.
 //!
@@ -20,9 +20,9 @@
 //! The crate defines no handler of panics or exceptions and no symbol of the linker. `boards-runtime` has them for images that want
 //! them. An image without `boards-runtime` does this itself:
 //!
-//! - it binds the six interrupts of both controllers to [`ReceiveHandler`], [`TransmitHandler`] and [`StatusHandler`];
-//! - it calls [`exceptions::on_tick`] in its handler of SysTick; otherwise the watchdog resets the chip after a few seconds;
-//! - it should call [`exceptions::on_fault`] in its handler of HardFault and [`exceptions::on_panic`] in that of panics, so that the
+//! - it binds the six interrupts of both controllers to `ReceiveHandler`, `TransmitHandler` and `StatusHandler`;
+//! - it calls `exceptions::on_tick` in its handler of SysTick; otherwise the watchdog resets the chip after a few seconds;
+//! - it should call `exceptions::on_fault` in its handler of HardFault and `exceptions::on_panic` in that of panics, so that the
 //!   controllers fall silent and there is a record;
 //! - it chooses a time driver of embassy-stm32, the feature `rt` of it, a critical section and a handler of panics.
 //!

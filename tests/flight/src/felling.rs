@@ -18,9 +18,9 @@ pub const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
 /// What runs in place of a task begins with this: the task is noted as the one that runs, as `supervised` does.
 /// `LDR r0, [pc, #60]; LDR r1, [pc, #64]; STR r1, [r0]; NOP`, and at 40h both words.
 const NOTED: [u16; 4] = [0x480F, 0x4910, 0x6001, 0xBF00];
-/// Address of the code that runs in place of a task, behind [`NOTED`].
+/// Address of the code that runs in place of a task, behind `NOTED`.
 pub const BODY: u32 = CODE + 8;
-/// Words of [`NOTED`].
+/// Words of `NOTED`.
 const WORDS: u32 = CODE + 0x40;
 
 /// A word of the memory of a board.
