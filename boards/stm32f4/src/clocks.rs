@@ -29,7 +29,7 @@ mod error;
 #[cfg(test)]
 mod tests;
 
-pub use error::{ClockError, ErrorText};
+pub use error::ClockError;
 
 /// Clock of APB1, and so of the CAN controllers, in Hz.
 pub const PCLK1: u32 = 42_000_000;

@@ -97,7 +97,7 @@ pub fn reset() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-pub use clocks::{ClockError, Clocks, ErrorText, Oscillator, OscillatorKind, TIMERS};
+pub use clocks::{ClockError, Clocks, Oscillator, OscillatorKind, TIMERS};
 pub use timing::{LIMITS, PCLK1, bit_timing};
 
 #[cfg(target_os = "none")]

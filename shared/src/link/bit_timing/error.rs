@@ -124,9 +124,9 @@ impl fmt::Display for BitTimingError {
 impl core::error::Error for BitTimingError {}
 
 /// Longest message.
-const LENGTH: usize = 128;
+const LENGTH: usize = 192;
 
-/// Line of text that a constant builds, where `core::fmt` cannot be used.
+/// Line of text that a constant builds, where `core::fmt` cannot be used. At most 192 bytes; what is longer is cut.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorText {
     bytes: [u8; LENGTH],
@@ -134,11 +134,14 @@ pub struct ErrorText {
 }
 
 impl ErrorText {
-    const fn new(text: &str) -> ErrorText {
+    /// Begins with this text.
+    pub const fn new(text: &str) -> ErrorText {
         ErrorText { bytes: [0; LENGTH], len: 0 }.text(text)
     }
 
-    const fn text(mut self, text: &str) -> ErrorText {
+    /// Adds a text.
+    #[must_use]
+    pub const fn text(mut self, text: &str) -> ErrorText {
         let mut n = 0;
         while n < text.len() && self.len < LENGTH {
             self.bytes[self.len] = text.as_bytes()[n];
@@ -152,7 +155,9 @@ impl ErrorText {
         self.number(range.first as u32).text(" to ").number(range.last as u32)
     }
 
-    const fn number(mut self, number: u32) -> ErrorText {
+    /// Adds a number, decimal.
+    #[must_use]
+    pub const fn number(mut self, number: u32) -> ErrorText {
         if number > 9 {
             self = self.number(number / 10);
         }
@@ -167,7 +172,7 @@ impl ErrorText {
     pub const fn as_str(&self) -> &str {
         match core::str::from_utf8(self.bytes.split_at(self.len).0) {
             Ok(text) => text,
-            Err(_) => "no bit timing",
+            Err(_) => "text cut within a character",
         }
     }
 }

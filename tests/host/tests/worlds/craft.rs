@@ -266,7 +266,7 @@ async fn slave_application(
     }
 }
 
-/// Tells by the record of an application what it did with a telecommand.
+/// Derives from the record of an application what it did with a telecommand.
 fn deed(before: &SlaveRecord, after: &SlaveRecord, message: &Message) -> Deed {
     if after.commands.repeats() > before.commands.repeats() {
         return Deed::Repeated(message.code());

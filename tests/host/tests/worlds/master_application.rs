@@ -269,8 +269,8 @@ fn a_master_that_is_reset_numbers_commands_from_zero() {
     assert!(commands[0].start >= reset + ms(110));
 }
 
-/// Given two master boards, when the active one loses its power, then the standby, which commanded nobody, takes over, commands all
-/// slaves with sequences from zero, and logs its role.
+/// Given two master boards, of which the standby has sent no command. When the active one loses its power, then the standby takes over,
+/// commands all slaves with sequences from zero, and logs its role.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -301,7 +301,7 @@ fn a_standby_commands_only_when_it_took_over() {
     );
 }
 
-/// Given an active board that is told to hand over, then it commands nobody any more, and the other one does.
+/// Given an active board. When it is requested to hand over, then it sends no further command, and the other board sends them.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
