@@ -25,7 +25,7 @@
 //! # Limits
 //!
 //! - Values that a node stores by "save" have priority over those of the profile.
-//! - The checks compare the numbers of a profile with each other. `cargo xtask schedule` of the repository computes
+//! - The checks compare the numbers of a profile with each other. `cargo schedule` of the repository computes
 //!   the response times of the frames.
 
 mod heartbeats;
@@ -178,7 +178,7 @@ impl Profile {
 
     /// Returns the same profile at another bit rate. Times that depend on the bus become longer at a lower rate:
     /// `grace` is 350 bits, `patience` after bus-off four times the 128 x 11 bits of a recovery, `late_heartbeat`
-    /// 540 bits. Periods stay as they are: `cargo xtask schedule` checks whether the bus can carry them.
+    /// 540 bits. Periods stay as they are: `cargo schedule` checks whether the bus can carry them.
     ///
     /// ```
     /// use ecss_can::link::bit_timing::BitRate;

@@ -13,7 +13,7 @@ use crate::{Commissioning, Description, Device};
 /// Prints the data sheet of the slave `D`, or with `--node 3` the configuration of its node 3. Call it in `main` of the device's
 /// crate where that is built for the host; `sheet` has what the declaration does not say.
 ///
-/// `cargo xtask eds --package NAME` runs that program and writes what it prints. The files are named after
+/// `cargo tools eds --package NAME` runs that program and writes what it prints. The files are named after
 /// [`Device::order_code`], or else after the product. The bit rate is that of the profile where `sheet` has none.
 pub fn slave_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitCode {
     let sheet = Device { boot_up_slave: true, ..sheet };

@@ -19,27 +19,27 @@ const SECONDS: &str = "600";
 /// It may have to build the firmware first.
 const UNTIL_IT_LISTENS: Duration = Duration::from_secs(900);
 
-/// The program behind `cargo demo` and `cargo twin`, built once in a test process.
+/// The program `tools`, which `cargo demo`, `cargo twin` and the other commands for users run, built once in a test process.
 ///
 /// # Errors
 /// When it cannot be built.
-pub fn xtask() -> anyhow::Result<&'static Path> {
+pub fn executable() -> anyhow::Result<&'static Path> {
     static BUILT: LazyLock<Result<PathBuf, String>> =
         LazyLock::new(|| build().map_err(|error| format!("{error:#}")));
     BUILT.as_deref().map_err(|error| anyhow!("{error}"))
 }
 
 fn build() -> anyhow::Result<PathBuf> {
-    tools::note("building the program of cargo demo and cargo twin; the first time about a minute");
+    tools::note("building the program tools; the first time about a minute");
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let output = Command::new(cargo)
-        .args(["build", "--quiet", "--package", "xtask", "--message-format", "json-render-diagnostics"])
+        .args(["build", "--quiet", "--package", "tools", "--message-format", "json-render-diagnostics"])
         .args((!cfg!(debug_assertions)).then_some("--release"))
         .current_dir(workspace())
         .stderr(Stdio::inherit())
         .output()
         .context("cannot run cargo")?;
-    ensure!(output.status.success(), "cargo build --package xtask failed ({})", output.status);
+    ensure!(output.status.success(), "cargo build --package tools failed ({})", output.status);
     let messages = output.stdout.split(|byte| *byte == b'\n');
     let mut executables = messages.filter_map(|line| {
         let message: Value = serde_json::from_slice(line).ok()?;
@@ -52,11 +52,11 @@ fn build() -> anyhow::Result<PathBuf> {
 ///
 /// # Errors
 /// When it cannot be built, or fails: its complaint stands on stderr.
-pub fn xtask_ends_well(arguments: &[&str]) -> anyhow::Result<()> {
-    let mut command = Command::new(xtask()?);
+pub fn ends_well(arguments: &[&str]) -> anyhow::Result<()> {
+    let mut command = Command::new(executable()?);
     let status = command.args(arguments).current_dir(workspace()).stdout(Stdio::null()).status();
-    let status = status.context("cannot run xtask")?;
-    ensure!(status.success(), "xtask {} failed ({status})", arguments.join(" "));
+    let status = status.context("cannot run the program tools")?;
+    ensure!(status.success(), "cargo tools {} failed ({status})", arguments.join(" "));
     Ok(())
 }
 
@@ -78,7 +78,7 @@ impl Twin {
     /// # Errors
     /// When it cannot be built or does not begin to listen.
     pub fn start(arguments: &[&str]) -> anyhow::Result<Twin> {
-        let mut command = Command::new(xtask()?);
+        let mut command = Command::new(executable()?);
         command
             .args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", SECONDS])
             .args(arguments)

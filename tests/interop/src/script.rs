@@ -10,7 +10,7 @@ use anyhow::{Context, bail, ensure};
 use firmware_images::Package;
 
 use crate::device;
-use crate::program::{Twin, xtask_ends_well};
+use crate::program::{Twin, ends_well};
 use crate::tools;
 
 /// What a script has not said after so long it does not say.
@@ -46,7 +46,7 @@ pub fn run_with_thermometer() -> anyhow::Result<String> {
     };
     let sheets = tools::workspace().join("target/interop/thermometer");
     let sheets = sheets.to_str().context("a path in UTF-8")?;
-    xtask_ends_well(&["eds", "--package", "thermometer", "--out", sheets])?;
+    ends_well(&["eds", "--package", "thermometer", "--out", sheets])?;
     let (master, slave) = (image("thermometer-master")?, format!("--slave=3={}", image("thermometer")?));
     let variables = [("SLAVE_EDS", &*format!("{sheets}/thermometer.eds"))];
     run_with(

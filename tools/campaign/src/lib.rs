@@ -1,4 +1,4 @@
-//! `cargo xtask campaign`: random faults against the redundancy of a spacecraft.
+//! `cargo campaign`: random faults against the redundancy of a spacecraft.
 //!
 //! Each run has a [`Script`] from the seed of the campaign and its own number: single faults and pairs of them, at random
 //! times, in a spacecraft of one master, or two, and some slaves. After each run the same must hold, see [`judge`]. A script that

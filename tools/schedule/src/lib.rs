@@ -1,4 +1,4 @@
-//! `cargo xtask schedule`: a mission's network on paper.
+//! `cargo schedule`: a mission's network on paper.
 //!
 //! [`response_times`] bounds the response time of every message of a bus, errors included. [`mission::messages`] derives the
 //! messages of the demonstration mission from its objects. Both assume what the driver of the boards does: of all frames that wait on

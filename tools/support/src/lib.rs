@@ -7,6 +7,7 @@ pub mod board;
 pub mod counters;
 pub mod craft;
 pub mod elf;
+pub mod ending;
 pub mod misuse;
 pub mod needs;
 pub mod output;

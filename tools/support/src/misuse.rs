@@ -19,7 +19,7 @@ impl Misuse {
 
     /// Reports it as clap reports what it finds itself, and ends the program with exit code 2. `cli` is the command line
     /// of the whole program.
-    pub fn exit(&self, mut cli: clap::Command) -> ! {
+    pub(crate) fn exit(&self, mut cli: clap::Command) -> ! {
         cli.build();
         let command = cli.find_subcommand_mut(self.command).expect("a subcommand reports its own misuse");
         command.error(ErrorKind::ValueValidation, &self.text).exit()

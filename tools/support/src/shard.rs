@@ -93,7 +93,7 @@ impl Shard {
 /// A run that shards share. Parts belong together when all of this is equal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Run<P> {
-    /// Subcommand of `cargo xtask`.
+    /// Name of the command, for example `campaign`.
     pub command: String,
     /// The code that ran, see [`commit`].
     pub commit: String,
@@ -219,10 +219,10 @@ where
 /// Reads a part: its run, its number and its results.
 fn read<R: DeserializeOwned>(command: &str, path: &Path) -> Result<(Run<Value>, u64, R), String> {
     let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let refuse = |error: serde_json::Error| format!("no part of `cargo xtask {command}`: {error}");
+    let refuse = |error: serde_json::Error| format!("no part of a run of `{command}`: {error}");
     let Part { run, shard, results }: Part<Value, Value> = serde_json::from_str(&text).map_err(refuse)?;
     if run.command != command {
-        return Err(format!("a part of `cargo xtask {}`, not of `cargo xtask {command}`", run.command));
+        return Err(format!("a part of a run of `{}`, not of `{command}`", run.command));
     }
     if !(1..=run.shards.min(MOST)).contains(&shard) {
         return Err(format!("shard {shard} of {}: allowed are 1 to N of N up to {MOST}", run.shards));

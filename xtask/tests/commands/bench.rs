@@ -74,7 +74,7 @@ fn merged_shards_give_the_rows_of_one_run() {
     let stderr = String::from_utf8_lossy(&damaged.stderr);
     assert_eq!(damaged.status.code(), Some(1), "{stderr}");
     assert!(
-        stderr.contains("2-of-2: no part of `cargo xtask bench`") && stderr.contains("missing: 2"),
+        stderr.contains("2-of-2: no part of a run of `bench`") && stderr.contains("missing: 2"),
         "{stderr}"
     );
     assert!(!path("damaged.json").exists());

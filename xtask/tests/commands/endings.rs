@@ -1,178 +1,20 @@
-//! How the commands end when they are not let finish: a closed pipe, Ctrl-C, SIGTERM.
+//! A command whose output has no reader any more.
 
-use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Read};
-use std::net::{TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use programs::PIPE_CLOSED;
 
-use serde_json::Value;
-
-/// Exit code of a command whose reader has left: 128 + SIGPIPE.
-const PIPE_CLOSED: Option<i32> = Some(141);
-
-/// Exit code of a command that was told to stop: 128 + SIGINT.
-const INTERRUPTED: Option<i32> = Some(130);
-
-fn xtask(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
-    command.args(arguments);
-    command
-}
-
-/// The writing end of a pipe that nobody reads.
-fn closed_pipe() -> io::PipeWriter {
-    let (reader, writer) = io::pipe().expect("a pipe");
-    drop(reader);
-    writer
-}
-
-/// Runs to the end with a closed stdout; gives exit code and stderr.
-fn with_closed_stdout(arguments: &[&str]) -> (Option<i32>, String) {
-    let output = xtask(arguments).stdout(closed_pipe()).output().expect("xtask starts");
-    (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("UTF-8")
-}
-
-fn summary(out: &Path) -> Value {
-    let text = fs::read_to_string(out.join("summary.json")).expect("the summary is written");
-    serde_json::from_str(&text).expect("JSON")
-}
-
-fn signal(child: &Child, name: &str) {
-    let kill = Command::new("kill").args([name, &child.id().to_string()]).status();
-    assert!(kill.expect("kill runs").success());
-}
-
-/// Reads lines until one contains `wanted`.
-fn wait_for(lines: &mut impl BufRead, wanted: &str) {
-    let mut line = String::new();
-    while !line.contains(wanted) {
-        line.clear();
-        assert_ne!(lines.read_line(&mut line).expect("UTF-8"), 0, "it never said {wanted:?}");
-    }
-}
-
-/// A demo under way, long enough to be stopped in it.
-fn demo_under_way(out: &Path) -> Child {
-    let mut child = xtask(&["demo", "--slaves", "1", "--seconds", "3600", "--out", text(out)])
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("xtask starts");
-    let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
-    wait_for(&mut stdout, "power on");
-    // Somebody goes on reading, as a terminal does.
-    std::thread::spawn(move || stdout.read_to_string(&mut String::new()));
-    child
-}
-
-fn lock_file() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
-    fs::create_dir_all(root.join("target/firmware")).expect("a directory");
-    root.join("target/firmware/lock")
-}
-
-/// Starts a command while another build holds the lock, and waits until it says so. Stop it with SIGTERM: where tests run in
-/// the background of a script, SIGINT is ignored from the beginning.
-fn held_up(arguments: &[&str], act: impl FnOnce(&mut Child, File)) -> ExitStatus {
-    let lock = File::create(lock_file()).expect("the lock file");
-    lock.lock().expect("the lock");
-    let mut child =
-        xtask(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("xtask starts");
-    let mut stderr = BufReader::new(child.stderr.take().expect("piped"));
-    wait_for(&mut stderr, "waiting for another build of the firmware");
-    act(&mut child, lock);
-    child.wait().expect("it ends")
-}
+use crate::XTASK;
 
 #[test]
 fn closed_stdout_ends_every_command_quietly() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let out = |name: &str| text(&here.path().join(name)).to_owned();
+    let out = |name: &str| here.path().join(name).to_str().expect("UTF-8").to_owned();
     for arguments in [
-        &["demo", "--slaves", "1", "--seconds", "2", "--out", &out("demo")][..],
-        &["firmware"],
-        &["eds", "--out", &out("eds")],
+        &["firmware"][..],
         &["bench", "--only", "irq", "--out", &out("rows.json")],
         &["bench", "--only", "irq", "--json", "--out", &out("json.json")],
     ] {
-        let (code, stderr) = with_closed_stdout(arguments);
+        let (code, stderr) = XTASK.run_with_closed_stdout(arguments);
         assert_eq!(code, PIPE_CLOSED, "{arguments:?}: {stderr}");
         assert!(!stderr.contains("panicked") && !stderr.contains("error"), "{arguments:?}: {stderr}");
     }
-    assert!(here.path().join("eds/slave.eds").exists(), "files are written before their names are printed");
-    let summary = summary(&here.path().join("demo"));
-    assert_eq!(summary["verdict"], "interrupted", "{summary}");
-}
-
-#[test]
-fn closed_stderr_changes_no_exit_code() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let missing = here.path().join("missing");
-    let ports = ["--slcan-nominal", "0", "--slcan-redundant", "0"];
-    let twin = [&["twin", "--listen", "0.0.0.0", "--slaves", "1", "--seconds", "0.1"], &ports[..]].concat();
-    for (arguments, code) in [(&twin[..], 0), (&["eds", "--check", "--out", text(&missing)], 1)] {
-        let status = xtask(arguments).stdout(Stdio::null()).stderr(closed_pipe()).status();
-        assert_eq!(status.expect("xtask starts").code(), Some(code), "{arguments:?}");
-    }
-}
-
-/// Given a folder with an earlier run's results and a file of the user's, When the flight is interrupted, Then the
-/// results are those of the interrupted flight and say so.
-#[test]
-fn interrupted_demo_writes_what_was_flown() {
-    for name in ["-INT", "-TERM"] {
-        let here = tempfile::tempdir().expect("a temporary directory");
-        for file in ["summary.json", "report.html", "mine.txt"] {
-            fs::write(here.path().join(file), "of an earlier run").expect("a file");
-        }
-        let mut child = demo_under_way(here.path());
-        signal(&child, name);
-        assert_eq!(child.wait().expect("it ends").code(), INTERRUPTED, "{name}");
-
-        let summary = summary(here.path());
-        assert_eq!(summary["verdict"], "interrupted", "{summary}");
-        assert_eq!(summary["planned_seconds"], 3600.0);
-        let flown = summary["virtual_seconds"].as_f64().expect("a number");
-        assert!((0.001..3600.0).contains(&flown), "{flown}");
-        let reason = summary["reasons"][0].as_str().expect("a reason");
-        assert!(reason.contains("Ctrl-C") && reason.contains("of 3600 s"), "{reason}");
-        let report = fs::read_to_string(here.path().join("report.html")).expect("the report");
-        assert!(report.contains("interrupted") && report.contains(reason), "the report must say it, too");
-        assert_eq!(fs::read_to_string(here.path().join("mine.txt")).expect("kept"), "of an earlier run");
-    }
-}
-
-#[test]
-fn unfinished_demo_leaves_no_results_of_an_earlier_run() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    for file in ["summary.json", "report.html", "bus-nominal.log", "mine.txt"] {
-        fs::write(here.path().join(file), "of an earlier run").expect("a file");
-    }
-    let status = held_up(&["demo", "--out", text(here.path())], |child, _lock| signal(child, "-TERM"));
-    assert!(!status.success());
-    let left = fs::read_dir(here.path()).expect("a directory").map(|entry| entry.expect("one").file_name());
-    assert_eq!(left.collect::<Vec<_>>(), ["mine.txt"]);
-}
-
-/// Given another build that holds the lock, When the twin waits for it, Then it says so, has no port open, and ends when it
-/// is told to.
-#[test]
-fn waiting_twin_can_be_stopped_and_has_no_open_port() {
-    let port = || TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a port").port();
-    let (nominal, redundant) = (port(), port());
-    let arguments =
-        ["twin", "--slcan-nominal", &nominal.to_string(), "--slcan-redundant", &redundant.to_string()];
-    held_up(&arguments, |child, _lock| {
-        for port in [nominal, redundant] {
-            let refused = TcpStream::connect(("127.0.0.1", port)).expect_err("no boards fly yet");
-            assert_eq!(refused.kind(), io::ErrorKind::ConnectionRefused);
-        }
-        signal(child, "-TERM");
-        // The lock is held until it has ended.
-        assert!(!child.wait().expect("it ends").success());
-    });
 }

@@ -7,16 +7,6 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// What an alias of `.cargo/config.toml` gives to xtask.
-fn alias(name: &str) -> Vec<String> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name(".cargo").join("config.toml");
-    let table: toml::Table = fs::read_to_string(file).expect("there").parse().expect("TOML");
-    let words = table["alias"][name].as_str().expect("a text").split_whitespace().map(str::to_owned);
-    let arguments: Vec<String> = words.skip_while(|word| word != "--").skip(1).collect();
-    assert!(!arguments.is_empty(), "cargo {name} does not call xtask");
-    arguments
-}
-
 /// PATH without any probe-rs, `first` before all.
 pub fn path(first: Option<&Path>) -> OsString {
     let all = std::env::var_os("PATH").expect("PATH");
@@ -24,9 +14,13 @@ pub fn path(first: Option<&Path>) -> OsString {
     std::env::join_paths(first.map(Path::to_owned).into_iter().chain(others)).expect("folders")
 }
 
+/// Runs `cargo NAME` as its alias does.
 pub fn run(name: &str, arguments: &[&str], path: &OsString) -> Output {
+    let (package, alias) = programs::alias(name);
+    assert_eq!(package, "xtask", "cargo {name}");
+    assert!(!alias.is_empty(), "cargo {name} names no command");
     Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(alias(name))
+        .args(alias)
         .args(arguments)
         .env("PATH", path)
         .output()

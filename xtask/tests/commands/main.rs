@@ -1,12 +1,10 @@
-//! The commands as people run them, and the documents of the repository.
+//! The commands of `xtask` as people run them, and the documents of the repository.
 
 mod bench;
 mod boards;
 mod book;
 mod cli;
-mod demo;
 mod docs;
-mod eds;
 mod elsewhere;
 mod endings;
 mod examples;
@@ -15,5 +13,6 @@ mod licences;
 mod mutants;
 mod public_docs;
 mod selftest;
-mod twin;
-mod typed;
+
+/// The program under test.
+const XTASK: programs::Program = programs::Program(env!("CARGO_BIN_EXE_xtask"));

@@ -13,12 +13,12 @@ const FRAMES: &str = include_str!("report/frame.html");
 
 /// Flies the demo into a folder; its summary.
 fn fly(out: &Path, arguments: &[&str]) -> Value {
-    let output = Command::new(program::xtask().unwrap_or_else(|failure| panic!("{failure:#}")))
+    let output = Command::new(program::executable().unwrap_or_else(|failure| panic!("{failure:#}")))
         .args(["demo", "--out"])
         .arg(out)
         .args(arguments)
         .output()
-        .expect("xtask starts");
+        .expect("it starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&fs::read(out.join("summary.json")).expect("a summary")).expect("JSON")
 }

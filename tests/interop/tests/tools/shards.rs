@@ -10,8 +10,8 @@ use support::needs::PARALLEL;
 /// Options of the campaign: each shard has two runs.
 const CAMPAIGN: [&str; 7] = ["campaign", "--runs", "8", "--seed", "7", "--jobs", "1"];
 
-fn xtask() -> &'static Path {
-    program::xtask().unwrap_or_else(|failure| panic!("{failure:#}"))
+fn executable() -> &'static Path {
+    program::executable().unwrap_or_else(|failure| panic!("{failure:#}"))
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -29,7 +29,7 @@ fn succeed(command: &mut Command) -> String {
 fn merge(parts: &Path) -> Output {
     let files = fs::read_dir(parts).expect("a folder").map(|entry| entry.expect("a file").path());
     let json = files.filter(|path| path.extension().is_some_and(|extension| extension == "json"));
-    Command::new(xtask()).args(["campaign", "merge"]).args(json).output().expect("xtask starts")
+    Command::new(executable()).args(["campaign", "merge"]).args(json).output().expect("it starts")
 }
 
 fn is_refused(parts: &Path, expected: &[&str]) {
@@ -51,12 +51,12 @@ fn merged_shards_of_gnu_parallel_give_one_table() {
     );
     let here = tempfile::tempdir().expect("a temporary directory");
     let (one, parts) = (here.path().join("one"), here.path().join("parts"));
-    let expected = succeed(Command::new(xtask()).args(CAMPAIGN).arg("--out").arg(&one));
+    let expected = succeed(Command::new(executable()).args(CAMPAIGN).arg("--out").arg(&one));
     assert!(expected.contains("8 runs in world host") && expected.contains("\n0 violations"), "{expected}");
 
     let parallel = |shards: &[&str], out: &Path| {
         let mut command = Command::new("parallel");
-        command.args(["--will-cite", "--quote", "--jobs", "2"]).arg(xtask()).args(CAMPAIGN);
+        command.args(["--will-cite", "--quote", "--jobs", "2"]).arg(executable()).args(CAMPAIGN);
         command.args(["--shard", "{}/4", "--out"]).arg(out).arg(":::").args(shards);
         succeed(&mut command);
     };

@@ -24,7 +24,7 @@ fn client_of_the_page_talks_to_the_device() {
 fn is_needed(step: &Step) -> bool {
     match step {
         Step::Run(commands) => {
-            !commands.starts_with("cargo test") && !commands.starts_with("cargo xtask demo")
+            !commands.starts_with("cargo test") && !commands.starts_with("cargo tools demo")
         }
         Step::Output(_) => false,
         Step::File(..) | Step::Background(_) => true,

@@ -92,7 +92,7 @@ fn part_of_another_run_is_named_with_the_difference() {
             "by clause false there, true here",
         ),
         (Run { parameters: json!({ "seed": 1 }), ..run() }, "another run than"),
-        (Run { command: "other".into(), ..run() }, "of `cargo xtask other`, not of `cargo xtask sample`"),
+        (Run { command: "other".into(), ..run() }, "of `other`, not of `sample`"),
     ];
     for (other, expected) in others {
         let other = parts.write("other.json", other, 2);
@@ -110,7 +110,7 @@ fn file_that_is_no_part_is_named_and_its_shard_is_missing() {
     for length in [0, 1, whole.len() / 2, whole.len() - 3] {
         fs::write(&two, &whole[..length]).unwrap();
         let error = merge(&[&one, &two]).unwrap_err();
-        assert!(error.contains("2.json: no part of `cargo xtask sample`"), "{length}: {error}");
+        assert!(error.contains("2.json: no part of a run of `sample`"), "{length}: {error}");
         assert!(error.contains("missing: 2"), "{length}: {error}");
     }
     let error = merge(&[&one, &parts.path("nowhere.json")]).unwrap_err();

@@ -1,4 +1,4 @@
-//! `cargo xtask eds`: EDS and DCF (CiA 306) of the devices, from the dictionaries declared in Rust (ECSS 6.6a).
+//! `cargo eds`: EDS and DCF (CiA 306) of the devices, from the dictionaries declared in Rust (ECSS 6.6a).
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -120,7 +120,7 @@ fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {
     let stale: Vec<&str> = files.iter().filter(is_stale).map(|(name, _)| name.as_str()).collect();
     anyhow::ensure!(
         stale.is_empty(),
-        "not current in {}: {}; run `cargo xtask eds` without `--check`",
+        "not current in {}: {}; run `cargo tools eds` without `--check`",
         out.display(),
         stale.join(", ")
     );
@@ -287,7 +287,7 @@ fn master_device(profile: Profile) -> Device {
 fn device() -> Device {
     Device {
         vendor: "The ecss-can authors".into(),
-        author: "cargo xtask eds".into(),
+        author: "cargo eds".into(),
         modified: MODIFIED,
         bit_rates: BitRate::ALL.map(BitRate::kbit).into_iter().rev().collect(),
         comments: vec![

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn eds(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask")).arg("eds").args(arguments).output().expect("xtask starts")
+    Command::new(env!("CARGO_BIN_EXE_tools")).arg("eds").args(arguments).output().expect("the program starts")
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -34,7 +34,7 @@ fn a_stale_or_missing_file_is_named_and_left_alone() {
     let output = eds(&["--out", out, "--check"]);
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
-    assert!(complaint.contains("slave-3.dcf") && complaint.contains("cargo xtask eds"), "{complaint}");
+    assert!(complaint.contains("slave-3.dcf") && complaint.contains("cargo tools eds"), "{complaint}");
     assert!(!complaint.contains("slave.eds"), "{complaint}");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "changed");
 

@@ -7,12 +7,12 @@ use firmware_images::Package;
 use serde_json::Value;
 
 fn fly(out: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
+    Command::new(env!("CARGO_BIN_EXE_tools"))
         .args(["demo", "--out"])
         .arg(out)
         .args(arguments)
         .output()
-        .expect("xtask starts")
+        .expect("the program starts")
 }
 
 fn read(out: &Path, name: &str) -> Vec<u8> {

@@ -24,13 +24,13 @@ const REDUNDANT: usize = 1;
 
 impl Twin {
     fn start(arguments: &[&str]) -> Twin {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        let mut child = Command::new(env!("CARGO_BIN_EXE_tools"))
             .args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "300"])
             .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
-            .expect("xtask starts");
+            .expect("the program starts");
         let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
         let mut rates = [const { String::new() }; 2];
         let mut ports = [0; 2];
@@ -309,8 +309,11 @@ fn own_image_flies_with_the_straps_of_its_node() {
 }
 
 fn fails(arguments: &[&str]) -> (Option<i32>, String) {
-    let output: Output =
-        Command::new(env!("CARGO_BIN_EXE_xtask")).arg("twin").args(arguments).output().expect("xtask starts");
+    let output: Output = Command::new(env!("CARGO_BIN_EXE_tools"))
+        .arg("twin")
+        .args(arguments)
+        .output()
+        .expect("the program starts");
     (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
 }
 

@@ -1,0 +1,44 @@
+//! `cargo demo`, `cargo twin`, `cargo eds`, `cargo campaign` and `cargo schedule`: the commands for users of this project.
+//!
+//! `cargo tools COMMAND` is the same, also from a package in another folder. Exit codes: [`support::ending`].
+
+#![forbid(unsafe_code)]
+
+mod eds;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// Fly, record and describe a spacecraft with two CAN buses.
+#[derive(Parser)]
+#[command(name = "cargo tools", bin_name = "cargo tools", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Fly the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
+    Demo(demo::Options),
+    /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
+    Twin(live::Options),
+    /// Write EDS and DCF of a device from its dictionary, or check the DCF of a network
+    Eds(eds::Options),
+    /// Fly thousands of spacecraft with random faults, and check what must hold after each
+    Campaign(campaign::Options),
+    /// Compute a bound of the response time of each frame of the mission
+    Schedule(schedule::Options),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Demo(options) => demo::run(&options),
+        Command::Twin(options) => live::run(&options),
+        Command::Eds(options) => eds::run(&options),
+        Command::Campaign(options) => campaign::run(&options),
+        Command::Schedule(options) => schedule::run(&options),
+    };
+    support::ending::end(outcome, Cli::command())
+}

@@ -1,0 +1,213 @@
+//! The command line: help, wrong values, exit codes.
+
+use programs::alias;
+
+use crate::TOOLS;
+
+#[test]
+fn help_explains_every_option_with_default_and_range() {
+    let (code, help, _) = TOOLS.run(&["demo", "--help"]);
+    assert_eq!(code, 0);
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "--slaves <N>",
+        "[0..14]",
+        "[default: 3]",
+        "--minimal <N>",
+        "[0..13]",
+        "--one-controller <N>",
+        "--master <FILE>",
+        "--slave <N=FILE>",
+        "--profile <PROFILE>",
+        "--seconds <S>",
+        "[1..3600]",
+        "[default: 40]",
+        "--cut-at <S>",
+        "[0..SECONDS]",
+        "[default: half of SECONDS]",
+        "--seed <N>",
+        "[default: 1]",
+        "--board <BOARD>",
+        "pyboard-v11",
+        "nucleo-f446re",
+        "--out <DIR>",
+        "[default: target/demo]",
+        "Exit code 0",
+    ] {
+        assert!(help.contains(part), "no {part:?} in\n{help}");
+    }
+}
+
+#[test]
+fn help_of_the_twin_tells_ports_and_what_to_do_with_them() {
+    let (code, help, _) = TOOLS.run(&["twin", "--help"]);
+    assert_eq!(code, 0);
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "--slcan-nominal <PORT>",
+        "[default: 29501]",
+        "--slcan-redundant <PORT>",
+        "[default: 29502]",
+        "--listen <IP>",
+        "[default: 127.0.0.1]",
+        "--slaves <N>",
+        "[0..14]",
+        "--no-master",
+        "--master <FILE>",
+        "--slave <N=FILE>",
+        "--seconds <S>",
+        "--board <BOARD>",
+        "--profile <PROFILE>",
+        "socket://127.0.0.1:29501",
+        "Exit code 0",
+    ] {
+        assert!(help.contains(part), "no {part:?} in\n{help}");
+    }
+}
+
+#[test]
+fn wrong_values_of_the_twin_are_refused() {
+    TOOLS.refuses(&["twin", "--slaves", "15"], &["--slaves", "0..=14"]);
+    TOOLS.refuses(&["twin", "--slcan-nominal", "65536"], &["--slcan-nominal", "65535"]);
+    TOOLS.refuses(&["twin", "--listen", "nowhere"], &["--listen", "nowhere"]);
+    TOOLS.refuses(&["twin", "--control", "65536"], &["--control", "65535"]);
+    TOOLS.refuses(&["twin", "--seconds", "0"], &["--seconds", "0.1 to 172800"]);
+}
+
+#[test]
+fn images_of_the_user_are_checked_before_anything_is_built() {
+    for command in ["twin", "demo"] {
+        let usage = format!("Usage: cargo tools {command}");
+        TOOLS.refuses(&[command, "--slave", "3"], &["--slave", "a Node-ID and a file"]);
+        TOOLS.refuses(&[command, "--slave", "16=x.elf"], &["--slave", "Node-IDs 2 to 15"]);
+        TOOLS.refuses(&[command, "--slave", "3=nowhere.elf"], &["nowhere.elf", &usage]);
+        TOOLS.refuses(&[command, "--master", "Cargo.toml"], &["Cargo.toml is no image", &usage]);
+        TOOLS.refuses(&[command, "--slave", "3=a", "--slave", "3=b"], &["two images for node 3", &usage]);
+    }
+    TOOLS.refuses(&["twin", "--master", "a", "--no-master"], &["--master", "--no-master"]);
+    TOOLS.refuses(&["twin", "--slaves", "0", "--no-master"], &["no board is left"]);
+}
+
+/// Given an image that runs but exports no counters, when the demo is to fly it, then it is refused before the flight.
+#[test]
+fn an_image_without_counters_is_refused_by_the_demo() {
+    let shipped = firmware_images::build("pyboard-v11", "librecube").expect("images");
+    let mut elf = std::fs::read(shipped.slave).expect("an image");
+    // Names of symbols, mangled or not, and of debug information.
+    while let Some(name) = elf.windows(8).position(|bytes| bytes == b"TELLTALE") {
+        elf[name] = b'X';
+    }
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let image = here.path().join("own");
+    std::fs::write(&image, elf).expect("a file");
+    let own = format!("3={}", image.display());
+    TOOLS.refuses(&["demo", "--slaves", "0", "--slave", &own], &["node 3", "TELLTALE", "cargo twin"]);
+}
+
+#[test]
+fn the_commands_for_users_are_listed_with_help() {
+    let listed = TOOLS.subcommands();
+    let names: Vec<&str> = listed.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["demo", "twin", "eds", "campaign", "schedule", "help"]);
+    assert!(listed.iter().all(|(_, help)| !help.is_empty()), "{listed:?}");
+}
+
+/// Given the aliases of `.cargo/config.toml`, then `cargo NAME` is `cargo tools NAME` for each command.
+#[test]
+fn each_command_has_an_alias_of_its_name() {
+    for name in ["demo", "twin", "eds", "campaign", "schedule"] {
+        assert_eq!(alias(name), ("tools".to_owned(), vec![name.to_owned()]));
+    }
+    assert_eq!(alias("tools"), ("tools".to_owned(), Vec::new()));
+}
+
+#[test]
+fn the_number_of_slaves_is_checked() {
+    TOOLS.refuses(&["demo", "--slaves", "0"], &["--slaves", "1 to 14, or 0 with --slave N=FILE"]);
+    TOOLS.refuses(
+        &["demo", "--slaves", "0", "--master", "a"],
+        &["--slaves", "1 to 14, or 0 with --slave N=FILE"],
+    );
+    TOOLS.refuses(&["demo", "--slaves", "15"], &["--slaves", "0..=14"]);
+    TOOLS.refuses(&["demo", "--slaves", "three"], &["--slaves", "three"]);
+    TOOLS.refuses(&["demo", "--slaves", "-3"], &["--slaves", "0..=14"]);
+    TOOLS.refuses(&["demo", "--minimal", "14"], &["--minimal", "0..=13"]);
+    TOOLS.refuses(&["demo", "--minimal", "two"], &["--minimal", "two"]);
+    TOOLS.refuses(
+        &["demo", "--minimal", "12"],
+        &["--minimal", "allowed are 0 to 11", "Usage: cargo tools demo"],
+    );
+    TOOLS.refuses(&["demo", "--minimal", "1", "--slaves", "14"], &["--minimal", "allowed are 0 to 0"]);
+    TOOLS.refuses(
+        &["demo", "--minimal", "2", "--one-controller", "3"],
+        &["--one-controller", "0 to 2", "--minimal"],
+    );
+    TOOLS.refuses(&["demo", "--one-controller", "14"], &["--one-controller", "0..=13"]);
+    TOOLS.refuses(
+        &["demo", "--minimal", "2", "--slaves", "0"],
+        &["--slaves", "1 to 14, or 0 with --slave N=FILE"],
+    );
+}
+
+#[test]
+fn times_are_checked() {
+    TOOLS.refuses(&["demo", "--seconds", "0"], &["--seconds", "1 to 3600"]);
+    TOOLS.refuses(&["demo", "--seconds", "nan"], &["--seconds", "1 to 3600"]);
+    TOOLS.refuses(&["demo", "--cut-at", "-1"], &["--cut-at", "from 0 to the value of --seconds", "never"]);
+    TOOLS.refuses(&["demo", "--cut-at", "inf"], &["--cut-at", "from 0 to the value of --seconds"]);
+}
+
+#[test]
+fn a_cut_after_the_end_is_refused() {
+    TOOLS.refuses(
+        &["demo", "--seconds", "10", "--cut-at", "10.5"],
+        &["10.5", "--cut-at", "0 to 10", "ends at 10 s"],
+    );
+}
+
+#[test]
+fn an_unknown_board_is_refused_with_the_known_ones() {
+    TOOLS.refuses(&["demo", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]);
+}
+
+#[test]
+fn an_out_directory_that_cannot_be_written_is_refused() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let file = here.path().join("file");
+    std::fs::write(&file, "in the way").expect("a file");
+    let below = file.join("out");
+    TOOLS.refuses(&["demo", "--out", below.to_str().expect("UTF-8")], &["--out", "created and written to"]);
+}
+
+#[test]
+fn without_a_command_the_help_is_shown() {
+    let (code, _, stderr) = TOOLS.run(&[]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("Usage: cargo tools <COMMAND>"), "{stderr}");
+}
+
+#[test]
+fn misuse_found_after_parsing_shows_the_usage_of_its_command() {
+    TOOLS.refuses(&["demo", "--seconds", "10", "--cut-at", "11"], &["Usage: cargo tools demo"]);
+}
+
+#[test]
+fn one_port_for_both_buses_is_refused() {
+    TOOLS.refuses(
+        &["twin", "--slcan-nominal", "29501", "--slcan-redundant", "29501"],
+        &["--slcan-nominal", "--slcan-redundant", "29501", "Usage: cargo tools twin"],
+    );
+}
+
+#[test]
+fn folders_given_are_those_seen_from_the_current_one() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let status = TOOLS.command(&["eds", "--out", "here"]).current_dir(here.path()).status();
+    assert!(status.expect("the program starts").success());
+    assert!(here.path().join("here/slave.eds").is_file());
+}
+
+#[test]
+fn removed_spelling_of_two_masters_names_the_present_one() {
+    TOOLS.refuses(&["demo", "--standby"], &["'--standby'", "--profile standby"]);
+}
