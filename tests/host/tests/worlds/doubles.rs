@@ -74,7 +74,7 @@ fn assert_one_yields(world: &World, what: &str) {
 /// Verifies: ECSS 6.10e
 #[test]
 fn one_of_two_equal_boards_yields() {
-    assert_one_yields(&flown(None), "patterns of their keys");
+    assert_one_yields(&flown(None), "patterns of their boards");
 }
 
 /// Given patterns that differ in a single bit, when that bit has its turn, then one of the boards yields.
