@@ -67,7 +67,7 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
         let row = |name: String, cycles| Row::lower(name, cycles, "model_cycles");
         [row(format!("heartbeat_of_{name}"), worst), row(format!("heartbeat_of_{name}_median"), median)]
     };
-    Ok([row("slave", &of_slave), row("unknown-node", &of_foreign_node)].concat())
+    Ok([row("slave", &of_slave), row("foreign_node", &of_foreign_node)].concat())
 }
 
 impl Network {
