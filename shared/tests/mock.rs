@@ -9,6 +9,7 @@ use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError,
 use ecss_can::mock::{LoopbackPort, ManualClock, MockSpacecraft, SentFrame, Tasks};
 use ecss_can::prelude::*;
 use ecss_can::time::Clock;
+use ecss_can::types::FineInstant;
 
 #[derive(Debug, Objects)]
 #[objects(device)]
@@ -48,7 +49,7 @@ fn events(port: &mut LoopbackPort) -> Vec<PortEvent> {
 }
 
 fn transmitted(number: u8) -> PortEvent {
-    PortEvent::Transmitted { mailbox: Mailbox(number), stamp: Stamp::interrupt(Instant::ZERO) }
+    PortEvent::Transmitted { mailbox: Mailbox(number), stamp: Stamp::captured(FineInstant::from_units(0)) }
 }
 
 fn ids(sent: &[SentFrame]) -> Vec<(Bus, u16)> {

@@ -67,7 +67,7 @@ impl LoopbackPort {
             && !controller.is_cut
             && controller.filters.iter().any(|one| one.admits(frame.id()));
         if is_received {
-            controller.report(PortEvent::Received { frame, stamp: self.stamp() });
+            controller.report(PortEvent::Received { frame, stamp: self.stamp_now() });
         }
         is_received
     }
@@ -83,13 +83,14 @@ impl LoopbackPort {
         let controller = &mut *self.controller.borrow_mut();
         controller.is_cut = false;
         for (mailbox, frame) in core::mem::take(&mut controller.pending) {
-            controller.transmit(mailbox, frame, self.stamp());
+            controller.transmit(mailbox, frame, self.stamp_now());
         }
         controller.set_health(Health::default());
     }
 
-    fn stamp(&self) -> Stamp {
-        Stamp::interrupt(self.clock.now())
+    /// Frames take no time: the present is as exact as a captured edge.
+    fn stamp_now(&self) -> Stamp {
+        Stamp::captured(self.clock.now().into())
     }
 }
 
@@ -170,7 +171,7 @@ impl CanPort for LoopbackPort {
             controller.pending.push_back((mailbox, *frame));
             controller.set_health(ISOLATED);
         } else {
-            controller.transmit(mailbox, *frame, Stamp::interrupt(self.clock.now()));
+            controller.transmit(mailbox, *frame, self.stamp_now());
         }
         Ok(mailbox)
     }
