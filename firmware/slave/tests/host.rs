@@ -36,6 +36,9 @@ fn slave_program_shows_the_fail_over() {
     assert!(has(before, &["slave", "INFO", "Operational"]));
     assert!(has(before, &["nominal", "TC to node 2: SetLed(true)"]));
     assert!(has(before, &["indicators", "state LED on"]));
+    let number = |words: &str| before.iter().filter(|line| line.contains(words)).count();
+    assert_eq!(number("heartbeat of node 1: Operational"), 4, "one a second, of ten that are sent");
+    assert_eq!(number("indicators  SYNC LED, toggles: 10"), 3, "after 1.1 s, 2.1 s and 3.1 s");
     assert!(has(before, &["nominal", "TM of node 2: Uptime(1000)"]));
     assert!(!has(before, &["  redundant "]));
     assert!(has(after, &["master", "active bus: Redundant"]));
