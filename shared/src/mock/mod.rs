@@ -40,7 +40,7 @@
 //! # Limits
 //!
 //! The module needs an allocator. A port sends in no time: there is no arbitration, no bit error and no bus-off. The packages
-//! `tests/wire` and `tests/host` of the repository simulate these.
+//! `twin/wire` and `tools/worlds` of the repository simulate these.
 
 mod clock;
 mod port;
