@@ -6,7 +6,7 @@ use core::future::Future;
 
 use super::{LoopbackPort, ManualClock, MockBoard, Tasks};
 use crate::node::Node;
-use crate::runner::{Events, Handle, Resources, Telltale};
+use crate::runner::{Diagnostics, Events, Handle, Resources};
 use crate::time::Clock;
 use crate::types::{Bus, Frame, Instant, PerBus};
 
@@ -88,8 +88,8 @@ impl MockSpacecraft {
         }
         self.nodes.push(ports.clone());
         let resources: &'static Resources<MockBoard, N> = Box::leak(Box::new(Resources::new()));
-        let telltale: &'static Telltale = Box::leak(Box::new(Telltale::new()));
-        let (handle, events, runners) = resources.start(node, ports, self.clock.clone(), telltale);
+        let diagnostics: &'static Diagnostics = Box::leak(Box::new(Diagnostics::new()));
+        let (handle, events, runners) = resources.start(node, ports, self.clock.clone(), diagnostics);
         self.tasks.spawn_node(runners);
         (handle, events)
     }
