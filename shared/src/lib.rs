@@ -82,7 +82,7 @@
 //! | [`node`] | master and slave of a spacecraft, plain CANopen slave, minimal slave |
 //! | [`runner`] | async shell: tasks of a node, handle of the application |
 //! | [`prelude`] | names for a device and its `main` |
-//! | `mock` | mock board for tests and examples (feature `mock`) |
+//! | `mock` | mock board and mock spacecraft, for tests and examples (feature `mock`) |
 //!
 //! # Features
 //!
