@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{Pulse, TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, Pulse, supervised};
 #[cfg(not(feature = "standby"))]
 use ecss_can::node::OneBoard as Boards;
 #[cfg(feature = "standby")]
@@ -45,7 +45,7 @@ async fn main(spawner: Spawner) {
     };
     #[cfg(feature = "standby")]
     let master = || mission::master_of_two(PROFILE, strap, board.store);
-    let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &TELLTALE);
+    let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &DIAGNOSTICS);
     master.with(|master, _| master.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     spawner.spawn(pulses(board.pulse, master).unwrap());

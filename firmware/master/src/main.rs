@@ -1,6 +1,6 @@
 //! Firmware of the master.
 //!
-//! On a board `app` starts everything; on the host it prints a hint.
+//! On a board `app` starts everything; on a computer `host` runs the application in a mock spacecraft.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
@@ -17,8 +17,9 @@ extern crate stm32f4discovery as board;
 mod app;
 
 #[cfg(not(target_os = "none"))]
-fn main() {
-    println!("This is firmware. Flash a board:  cargo master");
-    println!("or a NUCLEO-F446RE:               cargo master --board nucleo-f446re");
-    println!("Or see it fly without a board:   cargo demo");
+mod host;
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    host::run()
 }

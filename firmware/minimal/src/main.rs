@@ -1,6 +1,6 @@
 //! Firmware of a minimal slave (ECSS 9).
 //!
-//! On a board `app` starts everything; on the host it prints a hint.
+//! On a board `app` starts everything; on a computer `host` runs the application in a mock spacecraft.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
@@ -17,8 +17,9 @@ extern crate stm32f4discovery as board;
 mod app;
 
 #[cfg(not(target_os = "none"))]
-fn main() {
-    println!("This is firmware. Flash a board:  cargo minimal");
-    println!("or a NUCLEO-F446RE:               cargo minimal --board nucleo-f446re");
-    println!("with one CAN controller:          cargo minimal --one-controller");
+mod host;
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    host::run()
 }

@@ -2,13 +2,15 @@
 //!
 //! Profiles, objects of a slave, commands and telemetry. A mission of your own has a crate like this one.
 
-#![no_std]
+#![cfg_attr(not(feature = "host"), no_std)]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
 mod choice;
 pub mod counters;
 pub mod fmt;
+#[cfg(feature = "host")]
+pub mod host;
 mod indicators;
 mod master;
 mod message;

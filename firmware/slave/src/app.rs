@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{Pulse, TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, Pulse, supervised};
 use ecss_can::prelude::*;
 use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
@@ -42,7 +42,7 @@ async fn main(spawner: Spawner) {
             if let Some(store) = board.store { slave.with_store(store) } else { slave }
         }
     };
-    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
+    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     spawner.spawn(pulses(board.pulse, slave).unwrap());

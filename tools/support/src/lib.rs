@@ -5,9 +5,10 @@
 
 pub mod board;
 pub mod counters;
-pub mod craft;
+pub mod diagnostics;
 pub mod elf;
 pub mod ending;
+pub mod fleet;
 pub mod misuse;
 pub mod needs;
 pub mod output;
@@ -15,4 +16,3 @@ pub mod project;
 pub mod shard;
 pub mod stack;
 pub mod stop;
-pub mod telltale;

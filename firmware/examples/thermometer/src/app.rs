@@ -1,7 +1,7 @@
 //! Board, tasks, and the application: measures ten times a second.
 
 use board::Spec;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::emcy::ErrorCode;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -38,7 +38,7 @@ async fn main(spawner: Spawner) {
         let slave = slave.with_late_heartbeats(Board::late_heartbeats());
         if let Some(store) = board.store { slave.with_store(store) } else { slave }
     };
-    let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
+    let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     // The board has taken neither I2C1 nor its pins. Lines without a sensor stay low: then no START ever ends.

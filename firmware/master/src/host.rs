@@ -1,0 +1,26 @@
+//! The master on a computer: its application in a mock spacecraft, with three plain slaves.
+
+use std::process::ExitCode;
+
+use ecss_can::types::NodeId;
+use master::{Application, Cables};
+use mission::{PROFILE, host};
+
+const SLAVES: [NodeId; 3] = [NodeId::of::<2>(), NodeId::of::<3>(), NodeId::of::<4>()];
+
+/// Runs the application as the command line says.
+pub fn run() -> ExitCode {
+    host::run(
+        "Run the application of the master beside three plain slaves on mock buses",
+        |spacecraft, console| {
+            let (master, events) = spacecraft.power_on(|| mission::master(PROFILE, None));
+            for id in SLAVES {
+                host::slave(spacecraft, PROFILE, id);
+            }
+            let cables: &'static Cables = Box::leak(Box::new(Cables::new()));
+            spacecraft.spawn(cables.run(master));
+            spacecraft
+                .spawn(Application::new(master, events, console.lamps(), cables, PROFILE.minimal).run());
+        },
+    )
+}

@@ -1,0 +1,33 @@
+//! The minimal slave on a computer: its application in a mock spacecraft, commanded by a plain master, beside a plain slave.
+
+use std::process::ExitCode;
+
+use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::profile::{MinimalNode, Profile};
+use ecss_can::types::NodeId;
+use minimal::Application;
+use mission::minimal::Shipped;
+use mission::{PROFILE, host};
+
+const NODE: NodeId = NodeId::of::<6>();
+
+/// A slave with an SDO server: by those alone the master chooses its bus.
+const SLAVE: NodeId = NodeId::of::<2>();
+
+/// The profile of the mission, in which the node is a minimal slave.
+const WITH_MINIMAL: &Profile =
+    &Profile { minimal: &[MinimalNode { node: NODE, has_heartbeat: true }], ..*PROFILE };
+
+/// Runs the application as the command line says.
+pub fn run() -> ExitCode {
+    host::run(
+        "Run the application of the minimal slave, node 6, beside a plain master and a plain slave on mock buses",
+        |spacecraft, console| {
+            host::master(spacecraft, WITH_MINIMAL, NODE, console);
+            host::slave(spacecraft, WITH_MINIMAL, SLAVE);
+            let numbers = Numbers::of(WITH_MINIMAL, NODE);
+            let (slave, events) = spacecraft.power_on(|| MinimalSlave::new(NODE, numbers, Shipped::new()));
+            spacecraft.spawn(Application::new(slave, events, console.lamps()).run());
+        },
+    )
+}

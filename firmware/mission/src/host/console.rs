@@ -1,0 +1,119 @@
+//! What a program prints: a line for each thing that happens, with its virtual time.
+
+use std::fmt::Display;
+use std::io::{self, ErrorKind, Write};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use ecss_can::types::Instant;
+use indicatif::{ProgressBar, ProgressStyle};
+use log::{LevelFilter, Log, Metadata, Record};
+
+use super::Lamps;
+
+/// The reader of stdout has left: 128 + SIGPIPE.
+const PIPE_CLOSED: u8 = 141;
+
+/// Prints lines with the virtual time, and shows the progress of the run if stderr is a terminal. Clones are the same
+/// console.
+#[derive(Clone, Debug)]
+pub struct Console(Arc<Screen>);
+
+#[derive(Debug)]
+struct Screen {
+    /// Virtual time, microseconds.
+    time: AtomicU64,
+    progress: ProgressBar,
+    /// First line that could not be printed.
+    failure: OnceLock<io::Error>,
+}
+
+impl Console {
+    /// Makes the console of a run of `seconds`, zero for one without end. Messages of applications go to it from now on.
+    pub(super) fn start(seconds: u32) -> Console {
+        let screen =
+            Screen { time: AtomicU64::new(0), progress: progress(seconds), failure: OnceLock::new() };
+        let console = Console(Arc::new(screen));
+        // Another logger was set before: that one has the messages.
+        if log::set_logger(Box::leak(Box::new(console.clone()))).is_ok() {
+            log::set_max_level(LevelFilter::Info);
+        }
+        console
+    }
+
+    /// Returns the indicators of a board, as lines.
+    pub fn lamps(&self) -> Lamps {
+        Lamps::new(self)
+    }
+
+    /// Prints what `source` does: a node, a bus or a part of a board.
+    pub fn line(&self, source: &str, text: impl Display) {
+        let us = self.time().as_micros();
+        self.raw(format_args!("{:>5}.{:06}  {source:<10}  {text}", us / 1_000_000, us % 1_000_000));
+    }
+
+    /// Prints a line as it is.
+    pub(super) fn raw(&self, line: impl Display) {
+        let printed = self.0.progress.suspend(|| writeln!(io::stdout().lock(), "{line}"));
+        if let Err(error) = printed {
+            // The first failure ends the run; others follow from it.
+            let _ = self.0.failure.set(error);
+        }
+    }
+
+    /// Returns the virtual time.
+    pub fn time(&self) -> Instant {
+        Instant::from_micros(self.0.time.load(Ordering::Relaxed))
+    }
+
+    pub(super) fn set_time(&self, now: Instant) {
+        self.0.time.store(now.as_micros(), Ordering::Relaxed);
+        self.0.progress.set_position(now.as_micros() / 1_000);
+    }
+
+    /// Returns the exit code after a line that could not be printed.
+    pub(super) fn failure(&self) -> Option<ExitCode> {
+        let error = self.0.failure.get()?;
+        if error.kind() == ErrorKind::BrokenPipe {
+            return Some(ExitCode::from(PIPE_CLOSED));
+        }
+        eprintln!("error: cannot write to stdout: {error}");
+        Some(ExitCode::FAILURE)
+    }
+
+    pub(super) fn finish(&self) {
+        self.0.progress.finish_and_clear();
+    }
+}
+
+impl Log for Console {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        metadata.level() <= LevelFilter::Info
+    }
+
+    fn log(&self, record: &Record<'_>) {
+        if self.enabled(record.metadata()) {
+            // The crate of the application has the name of its node.
+            let node = record.target().split("::").next().unwrap_or_default();
+            self.line(node, format_args!("{:<5} {}", record.level(), record.args()));
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+/// A bar, or a spinner for a run without end; only on a terminal.
+fn progress(seconds: u32) -> ProgressBar {
+    let (bar, template) = match seconds {
+        0 => (ProgressBar::new_spinner(), "{spinner} {pos} ms of virtual time, {elapsed} on this computer"),
+        _ => (
+            ProgressBar::new(u64::from(seconds) * 1_000),
+            "{bar:40.cyan/blue} {pos} of {len} ms of virtual time, {elapsed} on this computer",
+        ),
+    };
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

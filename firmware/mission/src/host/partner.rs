@@ -1,0 +1,78 @@
+//! Plain nodes of the mission, the partners of an application under way.
+
+use ecss_can::mock::MockSpacecraft;
+use ecss_can::node::{DeviceNode, MasterEvent, SlaveEvent};
+use ecss_can::pdo::Sequence;
+use ecss_can::profile::Profile;
+use ecss_can::types::{Duration, Instant, NodeId};
+
+use super::Console;
+use crate::{
+    COMMAND_PERIOD, Command, Message, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    command, request,
+};
+
+/// Period of the commands of a plain master, and of its telemetry requests.
+const PERIOD: Duration = Duration::from_millis(1_000);
+/// Data store of a slave, bytes.
+const STORE: usize = 4_096;
+
+/// Memory for the data store of a slave. It is never freed.
+pub fn memory() -> &'static mut [u8] {
+    Box::leak(Box::new([0; STORE]))
+}
+
+/// Powers on a master that each second sends node `to` a command and a telemetry request. Changes of its bus have lines
+/// on the console.
+pub fn master(spacecraft: &mut MockSpacecraft, profile: &Profile, to: NodeId, console: &Console) {
+    let (master, mut events) = spacecraft.power_on(|| crate::master(profile, None));
+    spacecraft.spawn(async move {
+        let mut sequence = Sequence::new(master.now(), COMMAND_PERIOD);
+        for (turn, asked) in (1_u32..).zip(Request::ALL.into_iter().cycle()) {
+            master.wait_until(Instant::ZERO + PERIOD.times(turn)).await;
+            let step = sequence.step(master.now());
+            // A slave that is not operational gets neither.
+            let _ = master.with(|master, now| {
+                if let Some(step) = step {
+                    command(master, to, &Command::SetLed(turn % 2 == 1).encode(step), now)?;
+                }
+                request(master, to, &asked.encode(), now)
+            });
+        }
+    });
+    let console = console.clone();
+    spacecraft.spawn(async move {
+        loop {
+            if let MasterEvent::BusSwitched { from, to, cause } = events.next().await {
+                console.line("master", format_args!("active bus: {to:?}, no longer {from:?} ({cause:?})"));
+            }
+        }
+    });
+}
+
+/// Powers on a slave that executes commands and answers telemetry requests.
+pub fn slave(spacecraft: &mut MockSpacecraft, profile: &Profile, id: NodeId) {
+    let (slave, mut events) = spacecraft.power_on(|| crate::slave(id, profile, memory()));
+    spacecraft.spawn(async move {
+        let mut record = SlaveRecord::new();
+        loop {
+            let SlaveEvent::Pdo { number, data, .. } = events.next().await else { continue };
+            let Some(message) = Message::from_payload(&data) else { continue };
+            match usize::from(number) {
+                TELECOMMAND_RPDO => {
+                    // Repeats and unknown commands change nothing.
+                    let _ = record.take(&message, slave.now());
+                }
+                REQUEST_RPDO => {
+                    let Some(request) = Request::decode(&message) else { continue };
+                    slave.with(|slave, now| {
+                        let telemetry = record.answer(request, &slave.status(now)).encode();
+                        slave.change(now, |objects| objects.telemetry = telemetry.into());
+                        slave.send_pdo(TELEMETRY_TPDO, now);
+                    });
+                }
+                _ => {}
+            }
+        }
+    });
+}

@@ -1,0 +1,21 @@
+//! The slave on a computer: its application in a mock spacecraft, commanded by a plain master.
+
+use std::process::ExitCode;
+
+use ecss_can::types::NodeId;
+use mission::{PROFILE, host};
+use slave::Application;
+
+const NODE: NodeId = NodeId::of::<2>();
+
+/// Runs the application as the command line says.
+pub fn run() -> ExitCode {
+    host::run(
+        "Run the application of the slave, node 2, beside a plain master on mock buses",
+        |spacecraft, console| {
+            host::master(spacecraft, PROFILE, NODE, console);
+            let (slave, events) = spacecraft.power_on(|| mission::slave(NODE, PROFILE, host::memory()));
+            spacecraft.spawn(Application::new(slave, events, console.lamps()).run());
+        },
+    )
+}

@@ -1,0 +1,74 @@
+//! Tasks of mock boards, without an executor.
+
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+use alloc::task::Wake;
+use alloc::vec::Vec;
+use core::future::Future;
+use core::pin::{Pin, pin};
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::task::{Context, Poll, Waker};
+
+use super::MockBoard;
+use crate::node::Node;
+use crate::runner::Runners;
+
+/// Tasks of nodes and applications on mock boards. On a board an executor runs them.
+#[derive(Default)]
+pub struct Tasks {
+    futures: Vec<Pin<Box<dyn Future<Output = ()>>>>,
+    is_woken: Arc<Woken>,
+}
+
+#[derive(Default)]
+struct Woken(AtomicBool);
+
+impl Wake for Woken {
+    fn wake(self: Arc<Self>) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Tasks {
+    /// Makes a task of each runner.
+    pub fn new<N: Node>(runners: Runners<MockBoard, N>) -> Self {
+        let mut tasks = Tasks::default();
+        tasks.spawn_node(runners);
+        tasks
+    }
+
+    /// Adds a task for each runner of one more node.
+    pub fn spawn_node<N: Node>(&mut self, runners: Runners<MockBoard, N>) {
+        let Runners { nominal, redundant, due } = runners;
+        self.spawn(nominal.run());
+        self.spawn(redundant.run());
+        self.spawn(due.run());
+    }
+
+    /// Adds a task, for example an application.
+    pub fn spawn<F: Future + 'static>(&mut self, task: F) {
+        self.futures.push(Box::pin(async {
+            task.await;
+        }));
+    }
+
+    /// Runs the tasks until each of them waits or has ended.
+    pub fn run(&mut self) {
+        let waker = Waker::from(self.is_woken.clone());
+        loop {
+            self.is_woken.0.store(false, Ordering::Relaxed);
+            self.futures.retain_mut(|task| task.as_mut().poll(&mut Context::from_waker(&waker)).is_pending());
+            if !self.is_woken.0.load(Ordering::Relaxed) {
+                return;
+            }
+        }
+    }
+}
+
+/// Polls a future once. Returns its result, `None` if it has to wait.
+pub fn poll_once<F: Future>(future: F) -> Option<F::Output> {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(result) => Some(result),
+        Poll::Pending => None,
+    }
+}
