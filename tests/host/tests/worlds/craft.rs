@@ -80,18 +80,7 @@ impl Craft {
 
     /// The same with minimal slaves behind the full ones: those that the profile names.
     pub fn mixed(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        Craft::with_lamps(profile, slaves, true, |world, lamps| {
-            let minimal = profile.minimal.iter().map(|minimal| minimal.node);
-            plan(minimal.fold(world, |world, id| {
-                let numbers = Numbers::of(&profile, id);
-                let node =
-                    move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
-                let lamps = lamps.clone();
-                world.minimal(id, node, move |slave, events| {
-                    minimal_application(slave, events, id, lamps.clone())
-                })
-            }))
-        })
+        Craft::with_lamps(profile, slaves, true, |world, lamps| plan(with_minimal(world, &profile, lamps)))
     }
 
     fn with(profile: Profile, slaves: u8, is_busy: bool, plan: impl FnOnce(Builder) -> Builder) -> Craft {
@@ -123,7 +112,7 @@ impl Craft {
         Craft { world: plan(world, &lamps).build(), deeds, lamps, sequences }
     }
 
-    /// Two master boards with their applications, and slaves 2, 3, .., `slaves` of them.
+    /// Two master boards with their applications, slaves 2, 3, .., `slaves` of them, and the minimal slaves of the profile.
     pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
         let (deeds, lamps) = (Deeds::default(), Lamps::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
@@ -133,7 +122,7 @@ impl Craft {
         });
         let world = World::builder().master(of_two(Strap::Prime), first);
         let world = world.second_master(of_two(Strap::Second), second);
-        let world = with_slaves(world, profile, ids, &deeds, &lamps);
+        let world = with_minimal(with_slaves(world, profile, ids, &deeds, &lamps), &profile, &lamps);
         Craft { world: plan(world).build(), deeds, lamps, sequences: Rc::default() }
     }
 
@@ -198,6 +187,15 @@ fn with_slaves(world: Builder, profile: Profile, ids: Vec<NodeId>, deeds: &Deeds
             },
             move |slave, events| slave_application(slave, events, id, lamps.clone(), deeds.clone()),
         )
+    })
+}
+
+/// The minimal slaves of a profile.
+fn with_minimal(world: Builder, profile: &Profile, lamps: &Lamps) -> Builder {
+    profile.minimal.iter().fold(world, |world, minimal| {
+        let (id, numbers, lamps) = (minimal.node, Numbers::of(profile, minimal.node), lamps.clone());
+        let node = move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
+        world.minimal(id, node, move |slave, events| minimal_application(slave, events, id, lamps.clone()))
     })
 }
 
