@@ -59,8 +59,8 @@ async fn main(spawner: Spawner) {
     let board = Board::new(board::take!(p), timing, Irqs);
     let Ok(id) = board.node_id else { return };
     let slave = || {
-        let slave = Slave::new(id, &Profile::DEFAULT, Lamp::default()).with_retained(board.retained);
-        if let Some(store) = board.store { slave.with_store(store) } else { slave }
+        let slave = Slave::new(id, &Profile::DEFAULT, Lamp::default());
+        slave.with_retained(board.retained).with_store(board.store)
     };
     let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));

@@ -22,10 +22,7 @@ async fn main(spawner: Spawner) {
     let Board { ports, clock, node_id, store, retained, memory, .. } =
         Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let Ok(id) = node_id else { return };
-    let device = || {
-        let device = test_device::device(id, PROFILE, memory).with_retained(retained);
-        if let Some(store) = store { device.with_store(store) } else { device }
-    };
+    let device = || test_device::device(id, PROFILE, memory).with_retained(retained).with_store(store);
     let (_, mut events, runners) = RESOURCES.start(device, ports, clock, &TELLTALE);
     spawn_node(spawner, runners);
     // Nothing follows an event but the reset that the master asks for.

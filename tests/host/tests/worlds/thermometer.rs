@@ -52,7 +52,7 @@ fn running() -> (World, Sensor) {
     let sensor = Sensor::new(Cell::new(Some(AT_25_DEGREES)));
     let given = sensor.clone();
     let mut world = World::builder()
-        .master(|board| Master::new(&PROFILE, Ground::default(), Some(board.store)), idle)
+        .master(|board| Master::new(&PROFILE, Ground::default(), board.store), idle)
         .slave(THERMOMETER, slave, move |slave, events| application(slave, events, given.clone()))
         .drift(THERMOMETER, 90)
         .drift(NodeId::MASTER, -90)
