@@ -26,7 +26,7 @@ pub async fn application<P: Platform, S: AsRef<[u8]> + AsMut<[u8]> + Default + '
     slave: Handle<P, Slave<Thermometer<S>>>,
     mut events: impl EventSource<Event = SlaveEvent>,
     mut hardware: impl Hardware,
-) -> ! {
+) {
     let mut due = slave.now();
     loop {
         let register = hardware.temperature().await;

@@ -56,7 +56,7 @@ fn with_thermometer(world: Builder) -> (World, Sensor) {
     let world = world
         .slave(THERMOMETER, slave, move |slave, events| {
             let hardware = Fitted(given.clone(), events.reset_line());
-            async move { thermometer::application(slave, events, hardware).await }
+            thermometer::application(slave, events, hardware)
         })
         .drift(THERMOMETER, 90)
         .drift(NodeId::MASTER, -90)
