@@ -38,7 +38,7 @@
 //! # Limits
 //!
 //! The module needs an allocator. A port sends in no time: there is no arbitration, no error and no bus-off. The packages
-//! `tests/wire` and `tests/host` of the repository simulate these.
+//! `twin/wire` and `tests/host` of the repository simulate these.
 
 use alloc::boxed::Box;
 use alloc::collections::VecDeque;

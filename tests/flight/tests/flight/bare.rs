@@ -1,4 +1,4 @@
-//! A slave on chip support alone, without `boards-runtime` and without a log: `tests/bare`.
+//! A slave on chip support alone, without `boards-runtime` and without a log: `firmware/fixtures/bare`.
 
 use can_wire::frame::WireFrame;
 use twin::spacecraft::{Bus, GuestId};

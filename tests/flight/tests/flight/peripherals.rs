@@ -1,4 +1,4 @@
-//! Drivers of embassy-stm32 on the peripherals of emulated boards (`tests/peripherals`).
+//! Drivers of embassy-stm32 on the peripherals of emulated boards (`twin/foreign/peripherals`).
 
 use can_wire::time::Time;
 use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings, SerialWord};

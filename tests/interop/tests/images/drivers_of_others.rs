@@ -1,4 +1,4 @@
-//! Drivers of others: `tests/foreign`. They work on silicon, so they must work here.
+//! Drivers of others: `twin/foreign`. They work on silicon, so they must work here.
 
 use std::sync::Arc;
 

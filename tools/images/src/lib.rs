@@ -142,7 +142,7 @@ pub fn build_check<'a>(board: impl Into<BoardCrate<'a>>, program: &str) -> Resul
     Ok(image)
 }
 
-/// Builds the slave with a value of every data type (`tests/device`); returns its ELF file.
+/// Builds the slave with a value of every data type (`firmware/fixtures/device`); returns its ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
@@ -151,7 +151,7 @@ pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
     Ok(image)
 }
 
-/// Builds the slave on chip support alone (`tests/bare`); returns its ELF file.
+/// Builds the slave on chip support alone (`firmware/fixtures/bare`); returns its ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
@@ -160,7 +160,7 @@ pub fn build_test_bare(board: &str) -> Result<PathBuf, Error> {
     Ok(image)
 }
 
-/// Builds the drivers that `tests/peripherals` runs; returns the ELF file.
+/// Builds the drivers that `twin/foreign/peripherals` runs; returns the ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
