@@ -38,16 +38,16 @@ impl Device for Display {
 }
 
 /// A node on both buses.
-struct Seat<N: Node> {
+struct Board<N: Node> {
     node: N,
     out: Outbox<N::Event, N::Depth>,
 }
 
-impl<N: Node> Seat<N> {
+impl<N: Node> Board<N> {
     fn new(mut node: N) -> Self {
         let mut out = Outbox::new();
         node.start(Instant::ZERO, &mut out);
-        Seat { node, out }
+        Board { node, out }
     }
 
     /// Does what is due; the next frame that it sends goes out at once.
@@ -68,8 +68,8 @@ impl<N: Node> Seat<N> {
 }
 
 fn main() {
-    let mut slave = Seat::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
-    let mut master = Seat::new(Master::new(&Profile::DEFAULT, Display::default(), None));
+    let mut slave = Board::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
+    let mut master = Board::new(Master::new(&Profile::DEFAULT, Display::default(), None));
     let (mut now, mut heard) = (Instant::ZERO, vec![]);
     while now < Instant::from_micros(1_050_000) {
         while let Some(sent) = master.step(now) {

@@ -40,13 +40,13 @@
 //!     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE)]);
 //! }
 //!
-//! static TELLTALE: Telltale = Telltale::new();
+//! static DIAGNOSTICS: Diagnostics = Diagnostics::new();
 //! static RESOURCES: Resources<MockBoard, Slave<Thermometer>> = Resources::new();
 //!
 //! let clock = ManualClock::new();
 //! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
 //! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Thermometer::default());
-//! let (slave, _events, runners) = RESOURCES.start(slave, ports.clone(), clock, &TELLTALE);
+//! let (slave, _events, runners) = RESOURCES.start(slave, ports.clone(), clock, &DIAGNOSTICS);
 //! let mut tasks = Tasks::new(runners); // on a board: one task for each runner
 //! tasks.run();
 //! ports.nominal.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());

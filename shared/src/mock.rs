@@ -18,12 +18,12 @@
 //!     const PDOS: PdoSet = PdoSet::NONE;
 //! }
 //!
-//! static TELLTALE: Telltale = Telltale::new();
+//! static DIAGNOSTICS: Diagnostics = Diagnostics::new();
 //! static RESOURCES: Resources<MockBoard, Slave<Bare>> = Resources::new();
 //! let clock = ManualClock::new();
 //! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
 //! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
-//! let (_, mut events, runners) = RESOURCES.start(slave, ports.clone(), clock.clone(), &TELLTALE);
+//! let (_, mut events, runners) = RESOURCES.start(slave, ports.clone(), clock.clone(), &DIAGNOSTICS);
 //!
 //! let mut tasks = Tasks::new(runners);
 //! tasks.run();

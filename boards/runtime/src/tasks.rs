@@ -10,7 +10,7 @@
 /// boards_runtime::node_tasks!(Board, Slave<Heater>);
 ///
 /// // In its main task:
-/// let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
+/// let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
 /// spawn_node(spawner, runners);
 /// ```
 #[macro_export]

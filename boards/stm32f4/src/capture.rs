@@ -31,7 +31,7 @@ use crate::clocks;
 use crate::edges::EdgeInput;
 use crate::spec::AlternatePin;
 use crate::stamping::FrameStamps;
-use crate::{TELLTALE, Uptime};
+use crate::{DIAGNOSTICS, Uptime};
 
 /// TIM5 is at this channel of each stream (RM0090 table 42).
 const STREAM_CHANNEL: u8 = 6;
@@ -146,7 +146,7 @@ impl FrameStamps for Edges {
         } else {
             Err(Miss::Ambiguous)
         };
-        TELLTALE.stamps.note(result.map(|stamp| stamp.low::<PER_MICRO>()));
+        DIAGNOSTICS.stamps.note(result.map(|stamp| stamp.low::<PER_MICRO>()));
         result.unwrap_or(reported)
     }
 }

@@ -89,7 +89,7 @@ pub mod exceptions {
 
 /// What a debugger or an emulator reads of the running image, by the name of this static.
 #[cfg(target_os = "none")]
-pub static TELLTALE: ecss_can::runner::Telltale = ecss_can::runner::Telltale::new();
+pub static DIAGNOSTICS: ecss_can::runner::Diagnostics = ecss_can::runner::Diagnostics::new();
 
 /// Reset the chip.
 #[cfg(target_os = "none")]

@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use master::{Application, Cables, pulses_per_second};
@@ -36,7 +36,7 @@ async fn main(spawner: Spawner) {
     };
     #[cfg(feature = "standby")]
     let master = || mission::master_of_two(PROFILE, strap, board.store);
-    let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &TELLTALE);
+    let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &DIAGNOSTICS);
     master.with(|master, _| master.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, master);

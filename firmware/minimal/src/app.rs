@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
@@ -34,7 +34,7 @@ async fn main(spawner: Spawner) {
     };
     defmt::info!("minimal slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || MinimalSlave::new(id, numbers(id), Shipped::new());
-    let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
+    let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &DIAGNOSTICS);
     spawn_node(spawner, runners);
     supervised("application", Application::new(slave, events, leds).run()).await
 }

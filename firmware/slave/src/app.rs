@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
 use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
@@ -36,7 +36,7 @@ async fn main(spawner: Spawner) {
             slave.with_retained(board.retained).with_store(board.store)
         }
     };
-    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
+    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, slave);

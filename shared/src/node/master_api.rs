@@ -34,8 +34,8 @@ pub enum MasterEvent {
         node: NodeId,
     },
     /// A node sends heartbeats, but its SDO server does not answer. It does not count for the choice of the bus.
-    Stranger {
-        /// Node-ID of the stranger.
+    UnknownNode {
+        /// Node-ID of the foreign node.
         node: NodeId,
     },
     /// Two nodes have this Node-ID: their heartbeats report Operational and another state in turn (EMCY 8150h).

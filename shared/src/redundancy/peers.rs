@@ -12,7 +12,7 @@ mod relative;
 
 /// Node-IDs 0..=127; those of no slave stay empty.
 pub(super) const PLACES: usize = 128;
-/// Consumer times without a heartbeat after which a stranger is forgotten.
+/// Consumer times without a heartbeat after which a foreign node is forgotten.
 const MEMORY: u32 = 10;
 
 /// A set of nodes: bit n stands for Node-ID n.
@@ -21,7 +21,7 @@ pub(super) type NodeSet = u128;
 /// Nodes heard since power-on. Node-IDs are below `N`.
 ///
 /// A node counts for the decisions of the master if 1F81h assigns it, or if its SDO server answered since its last
-/// boot-up message. Any other node is a *stranger*. The master follows its state, but neither its heartbeats nor
+/// boot-up message. Any other node is a *foreign node*. The master follows its state, but neither its heartbeats nor
 /// its silence decide anything. After ten consumer times of silence the master forgets it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Peers<const N: usize = PLACES> {
@@ -73,7 +73,7 @@ impl Peer {
         self.elsewhere_at(parameters) <= now && self.last_there + parameters.hold_time() > now
     }
 
-    /// Returns when a stranger is forgotten.
+    /// Returns when a foreign node is forgotten.
     fn forgotten_at(&self, consumer: Duration) -> Option<Instant> {
         match self.heartbeat {
             Consumer::Missed { last } => Some(last + consumer.times(MEMORY)),
@@ -223,7 +223,7 @@ impl<const N: usize> Peers<N> {
         PeerHeartbeat { changed, returned, start: active && waiting && self.held & bit == 0 }
     }
 
-    /// Returns the next stranger whose device type (1000h) has to be read, once for each new Node-ID and boot-up
+    /// Returns the next foreign node whose device type (1000h) has to be read, once for each new Node-ID and boot-up
     /// message.
     pub fn take_unasked(&mut self) -> Option<NodeId> {
         let node = first(self.ready & !self.assigned)?;
@@ -310,7 +310,7 @@ impl<const N: usize> Peers<N> {
         })
     }
 
-    /// Returns the next stranger that was silent for ten consumer times, each once.
+    /// Returns the next foreign node that was silent for ten consumer times, each once.
     pub fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
         let is_over = |peer: &Peer| peer.forgotten_at(consumer).is_some_and(|at| at <= now);
         let (node, _) = self.each().find(|(node, peer)| is_over(peer) && !self.counts(*node))?;

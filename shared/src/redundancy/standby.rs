@@ -304,7 +304,7 @@ impl Standby {
     }
 
     /// Returns the slaves that this board heard Operational, a bit for each Node-ID. Returns none if they are
-    /// more than the active master ever claimed, because then one of them is a stranger.
+    /// more than the active master ever claimed, because then one of them is a foreign node.
     pub const fn overheard(&self) -> u128 {
         if self.operational.count_ones() <= self.claimed as u32 { self.operational } else { 0 }
     }

@@ -199,7 +199,7 @@ impl<P: CanPort> Line<P> {
             // A node that answers for its counters with the next frame needs them as they are.
             self.look(shared, now);
             shared.node.on_received(self.bus, frame, &stamp, now, &mut shared.out);
-            shared.telltale.handled(self.bus).count();
+            shared.diagnostics.handled(self.bus).count();
         } else {
             self.on_other(shared, event, now);
         }
@@ -233,7 +233,7 @@ impl<P: CanPort> Line<P> {
                 LinkEvent::Failed { frame: outgoing.frame, cause }
             }
             PortEvent::Overrun { lost } => {
-                shared.telltale.overruns().add(u32::from(lost));
+                shared.diagnostics.overruns().add(u32::from(lost));
                 LinkEvent::Overrun { lost }
             }
             PortEvent::Stalled => LinkEvent::Stalled,

@@ -5,7 +5,7 @@ use core::task::Poll;
 
 use super::resources::{Core, Platform};
 use super::shared::{register, wake};
-use super::{SdoClient, SpacecraftClock, Telltale};
+use super::{Diagnostics, SdoClient, SpacecraftClock};
 use crate::node::{Device, DeviceNode, Master, MasterBoards, Node, TimeKeeper};
 use crate::time::Clock;
 use crate::types::{AbortCode, Address, Instant};
@@ -91,8 +91,8 @@ impl<B: Platform, N: Node> Handle<B, N> {
     }
 
     /// Returns the counters that a debugger or an emulator reads.
-    pub fn telltale(&self) -> &'static Telltale {
-        self.core.telltale
+    pub fn diagnostics(&self) -> &'static Diagnostics {
+        self.core.diagnostics
     }
 }
 
@@ -123,7 +123,7 @@ pub trait EventSource {
     fn next(&mut self) -> impl Future<Output = Self::Event>;
 }
 
-/// Events of a node for its application. A slow application loses events (counted in [`Telltale`]). The node
+/// Events of a node for its application. A slow application loses events (counted in [`Diagnostics`]). The node
 /// never waits.
 pub struct Events<B: Platform, N: Node> {
     core: &'static Core<B, N>,

@@ -29,12 +29,12 @@
 //! # }
 //! type Resources = ecss_can::runner::Resources<MockBoard, Slave<Bare>>;
 //! static RESOURCES: Resources = Resources::new();
-//! static TELLTALE: Telltale = Telltale::new();
+//! static DIAGNOSTICS: Diagnostics = Diagnostics::new();
 //!
 //! let clock = ManualClock::new();
 //! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
 //! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
-//! let (slave, mut events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
+//! let (slave, mut events, runners) = RESOURCES.start(slave, ports, clock, &DIAGNOSTICS);
 //!
 //! let mut tasks = Tasks::new(runners); // on a board: `runners.nominal.run().await` in a task, and so on
 //! tasks.run();
@@ -57,6 +57,7 @@
 mod alarm;
 mod bus;
 mod cable;
+mod diagnostics;
 mod due;
 mod filters;
 mod handle;
@@ -65,17 +66,16 @@ mod sdo_client;
 mod shared;
 mod single;
 mod spacecraft_clock;
-mod telltale;
 
 pub use bus::BusRunner;
 pub use cable::Cable;
+pub use diagnostics::{Diagnostics, Interrupts, Stamps, Tally};
 pub use due::DueRunner;
 pub use handle::{EventSource, Events, Handle};
 pub use resources::{Platform, Resources, Runners};
 pub use sdo_client::SdoClient;
 pub use single::{Single, SingleRunners};
 pub use spacecraft_clock::SpacecraftClock;
-pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 /// Events that a bus handles before other tasks have their turn.
 const TURN: usize = 2;

@@ -9,7 +9,7 @@ use static_cell::StaticCell;
 use super::bus::Line;
 use super::filters::fit;
 use super::shared::Shared;
-use super::{BusRunner, DueRunner, Events, Handle, Telltale};
+use super::{BusRunner, Diagnostics, DueRunner, Events, Handle};
 use crate::link::port::CanPort;
 use crate::node::{Filters, Node};
 use crate::time::Clock;
@@ -77,11 +77,11 @@ impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
         node: impl FnOnce() -> N,
         lines: impl FnOnce() -> L,
         clock: B::Clock,
-        telltale: &'static Telltale,
+        diagnostics: &'static Diagnostics,
     ) -> (&'static Core<B, N>, &'static mut L) {
         let node = make(black_box(self.node.try_uninit().unwrap()), node);
         let around = || Around {
-            core: Core { shared: RefCell::new(Shared::new(node, telltale)), clock, telltale },
+            core: Core { shared: RefCell::new(Shared::new(node, diagnostics)), clock, diagnostics },
             lines: lines(),
         };
         let around = make(black_box(self.around.try_uninit().unwrap()), around);
@@ -94,7 +94,7 @@ impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
 pub(super) struct Core<B: Platform, N: Node> {
     pub shared: RefCell<Shared<N>>,
     pub clock: B::Clock,
-    pub telltale: &'static Telltale,
+    pub diagnostics: &'static Diagnostics,
 }
 
 impl<B: Platform, N: Node> Core<B, N> {
@@ -124,13 +124,13 @@ impl<B: Platform, N: Node> Resources<B, N> {
         node: impl FnOnce() -> N,
         ports: PerBus<B::Port>,
         clock: B::Clock,
-        telltale: &'static Telltale,
+        diagnostics: &'static Diagnostics,
     ) -> (Handle<B, N>, Events<B, N>, Runners<B, N>) {
         let lines = || PerBus {
             nominal: Line::new(Bus::Nominal, ports.nominal),
             redundant: Line::new(Bus::Redundant, ports.redundant),
         };
-        let (core, lines) = self.room.start(node, lines, clock, telltale);
+        let (core, lines) = self.room.start(node, lines, clock, diagnostics);
         let runners = Runners {
             nominal: BusRunner::new(core, &mut lines.nominal),
             redundant: BusRunner::new(core, &mut lines.redundant),

@@ -3,7 +3,7 @@
 
 use core::task::{Context, Waker};
 
-use super::Telltale;
+use super::Diagnostics;
 use crate::link::depth::Depth as _;
 use crate::link::queue::{Full, Outgoing, TxQueue};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
@@ -29,12 +29,12 @@ pub(super) struct Shared<N: Node> {
     /// Tasks that wait for a time of the spacecraft. When a `MultiWakerRegistration` of embassy-sync is full, it wakes all
     /// tasks: five of them would wake each other without end.
     pub waiters: [Option<Waker>; WAITERS],
-    pub telltale: &'static Telltale,
+    pub diagnostics: &'static Diagnostics,
 }
 
 impl<N: Node> Shared<N> {
     #[inline]
-    pub fn new(node: &'static mut N, telltale: &'static Telltale) -> Self {
+    pub fn new(node: &'static mut N, diagnostics: &'static Diagnostics) -> Self {
         Shared {
             node,
             out: Outbox::new(),
@@ -44,7 +44,7 @@ impl<N: Node> Shared<N> {
             armed: Instant::NEVER,
             listener: None,
             waiters: [const { None }; WAITERS],
-            telltale,
+            diagnostics,
         }
     }
 
@@ -85,7 +85,7 @@ impl<N: Node> Shared<N> {
         let mut found = None;
         // A loss may make the node send again. What is left then has its turn at the next step.
         for _ in 0..2 {
-            self.telltale.app_overflows().add(self.out.take_overflows());
+            self.diagnostics.app_overflows().add(self.out.take_overflows());
             for &bus in &Bus::ALL {
                 let frames = self.out.take_unsent(bus);
                 if frames > 0 {

@@ -2,7 +2,7 @@
 
 use super::bus::Line;
 use super::resources::Room;
-use super::{BusRunner, DueRunner, Events, Handle, Platform, Telltale};
+use super::{BusRunner, Diagnostics, DueRunner, Events, Handle, Platform};
 use crate::node::Node;
 use crate::types::Bus;
 
@@ -29,10 +29,10 @@ impl<B: Platform, N: Node> Single<B, N> {
         node: impl FnOnce() -> N,
         port: B::Port,
         clock: B::Clock,
-        telltale: &'static Telltale,
+        diagnostics: &'static Diagnostics,
     ) -> (Handle<B, N>, Events<B, N>, SingleRunners<B, N>) {
         let line = || Line::new(Bus::Nominal, port);
-        let (core, line) = self.room.start(node, line, clock, telltale);
+        let (core, line) = self.room.start(node, line, clock, diagnostics);
         (
             Handle::new(core),
             Events::new(core),

@@ -59,9 +59,9 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     /// # Cancel safety
     /// A dropped future has no effect.
     pub async fn at(&self, scet: Scet) {
-        let seat = Seat::take(self.core);
+        let slot = WaiterSlot::take(self.core);
         while let Err(due) = self.reached(scet) {
-            let due = if seat.nth.is_some() { due } else { due.min(self.core.clock.now() + LOOK) };
+            let due = if slot.nth.is_some() { due } else { due.min(self.core.clock.now() + LOOK) };
             let mut timer = pin!(self.core.clock.at(due));
             let mut is_first = true;
             // Woken by the timer or by a step: look again.
@@ -69,7 +69,7 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
                 if !core::mem::take(&mut is_first) {
                     return Poll::Ready(());
                 }
-                seat.wake_by(context.waker());
+                slot.wake_by(context.waker());
                 timer.as_mut().poll(context)
             })
             .await;
@@ -93,12 +93,12 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
 }
 
 /// Place among the tasks that are woken at a step of the clock.
-struct Seat<B: Platform, N: TimeKeeper> {
+struct WaiterSlot<B: Platform, N: TimeKeeper> {
     core: &'static Core<B, N>,
     nth: Option<usize>,
 }
 
-impl<B: Platform, N: TimeKeeper> Seat<B, N> {
+impl<B: Platform, N: TimeKeeper> WaiterSlot<B, N> {
     fn take(core: &'static Core<B, N>) -> Self {
         let nth = core.lock(|shared| {
             let nth = shared.waiters.iter().position(Option::is_none)?;
@@ -106,7 +106,7 @@ impl<B: Platform, N: TimeKeeper> Seat<B, N> {
             *shared.waiters.get_mut(nth)? = Some(Waker::noop().clone());
             Some(nth)
         });
-        Seat { core, nth }
+        WaiterSlot { core, nth }
     }
 
     fn wake_by(&self, waker: &Waker) {
@@ -115,14 +115,14 @@ impl<B: Platform, N: TimeKeeper> Seat<B, N> {
 
     fn set(&self, waker: Option<Waker>) {
         self.core.lock(|shared| {
-            if let Some(seat) = self.nth.and_then(|nth| shared.waiters.get_mut(nth)) {
-                *seat = waker;
+            if let Some(slot) = self.nth.and_then(|nth| shared.waiters.get_mut(nth)) {
+                *slot = waker;
             }
         });
     }
 }
 
-impl<B: Platform, N: TimeKeeper> Drop for Seat<B, N> {
+impl<B: Platform, N: TimeKeeper> Drop for WaiterSlot<B, N> {
     fn drop(&mut self) {
         self.set(None);
     }

@@ -152,7 +152,7 @@ fn the_application_may_start_a_babbler() {
 
 /// One foreign sender must not move a network.
 #[test]
-fn a_stranger_that_babbles_decides_nothing() {
+fn a_foreign_node_that_babbles_decides_nothing() {
     let mut master = flying();
     (0..50).for_each(|_| master.receive(NOMINAL, 0x7F0, &[5]));
     assert!(commands(&master).is_empty());

@@ -24,7 +24,7 @@ fn answer(manager: &mut Manager, raw: u8, at: u64) {
 }
 
 #[test]
-fn silence_of_a_stranger_moves_nobody_and_it_is_forgotten() {
+fn silence_of_a_foreign_node_moves_nobody_and_it_is_forgotten() {
     let mut manager = unassigned();
     word(&mut manager, NOMINAL, 2, Operational, 10);
     answer(&mut manager, 2, 11);
@@ -40,7 +40,7 @@ fn silence_of_a_stranger_moves_nobody_and_it_is_forgotten() {
 }
 
 #[test]
-fn a_stranger_does_not_keep_the_master_from_alternating() {
+fn a_foreign_node_does_not_keep_the_master_from_alternating() {
     let mut manager = unassigned();
     let mut done = vec![];
     for at in (10..=2_100).step_by(40) {
@@ -52,7 +52,7 @@ fn a_stranger_does_not_keep_the_master_from_alternating() {
 }
 
 #[test]
-fn a_stranger_heard_is_no_reason_for_isolation() {
+fn a_foreign_node_heard_is_no_reason_for_isolation() {
     let mut manager = unassigned();
     word(&mut manager, NOMINAL, 5, Operational, 10);
     manager.on_health(NOMINAL, ALONE, false, ms(20));
@@ -95,7 +95,7 @@ fn a_slave_that_boots_up_beside_a_lost_one_is_heard() {
         }
         word(&mut manager, NOMINAL, 3, Operational, at);
     }
-    // Silent before it answers, it counts as little as any stranger.
+    // Silent before it answers, it counts as little as any foreign node.
     assert_eq!(
         done,
         [
@@ -225,7 +225,7 @@ fn without_monitoring_the_master_stays() {
 /// Given a node that does not count and has become silent on the active bus, When it is heard on the other bus, Then this
 /// alone makes nothing due.
 #[test]
-fn a_stranger_heard_on_the_other_bus_makes_nothing_due() {
+fn a_foreign_node_heard_on_the_other_bus_makes_nothing_due() {
     let mut manager = unassigned();
     for at in (10..=990).step_by(20) {
         decisions(&mut manager, at);
@@ -234,9 +234,9 @@ fn a_stranger_heard_on_the_other_bus_makes_nothing_due() {
     }
 }
 
-/// Given a stranger that is known, When it is assigned, Then its silence counts at once.
+/// Given a foreign node that is known, When it is assigned, Then its silence counts at once.
 #[test]
-fn a_stranger_that_is_assigned_is_judged_at_once() {
+fn a_foreign_node_that_is_assigned_is_judged_at_once() {
     let mut manager = unassigned();
     word(&mut manager, REDUNDANT, 5, Operational, 10);
     decisions(&mut manager, 20);

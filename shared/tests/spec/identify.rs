@@ -47,16 +47,16 @@ fn one_that_does_not_answer_is_reported_once() {
     }
     // Between two questions the client is free for others as long as one takes.
     assert_eq!(questions(&master), [(5, 1), (6, 1_001)]);
-    let strangers = master.events.iter().filter(|event| matches!(event, MasterEvent::Stranger { .. }));
-    let strangers: Vec<&MasterEvent> = strangers.collect();
+    let foreign_nodes = master.events.iter().filter(|event| matches!(event, MasterEvent::UnknownNode { .. }));
+    let foreign_nodes: Vec<&MasterEvent> = foreign_nodes.collect();
     assert_eq!(
-        strangers,
-        [&MasterEvent::Stranger { node: node(5) }, &MasterEvent::Stranger { node: node(6) }]
+        foreign_nodes,
+        [&MasterEvent::UnknownNode { node: node(5) }, &MasterEvent::UnknownNode { node: node(6) }]
     );
 }
 
 #[test]
-fn assigned_slaves_are_booted_before_strangers_are_asked() {
+fn assigned_slaves_are_booted_before_foreign_nodes_are_asked() {
     let mut master = powered(&BOOTS_TWO);
     master.receive(NOMINAL, 0x702, &[0x7F]);
     master.receive(NOMINAL, 0x705, &[0x7F]);

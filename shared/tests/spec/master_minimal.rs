@@ -12,7 +12,7 @@ use crate::master_device::{powered, read};
 
 const HEARD: u8 = 5;
 const SILENT: u8 = 6;
-const STRANGER: u8 = 7;
+const FOREIGN_NODE: u8 = 7;
 
 const MIXED: Profile = Profile {
     minimal: &[
@@ -82,7 +82,7 @@ fn master_sends_commands_and_requests_by_each_of_four_pdos() {
 fn commands_to_a_slave_that_takes_none_are_refused() {
     let mut master = announced();
     assert_eq!(send(&mut master, HEARD, 0, &[1]), Err(Refusal::NotOperational), "not heard yet");
-    assert_eq!(send(&mut master, STRANGER, 0, &[1]), Err(Refusal::NotOperational), "no minimal one");
+    assert_eq!(send(&mut master, FOREIGN_NODE, 0, &[1]), Err(Refusal::NotOperational), "no minimal one");
     assert_eq!(send(&mut master, SILENT, 4, &[1]), Err(Refusal::NotValid), "there are four");
     assert_eq!(send(&mut master, SILENT, 0, &[0; 9]), Err(Refusal::NotValid), "8 bytes at most");
     assert_eq!(master.frames(), []);
@@ -93,7 +93,7 @@ fn commands_to_a_slave_that_takes_none_are_refused() {
     assert_eq!(master.frames(), [(NOMINAL, frame(0x505, &[1]))]);
 }
 
-/// Given two minimal slaves and a stranger that are heard together, then the stranger alone is asked by SDO, and none is started.
+/// Given two minimal slaves and a foreign node that are heard together, then the foreign node alone is asked by SDO, and none is started.
 #[test]
 fn minimal_slaves_are_not_asked_who_they_are() {
     let mut master = announced();

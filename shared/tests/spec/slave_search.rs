@@ -154,11 +154,11 @@ fn a_master_that_takes_over_searches_anew() {
 
 /// A frame of a node that does not count does not end a search.
 #[test]
-fn a_stranger_does_not_free_a_master_that_gave_up() {
+fn a_foreign_node_does_not_free_a_master_that_gave_up() {
     let mut manager = started(Parameters { ntoggle: 1, ..PARAMETERS });
     decisions(&mut manager, 10_000);
-    let stranger: Option<NodeId> = Some(node(5));
-    assert!(!manager.on_frame(REDUNDANT, stranger, ms(10_000)));
+    let foreign_node: Option<NodeId> = Some(node(5));
+    assert!(!manager.on_frame(REDUNDANT, foreign_node, ms(10_000)));
     assert_eq!(decisions(&mut manager, 30_000), []);
     assert!(manager.on_frame(NOMINAL, Some(node(2)), ms(30_000)), "a search may begin: a deadline is new");
 }

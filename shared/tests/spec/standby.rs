@@ -181,7 +181,7 @@ fn a_standby_that_hears_claims_alone_stays_the_standby() {
 }
 
 /// Given a standby that heard slaves Operational, then they are those of the active master, unless it heard more than that one ever
-/// claimed: then one of them is a stranger.
+/// claimed: then one of them is a foreign node.
 ///
 /// Verifies: ECSS 8.1a
 #[test]

@@ -173,7 +173,7 @@ fn a_slave_that_is_back_within_its_search_moves_nobody() {
 }
 
 #[test]
-fn a_stranger_on_the_other_bus_moves_nobody() {
+fn a_foreign_node_on_the_other_bus_moves_nobody() {
     let mut manager = started();
     manager.peers_mut().assign(node(9), false);
     assert_eq!(fly(&mut manager, 20, 5_000, &[2, 3, 4], &[9]), []);

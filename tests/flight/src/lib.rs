@@ -4,9 +4,9 @@
 
 #![forbid(unsafe_code)]
 
-mod craft;
-mod felling;
+mod program_faults;
 pub mod rates;
+mod spacecraft;
 
-pub use craft::*;
-pub use felling::*;
+pub use program_faults::*;
+pub use spacecraft::*;

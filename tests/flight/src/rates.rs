@@ -24,50 +24,50 @@ fn bits(kbit: u64, count: u64) -> Time {
 /// then all of it goes on, on the other one.
 pub fn assert_flies(kbit: u64) {
     let images = at(kbit, "standard");
-    let mut craft = Craft::with(&MASTER_AND_THREE[..3], &images);
-    craft.fly(CUT);
+    let mut flight = Flight::with(&MASTER_AND_THREE[..3], &images);
+    flight.fly(CUT);
     for node in [2, 3] {
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}\n{}", craft.log(node));
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
         // A command each period, since the slave is operational.
-        assert!(craft.executed(node) >= 7, "node {node}: {}", craft.executed(node));
-        let stamped = craft.twin.board(craft.board(node));
-        let bytes = stamped.read_memory(stamped.symbol("TELLTALE").unwrap().address + 4 * 8, 4).unwrap();
+        assert!(flight.executed(node) >= 7, "node {node}: {}", flight.executed(node));
+        let stamped = flight.twin.board(flight.board(node));
+        let bytes = stamped.read_memory(stamped.symbol("DIAGNOSTICS").unwrap().address + 4 * 8, 4).unwrap();
         let stamps = u32::from_le_bytes(bytes.try_into().unwrap());
         assert!(stamps >= 7, "node {node} stamped {stamps} SYNCs");
     }
     // Without data, 44 bits and what is stuffed into 34 of them.
-    let sync = craft.sent(MASTER, Bus::Nominal, 0x080).last().unwrap();
+    let sync = flight.sent(MASTER, Bus::Nominal, 0x080).last().unwrap();
     let length = sync.end.since(sync.start);
     let (least, most) = (bits(kbit, 43), bits(kbit, 44 + 33 / 4));
     assert!((least..most).contains(&length), "{} us", length.as_us());
 
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    let before = [2, 3].map(|node| craft.executed(node));
-    craft.fly(CUT + ms(1_000));
-    let first = craft.on(Bus::Redundant).next().unwrap();
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    let before = [2, 3].map(|node| flight.executed(node));
+    flight.fly(CUT + ms(1_000));
+    let first = flight.on(Bus::Redundant).next().unwrap();
     assert_eq!((first.sender, first.id()), (0, Some(0x701)));
     // A heartbeat period, 5 ms, and what the bus needs: 16 attempts and error flags until error passive, two frames more.
     let bound = PERIOD + ms(5) + bits(kbit, 16 * (135 + 20) + 350);
     let taken = first.start.since(CUT);
     assert!(taken < bound, "{} us of {}", taken.as_us(), bound.as_us());
     for (node, before) in [2, 3].into_iter().zip(before) {
-        assert!(craft.is_operational(node, Bus::Redundant), "node {node}\n{}", craft.log(node));
-        assert!(craft.executed(node) >= before + 7, "node {node}");
+        assert!(flight.is_operational(node, Bus::Redundant), "node {node}\n{}", flight.log(node));
+        assert!(flight.executed(node) >= before + 7, "node {node}");
     }
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// Given a master and one slave on a bus that can carry little more (profile `librecube`: heartbeat 250 ms), when its nominal bus
 /// is cut, then commands flow on the other one.
 pub fn assert_carries_a_slave(kbit: u64) {
-    let mut craft = Craft::with(&MASTER_AND_THREE[..2], &at(kbit, "librecube"));
-    craft.fly_to(2_000);
-    assert!(craft.is_operational(2, Bus::Nominal), "{}", craft.log(2));
-    assert!(craft.executed(2) >= 10, "{}", craft.executed(2));
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    let before = craft.executed(2);
-    craft.fly_to(4_000);
-    assert!(craft.is_operational(2, Bus::Redundant), "{}", craft.log(2));
-    assert!(craft.executed(2) >= before + 10, "{}", craft.executed(2));
-    craft.assert_nothing_lost();
+    let mut flight = Flight::with(&MASTER_AND_THREE[..2], &at(kbit, "librecube"));
+    flight.fly_to(2_000);
+    assert!(flight.is_operational(2, Bus::Nominal), "{}", flight.log(2));
+    assert!(flight.executed(2) >= 10, "{}", flight.executed(2));
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    let before = flight.executed(2);
+    flight.fly_to(4_000);
+    assert!(flight.is_operational(2, Bus::Redundant), "{}", flight.log(2));
+    assert!(flight.executed(2) >= before + 10, "{}", flight.executed(2));
+    flight.assert_nothing_lost();
 }

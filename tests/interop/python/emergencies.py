@@ -8,7 +8,7 @@ import unittest
 from canopen import LocalNode
 from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
 
-from spacecraft import BOOT_UP, MASTER_EDS, OPERATIONAL, Test, Witness
+from spacecraft import BOOT_UP, MASTER_EDS, OPERATIONAL, Test, Observer
 
 NODE = 9
 #: Milliseconds.
@@ -50,7 +50,7 @@ class Emergencies(Test):
 
         The master and this client share the default SDO of the slave: a request of one ends the transfer of the other.
         """
-        answers = Witness()
+        answers = Observer()
         self.net.subscribe(0x702, lambda _id, data, _at: answers(bytes(data)))
         self.net.subscribe(0x582, lambda _id, data, _at: answers(bytes(data)[:4]))
         self.slave.becomes(OPERATIONAL)
@@ -96,7 +96,7 @@ class Emergencies(Test):
     def consumes(self, consumer, subindex: int) -> None:
         """1016h: it tells when the node is missed, and when it is back."""
         consumer.sdo[CONSUMERS][subindex].raw = NODE << 16 | CONSUMER
-        errors = Witness()
+        errors = Observer()
         consumer.emcy.add_callback(lambda error: errors((error.code, error.register, error.data.rstrip(b"\0"))))
         self.appears()
         self.local.nmt.stop_heartbeat()

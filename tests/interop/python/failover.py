@@ -12,7 +12,7 @@ from canopen import LocalNode
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo import SdoAbortedError, SdoCommunicationError
 
-from spacecraft import EDS, MASTER_EDS, NOMINAL, OPERATIONAL, PATIENCE, REDUNDANT, Test, Witness
+from spacecraft import EDS, MASTER_EDS, NOMINAL, OPERATIONAL, PATIENCE, REDUNDANT, Test, Observer
 
 FOREIGN = (10, 11, 12, 13)
 #: Milliseconds; the master of this profile is patient for 2.5 s.
@@ -30,9 +30,9 @@ class Side:
 
     def __init__(self, test: Test, url: str) -> None:
         net = test.connect(url)
-        self.master_heard = Witness()
+        self.master_heard = Observer()
         net.subscribe(0x701, lambda _id, data, _at: self.master_heard(bytes(data)))
-        self.responses = Witness()
+        self.responses = Observer()
         net.subscribe(0x582, lambda _id, data, _at: self.responses(bytes(data)))
         self.slave = net.add_node(2, str(EDS))
         self.slave.sdo.RESPONSE_TIMEOUT = PATIENCE

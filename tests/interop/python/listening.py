@@ -2,7 +2,7 @@
 
 import unittest
 
-from spacecraft import NOMINAL, OPERATIONAL, REDUNDANT, Channel, Node, Witness, network
+from spacecraft import NOMINAL, OPERATIONAL, REDUNDANT, Channel, Node, Observer, network
 
 NODES = [1, 2, 3, 4]
 PERIOD_MS = 100
@@ -56,7 +56,7 @@ class CanopenPackage(unittest.TestCase):
             self.assertEqual(sorted(net.scanner.nodes), NODES)
 
     def test_subscribers_see_sync(self) -> None:
-        seen = Witness()
+        seen = Observer()
         with network() as net:
             net.subscribe(0x080, lambda _id, data, _at: seen(bytes(data)))
             self.assertEqual(set(seen.wait_for(lambda told: len(told) >= 5)), {b""})

@@ -2,14 +2,14 @@
 
 import unittest
 
-from spacecraft import MASTER_EDS, OPERATIONAL, STOPPED, Test, Witness
+from spacecraft import MASTER_EDS, OPERATIONAL, STOPPED, Test, Observer
 
 
 class Master(Test):
     def setUp(self) -> None:
         self.net = self.connect()
         (self.node,) = self.nodes(self.net, 2)
-        self.commands = Witness()
+        self.commands = Observer()
         self.net.subscribe(0x000, lambda _id, data, _at: self.commands(bytes(data)))
         self.node.becomes(OPERATIONAL)
 
@@ -28,7 +28,7 @@ class Master(Test):
         self.commands.wait_for(self.starts)
         self.node.becomes(OPERATIONAL, times=2)
 
-    def test_a_slave_that_a_stranger_stops_is_started_again(self) -> None:
+    def test_a_slave_that_a_foreign_node_stops_is_started_again(self) -> None:
         self.node.states.forget()
         self.node.remote.nmt.state = "STOPPED"
         self.node.states.wait_for(lambda told: STOPPED in told)

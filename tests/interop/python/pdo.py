@@ -4,7 +4,7 @@ master is this script.
 
 import unittest
 
-from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Test, Witness
+from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Test, Observer
 
 SET_VALUE, VALUE = 0x0002, 0x0102
 #: Numbers of the PDOs, from 1 on.
@@ -48,7 +48,7 @@ class Pdo(Test):
             self.assertEqual(sum(variable.length for variable in pdo), 64)
 
     def test_what_is_sent_is_executed_and_the_answer_subscribed(self) -> None:
-        answers = Witness()
+        answers = Observer()
         self.remote.tpdo[TELEMETRY].add_callback(lambda pdo: answers((pdo[0].raw, pdo[1].raw)))
         self.start()
         for sequence, value in enumerate((0xC0FFEE, 0xFFFFFFFF, 0)):
@@ -60,7 +60,7 @@ class Pdo(Test):
     def test_a_mapping_that_is_changed_is_obeyed(self) -> None:
         """CiA 301 7.5.2.36: invalid, no objects, the objects, their number, valid again."""
         self.use(3)
-        values = Witness()
+        values = Observer()
         pdo = self.remote.tpdo[SPARE]
         pdo.clear()
         pdo.add_variable(0x6400, 0x07)
@@ -85,7 +85,7 @@ class Pdo(Test):
             self.assertTrue(pdo.enabled)
             pdo.cob_id = cob_id
             pdo.save()
-            answers = Witness()
+            answers = Observer()
             self.net.subscribe(cob_id, lambda cob_id, data, timestamp: answers(bytes(data)))
             self.start()
             self.send(REQUEST, VALUE, 0)

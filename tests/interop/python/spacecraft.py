@@ -117,7 +117,7 @@ class Channel:
         return not self._buffer
 
 
-class Witness:
+class Observer:
     """Keeps what is told to it from another thread, and waits for what is wanted."""
 
     def __init__(self) -> None:
@@ -187,9 +187,9 @@ class Node:
         self._sequence = 0
         self.remote = net.add_node(number, str(EDS))
         self.remote.sdo.RESPONSE_TIMEOUT = PATIENCE
-        self.states = Witness()
+        self.states = Observer()
         self.remote.nmt.add_heartbeat_callback(self.states)
-        self.telemetry = Witness()
+        self.telemetry = Observer()
         net.subscribe(0x380 + number, lambda _id, data, _at: self.telemetry(bytes(data)))
 
     def becomes(self, state: int, times: int = 1) -> None:

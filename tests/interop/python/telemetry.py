@@ -3,7 +3,7 @@
 import struct
 import unittest
 
-from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Node, Test, Witness
+from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Node, Test, Observer
 
 SET_VALUE, RESET_COUNTERS, UNKNOWN = 0x0002, 0x0003, 0x7777
 UPTIME, VALUE, EXECUTED = 0x0101, 0x0102, 0x0103
@@ -51,7 +51,7 @@ class Telemetry(Test):
     def test_a_request_may_be_its_code_alone(self) -> None:
         """ECSS Figure 9-2: DLC 0 to 8."""
         node = self.slaves[0]
-        errors = Witness()
+        errors = Observer()
         node.remote.emcy.add_callback(lambda error: errors(error.code))
         node.command(SET_VALUE, struct.pack("<I", 0x1234))
         for zeros in range(7):
@@ -68,7 +68,7 @@ class Telemetry(Test):
         """CiA 301 7.2.7.1: 8210h, PDO not processed due to length error."""
         node = self.slaves[0]
         before = self.number(node, EXECUTED)
-        errors = Witness()
+        errors = Observer()
         node.remote.emcy.add_callback(lambda error: errors(error.code))
         self.net.send_message(0x302, struct.pack("<HI", SET_VALUE, 1))
         errors.wait_for(lambda told: 0x8210 in told)

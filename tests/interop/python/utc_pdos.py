@@ -5,7 +5,7 @@ Figure 7-2); master, producer of SYNC and of the time is this script.
 import struct
 import unittest
 
-from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Test, Witness
+from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Test, Observer
 
 UTC_SET, UTC_GET = 0x2012, 0x2013
 DAY, MS, SUBMILLISECONDS = 1, 2, 3
@@ -30,7 +30,7 @@ class Utc(Test):
             pdo.cob_id, pdo.trans_type, pdo.enabled = cob_id, kind, True
             pdo.save()
             self.assertEqual([variable.length for variable in pdo], [16, 32, 16])
-        told = Witness()
+        told = Observer()
         local.add_callback(lambda pdo: told((bytes(pdo.data), [variable.raw for variable in pdo])))
         remote.nmt.state = "OPERATIONAL"
         slave.becomes(OPERATIONAL)
@@ -45,7 +45,7 @@ class Utc(Test):
         told.forget()
         self.assertEqual(self.assert_soon_after(net, told, day, MS_OF_DAY - 1, 999), day + 1)
 
-    def assert_soon_after(self, net, told: Witness, day: int, ms: int, micros: int) -> int:
+    def assert_soon_after(self, net, told: Observer, day: int, ms: int, micros: int) -> int:
         """The time of the slave at a SYNC is this one, but for some seconds. Returns its day."""
         net.sync.transmit()
         octets, values = told.wait_for(bool)[0]

@@ -3,7 +3,7 @@
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::Bus;
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 
 use crate::reach;
 use crate::scene::{News, Noted};
@@ -32,7 +32,7 @@ pub struct Switch {
 
 /// A master board.
 pub struct MasterBoard {
-    pub seat: Seat,
+    pub key: NodeKey,
     /// Power-ons.
     pub lives: u32,
     pub stays: Vec<Stay>,
@@ -51,12 +51,12 @@ pub struct Boards {
 impl MasterBoard {
     /// Number of the board in a script.
     pub fn number(&self) -> u8 {
-        if self.seat == Seat::SECOND_MASTER { SPARE } else { 1 }
+        if self.key == NodeKey::SECOND_MASTER { SPARE } else { 1 }
     }
 
     /// Its name in a complaint.
     pub fn name(&self) -> &'static str {
-        if self.seat == Seat::SECOND_MASTER { "the second master" } else { "the master" }
+        if self.key == NodeKey::SECOND_MASTER { "the second master" } else { "the master" }
     }
 
     /// The bus that it manages now; `None` while it is not active.
@@ -111,22 +111,22 @@ impl MasterBoard {
 impl Boards {
     /// Those of a script.
     pub fn new(script: &Script) -> Boards {
-        let seats = [Seat::MASTER, Seat::SECOND_MASTER].into_iter().take(script.masters.into());
-        let board = |seat| MasterBoard {
-            seat,
+        let keys = [NodeKey::MASTER, NodeKey::SECOND_MASTER].into_iter().take(script.masters.into());
+        let board = |key| MasterBoard {
+            key,
             lives: 0,
             stays: Vec::new(),
             switches: Vec::new(),
             roles: Vec::new(),
             hearing: Vec::new(),
         };
-        Boards { all: seats.map(board).collect() }
+        Boards { all: keys.map(board).collect() }
     }
 
     /// Reads a change; nothing happens when it is of a slave.
     pub fn read(&mut self, noted: &Noted) {
         let is_one_of_two = self.all.len() > 1;
-        if let Some(board) = self.all.iter_mut().find(|board| board.seat == noted.seat) {
+        if let Some(board) = self.all.iter_mut().find(|board| board.key == noted.key) {
             board.read(noted.at, noted.news, is_one_of_two);
         }
     }
@@ -136,9 +136,9 @@ impl Boards {
         self.all.iter()
     }
 
-    /// The board of a seat; `None` for a slave.
-    pub fn of(&self, seat: Seat) -> Option<&MasterBoard> {
-        self.all.iter().find(|board| board.seat == seat)
+    /// The board of a key; `None` for a slave.
+    pub fn of(&self, key: NodeKey) -> Option<&MasterBoard> {
+        self.all.iter().find(|board| board.key == key)
     }
 
     /// Boards that manage a bus now.

@@ -21,7 +21,7 @@ pub enum Rule {
     /// A command that CAN delivers twice is executed once
     Repeats,
     /// Only nodes that are assigned or answer count
-    Stranger,
+    UnknownNode,
     /// The master tries the other bus for a slave that is lost here and heard there
     LostMinority,
     /// A node reports another one with its Node-ID
@@ -43,7 +43,7 @@ impl Rule {
             Rule::DeadBus => Broken::NoDwell,
             Rule::ForeignMaster => Broken::FollowsEverybody,
             Rule::Repeats => return None,
-            Rule::Stranger => Broken::CountsEverybody,
+            Rule::UnknownNode => Broken::CountsEverybody,
             Rule::LostMinority => Broken::NeverTries,
             Rule::OneNodeId => Broken::IgnoresClash,
             Rule::Unconfigured => Broken::TrustsStarted,
@@ -59,7 +59,7 @@ impl Rule {
             Rule::DeadBus => (Kind::Cut, Some(Kind::ResetMaster)),
             Rule::ForeignMaster => (Kind::Cut, Some(Kind::ForeignMaster)),
             Rule::Repeats => (Kind::Flip, None),
-            Rule::Stranger => (Kind::Stranger, None),
+            Rule::UnknownNode => (Kind::UnknownNode, None),
             Rule::OneNodeId => (Kind::Clash, None),
             Rule::Unconfigured => (Kind::Cut, Some(Kind::ResetSlave)),
             Rule::LostMinority | Rule::Bdefault => (Kind::Cut, None),

@@ -56,7 +56,7 @@ fn time(place: u32, run: u64) -> Option<[f64; 2]> {
 /// Since when a slave is Operational on the redundant bus.
 fn works_from(seen: &Seen, node: u8) -> Option<Time> {
     let (mut state, mut bus, mut since) = (None, None, Time::ZERO);
-    for noted in seen.news.iter().filter(|noted| NodeId::new(node) == Some(noted.seat.node())) {
+    for noted in seen.news.iter().filter(|noted| NodeId::new(node) == Some(noted.key.node())) {
         match noted.news {
             News::State(new) => (state, since) = (Some(new), noted.at),
             News::ActiveBus(new) => (bus, since) = (Some(new), noted.at),

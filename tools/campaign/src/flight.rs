@@ -36,7 +36,7 @@ pub fn fly<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> Outcome {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Act {
     Begin,
-    /// A frame of a stranger.
+    /// A frame of a foreign node.
     Send,
     End,
 }
@@ -165,16 +165,16 @@ pub fn begin(scene: &mut impl Scene, script: &Script, index: usize) {
 }
 
 fn perform(scene: &mut impl Scene, fault: &Fault, act: Act, seed: u64) {
-    let seat = fault.seat();
-    match (act, fault.kind, seat) {
+    let key = fault.key();
+    match (act, fault.kind, key) {
         (Act::Send, ..) => scene.inject(fault.bus, foreign(fault)),
-        (Act::Begin, Kind::ResetMaster | Kind::ResetSlave, Some(seat)) if scene.is_powered(seat) => {
-            scene.reset(seat)
+        (Act::Begin, Kind::ResetMaster | Kind::ResetSlave, Some(key)) if scene.is_powered(key) => {
+            scene.reset(key)
         }
-        (Act::Begin, Kind::PowerMaster | Kind::PowerSlave, Some(seat)) => scene.power(seat, false),
-        (Act::End, Kind::PowerMaster | Kind::PowerSlave, Some(seat)) => scene.power(seat, true),
+        (Act::Begin, Kind::PowerMaster | Kind::PowerSlave, Some(key)) => scene.power(key, false),
+        (Act::End, Kind::PowerMaster | Kind::PowerSlave, Some(key)) => scene.power(key, true),
         _ => {
-            let of_node = seat.filter(|_| !fault.kind.is_foreign()).map(|seat| scene.index(seat));
+            let of_node = key.filter(|_| !fault.kind.is_foreign()).map(|key| scene.index(key));
             let [begin, end] = on_wire(fault, of_node, seed, scene.nodes());
             let wanted = if act == Act::Begin { begin } else { end };
             wanted.into_iter().for_each(|wanted| scene.strike(fault.bus, wanted));
@@ -185,7 +185,7 @@ fn perform(scene: &mut impl Scene, fault: &Fault, act: Act, seed: u64) {
 /// Bytes that a babbling node sends, whatever its COB-ID.
 pub const BABBLED: [u8; 8] = [0x55; 8];
 
-/// A frame of a stranger.
+/// A frame of a foreign node.
 fn foreign(fault: &Fault) -> WireFrame {
     let id = 0x700 + u16::from(fault.node);
     match fault.kind {
@@ -198,7 +198,7 @@ fn foreign(fault: &Fault) -> WireFrame {
 /// What begins a fault of a wire, and what ends it.
 fn on_wire(fault: &Fault, node: Option<usize>, seed: u64, count: usize) -> [Option<WireFault>; 2] {
     let position_m = f64::from(fault.place);
-    // Without the stranger: it may never come, and a bit to be flipped would wait for it.
+    // Without the foreign node: it may never come, and a bit to be flipped would wait for it.
     let all: Vec<usize> = (0..count).collect();
     let nodes = Nodes::of(node.as_ref().map_or(&all[..], std::slice::from_ref));
     let of = |fault: fn(usize) -> WireFault| node.map(fault);

@@ -10,11 +10,11 @@ use ecss_can::link::port::ErrorState;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::redundancy::Role;
 use ecss_can::types::{Bus, NodeId, PerBus};
-use host_worlds::log::Happening;
-use host_worlds::{Seat, World};
+use host_worlds::log::NodeEvent;
+use host_worlds::{NodeKey, World};
 
 use crate::broken::Rule;
-use crate::craft::{self, CampaignSlave, Notes};
+use crate::nodes::{self, CampaignSlave, Notes};
 use crate::scene::{News, Noted, Reading, Scene, Sent};
 use crate::script::Script;
 
@@ -25,7 +25,7 @@ pub struct Host {
     notes: Rc<Notes>,
     entries: usize,
     frames: PerBus<usize>,
-    deeds: usize,
+    executions: usize,
     /// Value of the last command that each node executed; of each life of a master where there are two, which may both be active
     /// for a while.
     last: BTreeMap<(NodeId, u32), u32>,
@@ -34,14 +34,14 @@ pub struct Host {
 impl Host {
     /// The spacecraft of a script; `broken`: a rule that does not hold.
     pub fn new(script: &Script, broken: Option<Rule>) -> Host {
-        let (world, notes) = craft::world(script, broken);
+        let (world, notes) = nodes::world(script, broken);
         Host {
             world,
             script: script.clone(),
             notes,
             entries: 0,
             frames: PerBus::default(),
-            deeds: 0,
+            executions: 0,
             last: BTreeMap::new(),
         }
     }
@@ -62,13 +62,13 @@ impl Scene for Host {
         let mut takeovers = self.notes.takeovers.borrow_mut();
         let noted = |entry: &host_worlds::log::Entry| {
             let news = match entry.what {
-                Happening::Master(MasterEvent::Role(change)) => {
+                NodeEvent::Master(MasterEvent::Role(change)) => {
                     let is_active = change.role == Role::Active;
                     News::Role(if is_active { takeovers.pop_front() } else { None })
                 }
                 what => news(&what)?,
             };
-            Some(Noted { at: entry.at, seat: entry.seat, news })
+            Some(Noted { at: entry.at, key: entry.key, news })
         };
         new.iter().filter_map(noted).collect()
     }
@@ -80,7 +80,7 @@ impl Scene for Host {
             let sent = |sent: &Rc<host_worlds::world::Sent>| Sent {
                 start: sent.start,
                 end: sent.end,
-                seat: sent.seat,
+                key: sent.key,
                 id: sent.id(),
                 receivers: sent.receivers,
             };
@@ -101,19 +101,20 @@ impl Scene for Host {
     /// Each command is executed once, in its order, and none that is older than its lifetime.
     fn take_wrongs(&mut self) -> Vec<String> {
         let mut wrongs = Vec::new();
-        let deeds = self.notes.deeds.borrow();
-        let lifetime = craft::lifetime(&self.script);
-        for deed in &deeds[std::mem::replace(&mut self.deeds, deeds.len())..] {
-            let (node, at) = (deed.node.get(), deed.at.as_us());
-            let life = if self.script.masters == 1 { 0 } else { craft::life(deed.value) };
-            let last = self.last.insert((deed.node, life), deed.value).unwrap_or(0);
-            if deed.value <= last {
-                wrongs.push(format!("slave {node} executed command {} after {last}, {at} us", deed.value));
+        let executions = self.notes.executions.borrow();
+        let lifetime = nodes::lifetime(&self.script);
+        for execution in &executions[std::mem::replace(&mut self.executions, executions.len())..] {
+            let (node, at) = (execution.node.get(), execution.at.as_us());
+            let life = if self.script.masters == 1 { 0 } else { nodes::life(execution.value) };
+            let last = self.last.insert((execution.node, life), execution.value).unwrap_or(0);
+            if execution.value <= last {
+                wrongs
+                    .push(format!("slave {node} executed command {} after {last}, {at} us", execution.value));
             }
-            let made = self.notes.made(deed.value);
-            let made = made.and_then(|(seat, made)| Some(self.world.clock(seat)?.world_time(made)));
-            if let Some(made) = made.filter(|made| deed.at > *made + lifetime) {
-                let age = deed.at.since(made).as_us();
+            let made = self.notes.made(execution.value);
+            let made = made.and_then(|(key, made)| Some(self.world.clock(key)?.world_time(made)));
+            if let Some(made) = made.filter(|made| execution.at > *made + lifetime) {
+                let age = execution.at.since(made).as_us();
                 wrongs.push(format!("slave {node} executed a command {age} us old, {at} us"));
             }
         }
@@ -123,9 +124,9 @@ impl Scene for Host {
     fn unconfigured(&self) -> Vec<NodeId> {
         let powered = self.world.slaves().into_iter().filter(|node| self.world.is_powered(*node));
         let lacks = |node: &NodeId| {
-            self.world.slave(*node).with(|slave: &mut CampaignSlave, _| !craft::is_configured(slave))
+            self.world.slave(*node).with(|slave: &mut CampaignSlave, _| !nodes::is_configured(slave))
         };
-        powered.filter(|node| craft::is_assigned(&self.script, *node)).filter(lacks).collect()
+        powered.filter(|node| nodes::is_assigned(&self.script, *node)).filter(lacks).collect()
     }
 
     fn bdefault(&self, node: NodeId) -> Option<Bus> {
@@ -141,24 +142,24 @@ impl Scene for Host {
         self.world.is_busy(bus)
     }
 
-    fn is_powered(&self, seat: Seat) -> bool {
-        self.world.is_powered(seat)
+    fn is_powered(&self, key: NodeKey) -> bool {
+        self.world.is_powered(key)
     }
 
-    fn power(&mut self, seat: Seat, on: bool) {
-        if on { self.world.power_on(seat) } else { self.world.power_off(seat) }
+    fn power(&mut self, key: NodeKey, on: bool) {
+        if on { self.world.power_on(key) } else { self.world.power_off(key) }
     }
 
-    fn reset(&mut self, seat: Seat) {
-        self.world.reset(seat);
+    fn reset(&mut self, key: NodeKey) {
+        self.world.reset(key);
     }
 
     fn nodes(&self) -> usize {
         self.world.slaves().len() + usize::from(self.script.masters)
     }
 
-    fn index(&self, seat: Seat) -> usize {
-        self.world.index(seat)
+    fn index(&self, key: NodeKey) -> usize {
+        self.world.index(key)
     }
 
     fn strike(&mut self, bus: Bus, fault: Fault) {
@@ -171,11 +172,11 @@ impl Scene for Host {
 }
 
 /// An entry of the log; `None` for what is no change of state.
-fn news(what: &Happening) -> Option<News> {
+fn news(what: &NodeEvent) -> Option<News> {
     Some(match *what {
-        Happening::PowerOn => News::PowerOn,
-        Happening::PowerOff => News::PowerOff,
-        Happening::Master(event) => match event {
+        NodeEvent::PowerOn => News::PowerOn,
+        NodeEvent::PowerOff => News::PowerOff,
+        NodeEvent::Master(event) => match event {
             MasterEvent::BusSwitched { from, to, cause } => News::Switched { from, to, cause },
             MasterEvent::SecondMaster { .. } => News::Collision,
             MasterEvent::Health { bus, health } => {
@@ -190,7 +191,7 @@ fn news(what: &Happening) -> Option<News> {
             | MasterEvent::SyncSent { .. } => return None,
             _ => News::Other,
         },
-        Happening::Slave(event) => match event {
+        NodeEvent::Slave(event) => match event {
             SlaveEvent::State(state) => News::State(state),
             SlaveEvent::ActiveBus { bus, .. } => News::ActiveBus(bus),
             SlaveEvent::Step(_) => News::ClockSet,
@@ -204,6 +205,6 @@ fn news(what: &Happening) -> Option<News> {
             _ => News::Other,
         },
         // No minimal slave flies here.
-        Happening::Minimal(_) => return None,
+        NodeEvent::Minimal(_) => return None,
     })
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 
 use crate::boards::{Boards, Stay, Switch};
 use crate::kind::Kind;
@@ -84,14 +84,14 @@ impl<'a> Judge<'a> {
 
     fn read_news(&mut self, seen: &Seen) {
         for noted in &seen.news[std::mem::replace(&mut self.news, seen.news.len())..] {
-            let Noted { at, seat, news } = *noted;
-            let node = seat.node();
+            let Noted { at, key, news } = *noted;
+            let node = key.node();
             self.boards.read(noted);
             let slave = self.slaves.entry(node).or_default();
             match news {
                 News::PowerOn | News::PowerOff => *slave = Slave::default(),
                 News::Switched { from, cause: SwitchCause::Isolated, .. } => {
-                    self.judge_isolation(at, seat, &seen.frames[from]);
+                    self.judge_isolation(at, key, &seen.frames[from]);
                 }
                 News::Switched { .. } | News::Role(_) | News::Hearing { .. } => {}
                 News::State(state) => slave.state = Some(state),
@@ -105,9 +105,9 @@ impl<'a> Judge<'a> {
     }
 
     /// A master that leaves a bus as isolated was not acknowledged there just before.
-    fn judge_isolation(&mut self, at: Time, master: Seat, frames: &[Sent]) {
+    fn judge_isolation(&mut self, at: Time, master: NodeKey, frames: &[Sent]) {
         let heard = frames.iter().rev().find(|sent| sent.end <= at && sent.end + ISOLATION > at);
-        if let Some(heard) = heard.filter(|sent| sent.seat == Some(master)) {
+        if let Some(heard) = heard.filter(|sent| sent.key == Some(master)) {
             let (since, at) = (at.since(heard.end).as_us(), at.as_us());
             self.complain(format!("the master was isolated {since} us after an acknowledged frame, {at} us"));
         }
@@ -126,7 +126,7 @@ impl<'a> Judge<'a> {
                     continue;
                 }
                 let is_of_work = matches!(sent.id, Some(0x000 | 0x080 | 0x181 | 0x301..=0x37F | 0x701));
-                let Some(board) = sent.seat.and_then(|seat| self.boards.of(seat)) else { continue };
+                let Some(board) = sent.key.and_then(|key| self.boards.of(key)) else { continue };
                 let is_out_of_place = |stay: Stay| stay.bus.is_none_or(|here| is_of_work && here != bus);
                 let Some(stay) = board.at(sent.start) else { continue };
                 let next = board.at(sent.start + LOGGED_WITHIN).unwrap_or(stay);
@@ -144,7 +144,7 @@ impl<'a> Judge<'a> {
         self.script.faults.iter().any(|fault| {
             fault.kind == Kind::Babble
                 && fault.bus == bus
-                && fault.seat() == sent.seat
+                && fault.key() == sent.key
                 && sent.id == Some(fault.value as u16)
         })
     }
@@ -171,8 +171,8 @@ impl<'a> Judge<'a> {
         }
         let active: Vec<(u8, Bus)> = self.boards.active().map(|(board, bus)| (board.number(), bus)).collect();
         for &(master, here) in &active {
-            let seat = if master == SPARE { Seat::SECOND_MASTER } else { Seat::MASTER };
-            if scene.is_powered(seat) {
+            let key = if master == SPARE { NodeKey::SECOND_MASTER } else { NodeKey::MASTER };
+            if scene.is_powered(key) {
                 let rival = active.iter().copied().find(|(other, _)| *other != master);
                 self.judge_network(scene, master, here, rival);
             }
@@ -185,7 +185,7 @@ impl<'a> Judge<'a> {
 
     /// One of two masters is active; where no bus joins them, both are.
     fn judge_pair(&mut self, scene: &impl Scene) {
-        let powered = self.boards.iter().filter(|board| scene.is_powered(board.seat)).count();
+        let powered = self.boards.iter().filter(|board| scene.is_powered(board.key)).count();
         let are_joined = Bus::ALL.into_iter().any(|bus| reach::joins_masters(self.script, bus));
         let expected = if powered == 2 && are_joined { 1 } else { powered };
         let active = self.boards.active().count();
@@ -216,7 +216,7 @@ impl<'a> Judge<'a> {
         faults.any(|fault| fault.kind == Kind::Noise && fault.lasts.is_none() && fault.bus == bus)
     }
 
-    /// Whether a stranger plays the master to the end where only a slave with selective access hears it: on the bus that the
+    /// Whether a foreign node plays the master to the end where only a slave with selective access hears it: on the bus that the
     /// master has left. The slave has no reason to look for it on the other one.
     fn is_deceived(&self, node: NodeId, here: Bus) -> bool {
         let to_the_end =
@@ -283,7 +283,7 @@ impl<'a> Judge<'a> {
 
     /// What a network must not even notice moves nobody.
     fn judge_innocence(&mut self) {
-        let harmless = |kind| matches!(kind, Kind::Stranger | Kind::Flip);
+        let harmless = |kind| matches!(kind, Kind::UnknownNode | Kind::Flip);
         let Some(first) = self.script.faults.first() else { return };
         if !self.script.faults.iter().all(|fault| harmless(fault.kind)) {
             return;

@@ -23,15 +23,15 @@ pub enum Kind {
     Glitch,
     /// One bit of a frame reads as its opposite.
     Flip,
-    /// A stranger sends NMT commands.
+    /// A foreign node sends NMT commands.
     ForeignNmt,
-    /// A stranger sends heartbeats of the master.
+    /// A foreign node sends heartbeats of the master.
     ForeignMaster,
-    /// A stranger sends heartbeats of a node that there is not.
-    Stranger,
-    /// A stranger sends heartbeats of a slave.
+    /// A foreign node sends heartbeats of a node that there is not.
+    UnknownNode,
+    /// A foreign node sends heartbeats of a slave.
     Clash,
-    /// A stranger sends frames back to back.
+    /// A foreign node sends frames back to back.
     ForeignLoad,
     /// The master is reset.
     ResetMaster,
@@ -58,7 +58,7 @@ impl Kind {
         (Kind::Flip, "flip"),
         (Kind::ForeignNmt, "foreign-nmt"),
         (Kind::ForeignMaster, "foreign-master"),
-        (Kind::Stranger, "stranger"),
+        (Kind::UnknownNode, "unknown-node"),
         (Kind::Clash, "clash"),
         (Kind::ForeignLoad, "foreign-load"),
         (Kind::ResetMaster, "reset-master"),
@@ -95,11 +95,11 @@ impl Kind {
         matches!(self, Kind::Dominant | Kind::Stuck | Kind::Babble | Kind::Drift)
     }
 
-    /// Whether it comes from a stranger, as frames.
+    /// Whether it comes from a foreign node, as frames.
     pub fn is_foreign(self) -> bool {
         matches!(
             self,
-            Kind::ForeignNmt | Kind::ForeignMaster | Kind::Stranger | Kind::Clash | Kind::ForeignLoad
+            Kind::ForeignNmt | Kind::ForeignMaster | Kind::UnknownNode | Kind::Clash | Kind::ForeignLoad
         )
     }
 

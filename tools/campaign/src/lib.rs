@@ -12,12 +12,12 @@
 
 mod boards;
 pub mod broken;
-mod craft;
 pub mod failover;
 mod flight;
 mod host;
 pub mod judge;
 pub mod kind;
+mod nodes;
 mod on_twin;
 mod options;
 pub mod outcome;

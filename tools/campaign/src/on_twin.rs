@@ -3,8 +3,8 @@
 //! The log and the memory of a board show what happens on it. Two things of the host's world cannot be seen: when a command was
 //! made, and Bdefault of a slave.
 
-mod craft;
 mod log;
+mod spacecraft;
 mod watched;
 
 use can_wire::fault::Fault;
@@ -12,11 +12,11 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
 use ecss_can::types::{Bus, NodeId, PerBus, Scet};
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 use twin::guest::Presence;
 use twin::spacecraft::{BoardId, Event, GuestId, LogRecord, Spacecraft};
 
-pub use craft::prepare;
+pub use spacecraft::prepare;
 use watched::Watched;
 
 use crate::flight::BABBLED;
@@ -25,7 +25,7 @@ use crate::script::Script;
 
 /// Boards on both buses.
 pub struct Twin {
-    craft: Spacecraft,
+    spacecraft: Spacecraft,
     guests: PerBus<GuestId>,
     news: Vec<Noted>,
     frames: PerBus<Vec<Sent>>,
@@ -41,11 +41,11 @@ impl Twin {
     /// # Panics
     /// Without [`prepare`] for its number of masters before.
     pub fn new(script: &Script) -> Twin {
-        let (craft, guests) = craft::spacecraft(script);
-        let nodes = (1..=script.slaves + 1).filter_map(NodeId::new).map(Seat::from);
-        let second = (script.masters == 2).then_some(Seat::SECOND_MASTER);
+        let (spacecraft, guests) = spacecraft::spacecraft(script);
+        let nodes = (1..=script.slaves + 1).filter_map(NodeId::new).map(NodeKey::from);
+        let second = (script.masters == 2).then_some(NodeKey::SECOND_MASTER);
         Twin {
-            craft,
+            spacecraft,
             guests,
             news: Vec::new(),
             frames: PerBus::default(),
@@ -55,23 +55,23 @@ impl Twin {
         }
     }
 
-    /// Who sits at an index of both wires; `None` for a stranger.
-    fn seat(&self, index: usize) -> Option<Seat> {
-        self.boards.get(index).map(|board| board.seat)
+    /// Who sits at an index of both wires; `None` for a foreign node.
+    fn key(&self, index: usize) -> Option<NodeKey> {
+        self.boards.get(index).map(|board| board.key)
     }
 
-    fn note(&mut self, seat: Seat, news: News) {
-        self.news.push(Noted { at: self.craft.now(), seat, news });
+    fn note(&mut self, key: NodeKey, news: News) {
+        self.news.push(Noted { at: self.spacecraft.now(), key, news });
     }
 
     fn read_wires(&mut self) {
-        for wire in self.craft.take_frames() {
+        for wire in self.spacecraft.take_frames() {
             let Some(bus) = here(wire.bus) else { continue };
             match wire.record {
                 Observation::Completed { trace, receivers, .. } => {
-                    let (seat, id) = (self.seat(trace.transmitter), standard(&trace.frame));
+                    let (key, id) = (self.key(trace.transmitter), standard(&trace.frame));
                     let sent =
-                        Sent { start: trace.start, end: trace.end, seat, id, receivers: receivers.len() };
+                        Sent { start: trace.start, end: trace.end, key, id, receivers: receivers.len() };
                     self.frames[bus].push(sent);
                     self.read_clock(&sent, &trace.frame);
                     self.read_command(&trace.frame, &receivers);
@@ -84,7 +84,7 @@ impl Twin {
 
     /// The time of a slave at the last SYNC.
     fn read_clock(&mut self, sent: &Sent, frame: &WireFrame) {
-        let Some(node) = sent.seat.map(Seat::node) else { return };
+        let Some(node) = sent.key.map(NodeKey::node) else { return };
         if let Some(scet) = clock(node, sent.id, frame.payload()) {
             self.clocks.push(Reading { at: sent.start, node, scet });
         }
@@ -93,7 +93,7 @@ impl Twin {
     fn read_command(&mut self, frame: &WireFrame, receivers: &[(usize, Time)]) {
         for &(index, at) in receivers {
             let Some(board) = self.boards.get_mut(index) else { continue };
-            let node = board.seat.node();
+            let node = board.key.node();
             if node != NodeId::MASTER && standard(frame) == Some(0x300 + u16::from(node.get())) {
                 board.on_command(frame, at);
             }
@@ -101,21 +101,21 @@ impl Twin {
     }
 
     fn read_logs(&mut self) {
-        for LogRecord { at, board, text, .. } in self.craft.take_logs() {
+        for LogRecord { at, board, text, .. } in self.spacecraft.take_logs() {
             let Some(watched) = self.boards.get_mut(board.0) else { continue };
-            let seat = watched.seat;
-            if let Some(news) = log::news(seat, &text) {
+            let key = watched.key;
+            if let Some(news) = log::news(key, &text) {
                 if news == News::PowerOn {
                     watched.on_start();
                 }
-                self.news.push(Noted { at, seat, news });
+                self.news.push(Noted { at, key, news });
             }
         }
     }
 
     fn read_boards(&mut self) {
-        let at = self.craft.now();
-        for (id, board) in self.craft.boards() {
+        let at = self.spacecraft.now();
+        for (id, board) in self.spacecraft.boards() {
             self.wrongs.append(&mut self.boards[id.0].look(board, at));
         }
     }
@@ -123,12 +123,12 @@ impl Twin {
 
 impl Scene for Twin {
     fn now(&self) -> Time {
-        self.craft.now()
+        self.spacecraft.now()
     }
 
     fn run_until(&mut self, end: Time) {
         // A board that reached for what is not there stays stopped, which is a violation.
-        while self.craft.run_until(end).is_err() {}
+        while self.spacecraft.run_until(end).is_err() {}
     }
 
     fn take_news(&mut self) -> Vec<Noted> {
@@ -161,50 +161,50 @@ impl Scene for Twin {
     }
 
     fn disturbance(&self, bus: Bus) -> u64 {
-        let counters = self.craft.wire(there(bus)).counters();
+        let counters = self.spacecraft.wire(there(bus)).counters();
         counters.destroyed + counters.ack_errors
     }
 
     fn is_busy(&self, bus: Bus) -> bool {
-        !self.craft.wire(there(bus)).is_idle(0)
+        !self.spacecraft.wire(there(bus)).is_idle(0)
     }
 
-    fn is_powered(&self, seat: Seat) -> bool {
-        self.boards[self.index(seat)].is_powered
+    fn is_powered(&self, key: NodeKey) -> bool {
+        self.boards[self.index(key)].is_powered
     }
 
-    fn power(&mut self, seat: Seat, on: bool) {
-        let index = self.index(seat);
+    fn power(&mut self, key: NodeKey, on: bool) {
+        let index = self.index(key);
         self.boards[index].is_powered = on;
-        self.craft.schedule(self.craft.now(), BoardId(index), Event::Power(on));
+        self.spacecraft.schedule(self.spacecraft.now(), BoardId(index), Event::Power(on));
         if !on {
-            self.note(seat, News::PowerOff);
+            self.note(key, News::PowerOff);
         }
     }
 
-    fn reset(&mut self, seat: Seat) {
-        self.craft.reset(BoardId(self.index(seat)));
-        self.note(seat, News::PowerOff);
+    fn reset(&mut self, key: NodeKey) {
+        self.spacecraft.reset(BoardId(self.index(key)));
+        self.note(key, News::PowerOff);
     }
 
     fn nodes(&self) -> usize {
         self.boards.len()
     }
 
-    fn index(&self, seat: Seat) -> usize {
-        let at = self.boards.iter().position(|board| board.seat == seat);
+    fn index(&self, key: NodeKey) -> usize {
+        let at = self.boards.iter().position(|board| board.key == key);
         at.expect("a board of the script")
     }
 
     fn strike(&mut self, bus: Bus, fault: Fault) {
-        let now = self.craft.now();
-        self.craft.wire_mut(there(bus)).schedule(now, fault).expect("a fault of this wire");
+        let now = self.spacecraft.now();
+        self.spacecraft.wire_mut(there(bus)).schedule(now, fault).expect("a fault of this wire");
     }
 
     fn inject(&mut self, bus: Bus, frame: WireFrame) {
-        let (guest, now) = (self.guests[bus], self.craft.now());
-        self.craft.set_presence(guest, Presence::Present);
-        self.craft.inject(guest, now, frame);
+        let (guest, now) = (self.guests[bus], self.spacecraft.now());
+        self.spacecraft.set_presence(guest, Presence::Present);
+        self.spacecraft.inject(guest, now, frame);
     }
 }
 

@@ -24,7 +24,7 @@ pub struct Outcome {
 /// Watches which faults change something.
 ///
 /// A fault of a wire changes frames when more of them are destroyed or go unacknowledged there, or when fewer nodes receive
-/// them than the frame before it. A stranger and a node that babbles change them by their own. A node that loses power or is
+/// them than the frame before it. A foreign node and a node that babbles change them by their own. A node that loses power or is
 /// reset has changed its state. Any other change of state counts within a second, as long as no other fault may have
 /// caused it.
 pub struct Effects {
@@ -99,7 +99,7 @@ impl Effects {
 }
 
 impl Watched {
-    /// A flip waits for its bit, and frames of a stranger wait for the bus.
+    /// A flip waits for its bit, and frames of a foreign node wait for the bus.
     fn lingers(&self) -> bool {
         self.kind.is_foreign() || self.kind == Kind::Flip
     }
@@ -108,7 +108,7 @@ impl Watched {
         let (errors, count) = self.before;
         let (earlier, since) = seen.frames[self.bus].split_at(count);
         let is_strange =
-            |sent: &Sent| sent.seat.is_none() || self.babbled.is_some() && sent.id == self.babbled;
+            |sent: &Sent| sent.key.is_none() || self.babbled.is_some() && sent.id == self.babbled;
         let all = earlier.last().map_or(0, |sent| sent.receivers);
         self.has_effect |= if self.kind.is_foreign() || self.kind == Kind::Babble {
             since.iter().any(is_strange)

@@ -10,7 +10,7 @@ use crate::script::{Fault, SPARE, Script};
 const URGENT: u32 = 0x100;
 /// A fault may wait so long for a frame, and what it left in controllers is over so long after its end.
 const UNSURE_US: u64 = 300_000;
-/// A frame of a stranger that sends them back to back, with what it makes others wait for.
+/// A frame of a foreign node that sends them back to back, with what it makes others wait for.
 const FOREIGN_FRAME_US: u64 = 300;
 
 /// Slaves with power at the end.
@@ -53,7 +53,7 @@ pub fn surely_joins_masters(script: &Script, bus: Bus, at: Time) -> bool {
     };
     let begun: Vec<Fault> = script.faults.iter().filter(begun).copied().collect();
     let is_clear = |fault: &Fault| match fault.kind {
-        Kind::ForeignNmt | Kind::ForeignMaster | Kind::Stranger | Kind::Clash | Kind::Flip => true,
+        Kind::ForeignNmt | Kind::ForeignMaster | Kind::UnknownNode | Kind::Clash | Kind::Flip => true,
         Kind::Noise => false,
         kind => kind.lasts() && fault.lasts.is_none() && fault.at + UNSURE_US <= at,
     };
@@ -69,7 +69,7 @@ pub fn changes(script: &Script) -> impl Iterator<Item = Time> {
     script.faults.iter().flat_map(of)
 }
 
-/// How long frames of a stranger go on that come back to back.
+/// How long frames of a foreign node go on that come back to back.
 fn load_us(fault: &Fault) -> u64 {
     if fault.kind == Kind::ForeignLoad { u64::from(fault.times) * FOREIGN_FRAME_US } else { 0 }
 }

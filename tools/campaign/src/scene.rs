@@ -5,7 +5,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 
 /// A spacecraft of a master, or two, and some slaves on two buses.
 pub trait Scene {
@@ -40,24 +40,24 @@ pub trait Scene {
     fn is_busy(&self, bus: Bus) -> bool;
 
     /// Whether a node has power.
-    fn is_powered(&self, seat: Seat) -> bool;
+    fn is_powered(&self, key: NodeKey) -> bool;
 
     /// Switches the power of a node.
-    fn power(&mut self, seat: Seat, on: bool);
+    fn power(&mut self, key: NodeKey, on: bool);
 
     /// Resets the chip of a node.
-    fn reset(&mut self, seat: Seat);
+    fn reset(&mut self, key: NodeKey);
 
     /// Number of nodes, which have the lowest indices on both wires.
     fn nodes(&self) -> usize;
 
     /// Index of a node on both wires.
-    fn index(&self, seat: Seat) -> usize;
+    fn index(&self, key: NodeKey) -> usize;
 
     /// Lets something go wrong on a bus now, or heals it.
     fn strike(&mut self, bus: Bus, fault: Fault);
 
-    /// A stranger sends a frame as soon as the bus lets it.
+    /// A foreign node sends a frame as soon as the bus lets it.
     fn inject(&mut self, bus: Bus, frame: WireFrame);
 }
 
@@ -67,7 +67,7 @@ pub struct Noted {
     /// When.
     pub at: Time,
     /// On which node.
-    pub seat: Seat,
+    pub key: NodeKey,
     /// What.
     pub news: News,
 }
@@ -116,8 +116,8 @@ pub struct Sent {
     pub start: Time,
     /// End of EOF.
     pub end: Time,
-    /// Who sent it; `None` is a stranger.
-    pub seat: Option<Seat>,
+    /// Who sent it; `None` is a foreign node.
+    pub key: Option<NodeKey>,
     /// Its 11-bit identifier; `None` for a 29-bit one.
     pub id: Option<u16>,
     /// Number of controllers that received it.

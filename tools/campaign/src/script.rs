@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use ecss_can::types::{Bus, NodeId};
 use fastrand::Rng;
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 
 use crate::kind::Kind;
 
@@ -49,7 +49,7 @@ pub struct Fault {
     pub place: u32,
     /// A number with a meaning of its kind: COB-ID, NMT command, state, ppm, bit, effect, exponent of a rate.
     pub value: u32,
-    /// How many frames a stranger sends, or how many a flip lets pass on its bus before it strikes.
+    /// How many frames a foreign node sends, or how many a flip lets pass on its bus before it strikes.
     pub times: u32,
     /// Microseconds between two of them.
     pub every: u64,
@@ -130,14 +130,14 @@ impl Script {
         if let [Fault { lasts: None, .. }, _] = script.faults[..]
             && rng.bool()
         {
-            script.stranger_on_a_dead_bus(rng);
+            script.foreign_node_on_a_dead_bus(rng);
         }
         script
     }
 
-    /// The first fault separates the master from all slaves for ever, and a stranger resets these there to the end, or sends
+    /// The first fault separates the master from all slaves for ever, and a foreign node resets these there to the end, or sends
     /// the heartbeat of the master.
-    fn stranger_on_a_dead_bus(&mut self, rng: &mut Rng) {
+    fn foreign_node_on_a_dead_bus(&mut self, rng: &mut Rng) {
         let [first, second] = &mut self.faults[..] else { return };
         let separates = matches!(first.kind, Kind::Cut | Kind::Short | Kind::Disconnect);
         if separates && matches!(second.kind, Kind::ForeignNmt | Kind::ForeignMaster) {
@@ -184,7 +184,7 @@ impl Script {
         SPACING * u32::from(if node == SPARE { self.slaves + 2 } else { node })
     }
 
-    /// Length that leaves room for recovery. A stranger that goes on for more than 16 s does so to the end.
+    /// Length that leaves room for recovery. A foreign node that goes on for more than 16 s does so to the end.
     pub fn shortest_length(&self) -> u64 {
         let ends = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at));
         let endings = ends.zip(&self.faults).filter(|(_, fault)| !fault.is_endless()).map(|(end, _)| end);
@@ -194,10 +194,10 @@ impl Script {
 
 impl Fault {
     /// The board that it strikes; `None` is all of them.
-    pub fn seat(&self) -> Option<Seat> {
+    pub fn key(&self) -> Option<NodeKey> {
         match self.node {
-            SPARE => Some(Seat::SECOND_MASTER),
-            node => NodeId::new(node).map(Seat::from),
+            SPARE => Some(NodeKey::SECOND_MASTER),
+            node => NodeId::new(node).map(NodeKey::from),
         }
     }
 
@@ -221,7 +221,7 @@ impl Fault {
         is_alike && if self.kind.is_of_node() { self.node == other.node } else { self.bus == other.bus }
     }
 
-    /// A stranger that goes on to the end of the run.
+    /// A foreign node that goes on to the end of the run.
     fn is_endless(&self) -> bool {
         self.kind.is_foreign() && self.span().is_some_and(|span| span > 2 * LONGEST_US)
     }
@@ -275,7 +275,7 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fau
             fault.value = [0x01, 0x80, 0x81, 0x82][rng.usize(..4)];
         }
         Kind::ForeignMaster => fault.node = 1,
-        Kind::Stranger => (fault.node, fault.value) = (NOBODY, [0x05, 0x7F][rng.usize(..2)]),
+        Kind::UnknownNode => (fault.node, fault.value) = (NOBODY, [0x05, 0x7F][rng.usize(..2)]),
         Kind::Clash => (fault.node, fault.value) = (slave, 0x05),
         Kind::ForeignLoad => (fault.value, fault.times) = (rng.u32(1..0x7FF), rng.u32(10..5_000)),
         Kind::ResetMaster | Kind::PowerMaster => fault.node = 1,
@@ -432,7 +432,7 @@ fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, S
         Some("redundant") => Bus::Redundant,
         Some(other) => return Err(format!("bus={other}: allowed are nominal and redundant")),
     };
-    let last = if kind == Kind::Stranger { NOBODY } else { script.slaves + 1 };
+    let last = if kind == Kind::UnknownNode { NOBODY } else { script.slaves + 1 };
     let is_second = script.masters == 2 && pairs.text("node") == Some("128");
     let node = if is_second { SPARE } else { pairs.number("node", last.into())? as u8 };
     let (needs_slave, needs_node) = (

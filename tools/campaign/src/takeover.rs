@@ -11,12 +11,12 @@ use ecss_can::node::MasterEvent;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Pair, Role, Strap};
 use ecss_can::types::{Bus, Duration, NodeId};
-use host_worlds::log::Happening;
-use host_worlds::{Seat, World, idle};
+use host_worlds::log::NodeEvent;
+use host_worlds::{NodeKey, World, idle};
 use mission::TWO_MASTERS;
 
-const PRIME: Seat = Seat::MASTER;
-const SECOND: Seat = Seat::SECOND_MASTER;
+const PRIME: NodeKey = NodeKey::MASTER;
+const SECOND: NodeKey = NodeKey::SECOND_MASTER;
 const SLAVES: [NodeId; 2] = [NodeId::of::<2>(), NodeId::of::<3>()];
 
 /// The second board listens for a short time: it is to be active beside the first one.
@@ -93,7 +93,7 @@ fn world(Case { kbit, ppm }: Case) -> World {
 
 /// The second board becomes active at this phase. Returns when it was connected.
 fn take_over(world: &mut World, phase: Time) -> Time {
-    let mut heartbeats = world.frames(Bus::Nominal).iter().rev().filter(|sent| sent.seat == Some(PRIME));
+    let mut heartbeats = world.frames(Bus::Nominal).iter().rev().filter(|sent| sent.key == Some(PRIME));
     let last = heartbeats.find(|sent| sent.id() == Some(0x701)).map_or(Time::ZERO, |sent| sent.start);
     let active = last + Time(2 * PERIOD.0) + phase;
     world.power_off(SECOND);
@@ -113,15 +113,15 @@ fn take_over(world: &mut World, phase: Time) -> Time {
     connected
 }
 
-fn strike(world: &mut World, seat: Seat, fault: fn(usize) -> Fault) {
-    let index = world.index(seat);
+fn strike(world: &mut World, key: NodeKey, fault: fn(usize) -> Fault) {
+    let index = world.index(key);
     Bus::ALL.into_iter().for_each(|bus| world.strike(bus, fault(index)));
 }
 
 /// Whether the boot-up message of the second board has ended.
 fn has_booted(world: &World, from: Time) -> bool {
     let mut recent = world.frames(Bus::Nominal).iter().rev().take_while(|sent| sent.end > from);
-    recent.any(|sent| sent.seat == Some(SECOND) && sent.id() == Some(0x701) && sent.frame.payload() == [0])
+    recent.any(|sent| sent.key == Some(SECOND) && sent.id() == Some(0x701) && sent.frame.payload() == [0])
 }
 
 /// For how long both were active since then, if they were; until now, if they are.
@@ -131,7 +131,7 @@ fn both_active(world: &World, from: Time) -> Option<Time> {
         .iter()
         .filter(|entry| entry.at >= from)
         .filter_map(|entry| match entry.what {
-            Happening::Master(MasterEvent::Role(change)) => Some((entry.at, change.role)),
+            NodeEvent::Master(MasterEvent::Role(change)) => Some((entry.at, change.role)),
             _ => None,
         })
         .collect();

@@ -10,7 +10,7 @@ use anyhow::Context;
 use can_wire::time::Time;
 use demo::mission;
 use demo::plan::Plan;
-use support::craft;
+use support::fleet;
 
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);
@@ -18,7 +18,7 @@ fn main() -> anyhow::Result<()> {
     let seconds: u64 = next()?.parse().context("SECONDS is a whole number")?;
     let images = firmware_images::Images { master: PathBuf::from(next()?), slave: PathBuf::from(next()?) };
     let plan = Plan { end: Time::from_ms(1000 * seconds), cut: None, ..Plan::default() };
-    let images = craft::shipped(&images, plan.boards.iter().map(|board| board.node))?;
+    let images = fleet::shipped(&images, plan.boards.iter().map(|board| board.node))?;
     let flight = mission::fly(plan, &images, |_, _| ControlFlow::Continue(()))?;
     let instructions: u64 = flight.boards.iter().map(|board| board.instructions).sum();
     println!("{instructions} instructions of {} boards", flight.boards.len());

@@ -10,7 +10,7 @@ use twin::spacecraft::{BoardId, Spacecraft};
 
 use super::meaning::{Meaning, NmtState};
 use super::observer::Observer;
-use super::record::{Happening, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
+use super::record::{FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
 use super::track::Phase;
 
 /// Of the shipped images.
@@ -102,7 +102,7 @@ fn followed(master: &[f64], second: &[f64]) -> Vec<f64> {
 /// The last boot-up message of a board but its first one; time zero when there is none.
 fn last_reset(board: Node, records: &[Occurrence]) -> Time {
     let boot_ups = records.iter().filter(|record| match &record.what {
-        Happening::Frame(seen) => {
+        FlightEvent::Frame(seen) => {
             matches!(seen.meaning, Some(Meaning::BootUp { node }) if seen.board(node) == board)
         }
         _ => false,
@@ -118,7 +118,7 @@ fn first_time(node: Node, begin: Time, observer: &Observer, records: &[Occurrenc
         span.is_some_and(|span| span.phase == Phase::Nmt(NmtState::Operational))
     };
     let received = records.iter().filter(|record| match &record.what {
-        Happening::Frame(seen) => {
+        FlightEvent::Frame(seen) => {
             matches!(seen.meaning, Some(Meaning::SpacecraftTime(_))) && seen.reached.contains(node)
         }
         _ => false,
@@ -189,7 +189,7 @@ mod tests {
         let boot_up = Seen::new(Bus::Nominal, frame, Scope::Mission, 2, Nodes::from_iter([1]));
         let at = Time::from_ms(15_000);
         let place = flight.records.partition_point(|record| record.at < at);
-        flight.records.insert(place, Occurrence { at, what: Happening::Frame(boot_up) });
+        flight.records.insert(place, Occurrence { at, what: FlightEvent::Frame(boot_up) });
         assert_eq!(last_reset(2, &flight.records), at);
         assert_eq!(last_reset(4, &flight.records), Time::ZERO);
     }

@@ -10,10 +10,10 @@ use super::line::Line;
 use super::meaning::Meaning;
 use super::observer::Observer;
 use super::plan::Plan;
-use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, Seen, is_master};
+use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, is_master};
 use super::stamps::StampErrors;
 use support::counters::Counters;
-use support::telltale::Telltale;
+use support::diagnostics::Diagnostics;
 
 /// A finished flight.
 #[derive(Clone, Debug)]
@@ -85,7 +85,7 @@ pub struct BoardCount {
     /// Deepest stack since power-on, bytes.
     pub stack: u32,
     /// Counters of the firmware.
-    pub telltale: Telltale,
+    pub diagnostics: Diagnostics,
     /// Counters of the application; `None` for an application that is not of the mission.
     pub counters: Option<Counters>,
 }
@@ -101,7 +101,7 @@ impl Flight {
     /// All frames, in order of completion.
     pub fn frames(&self) -> impl Iterator<Item = (Time, &Seen)> {
         self.records.iter().filter_map(|record| match &record.what {
-            Happening::Frame(seen) => Some((record.at, seen)),
+            FlightEvent::Frame(seen) => Some((record.at, seen)),
             _ => None,
         })
     }
@@ -114,7 +114,7 @@ impl Flight {
     /// The last error in the log of a node.
     pub fn last_error(&self, of: Node) -> Option<&str> {
         self.records.iter().rev().find_map(|record| match &record.what {
-            Happening::Log { node, level: Level::Error, text } if *node == of => Some(&**text),
+            FlightEvent::Log { node, level: Level::Error, text } if *node == of => Some(&**text),
             _ => None,
         })
     }
@@ -149,7 +149,7 @@ impl Flight {
     /// Time and bus of the cut.
     pub fn cut(&self) -> Option<(Time, Bus)> {
         self.records.iter().find_map(|record| match record.what {
-            Happening::Cut(cut) => Some((record.at, cut.bus)),
+            FlightEvent::Cut(cut) => Some((record.at, cut.bus)),
             _ => None,
         })
     }
@@ -157,7 +157,7 @@ impl Flight {
     /// Time of the reset of the standby, and that board.
     pub fn standby_reset(&self) -> Option<(Time, Node)> {
         self.records.iter().find_map(|record| match record.what {
-            Happening::Reset(board) => Some((record.at, board)),
+            FlightEvent::Reset(board) => Some((record.at, board)),
             _ => None,
         })
     }
@@ -165,7 +165,7 @@ impl Flight {
     /// Time at which the active one of two masters lost its power, and that board.
     pub fn loss(&self) -> Option<(Time, Node)> {
         self.records.iter().find_map(|record| match record.what {
-            Happening::PowerOff(board) => Some((record.at, board)),
+            FlightEvent::PowerOff(board) => Some((record.at, board)),
             _ => None,
         })
     }
@@ -178,9 +178,9 @@ impl Flight {
     /// The faults that the demo caused, in order of time: the name of each in the pictures, and when it was.
     pub fn faults(&self) -> Vec<(&'static str, Time)> {
         let fault = |record: &Occurrence| match record.what {
-            Happening::Reset(_) => Some(("reset", record.at)),
-            Happening::Cut(_) => Some(("cut", record.at)),
-            Happening::PowerOff(_) => Some(("power off", record.at)),
+            FlightEvent::Reset(_) => Some(("reset", record.at)),
+            FlightEvent::Cut(_) => Some(("cut", record.at)),
+            FlightEvent::PowerOff(_) => Some(("power off", record.at)),
             _ => None,
         };
         self.records.iter().filter_map(fault).collect()

@@ -43,12 +43,12 @@ use origin::Origin;
 use pdos::Sheets;
 use plan::Plan;
 use summary::Summary;
-use support::craft::Node;
+use support::diagnostics::Diagnostics;
+use support::fleet::Node;
 use support::misuse::Misuse;
 use support::output::{self, Silently};
 use support::project;
 use support::stop::Stop;
-use support::telltale::Telltale;
 use twin::image::Image;
 use verdict::Outcome;
 
@@ -62,7 +62,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     plan.check_length(options)?;
     let sheets = Sheets::of(&plan, &options.sheets)?;
     let nodes = options.nodes();
-    let mut images = options.craft.own_images("demo", &nodes)?;
+    let mut images = options.fleet.own_images("demo", &nodes)?;
     for (node, image) in &images {
         has_counters(*node, image)?;
     }
@@ -114,14 +114,14 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 
 /// Checks an image of the user's before a flight that ends with reading its counters.
 fn has_counters(node: Node, image: &Image) -> Result<(), Misuse> {
-    if Telltale::is_in(image) {
+    if Diagnostics::is_in(image) {
         return Ok(());
     }
     let name = name(node);
     Err(Misuse::of(
         "demo",
         format!(
-            "the image of {name} has no symbol TELLTALE, its counters: start its node with the one of `boards-stm32f4`, or \
+            "the image of {name} has no symbol DIAGNOSTICS, its counters: start its node with the one of `boards-stm32f4`, or \
              fly the image by `cargo twin`"
         ),
     ))

@@ -17,12 +17,12 @@ use super::line::Line;
 use super::narrator::Narrator;
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
-use super::record::{Bus, Happening, Level, Node, Occurrence, Seen};
+use super::record::{Bus, FlightEvent, Level, Node, Occurrence, Seen};
 use super::stamps::StampWatch;
 use support::counters::Counters;
-use support::craft::Images;
+use support::diagnostics::Diagnostics;
+use support::fleet::Images;
 use support::stack;
-use support::telltale::Telltale;
 
 /// Interval in which the watchers read the spacecraft.
 const STEP: Time = Time::from_ms(10);
@@ -114,22 +114,22 @@ impl Mission {
     }
 
     /// Causes the faults that are planned for `now`. Which board is the active master is known by its heartbeat only.
-    fn cause_faults(&mut self, now: Time) -> Vec<Happening> {
+    fn cause_faults(&mut self, now: Time) -> Vec<FlightEvent> {
         let Plan { standby_reset, cut, loss, .. } = self.plan;
         let active = self.observer.active_master();
         let standby = active.and_then(|active| self.plan.other_master(active));
         let mut caused = Vec::new();
         if let Some(standby) = standby.filter(|_| standby_reset == Some(now)) {
             self.spacecraft.reset(self.board(standby));
-            caused.push(Happening::Reset(standby));
+            caused.push(FlightEvent::Reset(standby));
         }
         if let Some(cut) = cut.filter(|cut| cut.at == now) {
             self.spacecraft.wire_mut(cut.bus).cut(cut.position_m);
-            caused.push(Happening::Cut(cut));
+            caused.push(FlightEvent::Cut(cut));
         }
         if let Some(active) = active.filter(|_| loss == Some(now)) {
             self.spacecraft.power(self.board(active), false);
-            caused.push(Happening::PowerOff(active));
+            caused.push(FlightEvent::PowerOff(active));
         }
         caused
     }
@@ -157,7 +157,7 @@ impl Mission {
         for record in records {
             let changes = self.observer.on(&record);
             self.story.extend(self.narrator.narrate(&record, &changes));
-            if matches!(record.what, Happening::Frame(_)) {
+            if matches!(record.what, FlightEvent::Frame(_)) {
                 self.last_frame = record.at;
             }
             self.records.push(record);
@@ -207,7 +207,7 @@ impl Mission {
         let reached = receivers.iter().map(|(index, _)| self.node(*index)).collect();
         let from = self.node(trace.transmitter);
         let seen = Seen::new(bus, trace.frame, self.plan.scope(), from, reached);
-        Some(Occurrence { at: trace.end, what: Happening::Frame(seen) })
+        Some(Occurrence { at: trace.end, what: FlightEvent::Frame(seen) })
     }
 
     fn log(&self, log: LogRecord) -> Option<Occurrence> {
@@ -217,7 +217,7 @@ impl Mission {
             Some(rtt::Level::Warn) => Level::Warn,
             Some(rtt::Level::Error) => Level::Error,
         };
-        let what = Happening::Log { node: self.node(log.board.0), level, text: log.text };
+        let what = FlightEvent::Log { node: self.node(log.board.0), level, text: log.text };
         Some(Occurrence { at: log.at, what })
     }
 
@@ -233,18 +233,19 @@ impl Mission {
 }
 
 fn power_on(board: &BoardPlan) -> Occurrence {
-    Occurrence { at: board.power_on, what: Happening::PowerOn(board.node) }
+    Occurrence { at: board.power_on, what: FlightEvent::PowerOn(board.node) }
 }
 
 fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
-    let telltale = Telltale::read(board).with_context(|| format!("{}: cannot count", board.config().name))?;
+    let diagnostics =
+        Diagnostics::read(board).with_context(|| format!("{}: cannot count", board.config().name))?;
     let counters = board.counters();
     let controllers = [Side::Can1, Side::Can2].map(|side| board.can_stats(side));
     Ok(BoardCount {
         node,
         instructions: counters.instructions,
         // A board without power does not handle what its controllers received: this is no loss.
-        lost_frames: if board.is_powered() { telltale.lost_frames(board) } else { 0 },
+        lost_frames: if board.is_powered() { diagnostics.lost_frames(board) } else { 0 },
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
         lockups: counters.lockups,
         panics: counters.panics,
@@ -255,7 +256,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
         },
         warnings: board.warnings().to_vec(),
         stack: stack::deepest(board)?,
-        telltale,
+        diagnostics,
         counters: Counters::read(board)?,
     })
 }

@@ -9,7 +9,7 @@ use super::emergency;
 use super::line::{Line, Tone, Topic};
 use super::meaning::{Meaning, NmtState, Scope};
 use super::plan::Plan;
-use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
+use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
 use super::telemetry;
 use super::track::Phase;
 
@@ -73,20 +73,20 @@ impl Narrator {
             lines.extend(self.sum_up());
         }
         match &record.what {
-            Happening::PowerOn(node) => lines.push(line(record.at, None, *node, "power on", Tone::Quiet)),
-            Happening::PowerOff(node) => {
+            FlightEvent::PowerOn(node) => lines.push(line(record.at, None, *node, "power on", Tone::Quiet)),
+            FlightEvent::PowerOff(node) => {
                 self.fault = Some((Since::Loss, record.at));
                 lines.push(fault(record.at, None, &format!("{} loses its power", name(*node))));
             }
-            Happening::Reset(node) => {
+            FlightEvent::Reset(node) => {
                 lines.push(fault(record.at, None, &format!("{}, the standby, is reset", name(*node))));
             }
-            Happening::Cut(cut) => {
+            FlightEvent::Cut(cut) => {
                 self.fault = Some((Since::Cut, record.at));
                 let text = format!("the {} bus is cut {}", cut.bus.name(), self.plan.place(cut));
                 lines.push(fault(record.at, Some(cut.bus), &text));
             }
-            Happening::Log { node, level, text } => {
+            FlightEvent::Log { node, level, text } => {
                 let tone = match level {
                     Level::Info => Tone::Quiet,
                     Level::Warn => Tone::Warning,
@@ -97,7 +97,7 @@ impl Narrator {
                     ..line(record.at, None, *node, format!("log: {text}"), tone)
                 });
             }
-            Happening::Frame(seen) => self.on_frame(record.at, seen, &mut lines),
+            FlightEvent::Frame(seen) => self.on_frame(record.at, seen, &mut lines),
         }
         lines.extend(changes.iter().filter_map(|change| self.on_change(record.at, change)));
         lines
@@ -283,7 +283,7 @@ mod tests {
     }
 
     fn record(ms: u64, seen: Seen) -> Occurrence {
-        Occurrence { at: Time::from_ms(ms), what: Happening::Frame(seen) }
+        Occurrence { at: Time::from_ms(ms), what: FlightEvent::Frame(seen) }
     }
 
     fn texts(narrator: &mut Narrator, record: &Occurrence) -> Vec<String> {
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(first, ["master: heartbeat on the nominal bus: it is the active one"]);
         assert!(texts(&mut narrator, &beat(350, Bus::Nominal)).is_empty());
         let cut = sample::plan().cut.expect("a cut");
-        let cut = Occurrence { at: Time::from_ms(500), what: Happening::Cut(cut) };
+        let cut = Occurrence { at: Time::from_ms(500), what: FlightEvent::Cut(cut) };
         assert_eq!(texts(&mut narrator, &cut), [": ===== the nominal bus is cut next to the master ====="]);
         assert_eq!(
             texts(&mut narrator, &beat(612, Bus::Redundant)),
@@ -367,7 +367,7 @@ mod tests {
     fn times_name_the_fault_that_they_are_measured_from() {
         let mut narrator = Narrator::new(&sample::plan());
         let at = Time::from_ms(900);
-        let loss = Occurrence { at, what: Happening::PowerOff(MASTER) };
+        let loss = Occurrence { at, what: FlightEvent::PowerOff(MASTER) };
         let changes = [Since::Cut, Since::Loss].map(|since| Change::Recovered(2, since, Time::from_ms(400)));
         let lines = narrator.narrate(&loss, &changes);
         let texts: Vec<&str> = lines.iter().map(|line| line.text.as_str()).collect();

@@ -22,7 +22,7 @@ use can_wire::time::Time;
 use super::change::{Change, Since, Takeover};
 use super::meaning::{Meaning, NmtState, Scope};
 use super::plan::Plan;
-use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen, is_master};
+use super::record::{Bus, FlightEvent, MASTER, Node, Occurrence, Seen, is_master};
 use super::track::{BusAccess, Phase, SETTLING, Span, Track};
 
 /// Follows all nodes of a flight.
@@ -89,22 +89,22 @@ impl Observer {
         let mut changes = Vec::new();
         self.expire(record.at, &mut changes);
         match &record.what {
-            Happening::PowerOn(node) => {
+            FlightEvent::PowerOn(node) => {
                 self.enter(*node, record.at, Phase::Starting, Bus::Nominal, &mut changes)
             }
-            Happening::PowerOff(node) => {
+            FlightEvent::PowerOff(node) => {
                 self.lost = Some(record.at);
                 self.nodes.entry(*node).and_modify(|track| track.liveness.on_power_off());
                 let bus = self.nodes.get(node).map_or(Bus::Nominal, |track| track.now().bus);
                 self.enter(*node, record.at, Phase::Off, bus, &mut changes);
             }
-            Happening::Reset(node) => {
+            FlightEvent::Reset(node) => {
                 let bus = self.nodes.get(node).map_or(Bus::Nominal, |track| track.now().bus);
                 self.enter(*node, record.at, Phase::Starting, bus, &mut changes);
             }
-            Happening::Cut(cut) => self.cut = Some((cut.bus, record.at)),
-            Happening::Frame(seen) => self.on_frame(record.at, seen, &mut changes),
-            Happening::Log { .. } => {}
+            FlightEvent::Cut(cut) => self.cut = Some((cut.bus, record.at)),
+            FlightEvent::Frame(seen) => self.on_frame(record.at, seen, &mut changes),
+            FlightEvent::Log { .. } => {}
         }
         changes
     }

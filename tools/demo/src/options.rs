@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::craft::{Craft, FIRST, Images, LAST, Node};
+use support::fleet::{FIRST, Fleet, Images, LAST, Node};
 use support::misuse::Misuse;
 use support::project;
 
@@ -29,7 +29,7 @@ pub const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 pub struct Options {
     /// Boards and images.
     #[command(flatten)]
-    pub craft: Craft,
+    pub fleet: Fleet,
 
     /// Number of shipped minimal slaves (ECSS clause 9), beside the others: the nodes behind theirs, up to 15 (in profile
     /// librecube node 6 uses selective bus access) [0..13]
@@ -119,14 +119,14 @@ impl Options {
         if self.standby {
             return Err(Misuse::of("demo", "'--standby' is not an option any more; give --profile standby"));
         }
-        self.craft.check("demo", &self.nodes())?;
-        if self.craft.slaves().is_empty() {
+        self.fleet.check("demo", &self.nodes())?;
+        if self.fleet.slaves().is_empty() {
             let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
             return Err(Misuse::of("demo", text));
         }
-        let room = LAST + 1 - FIRST - self.craft.slaves;
+        let room = LAST + 1 - FIRST - self.fleet.slaves;
         if self.minimal > room {
-            let (minimal, slaves) = (self.minimal, self.craft.slaves);
+            let (minimal, slaves) = (self.minimal, self.fleet.slaves);
             let text = format!(
                 "invalid value '{minimal}' for '--minimal <N>': beside {slaves} other slaves allowed are 0 to {room}, as straps \
                  number nodes up to {LAST}; or give a smaller --slaves"
@@ -140,7 +140,7 @@ impl Options {
             );
             return Err(Misuse::of("demo", text));
         }
-        let board = &self.craft.target.board;
+        let board = &self.fleet.target.board;
         if self.one_controller > 0 && board.model().pins.transceiver_switch.is_none() {
             let (one_controller, name) = (self.one_controller, board.name());
             let text = format!(
@@ -154,12 +154,12 @@ impl Options {
 
     /// All boards, the master first.
     pub fn nodes(&self) -> BTreeSet<Node> {
-        self.craft.masters().into_iter().chain(self.craft.slaves()).chain(self.places_of_minimal()).collect()
+        self.fleet.masters().into_iter().chain(self.fleet.slaves()).chain(self.places_of_minimal()).collect()
     }
 
     /// Node-IDs of minimal slaves that are no images of the user's.
     pub fn minimal_nodes(&self) -> BTreeSet<Node> {
-        self.places_of_minimal().filter(|node| self.craft.own_image(*node).is_none()).collect()
+        self.places_of_minimal().filter(|node| self.fleet.own_image(*node).is_none()).collect()
     }
 
     /// Those of them with one controller.
@@ -169,7 +169,7 @@ impl Options {
     }
 
     fn places_of_minimal(&self) -> Range<Node> {
-        let first = FIRST + self.craft.slaves;
+        let first = FIRST + self.fleet.slaves;
         first..first + self.minimal
     }
 
@@ -179,9 +179,9 @@ impl Options {
     /// When an image cannot be built or read, or was not built before and is not to be.
     pub fn add_shipped(&self, images: &mut Images) -> anyhow::Result<()> {
         let one_controller = self.one_controller_nodes();
-        self.craft.add_minimal(&(&self.minimal_nodes() - &one_controller), "", images)?;
-        self.craft.add_minimal(&one_controller, "+one-controller", images)?;
-        self.craft.add_shipped(&self.nodes(), images)
+        self.fleet.add_minimal(&(&self.minimal_nodes() - &one_controller), "", images)?;
+        self.fleet.add_minimal(&one_controller, "+one-controller", images)?;
+        self.fleet.add_shipped(&self.nodes(), images)
     }
 
     /// Second of the cut, with two masters that of the loss of the active one; `None` for a flight without faults.

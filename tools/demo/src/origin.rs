@@ -9,7 +9,7 @@ use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use super::plan::{BoardPlan, Plan};
-use support::craft::{Images, Node, is_master};
+use support::fleet::{Images, Node, is_master};
 use support::project;
 
 /// Value of a commit that is not known: the project is not under git.

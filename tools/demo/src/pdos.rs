@@ -12,7 +12,7 @@ use super::flight::Flight;
 use super::plan::{BoardPlan, Plan};
 use super::sheet::Sheet;
 use support::board::Profile;
-use support::craft::{MASTER, Node, is_master, node_and_file};
+use support::fleet::{MASTER, Node, is_master, node_and_file};
 use support::misuse::Misuse;
 
 /// Data sheets of the shipped images.

@@ -13,7 +13,7 @@ use super::options::{Options, SECONDS};
 use super::record::Bus;
 use super::track::BusAccess;
 use support::board::{Board, Profile};
-use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
+use support::fleet::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
 
 /// Seed of a flight without `--seed`.
@@ -173,7 +173,7 @@ impl Plan {
     pub fn new(options: &Options) -> Result<Plan, Misuse> {
         let mut boards = boards(options.seed, &options.nodes());
         for board in &mut boards {
-            let file = options.craft.own_image(board.node).and_then(|path| path.file_name());
+            let file = options.fleet.own_image(board.node).and_then(|path| path.file_name());
             board.own_image = file.map(|name| name.to_string_lossy().into_owned());
             board.is_minimal = options.minimal_nodes().contains(&board.node);
             board.has_one_controller = options.one_controller_nodes().contains(&board.node);
@@ -184,9 +184,9 @@ impl Plan {
         let (cut_at, position_m) =
             if has_standby { (at(CUT_SHARE), between_halves(&boards)) } else { (at(1.0), CUT_AT_M) };
         Ok(Plan {
-            board: options.craft.target.board.clone(),
-            own_board: options.craft.own_board("demo")?,
-            profile: options.craft.target.profile,
+            board: options.fleet.target.board.clone(),
+            own_board: options.fleet.own_board("demo")?,
+            profile: options.fleet.target.profile,
             seed: options.seed,
             boards,
             end: from_seconds(options.seconds),
@@ -392,8 +392,8 @@ mod tests {
 
     fn planned(slaves: u8) -> Plan {
         let mut options = Options::default();
-        options.craft.target.profile = Profile::Standby;
-        options.craft.slaves = slaves;
+        options.fleet.target.profile = Profile::Standby;
+        options.fleet.slaves = slaves;
         Plan::new(&options).expect("the options fit together")
     }
 

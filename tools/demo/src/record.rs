@@ -7,7 +7,7 @@ use can_wire::time::Time;
 
 use super::meaning::{Meaning, Scope};
 use super::plan::CutPlan;
-pub use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
+pub use support::fleet::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::spacecraft::Bus;
 
 /// A set of boards.
@@ -74,7 +74,7 @@ pub enum Level {
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Happening {
+pub enum FlightEvent {
     /// A board got power.
     PowerOn(Node),
     /// A board lost its power.
@@ -102,5 +102,5 @@ pub struct Occurrence {
     /// Virtual time; for a frame the end of its last bit.
     pub at: Time,
     /// The event.
-    pub what: Happening,
+    pub what: FlightEvent,
 }

@@ -17,12 +17,12 @@ use super::narrator::Narrator;
 use super::observer::Observer;
 use super::origin::{ImageFile, Origin};
 use super::plan::{BoardPlan, CutPlan, Plan};
-use super::record::{Bus, Happening, Level, Node, Nodes, Occurrence, Seen};
+use super::record::{Bus, FlightEvent, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
 use super::track::Phase;
 use support::board::{Board, Profile};
 use support::counters::Counters;
-use support::telltale::{Stamps, Telltale};
+use support::diagnostics::{Diagnostics, Stamps};
 use twin::pulses::{Errors, Sample};
 
 const CUT_MS: u64 = 20_000;
@@ -42,14 +42,14 @@ pub const PARALLEL_FAILOVER_MS: f64 = 605.0;
 /// First TC after the start at 32.36 s.
 pub const SELECTIVE_FAILOVER_MS: f64 = 12_406.0;
 
-fn at(ms: u64, what: Happening) -> Occurrence {
+fn at(ms: u64, what: FlightEvent) -> Occurrence {
     Occurrence { at: Time::from_ms(ms), what }
 }
 
 fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) -> Occurrence {
     let reached: Nodes = reached.iter().copied().collect();
     let frame = WireFrame::standard(id, data);
-    at(ms, Happening::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
+    at(ms, FlightEvent::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
 }
 
 /// Bus of the master at `ms`; `None` while no node acknowledges.
@@ -63,17 +63,17 @@ fn master_bus(ms: u64) -> Option<Bus> {
 
 fn records() -> Vec<Occurrence> {
     let mut records = vec![
-        at(20, Happening::PowerOn(1)),
-        at(110, Happening::PowerOn(2)),
-        at(230, Happening::PowerOn(4)),
-        at(25, Happening::Log { node: 1, level: Level::Info, text: "master, nominal bus".into() }),
+        at(20, FlightEvent::PowerOn(1)),
+        at(110, FlightEvent::PowerOn(2)),
+        at(230, FlightEvent::PowerOn(4)),
+        at(25, FlightEvent::Log { node: 1, level: Level::Info, text: "master, nominal bus".into() }),
         frame(112, Bus::Nominal, 2, 0x702, &[0], &[1]),
         frame(232, Bus::Nominal, 4, 0x704, &[0], &[1, 2]),
         frame(240, Bus::Nominal, 1, 0x000, &[1, 0], &[2, 4]),
-        at(CUT_MS, Happening::Cut(CUT)),
+        at(CUT_MS, FlightEvent::Cut(CUT)),
         at(
             SWITCH_MS - 1,
-            Happening::Log { node: 1, level: Level::Warn, text: "nominal bus isolated, switching".into() },
+            FlightEvent::Log { node: 1, level: Level::Warn, text: "nominal bus isolated, switching".into() },
         ),
         frame(SELECTIVE_SWITCH_MS, Bus::Redundant, 4, 0x704, &[0x7F], &[1, 2]),
         frame(SELECTIVE_SWITCH_MS + 10, Bus::Redundant, 1, 0x000, &[1, 4], &[2, 4]),
@@ -176,13 +176,16 @@ pub fn flight() -> Flight {
     let records = records();
     let (observer, story) = watched(&plan, &records);
     let answers = records.iter().filter(|record| {
-        let Happening::Frame(seen) = &record.what else { return false };
+        let FlightEvent::Frame(seen) = &record.what else { return false };
         matches!(seen.meaning, Some(Meaning::Telemetry { .. }))
     });
     let count = |node, commands, replies| BoardCount {
         node,
         instructions: 30_000_000,
-        telltale: Telltale { stamps: Stamps { captured: 1, ..Stamps::default() }, ..Telltale::default() },
+        diagnostics: Diagnostics {
+            stamps: Stamps { captured: 1, ..Stamps::default() },
+            ..Diagnostics::default()
+        },
         counters: Some(Counters { commands, replies, ..Counters::default() }),
         ..BoardCount::default()
     };

@@ -8,7 +8,7 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
 
-use support::telltale::Telltale;
+use support::diagnostics::Diagnostics;
 
 const SYNC: WireId = WireId::Standard(0x080);
 
@@ -77,7 +77,7 @@ impl StampWatch {
         for (bus, end, transmitter, receivers) in synced {
             for node in receivers.into_iter().chain([transmitter]).filter(|&node| node < boards) {
                 let board = spacecraft.board(BoardId(node));
-                let Ok(Telltale { stamps, .. }) = Telltale::read(board) else { continue };
+                let Ok(Diagnostics { stamps, .. }) = Diagnostics::read(board) else { continue };
                 // Of its own life: a reset starts the count anew.
                 if stamps.captured == std::mem::replace(&mut self.captured[node], stamps.captured) {
                     continue;

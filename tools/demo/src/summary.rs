@@ -177,7 +177,7 @@ impl Summary {
                 .count(),
             lost_frames: flight.boards.iter().map(|board| board.lost_frames).sum(),
             aborted_frames: flight.boards.iter().map(|board| board.aborted_frames).sum(),
-            app_overflows: flight.boards.iter().map(|board| u64::from(board.telltale.app_overflows)).sum(),
+            app_overflows: flight.boards.iter().map(|board| u64::from(board.diagnostics.app_overflows)).sum(),
             resets: flight.boards.iter().map(|board| board.resets).sum(),
             lockups: flight.boards.iter().map(|board| board.lockups).sum(),
             panics: flight.boards.iter().map(|board| board.panics).sum(),
@@ -220,7 +220,7 @@ fn milliseconds(time: Time) -> f64 {
 }
 
 fn stamp_source(flight: &Flight) -> &'static str {
-    let stamps = || flight.boards.iter().map(|board| &board.telltale.stamps);
+    let stamps = || flight.boards.iter().map(|board| &board.diagnostics.stamps);
     let captured = stamps().any(|stamps| stamps.captured > 0);
     let missed = stamps().any(|stamps| stamps.missed.iter().any(|count| *count > 0));
     match (captured, missed) {
@@ -266,11 +266,11 @@ mod tests {
     #[test]
     fn the_source_of_stamps_is_that_of_all_boards() {
         let mut flight = sample::flight();
-        flight.boards[2].telltale.stamps.missed[3] = 1;
+        flight.boards[2].diagnostics.stamps.missed[3] = 1;
         assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "mixed");
-        flight.boards.iter_mut().for_each(|board| board.telltale.stamps.captured = 0);
+        flight.boards.iter_mut().for_each(|board| board.diagnostics.stamps.captured = 0);
         assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "interrupt");
-        flight.boards[2].telltale.stamps.missed[3] = 0;
+        flight.boards[2].diagnostics.stamps.missed[3] = 0;
         assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "unknown");
     }
 

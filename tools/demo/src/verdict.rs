@@ -62,7 +62,7 @@ mod tests {
 
     use super::*;
     use crate::meaning::Scope;
-    use crate::record::{Bus, Happening, Level, Nodes, Occurrence, Seen};
+    use crate::record::{Bus, FlightEvent, Level, Nodes, Occurrence, Seen};
     use crate::sample;
 
     #[test]
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(faults(&flight), ["node 2 reset itself 1 times, 0 of them commanded"]);
         let reset = (Bus::Nominal, WireFrame::standard(0x000, &[0x81, 2]));
         let seen = Seen::new(reset.0, reset.1, Scope::Mission, 1, Nodes::from_iter([2]));
-        flight.observer.on(&Occurrence { at: flight.end, what: Happening::Frame(seen) });
+        flight.observer.on(&Occurrence { at: flight.end, what: FlightEvent::Frame(seen) });
         assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
     }
 
@@ -114,7 +114,7 @@ mod tests {
         let mut flight = sample::flight();
         flight.plan.boards[1].own_image = Some("own".into());
         let is_dead = |record: &Occurrence| match &record.what {
-            Happening::Frame(seen) => {
+            FlightEvent::Frame(seen) => {
                 record.at > Time::from_ms(30_000) && seen.frame.id == can_wire::frame::WireId::Standard(0x702)
             }
             _ => false,
@@ -134,7 +134,7 @@ mod tests {
             (2, Level::Warn, "mild"),
             (4, Level::Error, "other"),
         ] {
-            let what = Happening::Log { node, level, text: text.into() };
+            let what = FlightEvent::Log { node, level, text: text.into() };
             flight.records.push(Occurrence { at: flight.end, what });
         }
         let reason = "node 2 is silent on the redundant bus at the end; its log: last";
@@ -153,7 +153,7 @@ mod tests {
         let mut flight = sample::flight();
         flight.plan.loss = Some(flight.plan.end);
         assert_eq!(faults(&flight), ["no master was active at 40 s to lose its power"]);
-        flight.records.push(Occurrence { at: flight.end, what: Happening::PowerOff(1) });
+        flight.records.push(Occurrence { at: flight.end, what: FlightEvent::PowerOff(1) });
         assert_eq!(faults(&flight), ["no board took over from master until the end"]);
         flight.plan.standby_reset = Some(Time::from_ms(500));
         assert_eq!(
@@ -171,7 +171,7 @@ mod tests {
         let rival = (Bus::Redundant, WireFrame::standard(0x701, &[5]));
         let rival =
             Seen::new(rival.0, rival.1, Scope::Mission, crate::record::SECOND_MASTER, Nodes::default());
-        let rival = Occurrence { at: Time::from_ms(11_500), what: Happening::Frame(rival) };
+        let rival = Occurrence { at: Time::from_ms(11_500), what: FlightEvent::Frame(rival) };
         let place = flight.records.partition_point(|record| record.at < rival.at);
         flight.records.insert(place, rival);
         for record in &flight.records {

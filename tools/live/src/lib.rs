@@ -2,12 +2,12 @@
 
 #![forbid(unsafe_code)]
 
+mod boards;
 mod channel;
 mod client;
 mod command;
 mod console;
 mod control;
-mod craft;
 mod filter;
 mod load;
 mod network;
@@ -48,20 +48,20 @@ const STEP: Time = Time::from_us(500);
 pub fn run(options: &Options) -> anyhow::Result<()> {
     options.check()?;
     let nodes = options.nodes();
-    let mut images = options.craft.own_images("twin", &nodes)?;
+    let mut images = options.fleet.own_images("twin", &nodes)?;
     // A port that is taken is reported before a build of a minute. It is closed again: a client that came now would hear
     // nothing for so long, or never, and could not tell.
     Bus::ALL.into_iter().try_for_each(|bus| port::listen(bus, options.address(bus)).map(drop))?;
     if !options.listen.is_loopback() {
         warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
     }
-    options.craft.add_shipped(&nodes, &mut images)?;
-    let boards = craft::boards(options, &images)?;
+    options.fleet.add_shipped(&nodes, &mut images)?;
+    let boards = boards::boards(options, &images)?;
     let network = Network::learn(boards.values().cloned());
     if let Some(disagreement) = network.disagreement() {
         warn(disagreement);
     }
-    let (mut spacecraft, boards) = craft::assemble(boards);
+    let (mut spacecraft, boards) = boards::assemble(boards);
     let recording = options.record.as_deref().map(Recording::begin).transpose()?;
     let stop = Stop::at_ctrl_c()?;
     let mut ports = Vec::new();

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use twin::spacecraft::Bus;
 
-use support::craft::{Craft, Node};
+use support::fleet::{Fleet, Node};
 use support::misuse::Misuse;
 
 /// A wire runs for 58 hours at most.
@@ -37,7 +37,7 @@ pub struct Options {
 
     /// Boards and images.
     #[command(flatten)]
-    pub craft: Craft,
+    pub fleet: Fleet,
 
     /// TCP port that takes commands, a line each; 0: any free one [none without it]
     #[arg(long, value_name = "PORT")]
@@ -78,7 +78,7 @@ impl Options {
                 ),
             ));
         }
-        self.craft.check("twin", &self.nodes())?;
+        self.fleet.check("twin", &self.nodes())?;
         if self.nodes().is_empty() {
             return Err(Misuse::of(
                 "twin",
@@ -90,8 +90,8 @@ impl Options {
 
     /// Node-IDs of all boards, from the lowest.
     pub fn nodes(&self) -> BTreeSet<Node> {
-        let masters = if self.no_master { BTreeSet::new() } else { self.craft.masters() };
-        masters.into_iter().chain(self.craft.slaves()).collect()
+        let masters = if self.no_master { BTreeSet::new() } else { self.fleet.masters() };
+        masters.into_iter().chain(self.fleet.slaves()).collect()
     }
 
     /// Where a bus is offered.

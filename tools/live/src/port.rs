@@ -30,7 +30,7 @@ const BETWEEN_WELCOMES: Time = Time::from_ms(10);
 const POSITION_M: f64 = 30.0;
 
 /// A client and who it is.
-struct Seat {
+struct Connection {
     number: u64,
     address: SocketAddr,
     client: Client<TcpStream>,
@@ -44,7 +44,7 @@ pub struct OfferedBus {
     timing: BitTiming,
     guest: GuestId,
     presence: Presence,
-    seats: Vec<Seat>,
+    connections: Vec<Connection>,
     /// Who handed over the frames that the node has not sent yet, the oldest first.
     senders: VecDeque<u64>,
     /// When a client was there, or a frame of one was handed over or sent, last.
@@ -100,7 +100,7 @@ impl OfferedBus {
             timing,
             guest,
             presence: Presence::Away,
-            seats: Vec::new(),
+            connections: Vec::new(),
             senders: VecDeque::new(),
             last_use: Time::ZERO,
             next_welcome: Time::ZERO,
@@ -129,7 +129,7 @@ impl OfferedBus {
 
     /// What happened so far.
     pub fn totals(&self) -> Totals {
-        let lost = self.seats.iter().map(|seat| seat.client.counts().lost).sum::<u64>();
+        let lost = self.connections.iter().map(|connection| connection.client.counts().lost).sum::<u64>();
         Totals { lost: self.totals.lost + lost, ..self.totals }
     }
 
@@ -154,7 +154,7 @@ impl OfferedBus {
         for (at, heard) in spacecraft.take_heard(self.guest) {
             self.forward(at, heard);
         }
-        self.seats.iter_mut().for_each(|seat| seat.client.flush());
+        self.connections.iter_mut().for_each(|connection| connection.client.flush());
     }
 
     fn welcome(&mut self) {
@@ -165,7 +165,7 @@ impl OfferedBus {
                 // One that left before it was accepted, or no descriptor is free for it.
                 Err(_) => return,
             };
-            if self.seats.len() >= MOST_CLIENTS {
+            if self.connections.len() >= MOST_CLIENTS {
                 self.note(address, format!("turned away, there are {MOST_CLIENTS} clients"));
                 continue;
             }
@@ -176,7 +176,11 @@ impl OfferedBus {
             self.note(address, "connected");
             let number = self.totals.clients;
             self.totals.clients += 1;
-            self.seats.push(Seat { number, address, client: Client::new(stream, self.bit_rate()) });
+            self.connections.push(Connection {
+                number,
+                address,
+                client: Client::new(stream, self.bit_rate()),
+            });
         }
     }
 
@@ -189,11 +193,11 @@ impl OfferedBus {
                 (self.senders.pop_front(), frame)
             }
         };
-        for seat in &mut self.seats {
-            if sender == Some(seat.number) {
-                seat.client.was_sent();
+        for connection in &mut self.connections {
+            if sender == Some(connection.number) {
+                connection.client.was_sent();
             } else {
-                seat.client.give(at, &frame);
+                connection.client.give(at, &frame);
             }
         }
     }
@@ -202,32 +206,32 @@ impl OfferedBus {
         let errors = spacecraft.wire(self.bus).error_counters(self.guest.node);
         let number = self.bus as u16 + 1;
         let mut notes = Vec::new();
-        for seat in &mut self.seats {
-            for effect in seat.client.listen(number, errors) {
+        for connection in &mut self.connections {
+            for effect in connection.client.listen(number, errors) {
                 match effect {
                     Effect::None => {}
                     Effect::Send(frame) => {
-                        self.senders.push_back(seat.number);
+                        self.senders.push_back(connection.number);
                         self.last_use = spacecraft.now();
                         spacecraft.inject(self.guest, spacecraft.now(), frame);
                     }
                 }
             }
-            notes.extend(seat.client.take_refused().into_iter().map(|text| (seat.address, text)));
+            notes.extend(connection.client.take_refused().into_iter().map(|text| (connection.address, text)));
         }
         notes.into_iter().for_each(|(address, text)| self.note(address, text));
     }
 
     fn say_goodbye(&mut self) {
-        for index in (0..self.seats.len()).rev() {
-            if self.seats[index].client.is_gone() {
+        for index in (0..self.connections.len()).rev() {
+            if self.connections[index].client.is_gone() {
                 self.dismiss(index);
             }
         }
     }
 
     fn dismiss(&mut self, index: usize) {
-        let Seat { address, client, .. } = self.seats.swap_remove(index);
+        let Connection { address, client, .. } = self.connections.swap_remove(index);
         let Counts { taken, given, lost, refused } = client.counts();
         self.totals.lost += lost;
         let mut text = format!("left: {taken} frames from it, {given} to it");
@@ -242,7 +246,7 @@ impl OfferedBus {
     /// Takes part in the bus as the clients want it.
     fn appear(&mut self, spacecraft: &mut Spacecraft) {
         let now = spacecraft.now();
-        let any = |mode| self.seats.iter().any(|seat| seat.client.mode() == mode);
+        let any = |mode| self.connections.iter().any(|connection| connection.client.mode() == mode);
         let (open, listening) = (any(Mode::Open), any(Mode::Listening));
         if open {
             self.last_use = now;
@@ -261,7 +265,7 @@ impl OfferedBus {
         if presence != Presence::Present {
             self.totals.abandoned += self.senders.len() as u64;
             self.senders.clear();
-            self.seats.iter_mut().for_each(|seat| seat.client.was_abandoned());
+            self.connections.iter_mut().for_each(|connection| connection.client.was_abandoned());
         }
     }
 

@@ -9,7 +9,7 @@ use twin::description::{self, Description};
 use twin::model::{Model, Oscillator, Part};
 use twin::peripherals::Pin;
 
-use crate::craft::SECOND_MASTER;
+use crate::fleet::SECOND_MASTER;
 use crate::misuse::Misuse;
 use crate::project;
 

@@ -5,8 +5,9 @@
 
 pub mod board;
 pub mod counters;
-pub mod craft;
+pub mod diagnostics;
 pub mod elf;
+pub mod fleet;
 pub mod misuse;
 pub mod needs;
 pub mod output;
@@ -14,4 +15,3 @@ pub mod project;
 pub mod shard;
 pub mod stack;
 pub mod stop;
-pub mod telltale;

@@ -3,18 +3,18 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use ecss_can::runner::{Platform, Resources, Runners, Telltale};
+use ecss_can::runner::{Diagnostics, Platform, Resources, Runners};
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{Bus, NodeId, PerBus};
 
 use crate::builder::Planned;
 use crate::clock::MockClock;
-use crate::log::{Entry, Happening};
+use crate::key::NodeKey;
+use crate::log::{Entry, NodeEvent};
 use crate::member::{Diary, Events, Handle, Member, Running};
 use crate::memory::{Flash, Ram};
 use crate::pool::{Pool, Spawner};
 use crate::port::{BoardPort, MockPort, one_controller};
-use crate::seat::Seat;
 use crate::timeline::Timeline;
 
 /// The board of a node in a world, as `boards_stm32f4::Board` is one of metal: what its node is made with.
@@ -53,7 +53,7 @@ pub(crate) fn firmware<N: Member, A: Future<Output = ()> + 'static>(
 
 /// A node, with or without power.
 pub(crate) struct Unit {
-    pub seat: Seat,
+    pub key: NodeKey,
     firmware: Firmware,
     drift_ppm: i32,
     has_one_controller: bool,
@@ -69,7 +69,7 @@ pub(crate) struct Unit {
 struct Powered {
     pool: Pool,
     clock: MockClock,
-    telltale: &'static Telltale,
+    diagnostics: &'static Diagnostics,
     node: Box<dyn Running>,
     reset: Rc<Cell<bool>>,
 }
@@ -81,13 +81,13 @@ impl Unit {
         entries: Rc<RefCell<Vec<Entry>>>,
         changed: &PerBus<Rc<Cell<bool>>>,
     ) -> Self {
-        let Planned { seat, firmware, drift_ppm, has_one_controller, late_heartbeats, .. } = planned;
-        let diary = Diary { seat, timeline, entries };
+        let Planned { key, firmware, drift_ppm, has_one_controller, late_heartbeats, .. } = planned;
+        let diary = Diary { key, timeline, entries };
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
         let ports = PerBus::from_fn(|bus| MockPort::that_sets(clock.clone(), changed[bus].clone()));
         let (ram, flash) = (Ram::of_power_on(), Flash::default());
         Unit {
-            seat,
+            key,
             firmware,
             drift_ppm,
             has_one_controller,
@@ -101,36 +101,36 @@ impl Unit {
     }
 
     pub fn power_on(&mut self) {
-        self.diary.note(Happening::PowerOn);
+        self.diary.note(NodeEvent::PowerOn);
         let pool = Pool::new();
         let clock = MockClock::power_on(self.diary.timeline.clone(), self.drift_ppm);
         Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(clock.clone()));
-        let telltale = Box::leak(Box::default());
+        let diagnostics = Box::leak(Box::default());
         let reset = Rc::new(Cell::new(false));
         let shell = Shell {
             spawner: pool.spawner(),
             clock: &clock,
             ports: &self.ports,
             has_one_controller: self.has_one_controller,
-            telltale,
+            diagnostics,
             diary: &self.diary,
             reset: &reset,
         };
         let board = MockBoard {
-            node_id: self.seat.node(),
+            node_id: self.key.node(),
             late_heartbeats: self.late_heartbeats,
             retained: Box::leak(Box::new(self.ram.clone())),
             store: Some(Box::leak(Box::new(self.flash.clone()))),
         };
         let node = (self.firmware)(board, &shell);
-        self.powered = Some(Powered { pool, clock, telltale, node, reset });
+        self.powered = Some(Powered { pool, clock, diagnostics, node, reset });
     }
 
     pub fn power_off(&mut self) {
         if let Some(powered) = self.powered.take() {
             Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(powered.clock.clone()));
             self.ram = Ram::of_power_on();
-            self.diary.note(Happening::PowerOff);
+            self.diary.note(NodeEvent::PowerOff);
         }
     }
 
@@ -158,8 +158,8 @@ impl Unit {
         Some(&self.powered.as_ref()?.clock)
     }
 
-    pub fn telltale(&self) -> Option<&'static Telltale> {
-        Some(self.powered.as_ref()?.telltale)
+    pub fn diagnostics(&self) -> Option<&'static Diagnostics> {
+        Some(self.powered.as_ref()?.diagnostics)
     }
 
     /// The node, while it has power.
@@ -172,7 +172,7 @@ impl Unit {
     /// # Panics
     /// Without power.
     pub fn spawn(&self, task: impl Future<Output = ()> + 'static) {
-        let powered = self.powered.as_ref().unwrap_or_else(|| panic!("{:?} has no power", self.seat));
+        let powered = self.powered.as_ref().unwrap_or_else(|| panic!("{:?} has no power", self.key));
         powered.pool.spawner().spawn(task);
     }
 }
@@ -183,7 +183,7 @@ pub(crate) struct Shell<'a> {
     clock: &'a MockClock,
     ports: &'a PerBus<MockPort>,
     has_one_controller: bool,
-    telltale: &'static Telltale,
+    diagnostics: &'static Diagnostics,
     diary: &'a Diary,
     reset: &'a Rc<Cell<bool>>,
 }
@@ -193,7 +193,7 @@ impl Shell<'_> {
     fn run<N: Member>(&self, node: impl FnOnce() -> N) -> (Handle<N>, Events<N>) {
         let resources: &Resources<MockBoard, N> = Box::leak(Box::default());
         let (handle, events, runners) =
-            resources.start(node, self.ports(), self.clock.clone(), self.telltale);
+            resources.start(node, self.ports(), self.clock.clone(), self.diagnostics);
         let Runners { nominal, redundant, due } = runners;
         self.spawn(async { nominal.run().await });
         self.spawn(async { redundant.run().await });

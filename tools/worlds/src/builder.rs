@@ -7,8 +7,8 @@ use ecss_can::node::{Device, Master, MasterBoards, Slave};
 use ecss_can::types::NodeId;
 
 use crate::board::{Firmware, MockBoard, firmware};
+use crate::key::NodeKey;
 use crate::member::{Events, Handle, Member};
-use crate::seat::Seat;
 use crate::world::World;
 
 /// Odd: makes different patterns of different numbers. 2^32 by the golden ratio.
@@ -29,7 +29,7 @@ impl Default for Builder {
 
 /// A node to be.
 pub(crate) struct Planned {
-    pub seat: Seat,
+    pub key: NodeKey,
     pub firmware: Firmware,
     pub drift_ppm: i32,
     pub has_one_controller: bool,
@@ -48,10 +48,10 @@ impl Builder {
         node: impl Fn(MockBoard) -> Master<D, B> + 'static,
         application: impl Fn(Handle<Master<D, B>>, Events<Master<D, B>>) -> A + 'static,
     ) -> Self {
-        self.node(Seat::MASTER, node, application)
+        self.node(NodeKey::MASTER, node, application)
     }
 
-    /// Adds the second one of two master boards, [`Seat::SECOND_MASTER`], at the other end of the cable: all slaves are between
+    /// Adds the second one of two master boards, [`NodeKey::SECOND_MASTER`], at the other end of the cable: all slaves are between
     /// the two.
     ///
     /// # Panics
@@ -62,7 +62,7 @@ impl Builder {
         node: impl Fn(MockBoard) -> Master<D, B> + 'static,
         application: impl Fn(Handle<Master<D, B>>, Events<Master<D, B>>) -> A + 'static,
     ) -> Self {
-        self.node(Seat::SECOND_MASTER, node, application)
+        self.node(NodeKey::SECOND_MASTER, node, application)
     }
 
     /// Adds a slave. At each power-on and each reset `node` makes it, and `application` runs beside it.
@@ -80,7 +80,7 @@ impl Builder {
         self.node(id.into(), node, application)
     }
 
-    /// Adds a second slave board with the Node-ID of another one, [`Seat::double`]. It is a metre further on the cable.
+    /// Adds a second slave board with the Node-ID of another one, [`NodeKey::double`]. It is a metre further on the cable.
     ///
     /// # Panics
     /// When there is one, or the Node-ID is the master's.
@@ -92,7 +92,7 @@ impl Builder {
         application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
     ) -> Self {
         assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
-        self.node(Seat::double(id), node, application)
+        self.node(NodeKey::double(id), node, application)
     }
 
     /// Adds a minimal slave (ECSS 9). At each power-on `node` makes it, and `application` runs beside it.
@@ -112,19 +112,19 @@ impl Builder {
 
     fn node<N: Member, A: Future<Output = ()> + 'static>(
         mut self,
-        seat: Seat,
+        key: NodeKey,
         node: impl Fn(MockBoard) -> N + 'static,
         application: impl Fn(Handle<N>, Events<N>) -> A + 'static,
     ) -> Self {
-        assert!(self.nodes.iter().all(|other| other.seat != seat), "two nodes with {seat:?}");
+        assert!(self.nodes.iter().all(|other| other.key != key), "two nodes with {key:?}");
         let firmware = firmware(node, application);
         self.nodes.push(Planned {
-            seat,
+            key,
             firmware,
             drift_ppm: 0,
             has_one_controller: false,
             power_on: Time::ZERO,
-            late_heartbeats: seat.number().wrapping_mul(SCATTER),
+            late_heartbeats: key.number().wrapping_mul(SCATTER),
         });
         self
     }
@@ -134,7 +134,7 @@ impl Builder {
     /// # Panics
     /// When there is no such node.
     #[must_use]
-    pub fn drift(mut self, node: impl Into<Seat>, ppm: i32) -> Self {
+    pub fn drift(mut self, node: impl Into<NodeKey>, ppm: i32) -> Self {
         self.planned(node.into()).drift_ppm = ppm;
         self
     }
@@ -144,7 +144,7 @@ impl Builder {
     /// # Panics
     /// When there is no such node.
     #[must_use]
-    pub fn late_heartbeats(mut self, node: impl Into<Seat>, pattern: u32) -> Self {
+    pub fn late_heartbeats(mut self, node: impl Into<NodeKey>, pattern: u32) -> Self {
         self.planned(node.into()).late_heartbeats = pattern;
         self
     }
@@ -154,7 +154,7 @@ impl Builder {
     /// # Panics
     /// When there is no such node.
     #[must_use]
-    pub fn one_controller(mut self, node: impl Into<Seat>) -> Self {
+    pub fn one_controller(mut self, node: impl Into<NodeKey>) -> Self {
         self.planned(node.into()).has_one_controller = true;
         self
     }
@@ -164,7 +164,7 @@ impl Builder {
     /// # Panics
     /// When there is no such node.
     #[must_use]
-    pub fn powered_at(mut self, node: impl Into<Seat>, at: Time) -> Self {
+    pub fn powered_at(mut self, node: impl Into<NodeKey>, at: Time) -> Self {
         self.planned(node.into()).power_on = at;
         self
     }
@@ -195,8 +195,8 @@ impl Builder {
         World::new(self.nodes, self.timing)
     }
 
-    fn planned(&mut self, seat: Seat) -> &mut Planned {
-        let found = self.nodes.iter_mut().find(|planned| planned.seat == seat);
-        found.unwrap_or_else(|| panic!("{seat:?} is no node of this world"))
+    fn planned(&mut self, key: NodeKey) -> &mut Planned {
+        let found = self.nodes.iter_mut().find(|planned| planned.key == key);
+        found.unwrap_or_else(|| panic!("{key:?} is no node of this world"))
     }
 }

@@ -5,7 +5,7 @@ use ecss_can::node::minimal::MinimalEvent;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::types::NodeId;
 
-use crate::seat::Seat;
+use crate::key::NodeKey;
 
 /// One entry, in the order of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,14 +15,14 @@ pub struct Entry {
     /// On which node.
     pub node: NodeId,
     /// On which board.
-    pub seat: Seat,
+    pub key: NodeKey,
     /// What.
-    pub what: Happening,
+    pub what: NodeEvent,
 }
 
 /// What a node did.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Happening {
+pub enum NodeEvent {
     /// Power came, or the chip was reset.
     PowerOn,
     /// Power went.

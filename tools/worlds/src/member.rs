@@ -13,8 +13,8 @@ use ecss_can::runner::{self, EventSource};
 use ecss_can::types::{AbortCode, Address, Instant};
 
 use crate::board::MockBoard;
-use crate::log::{Entry, Happening};
-use crate::seat::Seat;
+use crate::key::NodeKey;
+use crate::log::{Entry, NodeEvent};
 use crate::timeline::Timeline;
 
 /// A node, for its application and for a test.
@@ -23,7 +23,7 @@ pub type Handle<N> = runner::Handle<MockBoard, N>;
 /// A master, a slave or a minimal slave, of any device.
 pub trait Member: Node + Sized {
     /// An event, as the log of a world has it.
-    fn happening(event: &Self::Event) -> Happening;
+    fn node_event(event: &Self::Event) -> NodeEvent;
 
     /// Whether an event asks for a reset of the chip.
     fn is_reset(event: &Self::Event) -> bool;
@@ -45,8 +45,8 @@ pub trait Member: Node + Sized {
 }
 
 impl<D: Device, B: MasterBoards> Member for Master<D, B> {
-    fn happening(event: &MasterEvent) -> Happening {
-        Happening::Master(*event)
+    fn node_event(event: &MasterEvent) -> NodeEvent {
+        NodeEvent::Master(*event)
     }
 
     fn is_reset(_: &MasterEvent) -> bool {
@@ -71,8 +71,8 @@ impl<D: Device, B: MasterBoards> Member for Master<D, B> {
 }
 
 impl<D: Device> Member for Slave<D> {
-    fn happening(event: &SlaveEvent) -> Happening {
-        Happening::Slave(*event)
+    fn node_event(event: &SlaveEvent) -> NodeEvent {
+        NodeEvent::Slave(*event)
     }
 
     fn is_reset(event: &SlaveEvent) -> bool {
@@ -97,8 +97,8 @@ impl<D: Device> Member for Slave<D> {
 }
 
 impl<D: MinimalDevice> Member for MinimalSlave<D> {
-    fn happening(event: &MinimalEvent) -> Happening {
-        Happening::Minimal(*event)
+    fn node_event(event: &MinimalEvent) -> NodeEvent {
+        NodeEvent::Minimal(*event)
     }
 
     fn is_reset(_: &MinimalEvent) -> bool {
@@ -137,7 +137,7 @@ impl<N: Member> Events<N> {
     /// Waits for the next event. Cancel-safe: a dropped future loses no event.
     pub async fn next(&mut self) -> N::Event {
         let event = self.events.next().await;
-        self.diary.note(N::happening(&event));
+        self.diary.note(N::node_event(&event));
         event
     }
 
@@ -188,17 +188,17 @@ pub async fn idle<N: Member>(_: Handle<N>, mut events: Events<N>) {
 /// Where a node writes what happens to it.
 #[derive(Clone)]
 pub(crate) struct Diary {
-    pub seat: Seat,
+    pub key: NodeKey,
     pub timeline: Rc<Timeline>,
     pub entries: Rc<RefCell<Vec<Entry>>>,
 }
 
 impl Diary {
-    pub fn note(&self, what: Happening) {
+    pub fn note(&self, what: NodeEvent) {
         self.entries.borrow_mut().push(Entry {
             at: self.timeline.now(),
-            node: self.seat.node(),
-            seat: self.seat,
+            node: self.key.node(),
+            key: self.key,
             what,
         });
     }

@@ -1,4 +1,4 @@
-//! Nodes on two buses, and the hands of the test: power, cables, frames of strangers.
+//! Nodes on two buses, and the hands of the test: power, cables, frames of foreign nodes.
 
 use std::cell::{Cell, Ref, RefCell};
 use std::rc::Rc;
@@ -13,17 +13,17 @@ use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
 use ecss_can::node::minimal::MinimalEvent;
 use ecss_can::node::{Device, Master, MasterRequest, Slave, SlaveEvent, Status};
-use ecss_can::runner::Telltale;
+use ecss_can::runner::Diagnostics;
 use ecss_can::types::{Address, Bus, NmtState, NodeId, PerBus};
 
 use crate::board::Unit;
 use crate::builder::{Builder, Planned};
 use crate::clock::MockClock;
-use crate::log::{Entry, Happening};
+use crate::injector::FrameInjector;
+use crate::key::NodeKey;
+use crate::log::{Entry, NodeEvent};
 use crate::member::{Handle, Member, Running};
 use crate::port::MockPort;
-use crate::rogue::Rogue;
-use crate::seat::Seat;
 use crate::task::Task;
 use crate::timeline::Timeline;
 
@@ -45,7 +45,7 @@ pub struct World {
     units: Vec<Unit>,
     cables: PerBus<Cable>,
     /// Power switched at given times, the next one last.
-    switches: Vec<(Time, Seat)>,
+    switches: Vec<(Time, NodeKey)>,
     entries: Rc<RefCell<Vec<Entry>>>,
 }
 
@@ -64,10 +64,10 @@ struct Cable {
     misread: usize,
 }
 
-/// The controllers of one wire: those of the boards, then the rogue.
+/// The controllers of one wire: those of the boards, then the injector.
 struct Plugs {
     ports: Vec<MockPort>,
-    rogue: Rogue,
+    injector: FrameInjector,
     /// Something about these controllers.
     changed: Rc<Cell<bool>>,
 }
@@ -79,10 +79,10 @@ pub struct Sent {
     pub start: Time,
     /// End of EOF, both at the transmitter.
     pub end: Time,
-    /// Who; `None` is the rogue.
+    /// Who; `None` is the injector.
     pub node: Option<NodeId>,
-    /// Which board; `None` is the rogue.
-    pub seat: Option<Seat>,
+    /// Which board; `None` is the injector.
+    pub key: Option<NodeKey>,
     /// What.
     pub frame: WireFrame,
     /// Number of controllers that received it.
@@ -103,7 +103,7 @@ impl Controllers for Plugs {
     fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller)) {
         match self.ports.get_mut(node) {
             Some(port) => visit(port),
-            None => visit(&mut self.rogue),
+            None => visit(&mut self.injector),
         }
     }
 
@@ -116,9 +116,9 @@ impl Cable {
     fn advance(&mut self, now: Time, units: &[Unit]) {
         self.wire.advance(now, &mut self.plugs);
         let sent = |trace: &Trace, receivers: usize| {
-            let seat = units.get(trace.transmitter).map(|unit| unit.seat);
-            let node = seat.map(Seat::node);
-            Sent { start: trace.start, end: trace.end, node, seat, frame: trace.frame, receivers }
+            let key = units.get(trace.transmitter).map(|unit| unit.key);
+            let node = key.map(NodeKey::node);
+            Sent { start: trace.start, end: trace.end, node, key, frame: trace.frame, receivers }
         };
         for record in self.wire.take_records() {
             match record {
@@ -142,29 +142,29 @@ impl World {
     pub(crate) fn new(planned: Vec<Planned>, timing: BitTiming) -> World {
         let timeline = Timeline::new();
         let entries = Rc::default();
-        let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.seat)).collect();
+        let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.key)).collect();
         switches.sort_by_key(|switch| std::cmp::Reverse(*switch));
         let changed = PerBus::from_fn(|_| Rc::new(Cell::new(true)));
         let unit = |node: Planned| Unit::new(node, timeline.clone(), Rc::clone(&entries), &changed);
         let units: Vec<Unit> = planned.into_iter().map(unit).collect();
-        let end = units.iter().map(|unit| unit.seat.node().get()).max().unwrap_or(0);
+        let end = units.iter().map(|unit| unit.key.node().get()).max().unwrap_or(0);
         let cables = PerBus::from_fn(|bus| {
             let mut wire = Wire::new(WireConfig::default());
             for unit in &units {
-                wire.attach(match unit.seat {
-                    Seat::SECOND_MASTER => metres(end + 1),
-                    seat if seat.is_second() => metres(seat.node().get()) + BESIDE_M,
-                    seat => metres(seat.node().get()),
+                wire.attach(match unit.key {
+                    NodeKey::SECOND_MASTER => metres(end + 1),
+                    key if key.is_second() => metres(key.node().get()) + BESIDE_M,
+                    key => metres(key.node().get()),
                 });
             }
-            // The rogue: at the end.
-            let is_pair = units.iter().any(|unit| unit.seat == Seat::SECOND_MASTER);
+            // The injector: at the end.
+            let is_pair = units.iter().any(|unit| unit.key == NodeKey::SECOND_MASTER);
             wire.attach(metres(end + 1 + u8::from(is_pair)));
             let ports: Vec<_> = units.iter().map(|unit| unit.port(bus).clone()).collect();
             ports.iter().for_each(|port| port.set_timing(timing));
             Cable {
                 wire,
-                plugs: Plugs { ports, rogue: Rogue::new(timing), changed: changed[bus].clone() },
+                plugs: Plugs { ports, injector: FrameInjector::new(timing), changed: changed[bus].clone() },
                 seen: Vec::new(),
                 torn: 0,
                 misread: 0,
@@ -250,9 +250,9 @@ impl World {
     }
 
     /// Index of a node on both wires, for [`World::strike`].
-    pub fn index(&self, node: impl Into<Seat>) -> NodeIndex {
-        let seat = node.into();
-        self.units.iter().position(|unit| unit.seat == seat).expect("a node of this world")
+    pub fn index(&self, node: impl Into<NodeKey>) -> NodeIndex {
+        let key = node.into();
+        self.units.iter().position(|unit| unit.key == key).expect("a node of this world")
     }
 
     /// Whether the master's end of a bus was not recessive for as long as an idle bus is.
@@ -266,7 +266,7 @@ impl World {
     }
 
     /// Switches a node on; nothing happens when it is.
-    pub fn power_on(&mut self, node: impl Into<Seat>) {
+    pub fn power_on(&mut self, node: impl Into<NodeKey>) {
         let unit = self.unit_mut(node);
         if !unit.is_powered() {
             unit.power_on();
@@ -274,27 +274,27 @@ impl World {
     }
 
     /// Switches a node off.
-    pub fn power_off(&mut self, node: impl Into<Seat>) {
+    pub fn power_off(&mut self, node: impl Into<NodeKey>) {
         self.unit_mut(node).power_off();
     }
 
     /// Off and on again.
-    pub fn reset(&mut self, node: impl Into<Seat>) {
+    pub fn reset(&mut self, node: impl Into<NodeKey>) {
         let node = node.into();
         self.power_off(node);
         self.power_on(node);
     }
 
     /// Whether a node has power.
-    pub fn is_powered(&self, node: impl Into<Seat>) -> bool {
+    pub fn is_powered(&self, node: impl Into<NodeKey>) -> bool {
         self.unit(node).is_powered()
     }
 
-    /// A stranger at the end of the cable sends a frame as soon as the bus lets it.
+    /// A foreign node at the end of the cable sends a frame as soon as the bus lets it.
     pub fn inject(&mut self, bus: Bus, frame: WireFrame) {
         let now = self.now();
         let plugs = &mut self.cables[bus].plugs;
-        plugs.rogue.send(now, frame);
+        plugs.injector.send(now, frame);
         plugs.changed.set(true);
     }
 
@@ -303,14 +303,14 @@ impl World {
     /// # Panics
     /// When the master is off: a mistake in a test.
     pub fn request(&self, request: MasterRequest) {
-        self.request_to(Seat::MASTER, request);
+        self.request_to(NodeKey::MASTER, request);
     }
 
     /// Makes a request to one of two masters, as its application does.
     ///
     /// # Panics
     /// When it is off: a mistake in a test.
-    pub fn request_to(&self, master: Seat, request: MasterRequest) {
+    pub fn request_to(&self, master: NodeKey, request: MasterRequest) {
         let taken = self.running(master).request(request);
         assert!(taken, "the node with the master's Node-ID is a slave");
     }
@@ -326,7 +326,7 @@ impl World {
     /// When the node is off: a mistake in a test.
     pub fn spawn<T: 'static>(
         &self,
-        node: impl Into<Seat>,
+        node: impl Into<NodeKey>,
         work: impl Future<Output = T> + 'static,
     ) -> Task<T> {
         let (task, future) = Task::new(work, self.timeline.clone());
@@ -339,7 +339,7 @@ impl World {
     /// # Panics
     /// When it is off, or of another device: a mistake in a test.
     pub fn master<D: Device>(&self) -> Handle<Master<D>> {
-        self.node(Seat::MASTER)
+        self.node(NodeKey::MASTER)
     }
 
     /// A slave, until it is reset or loses its power.
@@ -354,17 +354,17 @@ impl World {
     ///
     /// # Panics
     /// When it is off, or of another type: a mistake in a test.
-    pub fn node<N: Member>(&self, seat: impl Into<Seat>) -> Handle<N> {
-        let seat = seat.into();
-        let handle = self.running(seat).handle().downcast_ref();
-        *handle.unwrap_or_else(|| panic!("{seat:?} is no {}", std::any::type_name::<N>()))
+    pub fn node<N: Member>(&self, key: impl Into<NodeKey>) -> Handle<N> {
+        let key = key.into();
+        let handle = self.running(key).handle().downcast_ref();
+        *handle.unwrap_or_else(|| panic!("{key:?} is no {}", std::any::type_name::<N>()))
     }
 
     /// Writes an object of a node, as its application does.
     ///
     /// # Panics
     /// When the node is off, or refuses the value: a mistake in a test.
-    pub fn write(&self, node: impl Into<Seat>, at: Address, value: &[u8]) {
+    pub fn write(&self, node: impl Into<NodeKey>, at: Address, value: &[u8]) {
         self.running(node).write(at, value).expect("the value is allowed");
     }
 
@@ -372,7 +372,7 @@ impl World {
     ///
     /// # Panics
     /// When it is off, or a minimal slave: a mistake in a test.
-    pub fn status(&self, node: impl Into<Seat>) -> Status {
+    pub fn status(&self, node: impl Into<NodeKey>) -> Status {
         self.running(node).status().expect("a node with an object dictionary")
     }
 
@@ -382,9 +382,9 @@ impl World {
     }
 
     /// What happened on one node so far, in the order of time.
-    pub fn log_of(&self, node: impl Into<Seat>) -> Vec<(Time, Happening)> {
-        let seat = node.into();
-        self.log().iter().filter(|entry| entry.seat == seat).map(|entry| (entry.at, entry.what)).collect()
+    pub fn log_of(&self, node: impl Into<NodeKey>) -> Vec<(Time, NodeEvent)> {
+        let key = node.into();
+        self.log().iter().filter(|entry| entry.key == key).map(|entry| (entry.at, entry.what)).collect()
     }
 
     /// Frames completed on a bus so far.
@@ -405,8 +405,8 @@ impl World {
     /// NMT state of a slave as it told its application; `None` without power. A minimal slave is always Operational.
     pub fn state(&self, node: NodeId) -> Option<NmtState> {
         self.last(node, |event| match event {
-            Happening::Slave(SlaveEvent::State(state)) => Some(*state),
-            Happening::Minimal(_) => Some(NmtState::Operational),
+            NodeEvent::Slave(SlaveEvent::State(state)) => Some(*state),
+            NodeEvent::Minimal(_) => Some(NmtState::Operational),
             _ => None,
         })
     }
@@ -414,8 +414,8 @@ impl World {
     /// The bus a slave considers active; `None` without power.
     pub fn active(&self, node: NodeId) -> Option<Bus> {
         self.last(node, |event| match event {
-            Happening::Slave(SlaveEvent::ActiveBus { bus, .. })
-            | Happening::Minimal(MinimalEvent::ActiveBus { bus, .. }) => Some(*bus),
+            NodeEvent::Slave(SlaveEvent::ActiveBus { bus, .. })
+            | NodeEvent::Minimal(MinimalEvent::ActiveBus { bus, .. }) => Some(*bus),
             _ => None,
         })
     }
@@ -425,18 +425,18 @@ impl World {
     /// # Panics
     /// When it is off: a mistake in a test.
     pub fn master_bus(&self) -> Bus {
-        self.status(Seat::MASTER).active
+        self.status(NodeKey::MASTER).active
     }
 
     /// Masters that have power and manage the network.
-    pub fn active_masters(&self) -> Vec<Seat> {
+    pub fn active_masters(&self) -> Vec<NodeKey> {
         let active = |unit: &&Unit| unit.node().is_some_and(Running::is_active_master);
-        self.units.iter().filter(active).map(|unit| unit.seat).collect()
+        self.units.iter().filter(active).map(|unit| unit.key).collect()
     }
 
     /// All slaves, powered or not.
     pub fn slaves(&self) -> Vec<NodeId> {
-        self.units.iter().map(|unit| unit.seat.node()).filter(|id| *id != NodeId::MASTER).collect()
+        self.units.iter().map(|unit| unit.key.node()).filter(|id| *id != NodeId::MASTER).collect()
     }
 
     /// Whether one master is active, and every slave Operational on its bus.
@@ -448,41 +448,41 @@ impl World {
     }
 
     /// The clock of a node, while it has power.
-    pub fn clock(&self, node: impl Into<Seat>) -> Option<MockClock> {
+    pub fn clock(&self, node: impl Into<NodeKey>) -> Option<MockClock> {
         self.unit(node).clock().cloned()
     }
 
     /// The counters of a node, while it has power.
-    pub fn telltale(&self, node: impl Into<Seat>) -> Option<&'static Telltale> {
-        self.unit(node).telltale()
+    pub fn diagnostics(&self, node: impl Into<NodeKey>) -> Option<&'static Diagnostics> {
+        self.unit(node).diagnostics()
     }
 
     /// The controller of a node on a bus.
-    pub fn port(&self, node: impl Into<Seat>, bus: Bus) -> &MockPort {
+    pub fn port(&self, node: impl Into<NodeKey>, bus: Bus) -> &MockPort {
         self.unit(node).port(bus)
     }
 
-    fn last<T>(&self, node: NodeId, pick: impl Fn(&Happening) -> Option<T>) -> Option<T> {
+    fn last<T>(&self, node: NodeId, pick: impl Fn(&NodeEvent) -> Option<T>) -> Option<T> {
         if !self.is_powered(node) {
             return None;
         }
         let log = self.log();
         let life = log.iter().rev().filter(|entry| entry.node == node);
-        life.take_while(|entry| entry.what != Happening::PowerOn).find_map(|entry| pick(&entry.what))
+        life.take_while(|entry| entry.what != NodeEvent::PowerOn).find_map(|entry| pick(&entry.what))
     }
 
-    fn running(&self, node: impl Into<Seat>) -> &dyn Running {
-        let seat = node.into();
-        self.unit(seat).node().unwrap_or_else(|| panic!("{seat:?} has no power"))
+    fn running(&self, node: impl Into<NodeKey>) -> &dyn Running {
+        let key = node.into();
+        self.unit(key).node().unwrap_or_else(|| panic!("{key:?} has no power"))
     }
 
-    fn unit(&self, node: impl Into<Seat>) -> &Unit {
-        let seat = node.into();
-        self.units.iter().find(|unit| unit.seat == seat).expect("a node of this world")
+    fn unit(&self, node: impl Into<NodeKey>) -> &Unit {
+        let key = node.into();
+        self.units.iter().find(|unit| unit.key == key).expect("a node of this world")
     }
 
-    fn unit_mut(&mut self, node: impl Into<Seat>) -> &mut Unit {
-        let seat = node.into();
-        self.units.iter_mut().find(|unit| unit.seat == seat).expect("a node of this world")
+    fn unit_mut(&mut self, node: impl Into<NodeKey>) -> &mut Unit {
+        let key = node.into();
+        self.units.iter_mut().find(|unit| unit.key == key).expect("a node of this world")
     }
 }

@@ -196,7 +196,7 @@ impl Image {
     }
 
     /// A variable or function by its name: that of the ELF file, its path in Rust, or the end of the path of one alone, such as
-    /// `TELLTALE`. Of several instances of a generic function it is one.
+    /// `DIAGNOSTICS`. Of several instances of a generic function it is one.
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).copied().or_else(|| {
             let is_end =

@@ -21,12 +21,12 @@ use twin::traffic::Traffic;
 use demo::stamps::{StampErrors, StampWatch};
 use ecss_can::types::Address;
 use firmware_images::Images;
-use support::craft;
+use support::fleet;
 
 use crate::context::FLOWN;
 
 /// Node-ID (1 is the master), metres, parts per million, parts per million per second.
-const SEATS: [(u8, f64, f64, f64); 4] =
+const BOARDS: [(u8, f64, f64, f64); 4] =
     [(1, 0.0, 50.0, -0.1), (2, 1.0, -50.0, 0.1), (3, 10.0, 17.0, -0.1), (4, 20.0, -38.0, 0.1)];
 
 /// White noise of the frequency at 1 s, and its random walk in 1 s, parts per billion.
@@ -42,7 +42,7 @@ const LENGTH_ERROR: f64 = 0.1;
 
 /// The largest constant that a correction may leave, ns: of the farthest slave's length, and of half a loop at either end.
 pub fn most_left_ns() -> f64 {
-    let farthest = SEATS.iter().map(|seat| seat.1).fold(0.0, f64::max);
+    let farthest = BOARDS.iter().map(|key| key.1).fold(0.0, f64::max);
     LENGTH_ERROR * CABLE_NS_PER_M * farthest + f64::from(TRANSCEIVER_SPREAD_NS)
 }
 
@@ -157,10 +157,10 @@ impl Flight {
     /// # Errors
     /// When there is no image, or a board does not do as told.
     pub fn new(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Flight> {
-        let (master, slave) = (craft::image(&images.master)?, craft::image(&images.slave)?);
+        let (master, slave) = (fleet::image(&images.master)?, fleet::image(&images.slave)?);
         let mut random = fastrand::Rng::with_seed(seed);
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-        for (node, position_m, ppm, drift_ppm_per_s) in SEATS {
+        for (node, position_m, ppm, drift_ppm_per_s) in BOARDS {
             let spread = TRANSCEIVER_NS - TRANSCEIVER_SPREAD_NS..=TRANSCEIVER_NS + TRANSCEIVER_SPREAD_NS;
             let transceiver = Some(Transceiver::with_loop(random.u32(spread)));
             spacecraft.add_board(BoardConfig {
@@ -192,7 +192,7 @@ impl Flight {
         for (address, value, len) in EVERY_SYNC {
             flight.write(1, address, value, len)?;
         }
-        for (node, position_m, ..) in SEATS {
+        for (node, position_m, ..) in BOARDS {
             if scenario.corrected {
                 let cable = CABLE_NS_PER_M * (1.0 + LENGTH_ERROR) * position_m;
                 let delay = (cable + f64::from(TRANSCEIVER_NS) / 2.0).round() as u32;
@@ -232,7 +232,7 @@ impl Flight {
     /// When one does not take that.
     pub fn begin_pulses(&mut self) -> anyhow::Result<()> {
         let count = (1_000_000 / PULSE_PERIOD.as_us()) as u32;
-        SEATS.iter().try_for_each(|&(node, ..)| self.write(node, PULSES_PER_SECOND, count, 2))
+        BOARDS.iter().try_for_each(|&(node, ..)| self.write(node, PULSES_PER_SECOND, count, 2))
     }
 
     /// Cuts the nominal bus beside the master.

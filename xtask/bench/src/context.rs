@@ -11,7 +11,7 @@ use demo::flight::Flight;
 use demo::mission;
 use demo::plan::Plan;
 use support::board::{Board, Profile};
-use support::craft;
+use support::fleet;
 
 /// The board that flies on the twin.
 pub static FLOWN: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
@@ -56,11 +56,11 @@ impl Context {
     /// When the images cannot be built or flown.
     pub fn fly(&self, plan: Plan) -> anyhow::Result<Flight> {
         let built = self.images(&plan.board, plan.profile)?;
-        let mut images = craft::shipped(&built, plan.boards.iter().map(|board| board.node))?;
+        let mut images = fleet::shipped(&built, plan.boards.iter().map(|board| board.node))?;
         let minimal: Vec<_> = plan.boards.iter().filter(|board| board.is_minimal).collect();
         if !minimal.is_empty() {
             let path = firmware_images::build_minimal(plan.board.name(), plan.profile.name(), LOG)?;
-            let image = craft::image(&path)?;
+            let image = fleet::image(&path)?;
             images.extend(minimal.iter().map(|board| (board.node, image.clone())));
         }
         mission::fly(plan, &images, |_, _| ControlFlow::Continue(()))

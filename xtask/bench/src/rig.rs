@@ -13,8 +13,8 @@ use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 use super::context::{Context, FLOWN};
 use support::board::Profile;
 use support::counters::Counters;
-use support::craft;
-use support::telltale::Telltale;
+use support::diagnostics::Diagnostics;
+use support::fleet;
 
 /// NMT start of all nodes (CiA 301 7.2.8.3.1.1).
 const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0x00]);
@@ -74,7 +74,7 @@ impl Rig {
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         let slave = spacecraft.add_board(BoardConfig {
             name: format!("node {node}"),
-            image: craft::image(&images.slave)?,
+            image: fleet::image(&images.slave)?,
             model: FLOWN.model(),
             straps: FLOWN.straps(node),
             crystal: Crystal::ppm(0.0),
@@ -88,7 +88,7 @@ impl Rig {
         rig.send(Bus::Nominal, BOOT, MASTER_BEATS);
         rig.send(Bus::Nominal, BOOT, START_ALL);
         rig.run_until(BOOT + Time::from_ms(1))?;
-        anyhow::ensure!(rig.telltale()?.handled == [2, 0], "the slave has not come up on the twin");
+        anyhow::ensure!(rig.diagnostics()?.handled == [2, 0], "the slave has not come up on the twin");
         Ok(rig)
     }
 
@@ -163,8 +163,8 @@ impl Rig {
     ///
     /// # Errors
     /// When the image exports no counters.
-    pub fn telltale(&self) -> anyhow::Result<Telltale> {
-        Telltale::read(self.board())
+    pub fn diagnostics(&self) -> anyhow::Result<Diagnostics> {
+        Diagnostics::read(self.board())
     }
 
     /// Commands that the slave's application executed.

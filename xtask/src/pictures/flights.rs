@@ -27,7 +27,7 @@ struct CommandLine {
 
 fn fly(arguments: &[&str]) -> anyhow::Result<Flight> {
     let CommandLine { options } = CommandLine::parse_from([&["demo"], arguments].concat());
-    let mut images = options.craft.own_images("demo", &options.nodes())?;
+    let mut images = options.fleet.own_images("demo", &options.nodes())?;
     options.add_shipped(&mut images)?;
     mission::fly(Plan::new(&options)?, &images, |_, _| ControlFlow::Continue(()))
 }

@@ -109,14 +109,14 @@ fn an_image_without_counters_is_refused_by_the_demo() {
     let shipped = firmware_images::build("pyboard-v11", "librecube").expect("images");
     let mut elf = std::fs::read(shipped.slave).expect("an image");
     // Names of symbols, mangled or not, and of debug information.
-    while let Some(name) = elf.windows(8).position(|bytes| bytes == b"TELLTALE") {
+    while let Some(name) = elf.windows(8).position(|bytes| bytes == b"DIAGNOSTICS") {
         elf[name] = b'X';
     }
     let here = tempfile::tempdir().expect("a temporary directory");
     let image = here.path().join("own");
     std::fs::write(&image, elf).expect("a file");
     let own = format!("3={}", image.display());
-    refuses(&["demo", "--slaves", "0", "--slave", &own], &["node 3", "TELLTALE", "cargo twin"]);
+    refuses(&["demo", "--slaves", "0", "--slave", &own], &["node 3", "DIAGNOSTICS", "cargo twin"]);
 }
 
 #[test]

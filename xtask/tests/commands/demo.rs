@@ -240,8 +240,8 @@ fn a_slave_with_one_controller_flies_beside_the_others() {
     let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{stdout}{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
-    let craft = ["boards", "minimal", "one_controller", "slaves_operational_at_end", "lost_frames"];
-    assert_eq!(craft.map(|field| summary[field].as_u64().unwrap()), [4, 2, 1, 3, 0]);
+    let fleet = ["boards", "minimal", "one_controller", "slaves_operational_at_end", "lost_frames"];
+    assert_eq!(fleet.map(|field| summary[field].as_u64().unwrap()), [4, 2, 1, 3, 0]);
     assert_eq!(summary["tc_executed"], summary["tc_due"]);
     assert!(summary["failover_ms"]["3"].as_f64() < Some(400.0), "{summary}");
     assert!((400.0..620.0).contains(&summary["failover_ms"]["4"].as_f64().unwrap()), "{summary}");

@@ -310,7 +310,7 @@ fn a_vague_word_is_found_in_every_line() {
             format!("/// Takes an event.\n///\n/// # Errors\n/// When {word} does.\npub fn f() {{}}");
         assert_eq!(rules(&source), [("f".to_owned(), Rule::Vague)], "{source}");
     }
-    assert_eq!(rules("/// Writes the word telltale, and is_told as well.\npub fn f() {}"), []);
+    assert_eq!(rules("/// Writes the word diagnostics, and is_told as well.\npub fn f() {}"), []);
 }
 
 #[test]

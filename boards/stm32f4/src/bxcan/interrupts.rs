@@ -16,7 +16,7 @@ use super::controller::Controller;
 use super::events::EventQueue;
 use super::status::{Enables, Status};
 use super::waiting::Waiting;
-use crate::{TELLTALE, Uptime};
+use crate::{DIAGNOSTICS, Uptime};
 
 /// Bits of TSR, the same in a byte for each mailbox: its request has completed, with success.
 const RQCP: u32 = 1 << 0;
@@ -66,7 +66,7 @@ impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
 
 #[inline(never)] // once for both controllers
 fn transmitted(registers: Can, events: &EventQueue) {
-    TELLTALE.interrupts.transmit.count();
+    DIAGNOSTICS.interrupts.transmit.count();
     let stamp = Stamp::interrupt(Uptime.now());
     events.update(|waiting| {
         let status = registers.tsr().read();
@@ -97,7 +97,7 @@ pub(super) fn request(registers: Can, mailbox: Mailbox) {
 
 #[inline(never)] // once for both controllers
 fn received(registers: Can, events: &EventQueue) {
-    TELLTALE.interrupts.receive.count();
+    DIAGNOSTICS.interrupts.receive.count();
     events.update(|waiting| {
         let fifo = registers.rfr(0);
         let mut status = fifo.read();
@@ -128,7 +128,7 @@ fn received(registers: Can, events: &EventQueue) {
 
 #[inline(never)] // once for both controllers
 fn status_changed(registers: Can, events: &EventQueue) {
-    TELLTALE.interrupts.error.count();
+    DIAGNOSTICS.interrupts.error.count();
     clear_errors(registers);
     let mut status = Status(registers.esr().read().0);
     let mut repeated = registers.msr().read().erri();

@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use thermometer::PROFILE;
@@ -22,7 +22,7 @@ async fn main(spawner: Spawner) {
     let Board { ports, clock, store, post_mortem, .. } =
         Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let master = || Master::new(&PROFILE, Ground::default(), store);
-    let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
+    let (master, events, runners) = RESOURCES.start(master, ports, clock, &DIAGNOSTICS);
     master.with(|master, _| master.set_post_mortem(post_mortem));
     spawn_node(spawner, runners);
     supervised("application", application(master, events, |report| defmt::info!("{}", report))).await;

@@ -1,7 +1,7 @@
 //! Start of the thermometer: board, node, tasks, and the sensor on I2C1.
 
 use board::Spec;
-use boards_stm32f4::{TELLTALE, supervised};
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use embassy_stm32::i2c::{self, ErrorInterruptHandler, EventInterruptHandler, I2c};
@@ -38,7 +38,7 @@ async fn main(spawner: Spawner) {
             .with_retained(board.retained)
             .with_store(board.store)
     };
-    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
+    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     // The board has taken neither I2C1 nor its pins.

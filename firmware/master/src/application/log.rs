@@ -16,7 +16,7 @@ pub fn event(event: &MasterEvent) {
         }
         MasterEvent::SlaveLost { node } => warn!("slave {}: lost", node.get()),
         MasterEvent::SlaveUnheard { node } => warn!("slave {}: never heard on either bus", node.get()),
-        MasterEvent::Stranger { node } => {
+        MasterEvent::UnknownNode { node } => {
             warn!("node {} does not answer: it does not count as a slave", node.get());
         }
         MasterEvent::SecondMaster { bus } => {

@@ -64,7 +64,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Err(Error::Timeout) => {
                 self.identification.not_before = until + self.services.lifetimes.sdo;
                 self.manager.peers_mut().on_no_answer(node, until);
-                out.event(MasterEvent::Stranger { node });
+                out.event(MasterEvent::UnknownNode { node });
             }
         }
     }

@@ -18,7 +18,7 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// The consumer time of a node: its own of 1016h, else two of its observed periods, else the common one. A stranger is
+    /// The consumer time of a node: its own of 1016h, else two of its observed periods, else the common one. A foreign node is
     /// lost before it is forgotten.
     pub(super) fn time(&self, node: NodeId, consumer: Duration) -> Duration {
         let of = |array: &[u16; N]| {

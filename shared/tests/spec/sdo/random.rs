@@ -99,7 +99,7 @@ fn acts() -> impl Strategy<Value = Vec<Act>> {
 
 /// A second opinion of what has been downloaded, from the frames alone.
 #[derive(Default)]
-struct Witness {
+struct Observer {
     at: Option<Address>,
     bytes: Vec<u8>,
     toggle: u8,
@@ -108,7 +108,7 @@ struct Witness {
     checked: bool,
 }
 
-impl Witness {
+impl Observer {
     /// The request, what was answered. The value that has arrived with it, if one has.
     fn see(&mut self, request: Payload, answers: &[Payload]) -> Option<(Address, Vec<u8>)> {
         let command = request[0];
@@ -134,11 +134,11 @@ impl Witness {
             (0x20..0x40, Some(0x60)) if command & 2 != 0 => {
                 return Some((at, request[4..8 - usize::from(command >> 2 & 3)].to_vec()));
             }
-            (0x20..0x40, Some(0x60)) => *self = Witness { at: Some(at), ..Witness::default() },
+            (0x20..0x40, Some(0x60)) => *self = Observer { at: Some(at), ..Observer::default() },
             (0xC0..0xE0, Some(0xA0 | 0xA4)) => {
                 let checked = command & 4 != 0;
                 assert_eq!(answer == Some(0xA4), checked, "a checksum is offered to those who ask for it");
-                *self = Witness { at: Some(at), in_blocks: true, next: 1, checked, ..Witness::default() };
+                *self = Observer { at: Some(at), in_blocks: true, next: 1, checked, ..Observer::default() };
             }
             (0xC0..0xE0, Some(0xA1)) => {
                 let len = self.bytes.len() - usize::from(command >> 2 & 7);
@@ -198,30 +198,30 @@ proptest! {
     #[test]
     fn a_server_writes_what_was_downloaded_and_nothing_else(acts in prop::collection::vec(acts(), 1..12)) {
         let mut bench = Bench::new();
-        let mut witness = Witness::default();
+        let mut observer = Observer::default();
         for act in acts.iter().flatten() {
             match act {
                 Act::Wait(span) => {
                     let sent = bench.wait(*span);
                     if sent.iter().any(|payload| payload[0] == 0xA2) {
-                        witness.next = 1;
+                        observer.next = 1;
                     }
                     if sent.iter().any(|payload| payload[0] == 0x80) {
-                        witness.in_blocks = false;
+                        observer.in_blocks = false;
                     }
                 }
                 Act::Left(frames) => drop(bench.left(*frames)),
                 Act::Reset => {
                     bench.server.reset(&mut bench.objects);
-                    witness.in_blocks = false;
+                    observer.in_blocks = false;
                 }
                 _ => {}
             }
-            for request in witness.frames(act) {
+            for request in observer.frames(act) {
                 let before = bench.objects.changes.len();
                 let answers = bench.ask(request);
                 prop_assert!(answers.len() <= 10);
-                let arrived = witness.see(request, &answers);
+                let arrived = observer.see(request, &answers);
                 let change = bench.objects.changes.get(before).cloned();
                 match (arrived, change) {
                     // Expedited without a size: as many bytes as the object has.

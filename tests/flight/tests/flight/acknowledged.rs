@@ -14,17 +14,17 @@ const SYNC: u16 = 0x080;
 const EMERGENCY: u16 = 0x081;
 
 /// The guest acknowledges what the master sends until frame `id` completes. Returns its end.
-fn acknowledge(craft: &mut Craft, guest: GuestId, id: u16) -> Time {
-    craft.twin.set_presence(guest, Presence::Present);
-    let seen = craft.fly_until(|seen| seen.bus == Bus::Nominal && seen.sender == 0 && seen.id() == Some(id));
-    craft.twin.set_presence(guest, Presence::Listening);
+fn acknowledge(flight: &mut Flight, guest: GuestId, id: u16) -> Time {
+    flight.twin.set_presence(guest, Presence::Present);
+    let seen = flight.fly_until(|seen| seen.bus == Bus::Nominal && seen.sender == 0 && seen.id() == Some(id));
+    flight.twin.set_presence(guest, Presence::Listening);
     seen.end
 }
 
 /// With ideal memory: the flight meets a window of some 100 us, which wait states move.
-fn ideal(seat: Seat) -> BoardConfig {
+fn ideal(setup: BoardSetup) -> BoardConfig {
     let fittings = Fittings { flash_timing: FlashTiming::Ideal, ..Fittings::default() };
-    BoardConfig { fittings, ..seat.with(&STANDARD) }
+    BoardConfig { fittings, ..setup.with(&STANDARD) }
 }
 
 /// Given a master that is cut off and error passive, when a guest acknowledges its SYNC and, 1.3 to 1.7 ms later,
@@ -35,30 +35,30 @@ fn ideal(seat: Seat) -> BoardConfig {
 #[test]
 fn a_master_that_was_just_acknowledged_is_not_isolated() {
     for after_us in (1_250..=1_550).step_by(50) {
-        let mut craft = Craft::of(&MASTER_AND_THREE[..3], ideal);
-        let guest = craft.twin.add_guest(Bus::Nominal, 0.2);
-        let busy = craft.twin.add_guest(Bus::Redundant, 30.0);
-        craft.twin.set_presence(guest, Presence::Listening);
-        craft.fly_to(1_000);
+        let mut flight = Flight::of(&MASTER_AND_THREE[..3], ideal);
+        let guest = flight.twin.add_guest(Bus::Nominal, 0.2);
+        let busy = flight.twin.add_guest(Bus::Redundant, 30.0);
+        flight.twin.set_presence(guest, Presence::Listening);
+        flight.fly_to(1_000);
         // SYNC, emergency, spacecraft time and heartbeat follow, in this order by their COB-IDs.
-        let cut = craft.fly_until(|seen| seen.id() == Some(REQUEST_2)).end;
-        craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-        while craft.attempts(1, Bus::Nominal).filter(|at| *at > cut).count() < 17 {
-            let next = craft.end + Time::from_us(10);
-            craft.fly(next);
+        let cut = flight.fly_until(|seen| seen.id() == Some(REQUEST_2)).end;
+        flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        while flight.attempts(1, Bus::Nominal).filter(|at| *at > cut).count() < 17 {
+            let next = flight.end + Time::from_us(10);
+            flight.fly(next);
         }
-        let first = acknowledge(&mut craft, guest, SYNC);
+        let first = acknowledge(&mut flight, guest, SYNC);
         for n in 0..80 {
             let state = if n / 10 % 2 == 0 { OPERATIONAL } else { PRE_OPERATIONAL };
             let heartbeat = WireFrame::standard(0x705 + n % 10, &[state]);
-            craft.twin.inject(busy, first + Time::from_us(1_150), heartbeat);
+            flight.twin.inject(busy, first + Time::from_us(1_150), heartbeat);
         }
-        craft.fly(first + Time::from_us(after_us));
-        let last = acknowledge(&mut craft, guest, EMERGENCY);
-        craft.fly(last + ms(10));
-        let isolated = craft.said(1, "Isolated", cut).unwrap();
-        let active = craft.said(1, "error Active", first);
-        assert!(active.is_none_or(|at| at > isolated), "error passive all the time\n{}", craft.log(1));
+        flight.fly(first + Time::from_us(after_us));
+        let last = acknowledge(&mut flight, guest, EMERGENCY);
+        flight.fly(last + ms(10));
+        let isolated = flight.said(1, "Isolated", cut).unwrap();
+        let active = flight.said(1, "error Active", first);
+        assert!(active.is_none_or(|at| at > isolated), "error passive all the time\n{}", flight.log(1));
         assert!(
             last < first + Time::from_us(1_700),
             "the flight is another one: {} us",

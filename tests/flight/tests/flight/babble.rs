@@ -10,16 +10,16 @@ use flight::*;
 const CONSUMER_MS: u64 = 2500;
 
 /// A guest on the nominal bus sends this command to all nodes every 20 ms.
-fn babble(craft: &mut Craft, command: u8, from_ms: u64, until_ms: u64) {
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+fn babble(flight: &mut Flight, command: u8, from_ms: u64, until_ms: u64) {
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     for at in (from_ms..until_ms).step_by(20) {
-        craft.twin.inject(guest, ms(at), WireFrame::standard(0x000, &[command, 0]));
+        flight.twin.inject(guest, ms(at), WireFrame::standard(0x000, &[command, 0]));
     }
 }
 
 /// When `node` sent boot-up messages after `from`, on either bus.
-fn boot_ups(craft: &Craft, node: u8, from: Time) -> Vec<Time> {
-    let all = Bus::ALL.into_iter().flat_map(|bus| craft.heartbeats(node, bus));
+fn boot_ups(flight: &Flight, node: u8, from: Time) -> Vec<Time> {
+    let all = Bus::ALL.into_iter().flat_map(|bus| flight.heartbeats(node, bus));
     let mut all: Vec<_> =
         all.filter(|(at, state)| *at > from && *state == BOOT_UP).map(|(at, _)| at).collect();
     all.sort_unstable();
@@ -27,9 +27,9 @@ fn boot_ups(craft: &Craft, node: u8, from: Time) -> Vec<Time> {
 }
 
 /// Emergencies 8100h of `node` on either bus after `from`: their source.
-fn refusals(craft: &Craft, node: u8, from: Time) -> Vec<u8> {
+fn refusals(flight: &Flight, node: u8, from: Time) -> Vec<u8> {
     let id = 0x080 + u16::from(node);
-    let all = Bus::ALL.into_iter().flat_map(|bus| craft.sent(node, bus, id));
+    let all = Bus::ALL.into_iter().flat_map(|bus| flight.sent(node, bus, id));
     all.filter(|seen| seen.end > from && seen.data()[..2] == [0x00, 0x81])
         .map(|seen| seen.data()[3])
         .collect()
@@ -39,41 +39,53 @@ fn refusals(craft: &Craft, node: u8, from: Time) -> Vec<u8> {
 #[test]
 fn slaves_leave_a_bus_on_which_resets_are_babbled() {
     for command in [0x81, 0x82] {
-        let mut craft = Craft::new(&MASTER_AND_THREE);
-        babble(&mut craft, command, 1000, 19_000);
-        craft.fly_to(1000);
+        let mut flight = Flight::new(&MASTER_AND_THREE);
+        babble(&mut flight, command, 1000, 19_000);
+        flight.fly_to(1000);
         // The master goes to the redundant bus. The babbling node and the slaves stay on the nominal one.
-        craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-        craft.fly_to(3000);
+        flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        flight.fly_to(3000);
         for node in [2, 3] {
-            assert!(craft.is_operational(node, Bus::Redundant), "{command:02X}h {node}\n{}", craft.log(node));
+            assert!(
+                flight.is_operational(node, Bus::Redundant),
+                "{command:02X}h {node}\n{}",
+                flight.log(node)
+            );
         }
         // Selective access: it searches for Ttoggle (5) consumer times before it tries the other bus.
-        craft.fly_to(1000 + 5 * CONSUMER_MS + 2000);
+        flight.fly_to(1000 + 5 * CONSUMER_MS + 2000);
         for node in [2, 3, 4] {
-            assert!(craft.is_operational(node, Bus::Redundant), "{command:02X}h {node}\n{}", craft.log(node));
+            assert!(
+                flight.is_operational(node, Bus::Redundant),
+                "{command:02X}h {node}\n{}",
+                flight.log(node)
+            );
             // The first reset follows a heartbeat of the master. Those with parallel access hear the next one soon.
-            let booted = boot_ups(&craft, node, ms(1000)).len();
+            let booted = boot_ups(&flight, node, ms(1000)).len();
             let most = 1 + 3;
-            assert!((1..=most).contains(&booted), "{command:02X}h {node}\n{}", craft.log(node));
+            assert!((1..=most).contains(&booted), "{command:02X}h {node}\n{}", flight.log(node));
             if node == 4 {
-                assert_eq!(booted, most, "{command:02X}h\n{}", craft.log(node));
+                assert_eq!(booted, most, "{command:02X}h\n{}", flight.log(node));
                 assert_eq!(
-                    refusals(&craft, node, ms(1000)),
+                    refusals(&flight, node, ms(1000)),
                     [command],
                     "{command:02X}h\n{}",
-                    craft.log(node)
+                    flight.log(node)
                 );
             }
         }
         // And stay there, however long it goes on.
-        craft.fly_to(19_000);
+        flight.fly_to(19_000);
         for node in [2, 3, 4] {
-            assert!(craft.is_operational(node, Bus::Redundant), "{command:02X}h {node}\n{}", craft.log(node));
-            let commands = craft.sent(MASTER, Bus::Redundant, 0x300 + u16::from(node));
+            assert!(
+                flight.is_operational(node, Bus::Redundant),
+                "{command:02X}h {node}\n{}",
+                flight.log(node)
+            );
+            let commands = flight.sent(MASTER, Bus::Redundant, 0x300 + u16::from(node));
             assert!(commands.filter(|seen| seen.end > ms(17_000)).count() >= 19, "node {node}");
         }
-        craft.assert_sound();
+        flight.assert_sound();
     }
 }
 
@@ -82,19 +94,19 @@ fn slaves_leave_a_bus_on_which_resets_are_babbled() {
 /// Verifies: ECSS 6.5.1a.4
 #[test]
 fn every_reset_after_a_pause_is_obeyed_without_a_master() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[1..2]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(1000);
+    let mut flight = Flight::new(&MASTER_AND_THREE[1..2]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(1000);
     // The pause counts from the boot, some milliseconds after the reset.
     let period = 2 * CONSUMER_MS + 20;
     for number in 0..20 {
-        craft.twin.inject(guest, ms(6000 + number * period), WireFrame::standard(0x000, &[0x81, 2]));
+        flight.twin.inject(guest, ms(6000 + number * period), WireFrame::standard(0x000, &[0x81, 2]));
     }
-    craft.fly_to(6000 + 20 * period);
-    let booted = boot_ups(&craft, 2, ms(1000));
-    assert_eq!(booted.len(), 20, "{}", craft.log(2));
-    assert!(refusals(&craft, 2, Time::ZERO).is_empty());
-    craft.assert_sound();
+    flight.fly_to(6000 + 20 * period);
+    let booted = boot_ups(&flight, 2, ms(1000));
+    assert_eq!(booted.len(), 20, "{}", flight.log(2));
+    assert!(refusals(&flight, 2, Time::ZERO).is_empty());
+    flight.assert_sound();
 }
 
 /// The fourth in a row is the first that is ignored; a heartbeat of the master opens the door again.
@@ -102,23 +114,23 @@ fn every_reset_after_a_pause_is_obeyed_without_a_master() {
 /// Verifies: ECSS 6.5.1a.4
 #[test]
 fn a_heartbeat_of_the_master_makes_resets_count_again() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[1..2]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    let mut flight = Flight::new(&MASTER_AND_THREE[1..2]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     let reset = WireFrame::standard(0x000, &[0x81, 2]);
     for at in [500, 600, 700, 800, 900, 1100] {
-        craft.twin.inject(guest, ms(at), reset);
+        flight.twin.inject(guest, ms(at), reset);
         if at == 900 {
-            craft.twin.inject(guest, ms(1000), WireFrame::standard(0x701, &[OPERATIONAL]));
+            flight.twin.inject(guest, ms(1000), WireFrame::standard(0x701, &[OPERATIONAL]));
         }
     }
-    craft.fly_to(1090);
-    let booted = boot_ups(&craft, 2, ms(500));
-    assert_eq!(booted.len(), 3, "{booted:?}\n{}", craft.log(2));
-    assert_eq!(refusals(&craft, 2, Time::ZERO), [0x81], "once, not per frame");
+    flight.fly_to(1090);
+    let booted = boot_ups(&flight, 2, ms(500));
+    assert_eq!(booted.len(), 3, "{booted:?}\n{}", flight.log(2));
+    assert_eq!(refusals(&flight, 2, Time::ZERO), [0x81], "once, not per frame");
     // Error reset.
-    let gone = craft.first_after(ms(1000), |seen| seen.id() == Some(0x082) && seen.data()[..2] == [0, 0]);
+    let gone = flight.first_after(ms(1000), |seen| seen.id() == Some(0x082) && seen.data()[..2] == [0, 0]);
     assert_eq!(gone.unwrap().data()[3..6], [0x00, 0x81, 0x81]);
-    craft.fly_to(1500);
-    assert_eq!(boot_ups(&craft, 2, ms(1090)).len(), 1, "{}", craft.log(2));
-    craft.assert_sound();
+    flight.fly_to(1500);
+    assert_eq!(boot_ups(&flight, 2, ms(1090)).len(), 1, "{}", flight.log(2));
+    flight.assert_sound();
 }

@@ -10,25 +10,25 @@ const PANIC: u8 = 1;
 const LATE_TASK: u8 = 4;
 
 /// All of them operational, and a client.
-fn flown() -> (Craft, GuestId) {
+fn flown() -> (Flight, GuestId) {
     let bare = parsed(&firmware_images::build_test_bare("pyboard-v11").unwrap());
     let [master, slave] = STANDARD.clone();
-    let config = move |seat: Seat| {
-        let slave = if seat.node == SLAVE { bare.clone() } else { slave.clone() };
-        seat.with(&[master.clone(), slave])
+    let config = move |setup: BoardSetup| {
+        let slave = if setup.node == SLAVE { bare.clone() } else { slave.clone() };
+        setup.with(&[master.clone(), slave])
     };
-    let mut craft = Craft::of(&MASTER_AND_THREE[..3], config);
-    let client = craft.twin.add_guest(Bus::Redundant, 30.0);
-    craft.fly_to(1_000);
-    (craft, client)
+    let mut flight = Flight::of(&MASTER_AND_THREE[..3], config);
+    let client = flight.twin.add_guest(Bus::Redundant, 30.0);
+    flight.fly_to(1_000);
+    (flight, client)
 }
 
 /// Causes and program counters of the emergencies 6100h of the slave, on whichever bus.
-fn causes(craft: &Craft) -> Vec<(u8, [u8; 4])> {
+fn causes(flight: &Flight) -> Vec<(u8, [u8; 4])> {
     let of_slave =
-        |seen: &&Seen| seen.sender == craft.board(SLAVE).0 && seen.id() == Some(0x080 + u16::from(SLAVE));
+        |seen: &&Seen| seen.sender == flight.board(SLAVE).0 && seen.id() == Some(0x080 + u16::from(SLAVE));
     let raised =
-        craft.frames.iter().filter(of_slave).map(Seen::data).filter(|data| data[..2] == [0x00, 0x61]);
+        flight.frames.iter().filter(of_slave).map(Seen::data).filter(|data| data[..2] == [0x00, 0x61]);
     raised.map(|data| (data[3], data[4..].try_into().unwrap())).collect()
 }
 
@@ -36,32 +36,32 @@ fn causes(craft: &Craft) -> Vec<(u8, [u8; 4])> {
 /// when that is cut. The image logs nothing.
 #[test]
 fn an_image_on_chip_support_alone_flies_and_changes_the_bus() {
-    let (mut craft, _) = flown();
-    assert!(craft.is_operational(SLAVE, Bus::Nominal), "{}", craft.log(MASTER));
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(3_000);
-    assert!(craft.is_operational(SLAVE, Bus::Redundant), "{}", craft.log(MASTER));
-    assert_eq!(craft.log(SLAVE), "");
-    assert_eq!(craft.lost_frames(SLAVE), 0);
+    let (mut flight, _) = flown();
+    assert!(flight.is_operational(SLAVE, Bus::Nominal), "{}", flight.log(MASTER));
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(3_000);
+    assert!(flight.is_operational(SLAVE, Bus::Redundant), "{}", flight.log(MASTER));
+    assert_eq!(flight.log(SLAVE), "");
+    assert_eq!(flight.lost_frames(SLAVE), 0);
 }
 
 /// Given the handler of SysTick and that of panics of the image itself, which know no program counter, when a task hangs or the
 /// application panics, then the board is reset, reports which of both it was, and is operational again.
 #[test]
 fn its_own_handlers_end_a_program_that_hangs_or_panics() {
-    let (mut craft, client) = flown();
+    let (mut flight, client) = flown();
     let due =
-        tasks(&craft, SLAVE).into_iter().find(|task| task.name == u32::from_le_bytes(*b"due ")).unwrap();
-    fell(&mut craft, SLAVE, due, &halfwords(&HANG));
-    craft.fly(craft.end + ms(1_500));
+        tasks(&flight, SLAVE).into_iter().find(|task| task.name == u32::from_le_bytes(*b"due ")).unwrap();
+    end_program(&mut flight, SLAVE, due, &halfwords(&HANG));
+    flight.fly(flight.end + ms(1_500));
     // The master has changed the bus meanwhile.
-    assert_eq!(causes(&craft), [(LATE_TASK, [0; 4])]);
-    assert!(craft.is_operational(SLAVE, Bus::Redundant), "{}", craft.log(MASTER));
+    assert_eq!(causes(&flight), [(LATE_TASK, [0; 4])]);
+    assert!(flight.is_operational(SLAVE, Bus::Redundant), "{}", flight.log(MASTER));
 
     // Brightness 201 of 200.
     let too_bright = WireFrame::standard(0x603, &[0x2F, 0x00, 0x60, 0, 201, 0, 0, 0]);
-    craft.twin.inject(client, craft.end, too_bright);
-    craft.fly(craft.end + ms(1_500));
-    assert_eq!(causes(&craft), [(LATE_TASK, [0; 4]), (PANIC, [0; 4])], "{}", craft.log(MASTER));
-    assert!(Bus::ALL.into_iter().any(|bus| craft.is_operational(SLAVE, bus)), "{}", craft.log(MASTER));
+    flight.twin.inject(client, flight.end, too_bright);
+    flight.fly(flight.end + ms(1_500));
+    assert_eq!(causes(&flight), [(LATE_TASK, [0; 4]), (PANIC, [0; 4])], "{}", flight.log(MASTER));
+    assert!(Bus::ALL.into_iter().any(|bus| flight.is_operational(SLAVE, bus)), "{}", flight.log(MASTER));
 }

@@ -10,15 +10,15 @@ use flight::*;
 const RECOVERY_US: u64 = 1408;
 
 /// Flies with a master whose receiver on the nominal bus is deaf from just before a heartbeat on.
-fn deaf_for(duration: Time) -> (Craft, Time) {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    craft.fly_to(1000);
-    let (last, _) = *craft.heartbeats(1, Bus::Nominal).last().unwrap();
-    let nodes = Nodes::of(&[craft.board(1).0]);
+fn deaf_for(duration: Time) -> (Flight, Time) {
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flight.fly_to(1000);
+    let (last, _) = *flight.heartbeats(1, Bus::Nominal).last().unwrap();
+    let nodes = Nodes::of(&[flight.board(1).0]);
     let deaf = Fault::Glitch { nodes, duration, effect: Effect::Recessive };
-    craft.twin.wire_mut(Bus::Nominal).schedule(last + ms(249), deaf).unwrap();
-    craft.fly_to(3500);
-    (craft, last)
+    flight.twin.wire_mut(Bus::Nominal).schedule(last + ms(249), deaf).unwrap();
+    flight.fly_to(3500);
+    (flight, last)
 }
 
 /// The master's receiver is deaf for two milliseconds while it sends: every dominant bit of its is a bit error, and its
@@ -29,25 +29,25 @@ fn deaf_for(duration: Time) -> (Craft, Time) {
 /// Verifies: ECSS 5.6.2b
 #[test]
 fn the_master_recovers_from_bus_off_and_keeps_its_slaves() {
-    let (mut craft, last) = deaf_for(ms(2));
-    let off = craft.said(1, "Nominal: error BusOff", last).unwrap_or_else(|| panic!("{}", craft.log(1)));
-    let back = craft.said(1, "Nominal: error Active", off).unwrap_or_else(|| panic!("{}", craft.log(1)));
+    let (mut flight, last) = deaf_for(ms(2));
+    let off = flight.said(1, "Nominal: error BusOff", last).unwrap_or_else(|| panic!("{}", flight.log(1)));
+    let back = flight.said(1, "Nominal: error Active", off).unwrap_or_else(|| panic!("{}", flight.log(1)));
     let pause = ms(10);
     let recovered = pause + Time::from_us(RECOVERY_US);
     // Slaves may talk meanwhile, and the driver looks every millisecond.
     assert!((recovered..recovered + ms(3)).contains(&back.since(off)), "{} us", back.since(off).as_us());
     for node in [2, 3, 4] {
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}\n{}", craft.log(node));
-        assert!(!craft.fell_back(node, last), "node {node}\n{}", craft.log(node));
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
+        assert!(!flight.fell_back(node, last), "node {node}\n{}", flight.log(node));
     }
-    assert!(craft.said(1, "active bus", last).is_none(), "{}", craft.log(1));
-    craft.assert_nothing_lost();
+    assert!(flight.said(1, "active bus", last).is_none(), "{}", flight.log(1));
+    flight.assert_nothing_lost();
 }
 
 /// When the master said that it is bus-off on the nominal bus (`true`), or error active again.
-fn changes(craft: &Craft) -> Vec<(Time, bool)> {
-    let master = craft.board(MASTER);
-    let said = craft.logs.iter().filter(|log| log.board == master);
+fn changes(flight: &Flight) -> Vec<(Time, bool)> {
+    let master = flight.board(MASTER);
+    let said = flight.logs.iter().filter(|log| log.board == master);
     said.filter_map(|log| match () {
         () if log.text.contains("Nominal: error BusOff") => Some((log.at, true)),
         () if log.text.contains("Nominal: error Active, TEC 0,") => Some((log.at, false)),
@@ -61,19 +61,19 @@ fn changes(craft: &Craft) -> Vec<(Time, bool)> {
 /// Verifies: ECSS 5.6.2a
 #[test]
 fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
-    let (mut craft, last) = deaf_for(ms(16));
-    let changes = changes(&craft);
+    let (mut flight, last) = deaf_for(ms(16));
+    let changes = changes(&flight);
     let off: Vec<bool> = changes.iter().map(|(_, off)| *off).collect();
-    assert_eq!(off, [true, false, true, false], "{changes:?}\n{}", craft.log(1));
+    assert_eq!(off, [true, false, true, false], "{changes:?}\n{}", flight.log(1));
     // Each of them has its pause, and not before it the recovery.
     for pair in changes.chunks(2) {
         assert!(pair[1].0.since(pair[0].0) > ms(10), "{changes:?}");
     }
-    assert!(craft.said(1, "active bus", last).is_none(), "{}", craft.log(1));
+    assert!(flight.said(1, "active bus", last).is_none(), "{}", flight.log(1));
     for node in [2, 3, 4] {
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}\n{}", craft.log(node));
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
     }
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// Three recoveries in a window are allowed; the fourth bus-off fails the bus, and the slaves are taken to the other.
@@ -81,15 +81,15 @@ fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
 /// Verifies: ECSS 8.3.3b
 #[test]
 fn a_bus_that_the_master_cannot_stay_on_is_left() {
-    let (mut craft, last) = deaf_for(ms(100));
-    let failed = craft.said(1, "Nominal failed: bus-off too often", last);
-    let failed = failed.unwrap_or_else(|| panic!("{}", craft.log(1)));
-    let off = changes(&craft).into_iter().filter(|(at, off)| *off && *at <= failed).count();
-    assert_eq!(off, 4, "{}", craft.log(1));
-    assert!(craft.said(1, "active bus: Redundant", last).unwrap() < failed + ms(1), "{}", craft.log(1));
+    let (mut flight, last) = deaf_for(ms(100));
+    let failed = flight.said(1, "Nominal failed: bus-off too often", last);
+    let failed = failed.unwrap_or_else(|| panic!("{}", flight.log(1)));
+    let off = changes(&flight).into_iter().filter(|(at, off)| *off && *at <= failed).count();
+    assert_eq!(off, 4, "{}", flight.log(1));
+    assert!(flight.said(1, "active bus: Redundant", last).unwrap() < failed + ms(1), "{}", flight.log(1));
     for node in [2, 3] {
-        assert!(craft.is_operational(node, Bus::Redundant), "node {node}\n{}", craft.log(node));
-        assert!(!craft.fell_back(node, last), "node {node}\n{}", craft.log(node));
+        assert!(flight.is_operational(node, Bus::Redundant), "node {node}\n{}", flight.log(node));
+        assert!(!flight.fell_back(node, last), "node {node}\n{}", flight.log(node));
     }
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }

@@ -23,25 +23,25 @@ const END: Time = ms(13_500);
 const PLACES: [(f64, f64, f64, u32); 4] =
     [(0.0, 50.0, -0.1, 165), (1.0, -50.0, 0.1, 133), (10.0, 17.0, -0.1, 170), (20.0, -38.0, 0.1, 150)];
 
-fn board(seat: Seat, capture_wires: bool) -> BoardConfig {
-    let (position_m, ppm, drift_ppm_per_s, loop_ns) = PLACES[usize::from(seat.node) - 1];
+fn board(setup: BoardSetup, capture_wires: bool) -> BoardConfig {
+    let (position_m, ppm, drift_ppm_per_s, loop_ns) = PLACES[usize::from(setup.node) - 1];
     let crystal = Crystal {
         drift_ppm_per_s,
         white_ppb: 1.0,
         walk_ppb: 2.0,
-        seed: u64::from(seat.node),
+        seed: u64::from(setup.node),
         ..Crystal::ppm(ppm)
     };
     let transceiver = Some(Transceiver::with_loop(loop_ns));
     let fittings = Fittings { capture_wires, transceiver, ..Fittings::default() };
-    BoardConfig { crystal, position_m, fittings, ..seat.with(&STANDARD) }
+    BoardConfig { crystal, position_m, fittings, ..setup.with(&STANDARD) }
 }
 
 /// The clock of each slave against the master's, from 8 s on.
 fn flown(capture_wires: bool) -> [Errors; 3] {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    for seat in MASTER_AND_THREE {
-        spacecraft.add_board(board(seat, capture_wires));
+    for setup in MASTER_AND_THREE {
+        spacecraft.add_board(board(setup, capture_wires));
     }
     let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, 0.3, 1, ms(1_000));
     let mut trial = Trial::new(spacecraft, PULSE, Some(traffic));
@@ -66,21 +66,21 @@ fn pulses_of_slaves_are_late_by_the_cable() {
 
 /// A client of the master's SDO server.
 struct Client {
-    craft: Craft,
+    flight: Flight,
     guest: GuestId,
 }
 
 impl Client {
     fn ask(&mut self, request: [u8; 8]) -> Seen {
-        self.craft.twin.inject(self.guest, self.craft.end, WireFrame::standard(0x601, &request));
-        self.craft.fly_until(|seen| seen.id() == Some(0x581))
+        self.flight.twin.inject(self.guest, self.flight.end, WireFrame::standard(0x601, &request));
+        self.flight.fly_until(|seen| seen.id() == Some(0x581))
     }
 
     /// Has the cable to a slave measured.
     fn measure(&mut self, node: u8, span_ms: u64) {
         assert_eq!(self.ask([0x2F, 0x20, 0x63, 1, node, 0, 0, 0]).data()[0], 0x60);
         assert_eq!(self.read(2), 1, "it runs");
-        self.craft.fly(self.craft.end + ms(span_ms));
+        self.flight.fly(self.flight.end + ms(span_ms));
     }
 
     /// A sub-index of 6320h.
@@ -96,10 +96,10 @@ impl Client {
 /// 10 m and 20 m are 50 ns and 100 ns, whatever their transceivers take. A slave that is not there fails.
 #[test]
 fn cables_are_measured_by_both_ends() {
-    let mut craft = Craft::of(&MASTER_AND_THREE, |seat| board(seat, true));
-    let guest = craft.twin.add_guest(Bus::Nominal, 0.0);
-    craft.fly(SETTLED);
-    let mut client = Client { craft, guest };
+    let mut flight = Flight::of(&MASTER_AND_THREE, |setup| board(setup, true));
+    let guest = flight.twin.add_guest(Bus::Nominal, 0.0);
+    flight.fly(SETTLED);
+    let mut client = Client { flight, guest };
     for (node, expected) in [(3, 50.0), (4, 100.0)] {
         client.measure(node, 2_500);
         assert_eq!(

@@ -17,12 +17,12 @@ const CUT: Time = Time::from_ms(2013);
 
 /// The nominal bus breaks next to the master, shortly before commands are due.
 static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    craft.fly(CUT);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(15_500);
-    craft.assert_nothing_lost();
-    craft.seen
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flight.fly(CUT);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(15_500);
+    flight.assert_nothing_lost();
+    flight.seen
 });
 
 /// When the master began its first frame on the redundant bus.
@@ -48,16 +48,16 @@ fn the_master_changes_the_bus_when_its_own_is_cut() {
 
 #[test]
 fn detection_does_not_depend_on_the_moment_of_the_cut() {
-    let mut before = Craft::new(&MASTER_AND_THREE[..3]);
+    let mut before = Flight::new(&MASTER_AND_THREE[..3]);
     for cut in [701, 745, 790] {
         before.fly_to(cut);
-        let mut craft = before.clone();
-        craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-        craft.fly_to(cut + 600);
-        let taken = detection(&craft).since(ms(cut));
+        let mut flight = before.clone();
+        flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        flight.fly_to(cut + 600);
+        let taken = detection(&flight).since(ms(cut));
         assert!(taken < DETECTION, "cut at {cut} ms: {} us", taken.as_us());
-        assert!(craft.is_operational(2, Bus::Redundant) && craft.is_operational(3, Bus::Redundant));
-        craft.assert_nothing_lost();
+        assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
+        flight.assert_nothing_lost();
     }
 }
 
@@ -141,75 +141,75 @@ fn the_master_starts_a_slave_that_has_changed_the_bus_unasked() {
     assert!(command.reached.contains(&4) && command.end < operational + ms(100));
 }
 
-fn cut_both(craft: &mut Craft) {
-    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).cut(NEXT_TO_MASTER_M));
+fn cut_both(flight: &mut Flight) {
+    Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).cut(NEXT_TO_MASTER_M));
 }
 
-fn restore_both(craft: &mut Craft) {
-    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).restore_all());
+fn restore_both(flight: &mut Flight) {
+    Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).restore_all());
 }
 
-fn active_bus(craft: &Craft) -> Bus {
-    craft.frames.iter().rfind(|seen| seen.sender == 0).unwrap().bus
+fn active_bus(flight: &Flight) -> Bus {
+    flight.frames.iter().rfind(|seen| seen.sender == 0).unwrap().bus
 }
 
 /// Both buses are cut for 4 s, longer than the consumer time.
 #[test]
 fn both_buses_cut_and_restored() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    craft.fly_to(1000);
-    cut_both(&mut craft);
-    let last_heard = craft.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
-    craft.fly_to(5000);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flight.fly_to(1000);
+    cut_both(&mut flight);
+    let last_heard = flight.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
+    flight.fly_to(5000);
     for node in [2, 3, 4] {
-        let (_, state) = *craft.heartbeats(node, Bus::Nominal).last().unwrap();
+        let (_, state) = *flight.heartbeats(node, Bus::Nominal).last().unwrap();
         assert_eq!(state, PRE_OPERATIONAL, "node {node} has missed its master");
     }
-    restore_both(&mut craft);
-    craft.fly_to(5400);
-    let active = active_bus(&craft);
+    restore_both(&mut flight);
+    flight.fly_to(5400);
+    let active = active_bus(&flight);
     for node in [2, 3] {
-        assert!(craft.is_operational(node, active), "node {node}\n{}", craft.log(node));
+        assert!(flight.is_operational(node, active), "node {node}\n{}", flight.log(node));
         let started =
-            craft.heartbeats(node, active).into_iter().find(|(at, s)| *at > ms(5000) && *s == OPERATIONAL);
+            flight.heartbeats(node, active).into_iter().find(|(at, s)| *at > ms(5000) && *s == OPERATIONAL);
         assert!(started.unwrap().0 < ms(5010), "node {node}: {} us", started.unwrap().0.as_us());
     }
     // Slave 4 hears one bus, and changes it at its time.
-    craft.fly(last_heard + TOGGLING + TOLERANCE);
+    flight.fly(last_heard + TOGGLING + TOLERANCE);
     for node in [2, 3, 4] {
-        assert!(craft.is_operational(node, active), "node {node}\n{}", craft.log(node));
+        assert!(flight.is_operational(node, active), "node {node}\n{}", flight.log(node));
     }
-    assert_eq!(active_bus(&craft), active, "the master does not go to and fro");
-    craft.assert_nothing_lost();
+    assert_eq!(active_bus(&flight), active, "the master does not go to and fro");
+    flight.assert_nothing_lost();
 }
 
 /// Frames wait on both sides of the cuts when they heal.
 #[test]
 fn an_outage_shorter_than_the_consumer_time_costs_no_state() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    craft.fly_to(1000);
-    cut_both(&mut craft);
-    craft.fly_to(2200);
-    restore_both(&mut craft);
-    craft.fly_to(3000);
-    let active = active_bus(&craft);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    flight.fly_to(1000);
+    cut_both(&mut flight);
+    flight.fly_to(2200);
+    restore_both(&mut flight);
+    flight.fly_to(3000);
+    let active = active_bus(&flight);
     for node in [2, 3] {
-        assert!(!craft.fell_back(node, ms(300)), "node {node}\n{}", craft.log(node));
-        assert!(craft.is_operational(node, active), "node {node}");
-        assert_fresh_commands(&craft, node, ms(1000), ms(2200));
+        assert!(!flight.fell_back(node, ms(300)), "node {node}\n{}", flight.log(node));
+        assert!(flight.is_operational(node, active), "node {node}");
+        assert_fresh_commands(&flight, node, ms(1000), ms(2200));
     }
     // One heartbeat may have waited when the cuts healed, the next one is due within a period.
     let after: Vec<Time> =
-        craft.heartbeats(MASTER, active).into_iter().map(|(at, _)| at).filter(|at| *at > ms(2200)).collect();
+        flight.heartbeats(MASTER, active).into_iter().map(|(at, _)| at).filter(|at| *at > ms(2200)).collect();
     assert!(after[0] < ms(2202) && after[1] < ms(2452), "{after:?}");
     assert!(gaps(&after[1..]).all(|gap| about(ms(250), ms(1)).contains(&gap)), "{after:?}");
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// Every command that sets a value carries the number of its turn, and turns come every 100 ms: a command that waited
 /// longer than that would carry too small a number.
-fn assert_fresh_commands(craft: &Craft, node: u8, before: Time, after: Time) {
-    let turns = craft.frames.iter().filter_map(|seen| {
+fn assert_fresh_commands(flight: &Flight, node: u8, before: Time, after: Time) {
+    let turns = flight.frames.iter().filter_map(|seen| {
         let value = seen.data().get(2..6).filter(|_| seen.data()[..2] == [2, 0])?;
         let turn = u32::from_le_bytes(value.try_into().unwrap());
         (seen.id() == Some(0x300 + u16::from(node))).then_some((seen.end, u64::from(turn)))
@@ -226,62 +226,62 @@ fn assert_fresh_commands(craft: &Craft, node: u8, before: Time, after: Time) {
 /// Verifies: ECSS 8.3.3b.1
 #[test]
 fn nothing_stale_comes_from_the_master_when_a_cut_heals() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    craft.fly_to(1000);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(1400);
-    let detection = detection(&craft);
-    assert!(craft.attempts(1, Bus::Nominal).count() > 16, "frames were pending on the cut bus");
-    craft.twin.wire_mut(Bus::Nominal).restore_all();
-    craft.fly_to(2200);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    flight.fly_to(1000);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(1400);
+    let detection = detection(&flight);
+    assert!(flight.attempts(1, Bus::Nominal).count() > 16, "frames were pending on the cut bus");
+    flight.twin.wire_mut(Bus::Nominal).restore_all();
+    flight.fly_to(2200);
     let on_the_old_bus = |seen: &&Seen| seen.sender == 0 && seen.end > ms(1000);
-    assert_eq!(craft.on(Bus::Nominal).filter(on_the_old_bus).count(), 0);
-    assert!(craft.attempts(1, Bus::Nominal).all(|at| at < detection + ms(1)));
+    assert_eq!(flight.on(Bus::Nominal).filter(on_the_old_bus).count(), 0);
+    assert!(flight.attempts(1, Bus::Nominal).all(|at| at < detection + ms(1)));
     for node in [2, 3] {
-        let left = craft.heartbeats(node, Bus::Nominal);
+        let left = flight.heartbeats(node, Bus::Nominal);
         assert!(left.iter().all(|(at, _)| *at < detection + ms(1)), "nobody was called back");
-        assert!(craft.is_operational(node, Bus::Redundant));
-        assert_fresh_commands(&craft, node, ms(1000), ms(1400));
+        assert!(flight.is_operational(node, Bus::Redundant));
+        assert_fresh_commands(&flight, node, ms(1000), ms(1400));
     }
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// The cut heals before the master is sure: it has not left, so what waits is still meant.
 #[test]
 fn a_cut_that_heals_before_it_is_detected_changes_nothing() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    craft.fly_to(1000);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    while craft.attempts(1, Bus::Nominal).filter(|at| *at > ms(1000)).count() < 3 {
-        let next = craft.end + Time::from_us(10);
-        craft.fly(next);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    flight.fly_to(1000);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    while flight.attempts(1, Bus::Nominal).filter(|at| *at > ms(1000)).count() < 3 {
+        let next = flight.end + Time::from_us(10);
+        flight.fly(next);
     }
-    craft.twin.wire_mut(Bus::Nominal).restore_all();
-    let healed = craft.end;
-    craft.fly_to(2000);
-    assert_eq!(craft.on(Bus::Redundant).count(), 0);
-    let next = craft.first_after(healed, |seen| seen.sender == 0).unwrap();
+    flight.twin.wire_mut(Bus::Nominal).restore_all();
+    let healed = flight.end;
+    flight.fly_to(2000);
+    assert_eq!(flight.on(Bus::Redundant).count(), 0);
+    let next = flight.first_after(healed, |seen| seen.sender == 0).unwrap();
     assert!(next.end < healed + ms(1), "the frame that waited");
     for node in [2, 3] {
-        assert!(craft.is_operational(node, Bus::Nominal) && !craft.fell_back(node, ms(300)));
+        assert!(flight.is_operational(node, Bus::Nominal) && !flight.fell_back(node, ms(300)));
     }
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// The only slave is cut off between a request and its answer; the answer lives as long as requests are apart.
 #[test]
 fn nothing_stale_comes_from_a_slave_when_a_cut_heals() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..2]);
-    craft.fly_to(1000);
-    let request = craft.fly_until(|seen| seen.id() == Some(0x402));
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly(request.end + ms(150));
-    assert!(craft.attempts(2, Bus::Nominal).count() > 16, "the answer was pending");
-    craft.twin.wire_mut(Bus::Nominal).restore_all();
-    let healed = craft.end;
-    craft.fly_to(2000);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..2]);
+    flight.fly_to(1000);
+    let request = flight.fly_until(|seen| seen.id() == Some(0x402));
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly(request.end + ms(150));
+    assert!(flight.attempts(2, Bus::Nominal).count() > 16, "the answer was pending");
+    flight.twin.wire_mut(Bus::Nominal).restore_all();
+    let healed = flight.end;
+    flight.fly_to(2000);
     let mut asked = Vec::new();
-    for seen in craft.frames.iter().filter(|seen| seen.end > healed) {
+    for seen in flight.frames.iter().filter(|seen| seen.end > healed) {
         match seen.id() {
             Some(0x402) => asked.push(seen.data()[..2].to_vec()),
             Some(0x382) => assert!(asked.contains(&seen.data()[..2].to_vec()), "nobody asked for {seen:?}"),
@@ -289,24 +289,24 @@ fn nothing_stale_comes_from_a_slave_when_a_cut_heals() {
         }
     }
     assert!(asked.len() > 5);
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// Slave 2 is alone on its piece of both buses for 2 s: of its heartbeats one has waited less than a period.
 #[test]
 fn heartbeats_of_a_slave_do_not_pile_up_on_a_cut_bus() {
-    let mut seats = MASTER_AND_THREE;
-    seats[1].position_m = 30.0;
-    let mut craft = Craft::new(&seats[..3]);
-    craft.fly_to(1000);
-    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).cut(25.0));
-    craft.fly_to(3000);
-    assert!(craft.heartbeats(2, Bus::Nominal).iter().all(|(at, _)| *at < ms(1000)));
-    restore_both(&mut craft);
-    craft.fly_to(3600);
-    let all = Bus::ALL.into_iter().flat_map(|bus| craft.heartbeats(2, bus));
+    let mut setups = MASTER_AND_THREE;
+    setups[1].position_m = 30.0;
+    let mut flight = Flight::new(&setups[..3]);
+    flight.fly_to(1000);
+    Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).cut(25.0));
+    flight.fly_to(3000);
+    assert!(flight.heartbeats(2, Bus::Nominal).iter().all(|(at, _)| *at < ms(1000)));
+    restore_both(&mut flight);
+    flight.fly_to(3600);
+    let all = Bus::ALL.into_iter().flat_map(|bus| flight.heartbeats(2, bus));
     let after: Vec<Time> = all.map(|(at, _)| at).filter(|at| *at > ms(3000)).collect();
     assert!((2..=4).contains(&after.len()), "{after:?}");
     assert!(gaps(&after[1..]).all(|gap| gap > ms(200)), "{after:?}");
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }

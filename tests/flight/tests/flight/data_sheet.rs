@@ -6,7 +6,7 @@ use std::path::Path;
 use flight::*;
 use twin::spacecraft::Bus;
 
-use crate::minimal::{SEAT, standard};
+use crate::minimal::{SETUP, standard};
 
 /// A data sheet, read as a client does that knows nothing else.
 struct Sheet(String);
@@ -57,18 +57,18 @@ impl Sheet {
 /// Verifies: ECSS 9.2a
 #[test]
 fn data_sheet_decodes_the_frames_of_a_minimal_slave() {
-    let mut craft = standard(&[MASTER_AND_THREE[0], SEAT]);
-    craft.fly_to(3_000);
+    let mut flight = standard(&[MASTER_AND_THREE[0], SETUP]);
+    flight.fly_to(3_000);
     let sheet = Sheet::read("minimal.eds");
     let mapped = sheet.mapped(1);
     assert_eq!(mapped, [("Commands executed", 32), ("State of the LED", 8)]);
 
     let mut decoded = 0;
-    for frame in craft.sent(SEAT.node, Bus::Nominal, sheet.cob_id(1, SEAT.node)) {
+    for frame in flight.sent(SETUP.node, Bus::Nominal, sheet.cob_id(1, SETUP.node)) {
         let bits: usize = mapped.iter().map(|(_, bits)| bits).sum();
         assert_eq!(frame.data().len() * 8, bits);
         let (commands, led) = frame.data().split_at(mapped[0].1 / 8);
-        let sent = craft.sent(1, Bus::Nominal, 0x300 + u16::from(SEAT.node));
+        let sent = flight.sent(1, Bus::Nominal, 0x300 + u16::from(SETUP.node));
         let before = sent.filter(|command| command.end < frame.start).count();
         let commands = u32::from_le_bytes(commands.try_into().unwrap()) as usize;
         // One may be on its way through the slave.

@@ -9,9 +9,9 @@ use flight::*;
 /// Longest frame of 8 bytes: 55 + 10 * 8 bits with stuffing and intermission, at 1 Mbit/s.
 const LONGEST_FRAME: Time = Time::from_us(135);
 
-fn flood(craft: &mut Craft, guest: GuestId, from: Time, id: u16, frames: usize) {
+fn flood(flight: &mut Flight, guest: GuestId, from: Time, id: u16, frames: usize) {
     for _ in 0..frames {
-        craft.twin.inject(guest, from, WireFrame::standard(id, &[0x55; 8]));
+        flight.twin.inject(guest, from, WireFrame::standard(id, &[0x55; 8]));
     }
 }
 
@@ -23,40 +23,40 @@ fn delta(before: [u32; 3], after: [u32; 3]) -> [u32; 3] {
 /// expire interrupt, the attempts do not.
 #[test]
 fn a_lone_transmitter_does_not_interrupt_with_every_attempt() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..1]);
-    craft.fly_to(1000);
-    let before = craft.interrupts(MASTER);
-    let attempts_before = craft.attempts(MASTER, Bus::Nominal).count();
-    craft.fly_to(3000);
-    let [results, received, errors] = delta(before, craft.interrupts(MASTER));
-    let attempts = craft.attempts(MASTER, Bus::Nominal).count() - attempts_before;
+    let mut flight = Flight::new(&MASTER_AND_THREE[..1]);
+    flight.fly_to(1000);
+    let before = flight.interrupts(MASTER);
+    let attempts_before = flight.attempts(MASTER, Bus::Nominal).count();
+    flight.fly_to(3000);
+    let [results, received, errors] = delta(before, flight.interrupts(MASTER));
+    let attempts = flight.attempts(MASTER, Bus::Nominal).count() - attempts_before;
     assert!(attempts > 10_000, "{attempts}");
     // 4 heartbeats a second, and a SYNC and a spacecraft time now and then.
     assert!((7..=12).contains(&results), "{results} results");
     assert_eq!((received, errors), (0, 0), "it is error passive all the time: no change, no interrupt");
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// From error active to isolated on a cut bus: warning, passive; then frames are aborted.
 #[test]
 fn a_cut_costs_a_handful_of_error_interrupts() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    craft.fly_to(2013);
-    let before = [1, 2, 3, 4].map(|node| craft.interrupts(node));
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(4013);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flight.fly_to(2013);
+    let before = [1, 2, 3, 4].map(|node| flight.interrupts(node));
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(4013);
     for (node, before) in (1..).zip(before) {
-        let [results, received, errors] = delta(before, craft.interrupts(node));
+        let [results, received, errors] = delta(before, flight.interrupts(node));
         assert!(errors <= 4, "node {node}: {errors} error interrupts");
-        let sender = craft.board(node).0;
+        let sender = flight.board(node).0;
         let since = |seen: &&Seen| seen.end > ms(2013);
-        let sent = craft.frames.iter().filter(since).filter(|seen| seen.sender == sender).count();
-        let heard = craft.frames.iter().filter(since).filter(|seen| seen.reached.contains(&node)).count();
+        let sent = flight.frames.iter().filter(since).filter(|seen| seen.sender == sender).count();
+        let heard = flight.frames.iter().filter(since).filter(|seen| seen.reached.contains(&node)).count();
         // Those that went out and those that were given up: of the frames of a second some expire.
         assert!((results as usize) < sent + 50, "node {node}: {results} results of {sent} frames");
         assert!(received as usize <= heard, "node {node}: {received} receptions of {heard}");
     }
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// A guest keeps the bus busy with frames that beat commands but not SYNC. Commands and requests fill the mailboxes
@@ -64,30 +64,30 @@ fn a_cut_costs_a_handful_of_error_interrupts() {
 /// COB-IDs, and the commands to each slave in theirs.
 #[test]
 fn sync_overtakes_commands_that_wait() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(5100);
-    let first = craft.sent(MASTER, Bus::Nominal, 0x080).last().unwrap().end;
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(5100);
+    let first = flight.sent(MASTER, Bus::Nominal, 0x080).last().unwrap().end;
     let due = first + ms(5000);
     let frames = 400;
-    flood(&mut craft, guest, due.since(ms(40)), 0x0C0, frames);
-    craft.fly(due + ms(400));
+    flood(&mut flight, guest, due.since(ms(40)), 0x0C0, frames);
+    flight.fly(due + ms(400));
 
-    let flood: Vec<&Seen> = craft.on(Bus::Nominal).filter(|seen| seen.id() == Some(0x0C0)).collect();
+    let flood: Vec<&Seen> = flight.on(Bus::Nominal).filter(|seen| seen.id() == Some(0x0C0)).collect();
     let (begin, end) = (flood[0].start, flood[frames - 1].end);
     assert!(begin < due && end > due + ms(1));
-    let during: Vec<u16> = craft
+    let during: Vec<u16> = flight
         .on(Bus::Nominal)
         .filter(|seen| seen.sender == 0 && seen.start > begin && seen.end < end)
         .filter_map(|seen| seen.id())
         .collect();
     assert_eq!(during, [0x080], "nothing else of the master gets through");
-    let sync = craft.sent(MASTER, Bus::Nominal, 0x080).find(|seen| seen.end > begin).unwrap().end;
+    let sync = flight.sent(MASTER, Bus::Nominal, 0x080).find(|seen| seen.end > begin).unwrap().end;
     // One frame of the guest may be on the wire, and its crystal is another one.
     assert!(sync < due + LONGEST_FRAME + ms(1), "{} us late", sync.since(due).as_us());
 
     let after = end + Time::from_us(1_000);
-    let waited: Vec<u16> = craft
+    let waited: Vec<u16> = flight
         .on(Bus::Nominal)
         .filter(|seen| seen.sender == 0 && seen.start > end && seen.end < after)
         .filter_map(|seen| seen.id())
@@ -97,62 +97,62 @@ fn sync_overtakes_commands_that_wait() {
     assert!(waited.len() > 2 && waited.iter().min() == waited.first(), "{waited:03X?}");
     assert!(of(0x300).is_sorted() && of(0x400).is_sorted(), "{waited:03X?}");
     for node in [2, 3, 4] {
-        let values: Vec<u32> = craft
+        let values: Vec<u32> = flight
             .sent(MASTER, Bus::Nominal, 0x300 + node)
             .filter(|seen| seen.data()[..2] == [2, 0])
             .filter_map(|seen| Some(u32::from_le_bytes(seen.data().get(2..6)?.try_into().unwrap())))
             .collect();
         assert!(values.len() > 10 && values.is_sorted_by(|a, b| a < b), "node {node}: {values:?}");
     }
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// The answer of a slave lives 100 ms. The bus is busy for about as long, to the microsecond: the answer is aborted
 /// before it starts, while it is on the wire, or just too late. What counts as sent is what went out.
 #[test]
 fn frame_aborted_as_it_goes_out_is_reported_as_it_really_ended() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..2]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(1000);
-    flood(&mut craft, guest, ms(1000), 0x010, 11);
-    craft.fly_to(1010);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..2]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(1000);
+    flood(&mut flight, guest, ms(1000), 0x010, 11);
+    flight.fly_to(1010);
     let ends: Vec<Time> =
-        craft.on(Bus::Nominal).filter(|seen| seen.id() == Some(0x010)).map(|seen| seen.end).collect();
+        flight.on(Bus::Nominal).filter(|seen| seen.id() == Some(0x010)).map(|seen| seen.end).collect();
     let in_100_ms = 1_000_000 / ends[10].since(ends[0]).as_us() as usize;
 
     let (mut in_time, mut too_late) = (0, 0);
     for trial in 0..20 {
-        let request = craft.fly_until(|seen| seen.id() == Some(0x402));
+        let request = flight.fly_until(|seen| seen.id() == Some(0x402));
         // What the master has to send by then goes before the answer. The last frame is shorter by whole bytes.
         let last = WireFrame::standard(0x010, &[0x55; 8][..2 * (trial % 4)]);
-        flood(&mut craft, guest, request.end, 0x010, in_100_ms - 4 + trial / 4);
-        craft.twin.inject(guest, request.end, last);
+        flood(&mut flight, guest, request.end, 0x010, in_100_ms - 4 + trial / 4);
+        flight.twin.inject(guest, request.end, last);
         let until = request.end + ms(110);
-        craft.fly(until);
+        flight.fly(until);
         // The next request, which waited too, asks for something else.
         let asked = &request.data()[..2];
-        let answered = craft
+        let answered = flight
             .sent(2, Bus::Nominal, 0x382)
             .any(|seen| seen.end > request.end && &seen.data()[..2] == asked);
         *if answered { &mut in_time } else { &mut too_late } += 1;
-        craft.fly(until + ms(300));
+        flight.fly(until + ms(300));
     }
     assert!(in_time > 0 && too_late > 0, "{in_time} in time, {too_late} too late");
 
-    craft.fly(craft.end + ms(1500));
-    let replies = craft.sent(2, Bus::Nominal, 0x382).filter(|seen| seen.data()[..2] == [0x10, 0x01]);
+    flight.fly(flight.end + ms(1500));
+    let replies = flight.sent(2, Bus::Nominal, 0x382).filter(|seen| seen.data()[..2] == [0x10, 0x01]);
     let reply = replies.last().unwrap();
-    let request = craft.sent(MASTER, Bus::Nominal, 0x402).filter(|seen| seen.end < reply.start).last();
-    let sender = craft.board(2).0;
+    let request = flight.sent(MASTER, Bus::Nominal, 0x402).filter(|seen| seen.end < reply.start).last();
+    let sender = flight.board(2).0;
     let asked = request.unwrap().end;
-    let sent = craft.frames.iter().filter(|seen| seen.sender == sender && seen.end < asked).count();
+    let sent = flight.frames.iter().filter(|seen| seen.sender == sender && seen.end < asked).count();
     let [a, b, c] = reply.data()[5..8] else { unreachable!() };
     assert_eq!(u32::from_le_bytes([a, b, c, 0]) as usize, sent);
     let [lost, malformed, failed] = [2, 4, 6].map(|at| {
-        let data = telemetry(&craft, 2, 0x0120);
+        let data = telemetry(&flight, 2, 0x0120);
         u16::from_le_bytes([data[at - 2], data[at - 1]])
     });
     assert_eq!((lost, malformed), (0, 0));
     assert!(failed >= too_late, "{failed} failed, {too_late} answers too late");
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }

@@ -19,24 +19,24 @@ const EQUAL: [usize; 2] = [2, 3];
 
 /// Master, slave 2, and two boards of Node-ID 3 with equal crystals that are powered together. They fly for as many heartbeat
 /// periods (of `period_ms`) as two boards need at most, and five seconds longer.
-fn fly(images: &Images, period_ms: u64, ppm: f64) -> Craft {
+fn fly(images: &Images, period_ms: u64, ppm: f64) -> Flight {
     let [master, two, three, _] = MASTER_AND_THREE;
-    let three = Seat { ppm, ..three };
-    let equal = Seat { position_m: three.position_m + 0.5, ..three };
-    let mut craft = Craft::with(&[master, two, three, equal], images);
-    craft.fly_to(three.power_on_ms + PERIODS * period_ms + 5_000);
-    craft
+    let three = BoardSetup { ppm, ..three };
+    let equal = BoardSetup { position_m: three.position_m + 0.5, ..three };
+    let mut flight = Flight::with(&[master, two, three, equal], images);
+    flight.fly_to(three.power_on_ms + PERIODS * period_ms + 5_000);
+    flight
 }
 
 /// Frames of a board on the nominal bus with this COB-ID.
-fn of(craft: &Craft, board: usize, id: u16) -> impl Iterator<Item = &Seen> {
-    craft.on(Bus::Nominal).filter(move |seen| seen.sender == board && seen.id() == Some(id))
+fn of(flight: &Flight, board: usize, id: u16) -> impl Iterator<Item = &Seen> {
+    flight.on(Bus::Nominal).filter(move |seen| seen.sender == board && seen.id() == Some(id))
 }
 
 /// One of the equal boards reports a collision within 33 heartbeat periods and is silent from then on. The other one goes on.
 fn assert_one_yields(images: &Images, period_ms: u64, ppm: f64) {
-    let craft = fly(images, period_ms, ppm);
-    let reports = |board: usize| craft.logs.iter().filter(move |log| log.board.0 == board);
+    let flight = fly(images, period_ms, ppm);
+    let reports = |board: usize| flight.logs.iter().filter(move |log| log.board.0 == board);
     let yielded: Vec<(usize, Time)> = EQUAL
         .into_iter()
         .filter_map(|board| {
@@ -45,21 +45,21 @@ fn assert_one_yields(images: &Images, period_ms: u64, ppm: f64) {
         })
         .collect();
     let &[(silent, at)] = yielded.as_slice() else {
-        panic!("one board yields, not {yielded:?}\n{}", craft.log(3));
+        panic!("one board yields, not {yielded:?}\n{}", flight.log(3));
     };
     assert!(at < ms(MASTER_AND_THREE[2].power_on_ms + 300 + PERIODS * period_ms), "{} us", at.as_us());
-    let emergencies = |board: usize| of(&craft, board, 0x083).filter(|seen| seen.data()[..2] == COLLISION);
+    let emergencies = |board: usize| of(&flight, board, 0x083).filter(|seen| seen.data()[..2] == COLLISION);
     // The other one reports it too where a heartbeat was on its way already.
     assert!((1..=2).contains(&EQUAL.into_iter().flat_map(emergencies).count()));
     // A frame that was in its mailbox may still go out.
-    let late = craft.on(Bus::Nominal).filter(|seen| seen.sender == silent && seen.end > at + ms(100));
+    let late = flight.on(Bus::Nominal).filter(|seen| seen.sender == silent && seen.end > at + ms(100));
     assert_eq!(late.count(), 0, "board {silent} is silent");
     let other = EQUAL[usize::from(silent == EQUAL[0])];
-    let beats = of(&craft, other, 0x703).filter(|seen| seen.end > at + ms(100));
+    let beats = of(&flight, other, 0x703).filter(|seen| seen.end > at + ms(100));
     let [beats, least] = [beats.count() as u64, 5_000 / period_ms - 1];
     assert!(beats >= least, "{beats} heartbeats of board {other} after {} us", at.as_us());
-    assert!(craft.is_operational(2, Bus::Nominal), "{}", craft.log(2));
-    craft.assert_sound();
+    assert!(flight.is_operational(2, Bus::Nominal), "{}", flight.log(2));
+    flight.assert_sound();
 }
 
 /// Given two boards with one Node-ID, equal crystals and one instant of power-on, when they fly, then one of them hears the
@@ -85,12 +85,12 @@ fn one_of_two_equal_boards_yields_at_125_kbit_per_second() {
 fn unique_id_makes_heartbeats_late() {
     for (kbit, delay_us) in [(1_000, 540), (125, 4_320)] {
         let images = if kbit == 125 { rates::at(125, "standard") } else { STANDARD.clone() };
-        let seats = [MASTER_AND_THREE[0], Seat { ppm: 0.0, ..MASTER_AND_THREE[1] }];
-        let mut craft = Craft::with(&seats, &images);
-        craft.fly_to(5_000);
+        let setups = [MASTER_AND_THREE[0], BoardSetup { ppm: 0.0, ..MASTER_AND_THREE[1] }];
+        let mut flight = Flight::with(&setups, &images);
+        flight.fly_to(5_000);
         // The last heartbeats: those before may be announced.
         let beats: Vec<u64> =
-            craft.heartbeats(2, Bus::Nominal).iter().rev().take(40).map(|(at, _)| at.as_us()).collect();
+            flight.heartbeats(2, Bus::Nominal).iter().rev().take(40).map(|(at, _)| at.as_us()).collect();
         assert_eq!(beats.len(), 40);
         let fits = |first: u32, offset: u64| {
             beats.iter().rev().zip(0..).all(|(at, number)| {

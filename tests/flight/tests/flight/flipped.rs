@@ -26,22 +26,22 @@ const COPIES: usize = 5;
 /// A slave whose Node-ID is rare among the bytes of its memory.
 const SLAVE: u8 = 13;
 
-fn craft() -> Craft {
-    let seats = [MASTER_AND_THREE[0], Seat { node: SLAVE, ..MASTER_AND_THREE[1] }];
-    let mut craft = Craft::with(&seats, &STANDARD);
-    craft.fly_to(FLIP_MS);
-    craft
+fn flight() -> Flight {
+    let setups = [MASTER_AND_THREE[0], BoardSetup { node: SLAVE, ..MASTER_AND_THREE[1] }];
+    let mut flight = Flight::with(&setups, &STANDARD);
+    flight.fly_to(FLIP_MS);
+    flight
 }
 
 /// COB-IDs that a node sends.
-fn sent(craft: &Craft, node: u8) -> BTreeSet<u16> {
-    let sender = craft.board(node).0;
-    craft.frames.iter().filter(|seen| seen.sender == sender).filter_map(Seen::id).collect()
+fn sent(flight: &Flight, node: u8) -> BTreeSet<u16> {
+    let sender = flight.board(node).0;
+    flight.frames.iter().filter(|seen| seen.sender == sender).filter_map(Seen::id).collect()
 }
 
 /// Places in the memory of a node where these bytes are.
-fn places(craft: &Craft, node: u8, bytes: &[u8]) -> Vec<u32> {
-    let board = craft.twin.board(craft.board(node));
+fn places(flight: &Flight, node: u8, bytes: &[u8]) -> Vec<u32> {
+    let board = flight.twin.board(flight.board(node));
     let mut places = Vec::new();
     for (start, len) in MEMORIES {
         let memory = board.read_memory(start, len).unwrap();
@@ -60,9 +60,9 @@ struct Outcome {
 }
 
 /// A copy of the flight in which one bit of `node` flips.
-fn flip(craft: &Craft, node: u8, address: u32, bit: u32) -> Outcome {
-    let mut copy = craft.clone();
-    let before = sent(craft, node);
+fn flip(flight: &Flight, node: u8, address: u32, bit: u32) -> Outcome {
+    let mut copy = flight.clone();
+    let before = sent(flight, node);
     let (id, flown) = (copy.board(node), copy.frames.len());
     let [byte] = copy.twin.board(id).read_memory(address + bit / 8, 1).unwrap()[..] else { unreachable!() };
     copy.twin.board_mut(id).write_memory(address + bit / 8, &[byte ^ 1 << (bit % 8)]).unwrap();
@@ -79,12 +79,12 @@ fn flip(craft: &Craft, node: u8, address: u32, bit: u32) -> Outcome {
 
 /// Flips a bit in each place that holds `id` or its complement. No frame of the node may have the COB-ID that results. Returns
 /// how many of the flips the node reported.
-fn flip_all(craft: &Craft, node: u8, id: u16) -> usize {
+fn flip_all(flight: &Flight, node: u8, id: u16) -> usize {
     let mut reported = 0;
     for value in [id, !id] {
-        for place in places(craft, node, &value.to_le_bytes()) {
+        for place in places(flight, node, &value.to_le_bytes()) {
             for bit in BITS {
-                let outcome = flip(craft, node, place, bit);
+                let outcome = flip(flight, node, place, bit);
                 assert!(
                     outcome.strange.is_empty(),
                     "{:X?} from COB-ID {id:03X}h at {place:08X}h, bit {bit}",
@@ -104,20 +104,20 @@ fn flip_all(craft: &Craft, node: u8, id: u16) -> usize {
 /// Verifies: ECSS 6.10d
 #[test]
 fn a_flipped_bit_sends_no_false_cob_id() {
-    let craft = craft();
+    let flight = flight();
     for id in [0x180, 0x380].map(|function| function + u16::from(SLAVE)) {
-        assert!(sent(&craft, SLAVE).contains(&id));
-        assert!(flip_all(&craft, SLAVE, id) >= COPIES * BITS.len(), "{id:03X}h");
+        assert!(sent(&flight, SLAVE).contains(&id));
+        assert!(flip_all(&flight, SLAVE, id) >= COPIES * BITS.len(), "{id:03X}h");
     }
 }
 
 /// Verifies: ECSS 6.10d
 #[test]
 fn a_flipped_bit_in_the_master_sends_no_false_cob_id() {
-    let craft = craft();
+    let flight = flight();
     for id in [0x180 + u16::from(MASTER), 0x300 + u16::from(SLAVE)] {
-        assert!(sent(&craft, MASTER).contains(&id));
-        assert!(flip_all(&craft, MASTER, id) >= COPIES * BITS.len(), "{id:03X}h");
+        assert!(sent(&flight, MASTER).contains(&id));
+        assert!(flip_all(&flight, MASTER, id) >= COPIES * BITS.len(), "{id:03X}h");
     }
 }
 
@@ -127,10 +127,10 @@ fn a_flipped_bit_in_the_master_sends_no_false_cob_id() {
 /// Verifies: ECSS 6.10k
 #[test]
 fn a_flipped_bit_of_the_node_id_makes_no_other_node() {
-    let craft = craft();
+    let flight = flight();
     let mut reported = 0;
-    for place in places(&craft, SLAVE, &[SLAVE]) {
-        let outcome = flip(&craft, SLAVE, place, 1);
+    for place in places(&flight, SLAVE, &[SLAVE]) {
+        let outcome = flip(&flight, SLAVE, place, 1);
         assert!(outcome.strange.is_empty(), "{:X?} from the Node-ID at {place:08X}h", outcome.strange);
         reported += usize::from(outcome.is_reported);
     }

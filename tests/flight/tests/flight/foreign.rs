@@ -20,42 +20,42 @@ fn remote(id: u16, dlc: u8) -> WireFrame {
 
 /// Flies the master and three slaves; a guest on `bus` sends `frames`. All must complete, acknowledged by every board
 /// that takes part in that bus, and nobody may change state or bus.
-fn undisturbed(bus: Bus, frames: &[WireFrame]) -> (Craft, GuestId) {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(bus, 30.0);
+fn undisturbed(bus: Bus, frames: &[WireFrame]) -> (Flight, GuestId) {
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(bus, 30.0);
     let mut at = FROM_MS;
     for frame in frames {
         // Rounds of commands begin every 100 ms after the master's start and last 20 ms.
         while !(45..95).contains(&(at % 100)) {
             at += 1;
         }
-        craft.twin.inject(guest, ms(at), *frame);
+        flight.twin.inject(guest, ms(at), *frame);
         at += 3;
     }
-    craft.fly_to(at + 1300);
-    let sent: Vec<&Seen> = craft.on(bus).filter(|seen| seen.sender == guest.node).collect();
+    flight.fly_to(at + 1300);
+    let sent: Vec<&Seen> = flight.on(bus).filter(|seen| seen.sender == guest.node).collect();
     assert_eq!(sent.iter().map(|seen| seen.frame).collect::<Vec<_>>(), frames);
     let everybody: &[u8] = if bus == Bus::Nominal { &[1, 2, 3, 4] } else { &[1, 2, 3] };
     assert!(sent.iter().all(|seen| seen.reached == everybody), "{sent:?}");
     for node in [2, 3, 4] {
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}\n{}", craft.log(node));
-        let states = craft.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(300));
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
+        let states = flight.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(300));
         let ends: Vec<Time> = states.clone().map(|(at, _)| at).collect();
         assert!(states.into_iter().all(|(_, state)| state == OPERATIONAL), "node {node}");
         assert!(gaps(&ends).all(|gap| about(ms(250), ms(1)).contains(&gap)), "node {node}");
     }
-    let strayed = craft.on(Bus::Redundant).filter(|seen| seen.sender < MASTER_AND_THREE.len());
+    let strayed = flight.on(Bus::Redundant).filter(|seen| seen.sender < MASTER_AND_THREE.len());
     assert_eq!(strayed.count(), 0, "nobody has changed the bus");
-    for (_, board) in craft.twin.boards() {
+    for (_, board) in flight.twin.boards() {
         assert_eq!(board.counters().system_resets, 0);
     }
-    craft.assert_nothing_lost();
-    (craft, guest)
+    flight.assert_nothing_lost();
+    (flight, guest)
 }
 
 /// Malformed frames that `node` has counted on `bus`, by telemetry 0120h and 0121h.
-fn malformed(craft: &Craft, node: u8, bus: Bus) -> u16 {
-    let losses = telemetry(craft, node, 0x0120 | bus as u16);
+fn malformed(flight: &Flight, node: u8, bus: Bus) -> u16 {
+    let losses = telemetry(flight, node, 0x0120 | bus as u16);
     u16::from_le_bytes([losses[2], losses[3]])
 }
 
@@ -74,12 +74,12 @@ fn foreign_and_remote_frames_are_acknowledged_and_filtered() {
         remote(0x703, 1),
     ];
     for bus in Bus::ALL {
-        let (craft, _) = undisturbed(bus, &frames);
+        let (flight, _) = undisturbed(bus, &frames);
         let side = if bus == Bus::Nominal { Side::Can1 } else { Side::Can2 };
-        let stats = craft.twin.board(craft.board(3)).can_stats(side);
+        let stats = flight.twin.board(flight.board(3)).can_stats(side);
         assert!(stats.rejected >= frames.len() as u64, "{stats:?}");
         for node in [2, 3, 4] {
-            assert_eq!(malformed(&craft, node, bus), 0, "they never reach the software");
+            assert_eq!(malformed(&flight, node, bus), 0, "they never reach the software");
         }
     }
 }
@@ -114,10 +114,10 @@ fn malformed_pdos() -> Vec<WireFrame> {
 #[test]
 fn malformed_frames_on_the_active_bus_are_ignored_and_counted() {
     let (for_all, pdos) = (malformed_for_slaves(), malformed_pdos());
-    let (craft, _) = undisturbed(Bus::Nominal, &[for_all.clone(), pdos.clone()].concat());
+    let (flight, _) = undisturbed(Bus::Nominal, &[for_all.clone(), pdos.clone()].concat());
     for (node, count) in [(2, for_all.len() + 2), (3, for_all.len() + pdos.len()), (4, for_all.len() + 2)] {
-        assert_eq!(malformed(&craft, node, Bus::Nominal), count as u16, "node {node}");
-        assert_eq!(malformed(&craft, node, Bus::Redundant), 0, "node {node}");
+        assert_eq!(malformed(&flight, node, Bus::Nominal), count as u16, "node {node}");
+        assert_eq!(malformed(&flight, node, Bus::Redundant), 0, "node {node}");
     }
 }
 
@@ -127,11 +127,11 @@ fn malformed_frames_on_the_active_bus_are_ignored_and_counted() {
 #[test]
 fn malformed_frames_on_the_other_bus_call_nobody_there() {
     let frames = malformed_for_slaves();
-    let (craft, _) = undisturbed(Bus::Redundant, &frames);
+    let (flight, _) = undisturbed(Bus::Redundant, &frames);
     for node in [2, 3] {
-        assert_eq!(malformed(&craft, node, Bus::Redundant), frames.len() as u16, "node {node}");
+        assert_eq!(malformed(&flight, node, Bus::Redundant), frames.len() as u16, "node {node}");
     }
-    assert_eq!(malformed(&craft, 4, Bus::Redundant), 0, "it does not listen there");
+    assert_eq!(malformed(&flight, 4, Bus::Redundant), 0, "it does not listen there");
 }
 
 /// What slaves send, malformed: the master ignores it and goes on.
@@ -147,10 +147,10 @@ fn the_master_is_not_disturbed_by_malformed_frames_of_slaves() {
         WireFrame::standard(0x183, &[0; 3]),
         WireFrame::standard(0x380, &[1, 1, 0]),
     ];
-    let (craft, _) = undisturbed(Bus::Nominal, &frames);
-    let starts = craft.sent(MASTER, Bus::Nominal, 0x000).filter(|seen| seen.end > ms(300));
+    let (flight, _) = undisturbed(Bus::Nominal, &frames);
+    let starts = flight.sent(MASTER, Bus::Nominal, 0x000).filter(|seen| seen.end > ms(300));
     assert_eq!(starts.count(), 0, "nobody is started again");
-    let commands = craft.sent(MASTER, Bus::Nominal, 0x303).map(|seen| seen.end).collect::<Vec<_>>();
+    let commands = flight.sent(MASTER, Bus::Nominal, 0x303).map(|seen| seen.end).collect::<Vec<_>>();
     assert!(gaps(&commands).all(|gap| about(ms(100), ms(1)).contains(&gap)), "{commands:?}");
 }
 
@@ -161,10 +161,10 @@ fn unknown_commands_are_declined() {
         WireFrame::standard(0x303, &[0x77, 0x66, 1, 0, 0, 0, 0, 0]),
         WireFrame::standard(0x403, &[0x55, 0x44, 0, 0, 0, 0, 0, 0]),
     ];
-    let (craft, _) = undisturbed(Bus::Nominal, &frames);
-    assert!(craft.said(3, "unknown command 6677h", ms(FROM_MS)).is_some(), "{}", craft.log(3));
-    assert!(craft.said(3, "unknown telemetry request 4455h", ms(FROM_MS)).is_some(), "{}", craft.log(3));
-    assert_eq!(malformed(&craft, 3, Bus::Nominal), 0);
+    let (flight, _) = undisturbed(Bus::Nominal, &frames);
+    assert!(flight.said(3, "unknown command 6677h", ms(FROM_MS)).is_some(), "{}", flight.log(3));
+    assert!(flight.said(3, "unknown telemetry request 4455h", ms(FROM_MS)).is_some(), "{}", flight.log(3));
+    assert_eq!(malformed(&flight, 3, Bus::Nominal), 0);
 }
 
 /// DLC 9 to 15 means 8 data bytes (ISO 11898-1).
@@ -174,12 +174,12 @@ fn a_data_length_code_above_8_is_8_bytes() {
     // A SYNC, and its spacecraft time in the first 7 of 8 bytes (CiA 301 7.2.2.1): 1000.5 s.
     let foreign = WireFrame::standard(0x080, &[]);
     let time = WireFrame { dlc: 9, ..WireFrame::standard(0x181, &[0, 0, 0x80, 0xE8, 3, 0, 0, 0]) };
-    let (mut craft, _) = undisturbed(Bus::Nominal, &[value, foreign, time]);
-    assert!(craft.said(3, "unknown command 0002h", ms(FROM_MS)).is_some(), "{}", craft.log(3));
-    let set = craft.on(Bus::Nominal).find(|seen| seen.frame == foreign).unwrap().end;
-    craft.fly_to(5100);
-    let sync = craft.sent(MASTER, Bus::Nominal, 0x080).next().unwrap().end;
-    let local = craft.sent(3, Bus::Nominal, 0x183).find(|seen| seen.end > sync).unwrap();
+    let (mut flight, _) = undisturbed(Bus::Nominal, &[value, foreign, time]);
+    assert!(flight.said(3, "unknown command 0002h", ms(FROM_MS)).is_some(), "{}", flight.log(3));
+    let set = flight.on(Bus::Nominal).find(|seen| seen.frame == foreign).unwrap().end;
+    flight.fly_to(5100);
+    let sync = flight.sent(MASTER, Bus::Nominal, 0x080).next().unwrap().end;
+    let local = flight.sent(3, Bus::Nominal, 0x183).find(|seen| seen.end > sync).unwrap();
     let seconds = u32::from_le_bytes(local.data()[3..7].try_into().unwrap());
     let expected = 1000 + (sync.since(set).as_us() + 500_000) / 1_000_000;
     assert_eq!(u64::from(seconds), expected);

@@ -16,39 +16,39 @@ const COPIED_MS: u64 = 5_000;
 const END_MS: u64 = 10_000;
 
 /// Master and three slaves with crystals that drift; next to the master the nominal bus is cut.
-fn craft() -> Craft {
-    let mut craft = Craft::of(&MASTER_AND_THREE, |seat| {
-        let drifts = Crystal { drift_ppm_per_s: 0.05, walk_ppb: 2.0, seed: 7, ..Crystal::ppm(seat.ppm) };
-        twin::board::BoardConfig { crystal: drifts, ..seat.with(&STANDARD) }
+fn flight() -> Flight {
+    let mut flight = Flight::of(&MASTER_AND_THREE, |setup| {
+        let drifts = Crystal { drift_ppm_per_s: 0.05, walk_ppb: 2.0, seed: 7, ..Crystal::ppm(setup.ppm) };
+        twin::board::BoardConfig { crystal: drifts, ..setup.with(&STANDARD) }
     });
     let cut = Fault::Cut { position_m: NEXT_TO_MASTER_M };
-    craft.twin.wire_mut(Bus::Nominal).schedule(ms(CUT_MS), cut).unwrap();
-    craft
+    flight.twin.wire_mut(Bus::Nominal).schedule(ms(CUT_MS), cut).unwrap();
+    flight
 }
 
 /// Counters, core registers and RAM of all boards.
-fn boards(craft: &Craft) -> Vec<(Counters, twin::board::Registers, Vec<u8>)> {
+fn boards(flight: &Flight) -> Vec<(Counters, twin::board::Registers, Vec<u8>)> {
     let state = |board: &twin::board::EmulatedBoard| {
         (board.counters(), board.registers(), board.read_memory(RAM, RAM_BYTES).unwrap())
     };
-    craft.twin.boards().map(|(_, board)| state(board)).collect()
+    flight.twin.boards().map(|(_, board)| state(board)).collect()
 }
 
-fn assert_equal(craft: &Craft, reference: &Craft, which: &str) {
-    assert!(craft.records == reference.records, "{which}: records of the buses");
-    assert_eq!(craft.logs, reference.logs, "{which}: logs");
-    assert!(boards(craft) == boards(reference), "{which}: counters, registers or RAM");
+fn assert_equal(flight: &Flight, reference: &Flight, which: &str) {
+    assert!(flight.records == reference.records, "{which}: records of the buses");
+    assert_eq!(flight.logs, reference.logs, "{which}: logs");
+    assert!(boards(flight) == boards(reference), "{which}: counters, registers or RAM");
 }
 
 /// Given a flight of 10 s with a fail-over, when it is copied at 5 s, then the copy and the original end as the flight without a copy
 /// does.
 #[test]
 fn copy_and_original_continue_exactly_alike() {
-    let mut reference = craft();
+    let mut reference = flight();
     reference.fly_to(END_MS);
     assert!(reference.said(2, "bus", ms(CUT_MS)).is_some(), "the fail-over is part of the flight");
 
-    let mut original = craft();
+    let mut original = flight();
     original.fly_to(COPIED_MS);
     let mut copy = original.clone();
     copy.fly_to(END_MS);
@@ -61,7 +61,7 @@ fn copy_and_original_continue_exactly_alike() {
 /// Given two copies, when one of them loses a board, then the other one does not notice.
 #[test]
 fn copies_share_no_state() {
-    let mut original = craft();
+    let mut original = flight();
     original.fly_to(COPIED_MS);
     let mut untouched = original.clone();
     let mut changed = original.clone();

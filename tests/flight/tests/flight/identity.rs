@@ -23,14 +23,14 @@ fn copies(node: u8) -> [u16; 3] {
     COPIES.into_iter().find(|(known, _)| *known == node).unwrap().1
 }
 
-fn seat(node: u8) -> Seat {
-    Seat { node, ..MASTER_AND_THREE[2] }
+fn setup(node: u8) -> BoardSetup {
+    BoardSetup { node, ..MASTER_AND_THREE[2] }
 }
 
 /// Writes a log with these copies into the flash of a board.
-fn store(craft: &mut Craft, node: u8, copies: &[u16]) {
-    let board = craft.board(node);
-    let board = craft.twin.board_mut(board);
+fn store(flight: &mut Flight, node: u8, copies: &[u16]) {
+    let board = flight.board(node);
+    let board = flight.twin.board_mut(board);
     let at = board.symbol("__store_start").unwrap().address;
     // Fifteen bits, even parity, and the complement of all of them.
     let word = |number: u16| {
@@ -42,8 +42,8 @@ fn store(craft: &mut Craft, node: u8, copies: &[u16]) {
 }
 
 /// The copies in a page of the log in the flash of a board that were not replaced.
-fn stored(craft: &Craft, node: u8, page: u32) -> Vec<u16> {
-    let board = craft.twin.board(craft.board(node));
+fn stored(flight: &Flight, node: u8, page: u32) -> Vec<u16> {
+    let board = flight.twin.board(flight.board(node));
     let at = board.symbol("__store_start").unwrap().address + page * 128 * 1024;
     let bytes = board.read_memory(at + 8, 64).unwrap();
     let words = bytes.chunks(4).map(|word| u16::from_le_bytes([word[0], word[1]]));
@@ -51,36 +51,36 @@ fn stored(craft: &Craft, node: u8, page: u32) -> Vec<u16> {
 }
 
 /// Ties the straps of a board; `None` leaves all open.
-fn strap(craft: &mut Craft, node: u8, value: Option<u8>) {
-    let board = craft.board(node);
+fn strap(flight: &mut Flight, node: u8, value: Option<u8>) {
+    let board = flight.board(node);
     let bits = value.map_or(0, |id| id | u8::from(id.count_ones() % 2 == 0) << 4);
     for (bit, pin) in STRAPS.into_iter().enumerate() {
         let level = if bits >> bit & 1 == 1 { Some(false) } else { None };
-        craft.twin.board_mut(board).drive(pin, level);
+        flight.twin.board_mut(board).drive(pin, level);
     }
 }
 
-fn set_maintenance(craft: &mut Craft, node: u8, is_closed: bool) {
-    let board = craft.board(node);
-    craft.twin.board_mut(board).drive(MAINTENANCE, is_closed.then_some(false));
+fn set_maintenance(flight: &mut Flight, node: u8, is_closed: bool) {
+    let board = flight.board(node);
+    flight.twin.board_mut(board).drive(MAINTENANCE, is_closed.then_some(false));
 }
 
 /// Frames and attempts of a board on both buses so far.
-fn sent(craft: &Craft, node: u8) -> usize {
-    let board = craft.board(node);
-    let frames = craft.frames.iter().filter(|seen| seen.sender == board.0).count();
-    frames + Bus::ALL.into_iter().map(|bus| craft.attempts(node, bus).count()).sum::<usize>()
+fn sent(flight: &Flight, node: u8) -> usize {
+    let board = flight.board(node);
+    let frames = flight.frames.iter().filter(|seen| seen.sender == board.0).count();
+    frames + Bus::ALL.into_iter().map(|bus| flight.attempts(node, bus).count()).sum::<usize>()
 }
 
 /// Whether a board took part in what happened on a bus since `from`: it received, and so acknowledged.
-fn takes_part(craft: &Craft, node: u8, bus: Bus, from_ms: u64) -> bool {
-    craft.on(bus).any(|seen| seen.end > ms(from_ms) && seen.reached.contains(&node))
+fn takes_part(flight: &Flight, node: u8, bus: Bus, from_ms: u64) -> bool {
+    flight.on(bus).any(|seen| seen.end > ms(from_ms) && seen.reached.contains(&node))
 }
 
 /// An answer to an SDO request of a guest on the nominal bus.
-fn ask(craft: &mut Craft, guest: GuestId, node: u8, request: [u8; 8]) -> [u8; 8] {
-    craft.twin.inject(guest, craft.end, WireFrame::standard(0x600 + u16::from(node), &request));
-    let answer = craft.fly_until(|seen| seen.id() == Some(0x580 + u16::from(node)));
+fn ask(flight: &mut Flight, guest: GuestId, node: u8, request: [u8; 8]) -> [u8; 8] {
+    flight.twin.inject(guest, flight.end, WireFrame::standard(0x600 + u16::from(node), &request));
+    let answer = flight.fly_until(|seen| seen.id() == Some(0x580 + u16::from(node)));
     answer.data().try_into().unwrap()
 }
 
@@ -96,34 +96,34 @@ const fn storing(id: u8) -> [u8; 8] {
 /// Verifies: ECSS 6.10e, 6.10f, 6.10k
 #[test]
 fn a_board_is_who_straps_and_store_agree_on_or_silent() {
-    let mut craft = Craft::new(&[MASTER_AND_THREE[0], seat(2), seat(3), seat(5), seat(6), seat(8)]);
-    store(&mut craft, 2, &copies(2));
+    let mut flight = Flight::new(&[MASTER_AND_THREE[0], setup(2), setup(3), setup(5), setup(6), setup(8)]);
+    store(&mut flight, 2, &copies(2));
     // One bit has flipped: two copies are left.
     let [first, second, third] = copies(3);
-    store(&mut craft, 3, &[first ^ 1 << 6, second, third]);
+    store(&mut flight, 3, &[first ^ 1 << 6, second, third]);
     // No straps: the store decides.
-    strap(&mut craft, 5, None);
-    store(&mut craft, 5, &copies(5));
+    strap(&mut flight, 5, None);
+    store(&mut flight, 5, &copies(5));
     // It contradicts the straps.
-    store(&mut craft, 6, &copies(7));
+    store(&mut flight, 6, &copies(7));
     // No straps, and no two copies agree.
-    strap(&mut craft, 8, None);
-    store(&mut craft, 8, &[copies(2)[0], copies(3)[1]]);
-    craft.fly_to(1000);
+    strap(&mut flight, 8, None);
+    store(&mut flight, 8, &[copies(2)[0], copies(3)[1]]);
+    flight.fly_to(1000);
     for node in [2, 3, 5] {
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}\n{}", craft.log(node));
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
     }
-    assert_eq!(stored(&craft, 2, 0), copies(2), "nothing is written");
-    assert_eq!(stored(&craft, 3, 1), copies(3), "in the other page: three copies again");
+    assert_eq!(stored(&flight, 2, 0), copies(2), "nothing is written");
+    assert_eq!(stored(&flight, 3, 1), copies(3), "in the other page: three copies again");
     for (node, why) in [(6, "Contradiction"), (8, "Missing")] {
-        assert!(craft.said(node, why, ms(0)).is_some(), "node {node}\n{}", craft.log(node));
-        assert!(craft.said(node, "staying silent", ms(0)).is_some(), "node {node}\n{}", craft.log(node));
-        assert_eq!(sent(&craft, node), 0, "node {node}");
+        assert!(flight.said(node, why, ms(0)).is_some(), "node {node}\n{}", flight.log(node));
+        assert!(flight.said(node, "staying silent", ms(0)).is_some(), "node {node}\n{}", flight.log(node));
+        assert_eq!(sent(&flight, node), 0, "node {node}");
         for bus in Bus::ALL {
-            assert!(!takes_part(&craft, node, bus, 0), "node {node} acknowledges");
+            assert!(!takes_part(&flight, node, bus, 0), "node {node} acknowledges");
         }
     }
-    craft.assert_sound();
+    flight.assert_sound();
 }
 
 /// Given a board with the strap of maintenance mode, when a client stores a Node-ID, then the board has it at the next start
@@ -132,44 +132,45 @@ fn a_board_is_who_straps_and_store_agree_on_or_silent() {
 /// Verifies: ECSS 6.10g, 6.10j
 #[test]
 fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    set_maintenance(&mut craft, 3, true);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    set_maintenance(&mut flight, 3, true);
     // A master that starts everyone, resets everyone, and is lost: nothing of it is for a board in maintenance mode.
-    craft.twin.inject(guest, ms(700), WireFrame::standard(0x000, &[0x01, 0]));
-    craft.twin.inject(guest, ms(720), WireFrame::standard(0x000, &[0x82, 0]));
-    craft.fly_to(1000);
-    assert_eq!(sent(&craft, 3), 0, "{}", craft.log(3));
-    assert!(takes_part(&craft, 3, Bus::Nominal, 500), "{}", craft.log(3));
-    assert_eq!(ask(&mut craft, guest, 127, READ)[4..], [0; 4], "nothing is stored");
+    flight.twin.inject(guest, ms(700), WireFrame::standard(0x000, &[0x01, 0]));
+    flight.twin.inject(guest, ms(720), WireFrame::standard(0x000, &[0x82, 0]));
+    flight.fly_to(1000);
+    assert_eq!(sent(&flight, 3), 0, "{}", flight.log(3));
+    assert!(takes_part(&flight, 3, Bus::Nominal, 500), "{}", flight.log(3));
+    assert_eq!(ask(&mut flight, guest, 127, READ)[4..], [0; 4], "nothing is stored");
     // Not the master's, not without its complement: 06090030h, 08000020h.
-    assert_eq!(ask(&mut craft, guest, 127, storing(1))[4..], [0x30, 0x00, 0x09, 0x06]);
+    assert_eq!(ask(&mut flight, guest, 127, storing(1))[4..], [0x30, 0x00, 0x09, 0x06]);
     let [.., complement, i, d] = storing(7);
     let wrong = [0x23, 0x46, 0x20, 1, 5, complement, i, d];
-    assert_eq!(ask(&mut craft, guest, 127, wrong)[4..], [0x20, 0x00, 0x00, 0x08]);
-    assert!(stored(&craft, 3, 0).is_empty());
-    assert_eq!(ask(&mut craft, guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
-    assert_eq!(stored(&craft, 3, 0), copies(7));
-    assert_eq!(ask(&mut craft, guest, 127, READ), [0x43, 0x46, 0x20, 1, 7, 0, 0, 0]);
+    assert_eq!(ask(&mut flight, guest, 127, wrong)[4..], [0x20, 0x00, 0x00, 0x08]);
+    assert!(stored(&flight, 3, 0).is_empty());
+    assert_eq!(ask(&mut flight, guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
+    assert_eq!(stored(&flight, 3, 0), copies(7));
+    assert_eq!(ask(&mut flight, guest, 127, READ), [0x43, 0x46, 0x20, 1, 7, 0, 0, 0]);
 
     // Its straps still say 3.
-    let board = craft.board(3);
-    set_maintenance(&mut craft, 3, false);
-    craft.twin.reset(board);
-    let (before, from) = (sent(&craft, 3), craft.end);
-    craft.fly(from + ms(300));
-    assert!(craft.said(3, "Contradiction", from).is_some(), "{}", craft.log(3));
-    assert_eq!(sent(&craft, 3), before);
+    let board = flight.board(3);
+    set_maintenance(&mut flight, 3, false);
+    flight.twin.reset(board);
+    let (before, from) = (sent(&flight, 3), flight.end);
+    flight.fly(from + ms(300));
+    assert!(flight.said(3, "Contradiction", from).is_some(), "{}", flight.log(3));
+    assert_eq!(sent(&flight, 3), before);
 
-    strap(&mut craft, 3, Some(7));
-    craft.twin.reset(board);
-    let from = craft.end;
-    craft.fly(from + ms(700));
-    let said: Vec<_> = craft.frames.iter().filter(|seen| seen.sender == board.0 && seen.end > from).collect();
+    strap(&mut flight, 3, Some(7));
+    flight.twin.reset(board);
+    let from = flight.end;
+    flight.fly(from + ms(700));
+    let said: Vec<_> =
+        flight.frames.iter().filter(|seen| seen.sender == board.0 && seen.end > from).collect();
     let last = said.iter().rfind(|seen| seen.id() == Some(0x707)).map(|seen| seen.data()[0]);
-    assert_eq!(last, Some(OPERATIONAL), "{}", craft.log(3));
+    assert_eq!(last, Some(OPERATIONAL), "{}", flight.log(3));
     assert!(said.iter().all(|seen| seen.id() != Some(0x703)), "nothing under the old one");
-    assert!(craft.is_operational(2, Bus::Nominal));
+    assert!(flight.is_operational(2, Bus::Nominal));
 }
 
 /// Given a NUCLEO-F446RE with its own strap of maintenance mode, when a client stores a Node-ID, then its flash has it.
@@ -177,31 +178,31 @@ fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
 /// Verifies: ECSS 6.10g
 #[test]
 fn a_board_of_the_other_model_has_maintenance_mode_too() {
-    let nucleo = Seat { board: NUCLEO_F446RE, ..seat(3) };
-    let mut craft = Craft::new(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    let board = craft.board(3);
-    craft.twin.board_mut(board).drive(Pin::new('A', 4), Some(false));
-    craft.fly_to(500);
-    assert_eq!(sent(&craft, 3), 0, "{}", craft.log(3));
-    assert_eq!(ask(&mut craft, guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
-    assert_eq!(stored(&craft, 3, 0), copies(7));
+    let nucleo = BoardSetup { board: NUCLEO_F446RE, ..setup(3) };
+    let mut flight = Flight::new(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let board = flight.board(3);
+    flight.twin.board_mut(board).drive(Pin::new('A', 4), Some(false));
+    flight.fly_to(500);
+    assert_eq!(sent(&flight, 3), 0, "{}", flight.log(3));
+    assert_eq!(ask(&mut flight, guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
+    assert_eq!(stored(&flight, 3, 0), copies(7));
 }
 
 /// Verifies: ECSS 6.10g
 #[test]
 fn no_node_id_is_stored_outside_of_maintenance_mode() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(1000);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(1000);
     // 08000022h, also in Pre-operational.
     for command in [0x01, 0x80] {
-        craft.twin.inject(guest, craft.end, WireFrame::standard(0x000, &[command, 3]));
-        assert_eq!(ask(&mut craft, guest, 3, storing(7)), [0x80, 0x46, 0x20, 1, 0x22, 0x00, 0x00, 0x08]);
+        flight.twin.inject(guest, flight.end, WireFrame::standard(0x000, &[command, 3]));
+        assert_eq!(ask(&mut flight, guest, 3, storing(7)), [0x80, 0x46, 0x20, 1, 0x22, 0x00, 0x00, 0x08]);
     }
-    assert_eq!(ask(&mut craft, guest, 3, READ)[4..], [0; 4]);
-    assert!(stored(&craft, 3, 0).is_empty());
-    craft.assert_sound();
+    assert_eq!(ask(&mut flight, guest, 3, READ)[4..], [0; 4]);
+    assert!(stored(&flight, 3, 0).is_empty());
+    flight.assert_sound();
 }
 
 /// Given straps that change in flight, when NMT resets the board, then it is who it was; when its reset pin is pulled, it is in
@@ -210,25 +211,27 @@ fn no_node_id_is_stored_outside_of_maintenance_mode() {
 /// Verifies: ECSS 6.10g, 6.10k
 #[test]
 fn a_reset_by_command_takes_no_strap_that_changed_in_flight() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(1000);
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(1000);
     for straps in [Some(3), Some(5), None] {
         // The last one: 3, and maintenance mode.
-        set_maintenance(&mut craft, 3, straps.is_none());
-        strap(&mut craft, 3, straps.or(Some(3)));
-        let from = craft.end;
-        craft.twin.inject(guest, from, WireFrame::standard(0x000, &[0x81, 3]));
-        craft.fly(from + ms(700));
-        let booted =
-            craft.heartbeats(3, Bus::Nominal).into_iter().find(|(at, state)| *at > from && *state == BOOT_UP);
-        assert!(booted.is_some(), "{straps:?}\n{}", craft.log(3));
-        assert!(craft.is_operational(3, Bus::Nominal), "{straps:?}\n{}", craft.log(3));
+        set_maintenance(&mut flight, 3, straps.is_none());
+        strap(&mut flight, 3, straps.or(Some(3)));
+        let from = flight.end;
+        flight.twin.inject(guest, from, WireFrame::standard(0x000, &[0x81, 3]));
+        flight.fly(from + ms(700));
+        let booted = flight
+            .heartbeats(3, Bus::Nominal)
+            .into_iter()
+            .find(|(at, state)| *at > from && *state == BOOT_UP);
+        assert!(booted.is_some(), "{straps:?}\n{}", flight.log(3));
+        assert!(flight.is_operational(3, Bus::Nominal), "{straps:?}\n{}", flight.log(3));
     }
-    let board = craft.board(3);
-    craft.twin.reset(board);
-    let (before, from) = (sent(&craft, 3), craft.end);
-    craft.fly(from + ms(700));
-    assert_eq!(sent(&craft, 3), before, "{}", craft.log(3));
-    assert_eq!(ask(&mut craft, guest, 127, READ)[..4], [0x43, 0x46, 0x20, 1]);
+    let board = flight.board(3);
+    flight.twin.reset(board);
+    let (before, from) = (sent(&flight, 3), flight.end);
+    flight.fly(from + ms(700));
+    assert_eq!(sent(&flight, 3), before, "{}", flight.log(3));
+    assert_eq!(ask(&mut flight, guest, 127, READ)[..4], [0x43, 0x46, 0x20, 1]);
 }

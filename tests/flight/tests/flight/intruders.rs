@@ -15,40 +15,40 @@ const COLLISION: [u8; 2] = [0x50, 0x81];
 const HEARTBEAT_ERROR: [u8; 2] = [0x30, 0x81];
 
 /// A guest sends `frame` every `period_ms` from `from_ms` to `to_ms`.
-fn babble(craft: &mut Craft, guest: GuestId, frame: WireFrame, period_ms: u64, [from_ms, to_ms]: [u64; 2]) {
+fn babble(flight: &mut Flight, guest: GuestId, frame: WireFrame, period_ms: u64, [from_ms, to_ms]: [u64; 2]) {
     for at in (from_ms..to_ms).step_by(period_ms as usize) {
-        craft.twin.inject(guest, ms(at), frame);
+        flight.twin.inject(guest, ms(at), frame);
     }
 }
 
 /// Master and slaves 2 and 3 on the redundant bus at 3 s: the nominal one was cut next to the master. Flown once, and copied for each
 /// intruder.
-fn after_fail_over() -> (Craft, GuestId) {
-    static FLOWN: LazyLock<Mutex<(Craft, GuestId)>> = LazyLock::new(|| Mutex::new(fail_over()));
+fn after_fail_over() -> (Flight, GuestId) {
+    static FLOWN: LazyLock<Mutex<(Flight, GuestId)>> = LazyLock::new(|| Mutex::new(fail_over()));
     FLOWN.lock().unwrap().clone()
 }
 
-fn fail_over() -> (Craft, GuestId) {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(2000);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(3000);
-    assert!([2, 3].into_iter().all(|node| craft.is_operational(node, Bus::Redundant)));
-    (craft, guest)
+fn fail_over() -> (Flight, GuestId) {
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(2000);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(3000);
+    assert!([2, 3].into_iter().all(|node| flight.is_operational(node, Bus::Redundant)));
+    (flight, guest)
 }
 
 /// Emergencies of `node` with this code.
-fn emergencies(craft: &Craft, node: u8, code: [u8; 2]) -> Vec<(Bus, Time)> {
+fn emergencies(flight: &Flight, node: u8, code: [u8; 2]) -> Vec<(Bus, Time)> {
     let id = 0x080 + u16::from(node);
-    let all = Bus::ALL.into_iter().flat_map(|bus| craft.sent(node, bus, id));
+    let all = Bus::ALL.into_iter().flat_map(|bus| flight.sent(node, bus, id));
     all.filter(|seen| seen.data()[..2] == code).map(|seen| (seen.bus, seen.end)).collect()
 }
 
 /// Commands come every 100 ms: of 40, those of one heartbeat period (250 ms) may be lost.
-fn assert_at_most_a_period_lost(craft: &Craft, node: u8, executed_before: u32) {
-    let executed = craft.executed(node) - executed_before;
-    assert!(executed >= 40 - 3, "node {node}: {executed} of 40\n{}", craft.log(node));
+fn assert_at_most_a_period_lost(flight: &Flight, node: u8, executed_before: u32) {
+    let executed = flight.executed(node) - executed_before;
+    assert!(executed >= 40 - 3, "node {node}: {executed} of 40\n{}", flight.log(node));
 }
 
 /// Given a master that left the nominal bus, when a node there sends 701h for 4 s, then each slave goes there once at most
@@ -58,18 +58,18 @@ fn assert_at_most_a_period_lost(craft: &Craft, node: u8, executed_before: u32) {
 #[test]
 fn intruder_heartbeat_on_left_bus_costs_one_period() {
     for period in [10, 50, 240] {
-        let (mut craft, guest) = after_fail_over();
-        let before = [2, 3].map(|node| craft.executed(node));
-        babble(&mut craft, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [3001, 7001]);
-        craft.fly_to(7010);
+        let (mut flight, guest) = after_fail_over();
+        let before = [2, 3].map(|node| flight.executed(node));
+        babble(&mut flight, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [3001, 7001]);
+        flight.fly_to(7010);
         for (node, before) in [2, 3].into_iter().zip(before) {
-            assert_at_most_a_period_lost(&craft, node, before);
-            assert!(craft.is_operational(node, Bus::Redundant), "{}", craft.log(node));
-            let strayed = craft.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(3000));
+            assert_at_most_a_period_lost(&flight, node, before);
+            assert!(flight.is_operational(node, Bus::Redundant), "{}", flight.log(node));
+            let strayed = flight.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(3000));
             assert!(strayed.count() <= 2, "node {node}, every {period} ms");
-            assert_eq!(emergencies(&craft, node, COLLISION).len(), 1, "{}", craft.log(node));
+            assert_eq!(emergencies(&flight, node, COLLISION).len(), 1, "{}", flight.log(node));
         }
-        craft.assert_nothing_lost();
+        flight.assert_nothing_lost();
     }
 }
 
@@ -77,20 +77,20 @@ fn intruder_heartbeat_on_left_bus_costs_one_period() {
 #[test]
 fn intruder_heartbeat_before_the_cut_costs_one_period() {
     for period in [10, 50, 240] {
-        let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-        let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-        babble(&mut craft, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [1001, 7001]);
-        craft.fly_to(2000);
-        craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-        craft.fly_to(2300);
-        let before = [2, 3].map(|node| craft.executed(node));
-        craft.fly_to(6310);
+        let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+        let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+        babble(&mut flight, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [1001, 7001]);
+        flight.fly_to(2000);
+        flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        flight.fly_to(2300);
+        let before = [2, 3].map(|node| flight.executed(node));
+        flight.fly_to(6310);
         for (node, before) in [2, 3].into_iter().zip(before) {
-            assert_at_most_a_period_lost(&craft, node, before);
-            assert!(craft.is_operational(node, Bus::Redundant), "every {period} ms\n{}", craft.log(node));
-            assert_eq!(emergencies(&craft, node, COLLISION).len(), 1, "{}", craft.log(node));
+            assert_at_most_a_period_lost(&flight, node, before);
+            assert!(flight.is_operational(node, Bus::Redundant), "every {period} ms\n{}", flight.log(node));
+            assert_eq!(emergencies(&flight, node, COLLISION).len(), 1, "{}", flight.log(node));
         }
-        craft.assert_nothing_lost();
+        flight.assert_nothing_lost();
     }
 }
 
@@ -100,39 +100,43 @@ fn intruder_heartbeat_before_the_cut_costs_one_period() {
 #[test]
 fn intruder_command_on_left_bus_moves_no_slave() {
     for command in [[0x01, 0x7E], [0x80, 2], [0x80, 0], [0x82, 0], [0x81, 0]] {
-        let (mut craft, guest) = after_fail_over();
-        let before = [2, 3].map(|node| craft.executed(node));
-        babble(&mut craft, guest, WireFrame::standard(0x000, &command), 50, [3001, 7001]);
-        craft.fly_to(7010);
+        let (mut flight, guest) = after_fail_over();
+        let before = [2, 3].map(|node| flight.executed(node));
+        babble(&mut flight, guest, WireFrame::standard(0x000, &command), 50, [3001, 7001]);
+        flight.fly_to(7010);
         for (node, before) in [2, 3].into_iter().zip(before) {
-            assert!(craft.executed(node) - before >= 39, "{command:02X?}: {}", craft.executed(node) - before);
-            assert!(!craft.fell_back(node, ms(3000)), "{command:02X?}\n{}", craft.log(node));
-            let strayed = craft.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(3000));
+            assert!(
+                flight.executed(node) - before >= 39,
+                "{command:02X?}: {}",
+                flight.executed(node) - before
+            );
+            assert!(!flight.fell_back(node, ms(3000)), "{command:02X?}\n{}", flight.log(node));
+            let strayed = flight.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(3000));
             assert_eq!(strayed.count(), 0, "node {node}, {command:02X?}");
         }
-        craft.assert_nothing_lost();
+        flight.assert_nothing_lost();
     }
 }
 
 /// Given whole buses, when a node sends 701h on the idle one for 4 s, then each slave goes there once and comes back.
 #[test]
 fn intruder_heartbeat_on_idle_bus_costs_one_period() {
-    let mut undisturbed = Craft::new(&MASTER_AND_THREE[..3]);
+    let mut undisturbed = Flight::new(&MASTER_AND_THREE[..3]);
     let guest = undisturbed.twin.add_guest(Bus::Redundant, 30.0);
     undisturbed.fly_to(3000);
     for period in [10, 50, 240] {
-        let mut craft = undisturbed.clone();
-        let before = [2, 3].map(|node| craft.executed(node));
-        babble(&mut craft, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [3001, 7001]);
-        craft.fly_to(7010);
+        let mut flight = undisturbed.clone();
+        let before = [2, 3].map(|node| flight.executed(node));
+        babble(&mut flight, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [3001, 7001]);
+        flight.fly_to(7010);
         for (node, before) in [2, 3].into_iter().zip(before) {
-            assert_at_most_a_period_lost(&craft, node, before);
-            assert!(craft.is_operational(node, Bus::Nominal), "{}", craft.log(node));
-            let changes = craft.log(node).matches("active bus: ").count();
-            assert!(changes <= 4, "power-on, found, followed, taken back\n{}", craft.log(node));
-            assert_eq!(emergencies(&craft, node, COLLISION).len(), 1, "{}", craft.log(node));
+            assert_at_most_a_period_lost(&flight, node, before);
+            assert!(flight.is_operational(node, Bus::Nominal), "{}", flight.log(node));
+            let changes = flight.log(node).matches("active bus: ").count();
+            assert!(changes <= 4, "power-on, found, followed, taken back\n{}", flight.log(node));
+            assert_eq!(emergencies(&flight, node, COLLISION).len(), 1, "{}", flight.log(node));
         }
-        craft.assert_nothing_lost();
+        flight.assert_nothing_lost();
     }
 }
 
@@ -142,18 +146,18 @@ fn intruder_heartbeat_on_idle_bus_costs_one_period() {
 /// Verifies: ECSS 8.3.3g, 8.3.3h
 #[test]
 fn babbled_command_does_not_hold_up_a_search() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(2013);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    let last = craft.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
-    babble(&mut craft, guest, WireFrame::standard(0x000, &[0x01, 0x7E]), 100, [2100, 18_000]);
-    craft.fly_to(18_000);
-    let (toggled, _) = craft.heartbeats(4, Bus::Redundant)[0];
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(2013);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    let last = flight.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
+    babble(&mut flight, guest, WireFrame::standard(0x000, &[0x01, 0x7E]), 100, [2100, 18_000]);
+    flight.fly_to(18_000);
+    let (toggled, _) = flight.heartbeats(4, Bus::Redundant)[0];
     let taken = toggled.since(last);
-    assert!(taken > ms(12_499) && taken < ms(15_000 + 10), "{} us\n{}", taken.as_us(), craft.log(4));
-    assert!(craft.is_operational(4, Bus::Redundant), "{}", craft.log(4));
-    craft.assert_nothing_lost();
+    assert!(taken > ms(12_499) && taken < ms(15_000 + 10), "{} us\n{}", taken.as_us(), flight.log(4));
+    assert!(flight.is_operational(4, Bus::Redundant), "{}", flight.log(4));
+    flight.assert_nothing_lost();
 }
 
 /// Given Ttoggle 1, the miss and the switch fall together: the EMCY goes out on the bus that is being left.
@@ -161,21 +165,21 @@ fn babbled_command_does_not_hold_up_a_search() {
 /// Verifies: ECSS 8.3.3e
 #[test]
 fn emcy_of_a_missed_master_precedes_the_switch() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     // SDO download of 2000h sub 2, Ttoggle.
     let write = WireFrame::standard(0x604, &[0x2F, 0x00, 0x20, 2, 1, 0, 0, 0]);
-    craft.twin.inject(guest, ms(1060), write);
-    craft.fly_to(2013);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    let last = craft.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
-    craft.fly_to(5500);
-    let told = emergencies(&craft, 4, HEARTBEAT_ERROR);
-    let (toggled, _) = craft.heartbeats(4, Bus::Redundant)[0];
+    flight.twin.inject(guest, ms(1060), write);
+    flight.fly_to(2013);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    let last = flight.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
+    flight.fly_to(5500);
+    let told = emergencies(&flight, 4, HEARTBEAT_ERROR);
+    let (toggled, _) = flight.heartbeats(4, Bus::Redundant)[0];
     assert!(toggled.since(last) < ms(2_500 + 4), "{} us", toggled.since(last).as_us());
-    assert_eq!(told.len(), 1, "{}", craft.log(4));
+    assert_eq!(told.len(), 1, "{}", flight.log(4));
     assert!(told[0].0 == Bus::Nominal && told[0].1 < toggled, "{told:?}");
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// The application of slave 4, with selective access, chooses the redundant bus by command. The master is not there: the
@@ -184,23 +188,23 @@ fn emcy_of_a_missed_master_precedes_the_switch() {
 /// Verifies: ECSS 8.2.3a
 #[test]
 fn application_of_a_selective_slave_chooses_the_bus() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     for (at, id) in [(1060, 0x304), (1063, 0x302)] {
         let select_redundant = WireFrame::standard(id, &[0x04, 0, 1, 0, 0, 0, 0, 0x77]);
-        craft.twin.inject(guest, ms(at), select_redundant);
+        flight.twin.inject(guest, ms(at), select_redundant);
     }
-    craft.fly_to(14_500);
-    let chosen = craft.first_after(ms(1060), |seen| seen.id() == Some(0x304)).unwrap().end;
-    let there = craft.heartbeats(4, Bus::Redundant);
+    flight.fly_to(14_500);
+    let chosen = flight.first_after(ms(1060), |seen| seen.id() == Some(0x304)).unwrap().end;
+    let there = flight.heartbeats(4, Bus::Redundant);
     assert!(there[0].0 < chosen + ms(1) && there[0].1 == PRE_OPERATIONAL, "{there:?}");
-    assert!(craft.said(4, "active bus: Redundant (Selected)", chosen).is_some(), "{}", craft.log(4));
-    let back = craft.heartbeats(4, Bus::Nominal).into_iter().find(|(at, _)| *at > chosen).unwrap().0;
+    assert!(flight.said(4, "active bus: Redundant (Selected)", chosen).is_some(), "{}", flight.log(4));
+    let back = flight.heartbeats(4, Bus::Nominal).into_iter().find(|(at, _)| *at > chosen).unwrap().0;
     assert!(about(ms(12_500), ms(2)).contains(&back.since(chosen)), "{} us", back.since(chosen).as_us());
-    assert!(craft.is_operational(4, Bus::Nominal), "{}", craft.log(4));
-    assert!(craft.said(2, "declined", chosen).is_some(), "{}", craft.log(2));
-    assert!(!craft.fell_back(2, ms(300)) && craft.heartbeats(2, Bus::Redundant).is_empty());
-    craft.assert_nothing_lost();
+    assert!(flight.is_operational(4, Bus::Nominal), "{}", flight.log(4));
+    assert!(flight.said(2, "declined", chosen).is_some(), "{}", flight.log(2));
+    assert!(!flight.fell_back(2, ms(300)) && flight.heartbeats(2, Bus::Redundant).is_empty());
+    flight.assert_nothing_lost();
 }
 
 /// Given a slave that has worked for a consumer time, when a foreign node sends heartbeats with its Node-ID and another state, in
@@ -209,31 +213,31 @@ fn application_of_a_selective_slave_chooses_the_bus() {
 /// Verifies: ECSS 6.10e
 #[test]
 fn foreign_double_of_a_slave_costs_few_commands() {
-    let mut undisturbed = Craft::new(&MASTER_AND_THREE[..3]);
+    let mut undisturbed = Flight::new(&MASTER_AND_THREE[..3]);
     let guest = undisturbed.twin.add_guest(Bus::Nominal, 30.0);
     undisturbed.fly_to(3000);
     for period in [90, 250, 600] {
-        let mut craft = undisturbed.clone();
-        let before = craft.executed(2);
-        babble(&mut craft, guest, WireFrame::standard(0x702, &[PRE_OPERATIONAL]), period, [3001, 8001]);
-        craft.fly_to(8010);
-        let executed = craft.executed(2) - before;
-        assert!(executed >= 40, "{executed} of 50, every {period} ms\n{}", craft.log(1));
-        let reported: Vec<&[u8]> = craft.sent(MASTER, Bus::Nominal, 0x081).map(|seen| seen.data()).collect();
-        assert_eq!(reported, [[0x50, 0x81, 0x11, 2, 0, 0, 0, 0]], "{}", craft.log(1));
-        assert!(craft.said(1, "two nodes have Node-ID 2", ms(3000)).is_some(), "{}", craft.log(1));
-        craft.assert_nothing_lost();
+        let mut flight = undisturbed.clone();
+        let before = flight.executed(2);
+        babble(&mut flight, guest, WireFrame::standard(0x702, &[PRE_OPERATIONAL]), period, [3001, 8001]);
+        flight.fly_to(8010);
+        let executed = flight.executed(2) - before;
+        assert!(executed >= 40, "{executed} of 50, every {period} ms\n{}", flight.log(1));
+        let reported: Vec<&[u8]> = flight.sent(MASTER, Bus::Nominal, 0x081).map(|seen| seen.data()).collect();
+        assert_eq!(reported, [[0x50, 0x81, 0x11, 2, 0, 0, 0, 0]], "{}", flight.log(1));
+        assert!(flight.said(1, "two nodes have Node-ID 2", ms(3000)).is_some(), "{}", flight.log(1));
+        flight.assert_nothing_lost();
     }
 }
 
 /// Master, slave 2, and two boards with Node-ID 3; the second one is powered at `second_ms`.
-fn two_of_one_node_id(second_ms: u64) -> Craft {
+fn two_of_one_node_id(second_ms: u64) -> Flight {
     let [master, two, three, _] = MASTER_AND_THREE;
-    let second = Seat { ppm: -17.0, position_m: 20.0, power_on_ms: second_ms, ..three };
+    let second = BoardSetup { ppm: -17.0, position_m: 20.0, power_on_ms: second_ms, ..three };
     assert_eq!(second.board, PYBOARD_V11);
-    let mut craft = Craft::new(&[master, two, three, second]);
-    craft.fly_to(6000);
-    craft
+    let mut flight = Flight::new(&[master, two, three, second]);
+    flight.fly_to(6000);
+    flight
 }
 
 /// Given two boards with one Node-ID, the one that booted last is silent, and one of them says why.
@@ -242,9 +246,9 @@ fn two_of_one_node_id(second_ms: u64) -> Craft {
 #[test]
 fn second_board_with_a_node_id_yields() {
     for second_ms in [60, 61, 65, 310, 1500] {
-        let craft = two_of_one_node_id(second_ms);
+        let flight = two_of_one_node_id(second_ms);
         let of = |board: usize, id: u16| {
-            craft.on(Bus::Nominal).filter(move |seen| seen.sender == board && seen.id() == Some(id))
+            flight.on(Bus::Nominal).filter(move |seen| seen.sender == board && seen.id() == Some(id))
         };
         let alive = |board| of(board, 0x703).any(|seen| seen.end > ms(5000));
         assert!(alive(2) != alive(3), "one of them is silent, powered at {second_ms} ms");
@@ -253,18 +257,18 @@ fn second_board_with_a_node_id_yields() {
         assert!(said.len() >= 15, "powered at {second_ms} ms");
         // Two that boot together answer the same SDO requests: their boot-up may fail, and the master says so.
         let is_started = said.iter().all(|seen| seen.data() == [OPERATIONAL]);
-        assert!(is_started || second_ms < 100, "powered at {second_ms} ms\n{}", craft.log(3));
+        assert!(is_started || second_ms < 100, "powered at {second_ms} ms\n{}", flight.log(3));
         // That of the newcomer may still wait for its inhibit time when it falls silent.
         let mut told = [elder, newcomer].into_iter().flat_map(|board| of(board, 0x083));
         assert!(told.any(|seen| seen.data()[..2] == COLLISION), "powered at {second_ms} ms");
-        let late = craft.on(Bus::Nominal).filter(|seen| seen.sender == newcomer && seen.end > ms(2000));
+        let late = flight.on(Bus::Nominal).filter(|seen| seen.sender == newcomer && seen.end > ms(2000));
         assert_eq!(late.count(), 0, "powered at {second_ms} ms");
-        let destroyed = craft.records.iter().filter(
+        let destroyed = flight.records.iter().filter(
             |record| matches!(record.record, Observation::Destroyed { transmitter, .. } if transmitter >= 2),
         );
         let destroyed = destroyed.count();
         assert!(destroyed < 20, "{destroyed} destroyed, powered at {second_ms} ms");
-        assert!(craft.is_operational(2, Bus::Nominal));
-        craft.assert_sound();
+        assert!(flight.is_operational(2, Bus::Nominal));
+        flight.assert_sound();
     }
 }

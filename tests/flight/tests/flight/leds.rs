@@ -12,23 +12,23 @@ use flight::*;
 const HEARD: [u16; 3] = [0x701, 0x080, 0x181];
 
 /// A full slave on a NUCLEO and a minimal one on a pyboard, profile `librecube`.
-const SEATS: [Seat; 3] =
-    [MASTER_AND_THREE[0], Seat { board: NUCLEO_F446RE, ..MASTER_AND_THREE[1] }, minimal::SEAT];
+const SETUPS: [BoardSetup; 3] =
+    [MASTER_AND_THREE[0], BoardSetup { board: NUCLEO_F446RE, ..MASTER_AND_THREE[1] }, minimal::SETUP];
 
 #[test]
 fn leds_toggle_with_what_a_slave_hears() {
-    let mut craft = minimal::librecube(&SEATS);
-    craft.fly_to(21_500);
-    for (seat, sync) in [(SEATS[1], Pin::new('A', 5)), (SEATS[2], Pin::new('B', 4))] {
+    let mut flight = minimal::librecube(&SETUPS);
+    flight.fly_to(21_500);
+    for (setup, sync) in [(SETUPS[1], Pin::new('A', 5)), (SETUPS[2], Pin::new('B', 4))] {
         let heard = HEARD.map(|id| {
-            let is_heard = |seen: &&Seen| seen.id() == Some(id) && seen.reached.contains(&seat.node);
-            craft.frames.iter().filter(is_heard).count()
+            let is_heard = |seen: &&Seen| seen.id() == Some(id) && seen.reached.contains(&setup.node);
+            flight.frames.iter().filter(is_heard).count()
         });
-        let slave = craft.board(seat.node);
-        let changes = craft.twin.board_mut(slave).take_pin_changes();
+        let slave = flight.board(setup.node);
+        let changes = flight.twin.board_mut(slave).take_pin_changes();
         let toggled = [Pin::new('B', 14), sync, Pin::new('B', 15)]
             .map(|led| changes.iter().filter(|change| change.pin == led).count());
-        assert_eq!(toggled, heard, "node {}", seat.node);
+        assert_eq!(toggled, heard, "node {}", setup.node);
         assert!(heard[0] > 15 && heard[1] > 1 && heard[2] > 1, "{heard:?}");
     }
 }
@@ -42,19 +42,19 @@ fn numbers(line: &str) -> Vec<usize> {
 /// the bus has carried up to then.
 #[test]
 fn statistics_in_the_log_are_what_the_bus_carried() {
-    let mut craft = minimal::standard(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], minimal::SEAT]);
-    craft.fly_to(11_500);
+    let mut flight = minimal::standard(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], minimal::SETUP]);
+    flight.fly_to(11_500);
     let line = |node, begin: &str| {
-        let line = craft.logs.iter().find(|log| log.board == craft.board(node) && log.text.contains(begin));
-        line.unwrap_or_else(|| panic!("nothing of {begin:?} but: {}", craft.log(node)))
+        let line = flight.logs.iter().find(|log| log.board == flight.board(node) && log.text.contains(begin));
+        line.unwrap_or_else(|| panic!("nothing of {begin:?} but: {}", flight.log(node)))
     };
     let carried = |at: Time, ids: &[u16], node| {
         let is_meant = |seen: &&Seen| {
             seen.end <= at && seen.id().is_some_and(|id| ids.contains(&id)) && seen.reached.contains(&node)
         };
-        craft.frames.iter().filter(is_meant).count()
+        flight.frames.iter().filter(is_meant).count()
     };
-    for node in [2, minimal::SEAT.node] {
+    for node in [2, minimal::SETUP.node] {
         let (line, id) = (line(node, "heard 100 heartbeats"), u16::from(node));
         let found = numbers(&line.text[line.text.find("heard").unwrap()..]);
         // A minimal slave takes no time in profile standard.
@@ -79,16 +79,16 @@ fn statistics_in_the_log_are_what_the_bus_carried() {
 /// one is lit: it is active on the redundant bus.
 #[test]
 fn yellow_led_shows_the_bus_of_a_takeover() {
-    let mut craft = standby::craft(&standby::ALL);
-    craft.fly_to(2_000);
-    craft.twin.wire_mut(Bus::Nominal).cut(1.0);
-    craft.fly_to(4_000);
-    craft.twin.power(craft.board(standby::PRIME), false);
-    craft.fly_to(5_000);
-    let second = craft.board(standby::SECOND);
-    let taken = craft.said(standby::SECOND, "Active on Redundant (MasterSilent)", ms(4_000));
-    assert!(taken.is_some(), "{}", craft.log(standby::SECOND));
-    let changes = craft.twin.board_mut(second).take_pin_changes();
+    let mut flight = standby::flight(&standby::ALL);
+    flight.fly_to(2_000);
+    flight.twin.wire_mut(Bus::Nominal).cut(1.0);
+    flight.fly_to(4_000);
+    flight.twin.power(flight.board(standby::PRIME), false);
+    flight.fly_to(5_000);
+    let second = flight.board(standby::SECOND);
+    let taken = flight.said(standby::SECOND, "Active on Redundant (MasterSilent)", ms(4_000));
+    assert!(taken.is_some(), "{}", flight.log(standby::SECOND));
+    let changes = flight.twin.board_mut(second).take_pin_changes();
     let yellow = changes.iter().rfind(|change| change.pin == Pin::new('A', 15));
     assert!(yellow.is_some_and(|change| change.high), "{yellow:?}");
 }

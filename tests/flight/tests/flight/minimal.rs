@@ -38,39 +38,39 @@ static STANDARD_PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-
 static PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "librecube"));
 static NUCLEO: LazyLock<Arc<Image>> = LazyLock::new(|| image("nucleo-f446re", "librecube"));
 
-const MASTER_SEAT: Seat = MASTER_AND_THREE[0];
-pub const SEAT: Seat = Seat { node: MINIMAL, ..MASTER_AND_THREE[2] };
+const MASTER_SETUP: BoardSetup = MASTER_AND_THREE[0];
+pub const SETUP: BoardSetup = BoardSetup { node: MINIMAL, ..MASTER_AND_THREE[2] };
 
 /// A master and a minimal slave, profile `standard`.
-const PAIR: [Seat; 2] = [MASTER_SEAT, SEAT];
+const PAIR: [BoardSetup; 2] = [MASTER_SETUP, SETUP];
 
-pub fn standard(seats: &[Seat]) -> Craft {
-    Craft::of(seats, |seat| minimal(seat, seat.with(&STANDARD), &STANDARD_PYBOARD))
+pub fn standard(setups: &[BoardSetup]) -> Flight {
+    Flight::of(setups, |setup| minimal(setup, setup.with(&STANDARD), &STANDARD_PYBOARD))
 }
 
 /// Nodes from `MINIMAL` on have the image of the minimal slave.
-fn minimal(seat: Seat, config: BoardConfig, image: &Arc<Image>) -> BoardConfig {
-    if seat.node < MINIMAL { config } else { BoardConfig { image: image.clone(), ..config } }
+fn minimal(setup: BoardSetup, config: BoardConfig, image: &Arc<Image>) -> BoardConfig {
+    if setup.node < MINIMAL { config } else { BoardConfig { image: image.clone(), ..config } }
 }
 
 /// Both models of board.
-pub fn librecube(seats: &[Seat]) -> Craft {
+pub fn librecube(setups: &[BoardSetup]) -> Flight {
     static SLAVES: LazyLock<[Images; 2]> =
         LazyLock::new(|| [PYBOARD_V11, NUCLEO_F446RE].map(|board| build(board, "librecube")));
-    Craft::of(seats, |seat| match seat.board {
-        PYBOARD_V11 => minimal(seat, seat.with(&SLAVES[0]), &PYBOARD),
-        _ => minimal(seat, seat.with(&SLAVES[1]), &NUCLEO),
+    Flight::of(setups, |setup| match setup.board {
+        PYBOARD_V11 => minimal(setup, setup.with(&SLAVES[0]), &PYBOARD),
+        _ => minimal(setup, setup.with(&SLAVES[1]), &NUCLEO),
     })
 }
 
 /// Frames of `node` on either bus after `from`.
-fn of(craft: &Recording, node: u8, from: Time) -> impl Iterator<Item = &Seen> {
-    let sender = craft.board(node).0;
-    craft.frames.iter().filter(move |seen| seen.sender == sender && seen.end > from)
+fn of(flight: &Recording, node: u8, from: Time) -> impl Iterator<Item = &Seen> {
+    let sender = flight.board(node).0;
+    flight.frames.iter().filter(move |seen| seen.sender == sender && seen.end > from)
 }
 
-fn ids_of(craft: &Recording, node: u8) -> Vec<u16> {
-    let mut ids: Vec<u16> = of(craft, node, Time::ZERO).map(|seen| seen.id().unwrap()).collect();
+fn ids_of(flight: &Recording, node: u8) -> Vec<u16> {
+    let mut ids: Vec<u16> = of(flight, node, Time::ZERO).map(|seen| seen.id().unwrap()).collect();
     ids.sort_unstable();
     ids.dedup();
     ids
@@ -78,10 +78,10 @@ fn ids_of(craft: &Recording, node: u8) -> Vec<u16> {
 
 /// Three seconds without faults.
 static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut craft = standard(&[MASTER_SEAT, MASTER_AND_THREE[1], SEAT]);
-    craft.fly_to(3_000);
-    craft.assert_nothing_lost();
-    craft.seen
+    let mut flight = standard(&[MASTER_SETUP, MASTER_AND_THREE[1], SETUP]);
+    flight.fly_to(3_000);
+    flight.assert_nothing_lost();
+    flight.seen
 });
 
 /// Verifies: ECSS 9.4.9.1.1a
@@ -143,9 +143,9 @@ fn requests(flight: &Recording) -> Vec<&Seen> {
 fn telemetry_comes_within_the_stated_delay_of_its_request() {
     let slow = rates::at(125, "standard");
     let slow_minimal = image("pyboard-v11", "standard+kbit-125");
-    let mut craft = Craft::of(&PAIR, |seat| minimal(seat, seat.with(&slow), &slow_minimal));
-    craft.fly_to(3_000);
-    for (flight, kbit) in [(&*FLIGHT, 1_000), (&craft.seen, 125)] {
+    let mut flight = Flight::of(&PAIR, |setup| minimal(setup, setup.with(&slow), &slow_minimal));
+    flight.fly_to(3_000);
+    for (flight, kbit) in [(&*FLIGHT, 1_000), (&flight.seen, 125)] {
         let mut free = 0;
         for request in requests(flight) {
             let reply = flight.first_after(request.end, |seen| seen.id() == Some(0x385)).unwrap();
@@ -192,28 +192,32 @@ fn sync_brings_the_number_of_executed_commands() {
 /// Verifies: ECSS 9.4.3a, 9.4.3c
 #[test]
 fn commands_requests_and_telemetry_have_any_length() {
-    let mut craft = standard(&PAIR);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(400);
+    let mut flight = standard(&PAIR);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(400);
     let data = [0xA1, 0xB2, 0xC3, 0xD4, 0xE5, 0xF6, 0x07, 0x18];
     for command in 0..=8 {
         let asked = 8 - command;
-        craft.twin.inject(guest, craft.end, WireFrame::standard(0x205, &data[..command]));
-        craft.twin.inject(guest, craft.end, WireFrame::standard(0x505, &data[..asked]));
-        let request = craft.fly_until(|seen| seen.id() == Some(0x505));
-        let reply = craft.fly_until(|seen| seen.id() == Some(0x485));
+        flight.twin.inject(guest, flight.end, WireFrame::standard(0x205, &data[..command]));
+        flight.twin.inject(guest, flight.end, WireFrame::standard(0x505, &data[..asked]));
+        let request = flight.fly_until(|seen| seen.id() == Some(0x505));
+        let reply = flight.fly_until(|seen| seen.id() == Some(0x485));
         assert_eq!(reply.data(), &data[..command]);
         assert!(reply.end.since(request.end) < TELEMETRY_DELAY + QUEUEING);
     }
     // A command and a request by the same PDO, told apart by their first bytes.
-    craft.twin.inject(guest, craft.end, WireFrame::standard(0x305, &[2, 0, 0x78, 0x56, 0x34, 0x12, 0, 200]));
-    craft.twin.inject(guest, craft.end, WireFrame::standard(0x305, &[0x02, 0x01]));
-    let reply = craft.fly_until(|seen| seen.id() == Some(0x385) && seen.data()[2] == 0x78);
+    flight.twin.inject(
+        guest,
+        flight.end,
+        WireFrame::standard(0x305, &[2, 0, 0x78, 0x56, 0x34, 0x12, 0, 200]),
+    );
+    flight.twin.inject(guest, flight.end, WireFrame::standard(0x305, &[0x02, 0x01]));
+    let reply = flight.fly_until(|seen| seen.id() == Some(0x385) && seen.data()[2] == 0x78);
     assert_eq!(reply.data(), [0x02, 0x01, 0x78, 0x56, 0x34, 0x12, 0, 0]);
     // All objects of Table 9-1 that this device has in use: nine commands by 205h, which bring nothing, and nine requests by 505h.
-    assert_eq!(ids_of(&craft, MINIMAL), [0x285, 0x385, 0x485, 0x705]);
-    assert_eq!(craft.sent(MINIMAL, Bus::Nominal, 0x485).count(), 9);
-    craft.assert_nothing_lost();
+    assert_eq!(ids_of(&flight, MINIMAL), [0x285, 0x385, 0x485, 0x705]);
+    assert_eq!(flight.sent(MINIMAL, Bus::Nominal, 0x485).count(), 9);
+    flight.assert_nothing_lost();
 }
 
 /// Module control, time, SDO, emergencies, and frames of a wrong length: no answer, no change.
@@ -223,9 +227,9 @@ fn commands_requests_and_telemetry_have_any_length() {
 /// Verifies: ECSS 9.4.8a
 #[test]
 fn frames_outside_of_the_minimal_set_change_nothing() {
-    let mut craft = standard(&PAIR);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(400);
+    let mut flight = standard(&PAIR);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(400);
     let frames: [(u16, &[u8]); 13] = [
         (0x000, &[0x01, MINIMAL]),
         (0x000, &[0x02, MINIMAL]),
@@ -242,29 +246,29 @@ fn frames_outside_of_the_minimal_set_change_nothing() {
         (0x080, &[1]),
     ];
     for (nth, (id, data)) in (0..).zip(frames) {
-        craft.twin.inject(guest, ms(450 + 10 * nth), WireFrame::standard(id, data));
+        flight.twin.inject(guest, ms(450 + 10 * nth), WireFrame::standard(id, data));
     }
-    craft.fly_to(1_500);
-    assert_eq!(ids_of(&craft, MINIMAL), [0x285, 0x385, 0x705]);
-    assert_eq!(craft.sent(MINIMAL, Bus::Nominal, 0x285).count(), {
-        let syncs = craft.sent(MASTER, Bus::Nominal, 0x080);
+    flight.fly_to(1_500);
+    assert_eq!(ids_of(&flight, MINIMAL), [0x285, 0x385, 0x705]);
+    assert_eq!(flight.sent(MINIMAL, Bus::Nominal, 0x285).count(), {
+        let syncs = flight.sent(MASTER, Bus::Nominal, 0x080);
         syncs.filter(|seen| seen.end > ms(80)).count()
     });
-    assert!(craft.heartbeats(MINIMAL, Bus::Nominal).iter().all(|(_, state)| *state == OPERATIONAL));
-    let commanded = craft.sent(MASTER, Bus::Nominal, 0x305).count();
-    assert_eq!(craft.executed(MINIMAL) as usize, commanded);
-    assert_eq!(craft.twin.board(craft.board(MINIMAL)).counters().system_resets, 0);
-    craft.assert_nothing_lost();
+    assert!(flight.heartbeats(MINIMAL, Bus::Nominal).iter().all(|(_, state)| *state == OPERATIONAL));
+    let commanded = flight.sent(MASTER, Bus::Nominal, 0x305).count();
+    assert_eq!(flight.executed(MINIMAL) as usize, commanded);
+    assert_eq!(flight.twin.board(flight.board(MINIMAL)).counters().system_resets, 0);
+    flight.assert_nothing_lost();
 }
 
 /// Verifies: ECSS 6.10f
 #[test]
 fn minimal_slave_with_a_wrong_strap_is_silent() {
     for board in [PYBOARD_V11, NUCLEO_F446RE] {
-        let mut craft = librecube(&[MASTER_SEAT, Seat { parity: false, board, ..SEAT }]);
-        craft.fly_to(300);
-        assert!(craft.said(MINIMAL, "staying silent", ms(20)).is_some(), "{}", craft.log(MINIMAL));
-        assert_eq!(craft.frames, [], "nobody acknowledges the master");
+        let mut flight = librecube(&[MASTER_SETUP, BoardSetup { parity: false, board, ..SETUP }]);
+        flight.fly_to(300);
+        assert!(flight.said(MINIMAL, "staying silent", ms(20)).is_some(), "{}", flight.log(MINIMAL));
+        assert_eq!(flight.frames, [], "nobody acknowledges the master");
     }
 }
 
@@ -274,15 +278,15 @@ fn minimal_slave_that_hangs_or_faults_is_reset() {
     for (code, within_ms) in
         [(&HANG[..], 1_400), (&HANG_WITHOUT_INTERRUPTS, 4_000), (&UNDEFINED, 1_400), (&OVERFLOW, 1_400)]
     {
-        let mut craft = standard(&PAIR);
-        craft.fly_to(400);
-        let task = tasks(&craft, MINIMAL)[0];
-        let began = craft.end;
-        let felled = fell(&mut craft, MINIMAL, task, &halfwords(code));
-        assert!(felled < began + ms(within_ms), "{code:04X?}: {} us", felled.since(began).as_us());
-        craft.fly(felled + ms(400));
-        assert!(craft.is_operational(MINIMAL, Bus::Nominal), "{}", craft.log(MINIMAL));
-        assert!(craft.said(MINIMAL, "in a row", felled - ms(10)).is_some(), "{}", craft.log(MINIMAL));
+        let mut flight = standard(&PAIR);
+        flight.fly_to(400);
+        let task = tasks(&flight, MINIMAL)[0];
+        let began = flight.end;
+        let ended = end_program(&mut flight, MINIMAL, task, &halfwords(code));
+        assert!(ended < began + ms(within_ms), "{code:04X?}: {} us", ended.since(began).as_us());
+        flight.fly(ended + ms(400));
+        assert!(flight.is_operational(MINIMAL, Bus::Nominal), "{}", flight.log(MINIMAL));
+        assert!(flight.said(MINIMAL, "in a row", ended - ms(10)).is_some(), "{}", flight.log(MINIMAL));
     }
 }
 
@@ -291,18 +295,18 @@ const CUT: Time = Time::from_ms(2_013);
 
 /// A master, two full slaves, and two minimal ones: one on both buses, one on one bus at a time (Figure A-6).
 static MIXED: LazyLock<Recording> = LazyLock::new(|| {
-    let mut craft = librecube(&[
-        MASTER_SEAT,
+    let mut flight = librecube(&[
+        MASTER_SETUP,
         MASTER_AND_THREE[1],
         MASTER_AND_THREE[2],
-        Seat { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
-        Seat { node: SELECTIVE, board: NUCLEO_F446RE, ..MASTER_AND_THREE[3] },
+        BoardSetup { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
+        BoardSetup { node: SELECTIVE, board: NUCLEO_F446RE, ..MASTER_AND_THREE[3] },
     ]);
-    craft.fly(CUT);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(15_500);
-    craft.assert_nothing_lost();
-    craft.seen
+    flight.fly(CUT);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(15_500);
+    flight.assert_nothing_lost();
+    flight.seen
 });
 
 /// Those on both buses follow at the first message of the master there, the selective one after Ttoggle consumer times of 2.5 s.

@@ -9,38 +9,38 @@ use flight::*;
 
 const CUT: Time = Time::from_ms(2013);
 
-const SEATS: [Seat; 4] = [
-    Seat { board: NUCLEO_F446RE, ..MASTER_AND_THREE[0] },
+const SETUPS: [BoardSetup; 4] = [
+    BoardSetup { board: NUCLEO_F446RE, ..MASTER_AND_THREE[0] },
     MASTER_AND_THREE[1],
-    Seat { board: NUCLEO_F446RE, ..MASTER_AND_THREE[2] },
+    BoardSetup { board: NUCLEO_F446RE, ..MASTER_AND_THREE[2] },
     MASTER_AND_THREE[3],
 ];
 
 /// The nominal bus breaks next to the master; slave 4 has to search for it.
 static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut craft = Craft::new(&SEATS);
-    craft.fly(CUT);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(15_500);
-    craft.assert_nothing_lost();
-    craft.seen
+    let mut flight = Flight::new(&SETUPS);
+    flight.fly(CUT);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(15_500);
+    flight.assert_nothing_lost();
+    flight.seen
 });
 
 /// The straps of both models number their slaves, and both boot on the default bus.
 #[test]
 fn boards_of_both_models_boot_and_are_started() {
-    for seat in SEATS {
-        let heartbeats = FLIGHT.heartbeats(seat.node, Bus::Nominal);
+    for setup in SETUPS {
+        let heartbeats = FLIGHT.heartbeats(setup.node, Bus::Nominal);
         let states: Vec<u8> = heartbeats.iter().map(|(_, state)| *state).collect();
-        assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "node {}", seat.node);
-        assert!(heartbeats[1].0 < ms(300), "node {}: {} us", seat.node, heartbeats[1].0.as_us());
+        assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "node {}", setup.node);
+        assert!(heartbeats[1].0 < ms(300), "node {}: {} us", setup.node, heartbeats[1].0.as_us());
     }
 }
 
 #[test]
 fn boards_of_both_models_follow_to_the_other_bus() {
-    for seat in SEATS {
-        assert!(FLIGHT.is_operational(seat.node, Bus::Redundant), "{}", FLIGHT.log(seat.node));
+    for setup in SETUPS {
+        assert!(FLIGHT.is_operational(setup.node, Bus::Redundant), "{}", FLIGHT.log(setup.node));
     }
     for node in [2, 3] {
         assert!(!FLIGHT.fell_back(node, ms(300)), "node {node} has parallel access");
@@ -65,8 +65,8 @@ fn commands_reach_boards_of_both_models_on_both_buses() {
 /// Wrong parity on the F446's own pins.
 #[test]
 fn an_f446_without_valid_straps_is_silent() {
-    let mut craft = Craft::new(&[SEATS[0], Seat { parity: false, ..SEATS[2] }]);
-    craft.fly_to(300);
-    assert!(craft.said(3, "staying silent", ms(20)).is_some(), "{}", craft.log(3));
-    assert_eq!(craft.frames, [], "nobody acknowledges the master");
+    let mut flight = Flight::new(&[SETUPS[0], BoardSetup { parity: false, ..SETUPS[2] }]);
+    flight.fly_to(300);
+    assert!(flight.said(3, "staying silent", ms(20)).is_some(), "{}", flight.log(3));
+    assert_eq!(flight.frames, [], "nobody acknowledges the master");
 }

@@ -19,29 +19,29 @@ const HEARTBEAT_QUEUEING: Time = Time::from_us(9 * 135);
 
 /// Two spacecraft times and four SYNCs.
 static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    craft.fly_to(20_300);
-    craft.assert_nothing_lost();
-    craft.seen
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flight.fly_to(20_300);
+    flight.assert_nothing_lost();
+    flight.seen
 });
 
-fn seat(node: u8) -> Seat {
-    MASTER_AND_THREE.into_iter().find(|seat| seat.node == node).unwrap()
+fn setup(node: u8) -> BoardSetup {
+    MASTER_AND_THREE.into_iter().find(|setup| setup.node == node).unwrap()
 }
 
 /// Length of `nominal` by the crystal of `node`: a fast one finishes early.
 fn by_crystal(node: u8, nominal: Time) -> Time {
-    Time((nominal.0 as f64 / (1.0 + seat(node).ppm * 1e-6)).round() as u64)
+    Time((nominal.0 as f64 / (1.0 + setup(node).ppm * 1e-6)).round() as u64)
 }
 
 /// Verifies: ECSS 6.5.3a
 /// Verifies: ECSS 8.3.2a
 #[test]
 fn every_node_begins_with_boot_up_message_on_default_bus() {
-    for seat in MASTER_AND_THREE {
-        let sender = FLIGHT.board(seat.node).0;
+    for setup in MASTER_AND_THREE {
+        let sender = FLIGHT.board(setup.node).0;
         let first = FLIGHT.frames.iter().find(|seen| seen.sender == sender).unwrap();
-        assert_eq!((first.bus, first.id()), (Bus::Nominal, Some(0x700 + u16::from(seat.node))));
+        assert_eq!((first.bus, first.id()), (Bus::Nominal, Some(0x700 + u16::from(setup.node))));
         assert_eq!(first.data(), [BOOT_UP]);
     }
     assert_eq!(FLIGHT.on(Bus::Redundant).count(), 0);
@@ -66,7 +66,7 @@ fn a_slave_is_started_as_soon_as_it_has_booted() {
         let start = FLIGHT.first_after(booted.0, |seen| seen.id() == Some(0) && seen.data() == [1, node]);
         assert!(start.unwrap().end < started.0);
         // The store of an erased chip is looked over (4 ms); identity and settings are asked over SDO.
-        assert!(started.0 < ms(seat(node).power_on_ms + 20), "node {node}: {} us", started.0.as_us());
+        assert!(started.0 < ms(setup(node).power_on_ms + 20), "node {node}: {} us", started.0.as_us());
     }
 }
 
@@ -75,22 +75,22 @@ fn a_slave_is_started_as_soon_as_it_has_booted() {
 /// Verifies: ECSS 8.3.3d
 #[test]
 fn heartbeats_come_every_250_ms_by_the_crystal_of_their_node() {
-    for seat in MASTER_AND_THREE {
-        let heartbeats = FLIGHT.heartbeats(seat.node, Bus::Nominal);
+    for setup in MASTER_AND_THREE {
+        let heartbeats = FLIGHT.heartbeats(setup.node, Bus::Nominal);
         let steady: Vec<Time> = heartbeats.iter().map(|(at, _)| *at).filter(|at| *at > ms(300)).collect();
-        assert!(steady.len() >= 79, "node {}: {} heartbeats", seat.node, steady.len());
+        assert!(steady.len() >= 79, "node {}: {} heartbeats", setup.node, steady.len());
         for gap in gaps(&steady) {
             assert!(
                 about(ms(250), HEARTBEAT_QUEUEING).contains(&gap),
                 "node {}: {} us",
-                seat.node,
+                setup.node,
                 gap.as_us()
             );
         }
         let periods = steady.len() as u64 - 1;
         let lasted = steady[steady.len() - 1].since(steady[0]);
-        let expected = by_crystal(seat.node, ms(250 * periods));
-        assert!(about(expected, HEARTBEAT_QUEUEING).contains(&lasted), "node {}: {lasted:?}", seat.node);
+        let expected = by_crystal(setup.node, ms(250 * periods));
+        assert!(about(expected, HEARTBEAT_QUEUEING).contains(&lasted), "node {}: {lasted:?}", setup.node);
         assert!(heartbeats.iter().filter(|(at, _)| *at > ms(300)).all(|(_, state)| *state == OPERATIONAL));
     }
 }
@@ -150,7 +150,7 @@ fn commands_and_telemetry_flow_ten_times_a_second() {
     for node in SLAVES {
         for function in [0x300, 0x400] {
             let sent: Vec<&Seen> = FLIGHT.sent(MASTER, Bus::Nominal, function + u16::from(node)).collect();
-            let expected = (20_300 - seat(node).power_on_ms) / 100;
+            let expected = (20_300 - setup(node).power_on_ms) / 100;
             assert!((sent.len() as u64).abs_diff(expected) <= 1, "node {node}: {} frames", sent.len());
         }
     }
@@ -180,7 +180,7 @@ fn number(octets: &[u8]) -> u64 {
 fn the_uptime_told_is_the_time_since_power_on() {
     for node in SLAVES {
         for (asked, reply) in replies(node, 0x0101) {
-            let since_power_on = asked.since(ms(seat(node).power_on_ms)).as_us() / 1000;
+            let since_power_on = asked.since(ms(setup(node).power_on_ms)).as_us() / 1000;
             let told = number(&reply);
             // The clock starts when the crystal runs and memory is initialised.
             assert!((since_power_on - 10..=since_power_on + 1).contains(&told), "node {node}: {told} ms");
@@ -238,11 +238,11 @@ fn no_slave_sees_an_error_or_loses_a_frame() {
 }
 
 fn flown(ppm_of_slave: f64) -> Recording {
-    let mut seats = MASTER_AND_THREE;
-    seats[1].ppm = ppm_of_slave;
-    let mut craft = Craft::new(&seats);
-    craft.fly_to(1500);
-    craft.seen
+    let mut setups = MASTER_AND_THREE;
+    setups[1].ppm = ppm_of_slave;
+    let mut flight = Flight::new(&setups);
+    flight.fly_to(1500);
+    flight.seen
 }
 
 #[test]

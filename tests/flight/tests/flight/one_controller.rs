@@ -30,13 +30,13 @@ static PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "st
 static NUCLEO: LazyLock<Arc<Image>> = LazyLock::new(|| image("nucleo-f446re", "standard+one-controller"));
 
 /// A master, two full slaves, a minimal one, and those with one controller.
-const SEATS: [Seat; 6] = [
+const SETUPS: [BoardSetup; 6] = [
     MASTER_AND_THREE[0],
     MASTER_AND_THREE[1],
     MASTER_AND_THREE[2],
-    Seat { node: TWO_CONTROLLERS, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
-    Seat { node: ONE_CONTROLLER[0], ..MASTER_AND_THREE[3] },
-    Seat {
+    BoardSetup { node: TWO_CONTROLLERS, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
+    BoardSetup { node: ONE_CONTROLLER[0], ..MASTER_AND_THREE[3] },
+    BoardSetup {
         node: ONE_CONTROLLER[1],
         board: NUCLEO_F446RE,
         position_m: 27.0,
@@ -45,13 +45,13 @@ const SEATS: [Seat; 6] = [
     },
 ];
 
-fn craft() -> Craft {
-    Craft::of(&SEATS, |seat| {
-        let config = seat.with(&STANDARD);
-        match seat.node {
+fn flight() -> Flight {
+    Flight::of(&SETUPS, |setup| {
+        let config = setup.with(&STANDARD);
+        match setup.node {
             TWO_CONTROLLERS => BoardConfig { image: MINIMAL.clone(), ..config },
             node if ONE_CONTROLLER.contains(&node) => BoardConfig {
-                image: Arc::clone(if seat.board == PYBOARD_V11 { &PYBOARD } else { &NUCLEO }),
+                image: Arc::clone(if setup.board == PYBOARD_V11 { &PYBOARD } else { &NUCLEO }),
                 fittings: Fittings { transceiver_switch: Some(SWITCH), ..config.fittings },
                 ..config
             },
@@ -66,12 +66,12 @@ const CUT: Time = Time::from_ms(2_013);
 const TOGGLING: Time = Time::from_ms(500);
 
 static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut craft = craft();
-    craft.fly(CUT);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(5_000);
-    craft.assert_nothing_lost();
-    craft.seen
+    let mut flight = flight();
+    flight.fly(CUT);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(5_000);
+    flight.assert_nothing_lost();
+    flight.seen
 });
 
 /// From the last heartbeat of the master on the nominal bus to the first one of a slave on the redundant bus.
@@ -91,12 +91,12 @@ fn slave_with_one_controller_follows_by_its_search() {
         assert!(FLIGHT.heartbeats(node, Bus::Nominal).len() >= 15);
     }
     assert!(search(&FLIGHT, TWO_CONTROLLERS) < ms(300));
-    for seat in SEATS {
+    for setup in SETUPS {
         assert!(
-            FLIGHT.is_operational(seat.node, Bus::Redundant),
+            FLIGHT.is_operational(setup.node, Bus::Redundant),
             "node {}\n{}",
-            seat.node,
-            FLIGHT.log(seat.node)
+            setup.node,
+            FLIGHT.log(setup.node)
         );
     }
 }
@@ -151,20 +151,20 @@ fn switch_disturbs_neither_bus() {
 /// on the redundant bus all the same, some 50 ms later than after a cut: so long the driver waits.
 #[test]
 fn always_dominant_bus_does_not_keep_one_controller_slave() {
-    let mut craft = craft();
-    craft.fly(CUT);
+    let mut flight = flight();
+    flight.fly(CUT);
     let short = Fault::Short { position_m: 20.0, level: false };
-    craft.twin.wire_mut(Bus::Nominal).schedule(CUT, short).unwrap();
-    craft.fly_to(6_000);
-    craft.assert_sound();
+    flight.twin.wire_mut(Bus::Nominal).schedule(CUT, short).unwrap();
+    flight.fly_to(6_000);
+    flight.assert_sound();
     for node in ONE_CONTROLLER {
-        let taken = search(&craft, node);
+        let taken = search(&flight, node);
         assert!(
             (TOGGLING + ms(50)..TOGGLING + ms(80)).contains(&taken),
             "node {node}: {} us\n{}",
             taken.as_us(),
-            craft.log(node)
+            flight.log(node)
         );
-        assert!(craft.is_operational(node, Bus::Redundant), "{}", craft.log(node));
+        assert!(flight.is_operational(node, Bus::Redundant), "{}", flight.log(node));
     }
 }

@@ -1,7 +1,7 @@
 //! Slower buses: one of the rates of the standard, and the slowest. The others fly in `tests/interop/tests/images/rates.rs`.
 
 use flight::rates::{assert_carries_a_slave, assert_flies, at};
-use flight::{Craft, MASTER_AND_THREE, STANDARD};
+use flight::{Flight, MASTER_AND_THREE, STANDARD};
 use twin::bxcan::Side;
 
 /// Verifies: ECSS 5.4.2a.3
@@ -24,9 +24,9 @@ const fn btr(prescaler: u32, ts1: u32, ts2: u32, sjw: u32) -> u32 {
 fn controllers_have_the_bit_timing_of_their_network() {
     for (images, expected) in [(STANDARD.clone(), btr(3, 11, 2, 1)), (at(125, "standard"), btr(21, 13, 2, 1))]
     {
-        let mut craft = Craft::with(&MASTER_AND_THREE[..2], &images);
-        craft.fly_to(1_000);
-        for (id, board) in craft.twin.boards() {
+        let mut flight = Flight::with(&MASTER_AND_THREE[..2], &images);
+        flight.fly_to(1_000);
+        for (id, board) in flight.twin.boards() {
             for side in [Side::Can1, Side::Can2] {
                 assert_eq!(board.can_btr(side), expected, "{id:?} {side:?}: {:08X}h", board.can_btr(side));
             }

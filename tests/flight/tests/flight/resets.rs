@@ -7,59 +7,60 @@ use twin::spacecraft::{Bus, Event};
 use flight::*;
 
 /// When `node` sent its boot-up message on `bus` after `from`.
-fn boot_up(craft: &Craft, node: u8, bus: Bus, from: Time) -> Option<Time> {
-    craft.heartbeats(node, bus).into_iter().find(|(at, s)| *at > from && *s == BOOT_UP).map(|(at, _)| at)
+fn boot_up(flight: &Flight, node: u8, bus: Bus, from: Time) -> Option<Time> {
+    flight.heartbeats(node, bus).into_iter().find(|(at, s)| *at > from && *s == BOOT_UP).map(|(at, _)| at)
 }
 
 /// Time that passes between two commands to `node` on `bus` after `from`.
-fn longest_pause(craft: &Craft, node: u8, bus: Bus, from: Time) -> Time {
-    let commands = craft.sent(MASTER, bus, 0x300 + u16::from(node)).map(|seen| seen.end);
-    let ends: Vec<Time> = commands.filter(|at| *at > from).chain([craft.end]).collect();
+fn longest_pause(flight: &Flight, node: u8, bus: Bus, from: Time) -> Time {
+    let commands = flight.sent(MASTER, bus, 0x300 + u16::from(node)).map(|seen| seen.end);
+    let ends: Vec<Time> = commands.filter(|at| *at > from).chain([flight.end]).collect();
     gaps(&ends).max().unwrap()
 }
 
 /// Verifies: ECSS 8.3.2a
 #[test]
 fn the_master_is_reset_and_its_slaves_fly_on() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    craft.fly_to(1000);
-    let master = craft.board(MASTER);
-    craft.twin.reset(master);
-    craft.fly_to(2500);
-    let booted = boot_up(&craft, MASTER, Bus::Nominal, ms(1000)).unwrap();
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flight.fly_to(1000);
+    let master = flight.board(MASTER);
+    flight.twin.reset(master);
+    flight.fly_to(2500);
+    let booted = boot_up(&flight, MASTER, Bus::Nominal, ms(1000)).unwrap();
     assert!(booted < ms(1010), "{} us", booted.as_us());
     for node in [2, 3, 4] {
-        assert!(!craft.fell_back(node, ms(300)), "node {node}\n{}", craft.log(node));
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}");
+        assert!(!flight.fell_back(node, ms(300)), "node {node}\n{}", flight.log(node));
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
         // The master knows no slave until its next heartbeat.
-        let pause = longest_pause(&craft, node, Bus::Nominal, ms(900));
+        let pause = longest_pause(&flight, node, Bus::Nominal, ms(900));
         assert!(pause < ms(100 + 10 + 250 + 100), "node {node}: {} us", pause.as_us());
     }
-    assert_eq!(craft.on(Bus::Redundant).count(), 0);
-    craft.assert_sound();
+    assert_eq!(flight.on(Bus::Redundant).count(), 0);
+    flight.assert_sound();
 }
 
 #[test]
 fn master_reset_takes_it_and_its_slaves_to_the_default_bus() {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    craft.fly_to(1000);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(1500);
-    assert!(craft.is_operational(2, Bus::Redundant) && craft.is_operational(3, Bus::Redundant));
-    craft.twin.wire_mut(Bus::Nominal).restore_all();
-    let master = craft.board(MASTER);
-    craft.twin.reset(master);
-    craft.fly_to(2500);
-    let booted = boot_up(&craft, MASTER, Bus::Nominal, ms(1500)).unwrap();
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    flight.fly_to(1000);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(1500);
+    assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
+    flight.twin.wire_mut(Bus::Nominal).restore_all();
+    let master = flight.board(MASTER);
+    flight.twin.reset(master);
+    flight.fly_to(2500);
+    let booted = boot_up(&flight, MASTER, Bus::Nominal, ms(1500)).unwrap();
     for node in [2, 3] {
-        let followed = craft.heartbeats(node, Bus::Nominal).into_iter().find(|(at, _)| *at > booted).unwrap();
+        let followed =
+            flight.heartbeats(node, Bus::Nominal).into_iter().find(|(at, _)| *at > booted).unwrap();
         assert_eq!(followed.1, OPERATIONAL);
         assert!(followed.0 < booted + ms(1), "node {node}: {} us", followed.0.as_us());
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}");
-        let commands = craft.sent(MASTER, Bus::Nominal, 0x300 + u16::from(node));
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
+        let commands = flight.sent(MASTER, Bus::Nominal, 0x300 + u16::from(node));
         assert!(commands.filter(|seen| seen.end > booted).count() >= 8, "node {node}");
     }
-    craft.assert_sound();
+    flight.assert_sound();
 }
 
 /// By its reset pin, and by half a second without power.
@@ -69,70 +70,70 @@ fn a_slave_that_starts_again_is_taken_back() {
         (vec![(1000, Event::Reset)], 1000),
         (vec![(1000, Event::Power(false)), (1500, Event::Power(true))], 1500),
     ] {
-        let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-        let board = craft.board(3);
+        let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+        let board = flight.board(3);
         for (at, event) in &events {
-            craft.twin.schedule(ms(*at), board, *event);
+            flight.twin.schedule(ms(*at), board, *event);
         }
-        craft.fly_to(from + 1500);
-        let booted = boot_up(&craft, 3, Bus::Nominal, ms(1000)).unwrap();
+        flight.fly_to(from + 1500);
+        let booted = boot_up(&flight, 3, Bus::Nominal, ms(1000)).unwrap();
         assert!(booted > ms(from) && booted < ms(from + 10), "{events:?}: {} us", booted.as_us());
-        let said = craft.heartbeats(3, Bus::Nominal).into_iter().filter(|(at, _)| *at >= booted);
+        let said = flight.heartbeats(3, Bus::Nominal).into_iter().filter(|(at, _)| *at >= booted);
         let states: Vec<u8> = said.map(|(_, state)| state).collect();
         assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{events:?}");
         assert!(states[1..].iter().all(|state| *state == OPERATIONAL), "{events:?}");
-        assert!(craft.is_operational(3, Bus::Nominal), "{events:?}");
-        assert!(longest_pause(&craft, 3, Bus::Nominal, booted) < ms(110), "{events:?}");
-        assert!(!craft.fell_back(2, ms(300)), "nothing happened to the other one");
-        assert!(longest_pause(&craft, 2, Bus::Nominal, ms(300)) < ms(101), "{events:?}");
-        assert_eq!(craft.on(Bus::Redundant).count(), 0, "{events:?}");
-        craft.assert_sound();
+        assert!(flight.is_operational(3, Bus::Nominal), "{events:?}");
+        assert!(longest_pause(&flight, 3, Bus::Nominal, booted) < ms(110), "{events:?}");
+        assert!(!flight.fell_back(2, ms(300)), "nothing happened to the other one");
+        assert!(longest_pause(&flight, 2, Bus::Nominal, ms(300)) < ms(101), "{events:?}");
+        assert_eq!(flight.on(Bus::Redundant).count(), 0, "{events:?}");
+        flight.assert_sound();
     }
 }
 
 /// A module control command of a foreign controller to node 3, and what node 3 says from then on.
-fn commanded(command: u8) -> (Craft, Time, Vec<u8>) {
+fn commanded(command: u8) -> (Flight, Time, Vec<u8>) {
     told(WireFrame::standard(0x000, &[command, 3]))
 }
 
 /// A frame of a foreign controller, and what node 3 says from then on.
-fn told(frame: WireFrame) -> (Craft, Time, Vec<u8>) {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.twin.inject(guest, ms(1050), frame);
-    craft.fly_to(1800);
-    let sent = craft.first_after(ms(1050), |seen| seen.sender == guest.node).unwrap().end;
-    let said = craft.heartbeats(3, Bus::Nominal).into_iter().filter(|(at, _)| *at > sent);
+fn told(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.twin.inject(guest, ms(1050), frame);
+    flight.fly_to(1800);
+    let sent = flight.first_after(ms(1050), |seen| seen.sender == guest.node).unwrap().end;
+    let said = flight.heartbeats(3, Bus::Nominal).into_iter().filter(|(at, _)| *at > sent);
     let states = said.map(|(_, state)| state).collect();
     for node in [2, 4] {
-        assert!(!craft.fell_back(node, ms(300)) && craft.is_operational(node, Bus::Nominal), "node {node}");
+        assert!(!flight.fell_back(node, ms(300)) && flight.is_operational(node, Bus::Nominal), "node {node}");
     }
-    craft.assert_sound();
-    (craft, sent, states)
+    flight.assert_sound();
+    (flight, sent, states)
 }
 
 /// Verifies: ECSS 6.5.1a.4
 #[test]
 fn reset_node_resets_the_chip() {
-    let (craft, sent, states) = commanded(0x81);
-    assert!(craft.said(3, "reset by the master", sent).is_some(), "{}", craft.log(3));
-    assert!(craft.said(3, "slave 3 starts", sent).is_some(), "{}", craft.log(3));
-    assert_eq!(craft.twin.board(craft.board(3)).counters().system_resets, 1);
+    let (flight, sent, states) = commanded(0x81);
+    assert!(flight.said(3, "reset by the master", sent).is_some(), "{}", flight.log(3));
+    assert!(flight.said(3, "slave 3 starts", sent).is_some(), "{}", flight.log(3));
+    assert_eq!(flight.twin.board(flight.board(3)).counters().system_resets, 1);
     assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{states:?}");
-    let booted = boot_up(&craft, 3, Bus::Nominal, sent).unwrap();
+    let booted = boot_up(&flight, 3, Bus::Nominal, sent).unwrap();
     assert!(booted < sent + ms(10), "{} us", booted.since(sent).as_us());
-    assert!(craft.is_operational(3, Bus::Nominal));
+    assert!(flight.is_operational(3, Bus::Nominal));
 }
 
 /// Verifies: ECSS 6.5.1a.5
 #[test]
 fn reset_communication_starts_over_without_resetting_the_chip() {
-    let (craft, sent, states) = commanded(0x82);
-    assert_eq!(craft.twin.board(craft.board(3)).counters().system_resets, 0);
+    let (flight, sent, states) = commanded(0x82);
+    assert_eq!(flight.twin.board(flight.board(3)).counters().system_resets, 0);
     assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{states:?}");
-    let booted = boot_up(&craft, 3, Bus::Nominal, sent).unwrap();
+    let booted = boot_up(&flight, 3, Bus::Nominal, sent).unwrap();
     assert!(booted < sent + ms(1), "{} us", booted.since(sent).as_us());
-    assert!(craft.is_operational(3, Bus::Nominal));
+    assert!(flight.is_operational(3, Bus::Nominal));
 }
 
 /// A client of the master has it stop node 3 (1F82h: 4).
@@ -140,29 +141,29 @@ fn reset_communication_starts_over_without_resetting_the_chip() {
 /// Verifies: ECSS 6.5.1a.2
 #[test]
 fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
-    let (craft, sent, states) = told(WireFrame::standard(0x601, &[0x2F, 0x82, 0x1F, 3, 4, 0, 0, 0]));
+    let (flight, sent, states) = told(WireFrame::standard(0x601, &[0x2F, 0x82, 0x1F, 3, 4, 0, 0, 0]));
     assert!(states.len() >= 3 && states.iter().all(|state| *state == STOPPED), "{states:?}");
-    let others = craft.frames.iter().filter(|seen| seen.sender == 2 && seen.end > sent);
+    let others = flight.frames.iter().filter(|seen| seen.sender == 2 && seen.end > sent);
     assert!(others.into_iter().all(|seen| seen.id() == Some(0x703)));
-    let commands = craft.sent(MASTER, Bus::Nominal, 0x303).filter(|seen| seen.end > sent + ms(1));
+    let commands = flight.sent(MASTER, Bus::Nominal, 0x303).filter(|seen| seen.end > sent + ms(1));
     assert_eq!(commands.count(), 0, "the master commands slaves that are operational");
 }
 
 /// Nobody who may have stopped it: the master starts it again.
 #[test]
 fn a_slave_that_a_foreign_command_stopped_is_started() {
-    let (craft, sent, states) = commanded(0x02);
+    let (flight, sent, states) = commanded(0x02);
     assert_eq!(states[..2], [STOPPED, OPERATIONAL], "{states:?}");
-    assert!(craft.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).is_some());
-    assert!(craft.is_operational(3, Bus::Nominal));
+    assert!(flight.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).is_some());
+    assert!(flight.is_operational(3, Bus::Nominal));
 }
 
 /// Verifies: ECSS 6.5.1a.1
 /// Verifies: ECSS 6.5.1a.3
 #[test]
 fn a_slave_that_says_pre_operational_is_started() {
-    let (craft, sent, states) = commanded(0x80);
+    let (flight, sent, states) = commanded(0x80);
     assert_eq!(states[..2], [PRE_OPERATIONAL, OPERATIONAL], "{states:?}");
-    let start = craft.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).unwrap();
+    let start = flight.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).unwrap();
     assert!(start.sender == 0 && start.end < sent + ms(1));
 }

@@ -12,49 +12,49 @@ const SLAVE: u8 = 3;
 
 /// The master has left the nominal bus, cut next to it at 1000 ms, and slaves 2 and 3 with it; a guest on the redundant
 /// one.
-fn on_redundant(until_ms: u64) -> (Craft, GuestId) {
-    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-    let guest = craft.twin.add_guest(Bus::Redundant, 30.0);
-    craft.fly_to(1000);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(until_ms);
-    assert!(craft.is_operational(2, Bus::Redundant) && craft.is_operational(SLAVE, Bus::Redundant));
-    (craft, guest)
+fn on_redundant(until_ms: u64) -> (Flight, GuestId) {
+    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+    let guest = flight.twin.add_guest(Bus::Redundant, 30.0);
+    flight.fly_to(1000);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(until_ms);
+    assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(SLAVE, Bus::Redundant));
+    (flight, guest)
 }
 
 /// Flies on for 1500 ms: when and where node 3 sent its boot-up message.
-fn boot_up(craft: &mut Craft) -> Option<(Time, Bus)> {
-    let from = craft.end;
-    craft.fly(from + ms(1500));
+fn boot_up(flight: &mut Flight) -> Option<(Time, Bus)> {
+    let from = flight.end;
+    flight.fly(from + ms(1500));
     let said = Bus::ALL
         .into_iter()
-        .flat_map(|bus| craft.heartbeats(SLAVE, bus).into_iter().map(move |(at, state)| (at, state, bus)));
+        .flat_map(|bus| flight.heartbeats(SLAVE, bus).into_iter().map(move |(at, state)| (at, state, bus)));
     let mut booted = said.filter(|(at, state, _)| *at > from && *state == BOOT_UP);
     let first = booted.next().map(|(at, _, bus)| (at, bus));
-    assert_eq!(booted.next(), None, "one boot-up message\n{}", craft.log(SLAVE));
+    assert_eq!(booted.next(), None, "one boot-up message\n{}", flight.log(SLAVE));
     first
 }
 
 /// Where node 3 boots after its reset pin was pulled, or after 200 ms without power.
-fn boots_on(craft: &mut Craft, loses_power: bool) -> Option<Bus> {
-    let board = craft.board(SLAVE);
+fn boots_on(flight: &mut Flight, loses_power: bool) -> Option<Bus> {
+    let board = flight.board(SLAVE);
     if loses_power {
-        craft.twin.power(board, false);
-        craft.fly(craft.end + ms(200));
-        craft.twin.power(board, true);
+        flight.twin.power(board, false);
+        flight.fly(flight.end + ms(200));
+        flight.twin.power(board, true);
     } else {
-        craft.twin.reset(board);
+        flight.twin.reset(board);
     }
-    boot_up(craft).map(|(_, bus)| bus)
+    boot_up(flight).map(|(_, bus)| bus)
 }
 
 /// An expedited download to node 3 by a guest on `bus`, which must be acknowledged.
-fn write(craft: &mut Craft, guest: GuestId, bus: Bus, index: u16, sub: u8, value: &[u8]) {
+fn write(flight: &mut Flight, guest: GuestId, bus: Bus, index: u16, sub: u8, value: &[u8]) {
     let [low, high] = index.to_le_bytes();
     let mut data = [0x23 | (4 - value.len() as u8) << 2, low, high, sub, 0, 0, 0, 0];
     data[4..4 + value.len()].copy_from_slice(value);
-    craft.twin.inject(guest, craft.end, WireFrame::standard(0x603, &data));
-    let answer = craft.fly_until(|seen| seen.bus == bus && seen.id() == Some(0x583));
+    flight.twin.inject(guest, flight.end, WireFrame::standard(0x603, &data));
+    let answer = flight.fly_until(|seen| seen.bus == bus && seen.id() == Some(0x583));
     assert_eq!(answer.data()[..4], [0x60, low, high, sub]);
 }
 
@@ -63,20 +63,20 @@ fn write(craft: &mut Craft, guest: GuestId, bus: Bus, index: u16, sub: u8, value
 fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
     // By its pin, and by a command on the bus where it is.
     for by_command in [false, true] {
-        let (mut craft, guest) = on_redundant(1500);
-        let from = craft.end;
+        let (mut flight, guest) = on_redundant(1500);
+        let from = flight.end;
         if by_command {
-            craft.twin.inject(guest, from, WireFrame::standard(0x000, &[0x81, SLAVE]));
+            flight.twin.inject(guest, from, WireFrame::standard(0x000, &[0x81, SLAVE]));
         } else {
-            let board = craft.board(SLAVE);
-            craft.twin.reset(board);
+            let board = flight.board(SLAVE);
+            flight.twin.reset(board);
         }
-        let (booted, bus) = boot_up(&mut craft).unwrap();
-        assert_eq!(bus, Bus::Redundant, "{}", craft.log(SLAVE));
+        let (booted, bus) = boot_up(&mut flight).unwrap();
+        assert_eq!(bus, Bus::Redundant, "{}", flight.log(SLAVE));
         assert!(booted < from + ms(10), "{} us", booted.since(from).as_us());
-        assert!(craft.is_operational(SLAVE, Bus::Redundant), "{}", craft.log(SLAVE));
-        assert!(craft.is_operational(2, Bus::Redundant));
-        craft.assert_sound();
+        assert!(flight.is_operational(SLAVE, Bus::Redundant), "{}", flight.log(SLAVE));
+        assert!(flight.is_operational(2, Bus::Redundant));
+        flight.assert_sound();
     }
 }
 
@@ -85,33 +85,33 @@ fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
 fn a_slave_without_power_starts_on_the_bus_it_found() {
     // The change of the bus is 1 s old, then 3 s: a consumer time without contradiction.
     for (until_ms, expected) in [(2000, Bus::Nominal), (4000, Bus::Redundant)] {
-        let (mut craft, _) = on_redundant(until_ms);
-        assert_eq!(boots_on(&mut craft, true), Some(expected), "{until_ms} ms\n{}", craft.log(SLAVE));
-        assert!(craft.is_operational(SLAVE, Bus::Redundant), "{until_ms} ms\n{}", craft.log(SLAVE));
-        craft.assert_sound();
+        let (mut flight, _) = on_redundant(until_ms);
+        assert_eq!(boots_on(&mut flight, true), Some(expected), "{until_ms} ms\n{}", flight.log(SLAVE));
+        assert!(flight.is_operational(SLAVE, Bus::Redundant), "{until_ms} ms\n{}", flight.log(SLAVE));
+        flight.assert_sound();
     }
 }
 
 /// A reset within the consumer time takes nothing away: Bdefault is kept a consumer time later.
 #[test]
 fn a_bus_found_before_a_reset_is_kept_after_it() {
-    let (mut craft, _) = on_redundant(2000);
-    assert_eq!(boots_on(&mut craft, false), Some(Bus::Redundant));
-    craft.fly_to(5500);
-    assert_eq!(boots_on(&mut craft, true), Some(Bus::Redundant), "{}", craft.log(SLAVE));
-    craft.assert_sound();
+    let (mut flight, _) = on_redundant(2000);
+    assert_eq!(boots_on(&mut flight, false), Some(Bus::Redundant));
+    flight.fly_to(5500);
+    assert_eq!(boots_on(&mut flight, true), Some(Bus::Redundant), "{}", flight.log(SLAVE));
+    flight.assert_sound();
 }
 
 #[test]
 fn load_clears_the_bus_that_was_kept() {
     for loses_power in [false, true] {
-        let (mut craft, guest) = on_redundant(4000);
-        write(&mut craft, guest, Bus::Redundant, 0x1011, 1, b"load");
-        assert_eq!(boots_on(&mut craft, loses_power), Some(Bus::Nominal), "{}", craft.log(SLAVE));
+        let (mut flight, guest) = on_redundant(4000);
+        write(&mut flight, guest, Bus::Redundant, 0x1011, 1, b"load");
+        assert_eq!(boots_on(&mut flight, loses_power), Some(Bus::Nominal), "{}", flight.log(SLAVE));
         // It follows its master, and finds the redundant bus again.
-        assert!(craft.is_operational(SLAVE, Bus::Redundant), "{}", craft.log(SLAVE));
-        assert_eq!(boots_on(&mut craft, false), Some(Bus::Redundant));
-        craft.assert_sound();
+        assert!(flight.is_operational(SLAVE, Bus::Redundant), "{}", flight.log(SLAVE));
+        assert_eq!(boots_on(&mut flight, false), Some(Bus::Redundant));
+        flight.assert_sound();
     }
 }
 
@@ -119,18 +119,18 @@ fn load_clears_the_bus_that_was_kept() {
 fn a_bdefault_written_is_gone_after_a_reset_unless_saved() {
     for (is_saved, expected) in [(false, Bus::Nominal), (true, Bus::Redundant)] {
         for loses_power in [false, true] {
-            let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
-            let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-            craft.fly_to(1045);
-            write(&mut craft, guest, Bus::Nominal, 0x2000, 1, &[1]);
+            let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
+            let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+            flight.fly_to(1045);
+            write(&mut flight, guest, Bus::Nominal, 0x2000, 1, &[1]);
             if is_saved {
-                write(&mut craft, guest, Bus::Nominal, 0x1010, 1, b"save");
+                write(&mut flight, guest, Bus::Nominal, 0x1010, 1, b"save");
             }
-            let bus = boots_on(&mut craft, loses_power);
-            assert_eq!(bus, Some(expected), "saved: {is_saved}\n{}", craft.log(SLAVE));
+            let bus = boots_on(&mut flight, loses_power);
+            assert_eq!(bus, Some(expected), "saved: {is_saved}\n{}", flight.log(SLAVE));
             // Wherever it starts: the master is on the nominal bus.
-            assert!(craft.is_operational(SLAVE, Bus::Nominal), "{}", craft.log(SLAVE));
-            craft.assert_sound();
+            assert!(flight.is_operational(SLAVE, Bus::Nominal), "{}", flight.log(SLAVE));
+            flight.assert_sound();
         }
     }
 }
@@ -138,21 +138,21 @@ fn a_bdefault_written_is_gone_after_a_reset_unless_saved() {
 /// Verifies: ECSS 8.3.2a
 #[test]
 fn the_master_starts_on_its_bdefault_whatever_bus_it_was_on() {
-    let (mut craft, _) = on_redundant(4000);
-    let master = craft.board(MASTER);
+    let (mut flight, _) = on_redundant(4000);
+    let master = flight.board(MASTER);
     for loses_power in [false, true] {
-        let from = craft.end;
+        let from = flight.end;
         if loses_power {
-            craft.twin.power(master, false);
-            craft.fly(from + ms(100));
-            craft.twin.power(master, true);
+            flight.twin.power(master, false);
+            flight.fly(from + ms(100));
+            flight.twin.power(master, true);
         } else {
-            craft.twin.reset(master);
+            flight.twin.reset(master);
         }
-        craft.fly(craft.end + ms(50));
-        let on = |bus| craft.attempts(MASTER, bus).filter(|at| *at > from).count() > 0;
+        flight.fly(flight.end + ms(50));
+        let on = |bus| flight.attempts(MASTER, bus).filter(|at| *at > from).count() > 0;
         assert!(on(Bus::Nominal) && !on(Bus::Redundant), "its heartbeats go to the cut bus");
-        let heard = craft.heartbeats(MASTER, Bus::Redundant).into_iter().filter(|(at, _)| *at > from);
+        let heard = flight.heartbeats(MASTER, Bus::Redundant).into_iter().filter(|(at, _)| *at > from);
         assert_eq!(heard.count(), 0);
     }
 }

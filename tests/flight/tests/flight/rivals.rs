@@ -7,12 +7,12 @@ use twin::spacecraft::{Bus, GuestId};
 use flight::*;
 
 /// What the master answers when the guest reads 1001h, or 1003h sub 1.
-fn read(craft: &mut Craft, guest: GuestId, at: Time, index: u16) -> u32 {
+fn read(flight: &mut Flight, guest: GuestId, at: Time, index: u16) -> u32 {
     let [low, high] = index.to_le_bytes();
     let sub = u8::from(index == 0x1003);
-    craft.twin.inject(guest, at, WireFrame::standard(0x601, &[0x40, low, high, sub, 0, 0, 0, 0]));
-    craft.fly(at + ms(5));
-    let answer = craft.first_after(at, |seen| seen.id() == Some(0x581)).unwrap();
+    flight.twin.inject(guest, at, WireFrame::standard(0x601, &[0x40, low, high, sub, 0, 0, 0, 0]));
+    flight.fly(at + ms(5));
+    let answer = flight.first_after(at, |seen| seen.id() == Some(0x581)).unwrap();
     u32::from_le_bytes(answer.data()[4..].try_into().unwrap())
 }
 
@@ -20,30 +20,30 @@ fn read(craft: &mut Craft, guest: GuestId, at: Time, index: u16) -> u32 {
 #[test]
 fn a_second_master_is_reported_as_collision_until_it_is_silent() {
     for bus in Bus::ALL {
-        let mut craft = Craft::with(&MASTER_AND_THREE[..1], &STANDARD);
-        let asking = craft.twin.add_guest(Bus::Nominal, 30.0);
-        let rival = craft.twin.add_guest(bus, 31.0);
+        let mut flight = Flight::with(&MASTER_AND_THREE[..1], &STANDARD);
+        let asking = flight.twin.add_guest(Bus::Nominal, 30.0);
+        let rival = flight.twin.add_guest(bus, 31.0);
         // Between those of the master: two frames that are alike and begin at once are one on the bus.
         for beat in 0..10 {
-            craft.twin.inject(rival, ms(1_045 + 50 * beat), WireFrame::standard(0x701, &[OPERATIONAL]));
+            flight.twin.inject(rival, ms(1_045 + 50 * beat), WireFrame::standard(0x701, &[OPERATIONAL]));
         }
-        craft.fly_to(1_100);
-        let told = craft.said(1, "another master", ms(1_000)).unwrap();
+        flight.fly_to(1_100);
+        let told = flight.said(1, "another master", ms(1_000)).unwrap();
         assert!(told < ms(1_047), "{} us", told.as_us());
-        assert_eq!(read(&mut craft, asking, ms(1_110), 0x1001) & 0x11, 0x11, "generic, communication");
+        assert_eq!(read(&mut flight, asking, ms(1_110), 0x1001) & 0x11, 0x11, "generic, communication");
         // The first byte of what the error carries is its bus.
-        assert_eq!(read(&mut craft, asking, ms(1_120), 0x1003), 0x8150 | (bus as u32) << 16);
-        craft.fly_to(1_985);
-        assert_eq!(read(&mut craft, asking, ms(1_987), 0x1001) & 0x11, 0x11, "492 ms after the last");
-        assert_eq!(read(&mut craft, asking, ms(2_025), 0x1001), 0);
-        assert_eq!(craft.logs.iter().filter(|log| log.text.contains("another master")).count(), 1);
+        assert_eq!(read(&mut flight, asking, ms(1_120), 0x1003), 0x8150 | (bus as u32) << 16);
+        flight.fly_to(1_985);
+        assert_eq!(read(&mut flight, asking, ms(1_987), 0x1001) & 0x11, 0x11, "492 ms after the last");
+        assert_eq!(read(&mut flight, asking, ms(2_025), 0x1001), 0);
+        assert_eq!(flight.logs.iter().filter(|log| log.text.contains("another master")).count(), 1);
 
-        craft.fly_to(3_000);
-        let own = craft.heartbeats(MASTER, Bus::Nominal);
+        flight.fly_to(3_000);
+        let own = flight.heartbeats(MASTER, Bus::Nominal);
         assert!(own[1..].iter().all(|(_, state)| *state == OPERATIONAL));
         let ends: Vec<Time> = own.iter().map(|(at, _)| *at).collect();
         assert!(gaps(&ends[2..]).all(|gap| about(ms(100), ms(1)).contains(&gap)), "{ends:?}");
-        assert_eq!(craft.on(Bus::Redundant).filter(|seen| seen.sender == 0).count(), 0, "it has not moved");
-        craft.assert_nothing_lost();
+        assert_eq!(flight.on(Bus::Redundant).filter(|seen| seen.sender == 0).count(), 0, "it has not moved");
+        flight.assert_nothing_lost();
     }
 }

@@ -17,7 +17,7 @@ const TIMEOUT: Time = ms(500);
 
 /// A master and two slaves in profile `standard`, foreign frames for half of the time of both buses, and an SDO client.
 struct Loaded {
-    craft: Craft,
+    flight: Flight,
     traffic: [Traffic; 2],
     client: GuestId,
 }
@@ -25,34 +25,34 @@ struct Loaded {
 impl Loaded {
     fn new(flash_speed: FlashSpeed) -> Loaded {
         let fittings = Fittings { flash_speed, ..Fittings::default() };
-        let config = |seat: Seat| BoardConfig { fittings, ..seat.with(&STANDARD) };
-        let mut craft = Craft::of(&MASTER_AND_THREE[..3], config);
-        let client = craft.twin.add_guest(Bus::Nominal, 30.0);
-        let traffic = Bus::ALL.map(|bus| Traffic::new(&mut craft.twin, bus, 0.5, 7, ms(1_000)));
-        let mut loaded = Loaded { craft, traffic, client };
+        let config = |setup: BoardSetup| BoardConfig { fittings, ..setup.with(&STANDARD) };
+        let mut flight = Flight::of(&MASTER_AND_THREE[..3], config);
+        let client = flight.twin.add_guest(Bus::Nominal, 30.0);
+        let traffic = Bus::ALL.map(|bus| Traffic::new(&mut flight.twin, bus, 0.5, 7, ms(1_000)));
+        let mut loaded = Loaded { flight, traffic, client };
         loaded.fly(ms(1_500));
         loaded
     }
 
     fn fly(&mut self, until: Time) {
-        while self.craft.end < until {
-            let next = (self.craft.end + Time::from_us(500)).min(until);
-            self.traffic.iter_mut().for_each(|traffic| traffic.hand_over(&mut self.craft.twin, next));
-            self.craft.fly(next);
+        while self.flight.end < until {
+            let next = (self.flight.end + Time::from_us(500)).min(until);
+            self.traffic.iter_mut().for_each(|traffic| traffic.hand_over(&mut self.flight.twin, next));
+            self.flight.fly(next);
         }
     }
 
     /// Sends a request to `node`; its answer and the time it took.
     fn ask(&mut self, node: u8, request: [u8; 8]) -> (Vec<u8>, Time) {
-        let (from, known) = (self.craft.end, self.craft.on(Bus::Nominal).count());
-        self.craft.twin.inject(self.client, from, WireFrame::standard(0x600 + u16::from(node), &request));
+        let (from, known) = (self.flight.end, self.flight.on(Bus::Nominal).count());
+        self.flight.twin.inject(self.client, from, WireFrame::standard(0x600 + u16::from(node), &request));
         loop {
-            self.fly(self.craft.end + Time::from_us(500));
+            self.fly(self.flight.end + Time::from_us(500));
             let id = Some(0x580 + u16::from(node));
-            if let Some(answer) = self.craft.on(Bus::Nominal).skip(known).find(|seen| seen.id() == id) {
+            if let Some(answer) = self.flight.on(Bus::Nominal).skip(known).find(|seen| seen.id() == id) {
                 return (answer.data().to_vec(), answer.end.since(from));
             }
-            assert!(self.craft.end < from + TIMEOUT, "node {node} does not answer {request:02X?}");
+            assert!(self.flight.end < from + TIMEOUT, "node {node} does not answer {request:02X?}");
         }
     }
 }
@@ -62,7 +62,7 @@ impl Loaded {
 fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
     for speed in [FlashSpeed::Typical, FlashSpeed::Slowest] {
         let mut loaded = Loaded::new(speed);
-        let from = loaded.craft.end;
+        let from = loaded.flight.end;
         for node in NODES {
             let mut longest = Time::ZERO;
             for sub in [1, 1, 1, 1, 1, 1, 1, 2, 3, 4] {
@@ -72,10 +72,10 @@ fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
             }
             println!("{speed:?}: a save of node {node} takes at most {} us", longest.as_us());
         }
-        loaded.fly(loaded.craft.end + ms(300));
-        let mut craft = loaded.craft;
+        loaded.fly(loaded.flight.end + ms(300));
+        let mut flight = loaded.flight;
         for node in NODES {
-            let said: Vec<Time> = craft
+            let said: Vec<Time> = flight
                 .heartbeats(node, Bus::Nominal)
                 .into_iter()
                 .filter_map(|(at, state)| {
@@ -85,9 +85,13 @@ fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
             let longest = gaps(&said).max().unwrap();
             println!("{speed:?}: longest pause between heartbeats of node {node}: {} us", longest.as_us());
             assert!(longest <= HEARTBEAT + ms(5), "{speed:?}, node {node}: {} us", longest.as_us());
-            assert!(craft.is_operational(node, Bus::Nominal), "{speed:?}, node {node}\n{}", craft.log(node));
-            assert!(craft.heartbeats(node, Bus::Redundant).is_empty(), "{speed:?}, node {node}");
+            assert!(
+                flight.is_operational(node, Bus::Nominal),
+                "{speed:?}, node {node}\n{}",
+                flight.log(node)
+            );
+            assert!(flight.heartbeats(node, Bus::Redundant).is_empty(), "{speed:?}, node {node}");
         }
-        craft.assert_nothing_lost();
+        flight.assert_nothing_lost();
     }
 }

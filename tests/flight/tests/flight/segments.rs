@@ -19,8 +19,8 @@ const SEGMENTS: u8 = 58;
 const NO_GAP: Time = Time::from_us(4);
 
 /// A master, a slave, and a client on the nominal bus that has written the data of 6300h.
-struct Flight {
-    craft: Craft,
+struct Download {
+    flight: Flight,
     client: GuestId,
     /// Another guest there.
     rival: GuestId,
@@ -28,33 +28,33 @@ struct Flight {
     caller: GuestId,
 }
 
-impl Flight {
-    fn new() -> Flight {
-        let mut craft = Craft::new(&MASTER_AND_THREE[..2]);
-        let client = craft.twin.add_guest(Bus::Nominal, 10.0);
-        let rival = craft.twin.add_guest(Bus::Nominal, 12.0);
-        let caller = craft.twin.add_guest(Bus::Redundant, 10.0);
-        craft.fly_to(1_000);
-        let mut flight = Flight { craft, client, rival, caller };
+impl Download {
+    fn new() -> Download {
+        let mut flight = Flight::new(&MASTER_AND_THREE[..2]);
+        let client = flight.twin.add_guest(Bus::Nominal, 10.0);
+        let rival = flight.twin.add_guest(Bus::Nominal, 12.0);
+        let caller = flight.twin.add_guest(Bus::Redundant, 10.0);
+        flight.fly_to(1_000);
+        let mut download = Download { flight, client, rival, caller };
         let bytes = 7 * SEGMENTS as u16;
         let [low, high] = bytes.to_le_bytes();
-        flight.ask([0xC2, 0x00, 0x63, 0, low, high, 0, 0]);
+        download.ask([0xC2, 0x00, 0x63, 0, low, high, 0, 0]);
         for number in 1..SEGMENTS {
-            flight.request([number, number, 1, 2, 3, 4, 5, 6]);
+            download.request([number, number, 1, 2, 3, 4, 5, 6]);
         }
-        let acknowledged = flight.ask([0x80 | SEGMENTS, SEGMENTS, 1, 2, 3, 4, 5, 6]);
+        let acknowledged = download.ask([0x80 | SEGMENTS, SEGMENTS, 1, 2, 3, 4, 5, 6]);
         assert_eq!(acknowledged.data()[..2], [0xA2, SEGMENTS]);
-        assert_eq!(flight.ask([0xC1, 0, 0, 0, 0, 0, 0, 0]).data()[0], 0xA1);
-        flight
+        assert_eq!(download.ask([0xC1, 0, 0, 0, 0, 0, 0, 0]).data()[0], 0xA1);
+        download
     }
 
     fn request(&mut self, payload: [u8; 8]) {
-        let at = self.craft.end;
-        self.craft.twin.inject(self.client, at, WireFrame::standard(REQUESTS, &payload));
+        let at = self.flight.end;
+        self.flight.twin.inject(self.client, at, WireFrame::standard(REQUESTS, &payload));
     }
 
     fn response(&mut self) -> Seen {
-        self.craft.fly_until(|seen| seen.id() == Some(RESPONSES))
+        self.flight.fly_until(|seen| seen.id() == Some(RESPONSES))
     }
 
     fn ask(&mut self, payload: [u8; 8]) -> Seen {
@@ -72,25 +72,25 @@ impl Flight {
     /// Flies to the end of segment `number`, where the other guest begins to send `frames` with a low identifier, and on
     /// until it does so. Returns the number of the last segment that was sent.
     fn flood_after(&mut self, number: u8, frames: usize) -> u8 {
-        self.craft.fly_until(|seen| seen.id() == Some(RESPONSES) && seen.data()[0] == number);
+        self.flight.fly_until(|seen| seen.id() == Some(RESPONSES) && seen.data()[0] == number);
         for _ in 0..frames {
-            self.craft.twin.inject(self.rival, self.craft.end, WireFrame::standard(0x010, &[0x55; 8]));
+            self.flight.twin.inject(self.rival, self.flight.end, WireFrame::standard(0x010, &[0x55; 8]));
         }
         // One segment may be on the wire already.
-        self.craft.fly(self.craft.end + ms(1));
-        self.craft.sent(SLAVE, Bus::Nominal, RESPONSES).last().unwrap().data()[0]
+        self.flight.fly(self.flight.end + ms(1));
+        self.flight.sent(SLAVE, Bus::Nominal, RESPONSES).last().unwrap().data()[0]
     }
 
     /// Flies to the end of a sub-block of `count` segments, the last one, and ends the upload. Returns the segments as they
     /// were sent, from `from` on.
     fn finish(&mut self, from: Time, count: u8) -> Vec<Seen> {
-        self.craft.fly_until(|seen| seen.id() == Some(RESPONSES) && seen.data()[0] == 0x80 | count);
-        let sent = self.craft.sent(SLAVE, Bus::Nominal, RESPONSES).filter(|seen| seen.start > from);
+        self.flight.fly_until(|seen| seen.id() == Some(RESPONSES) && seen.data()[0] == 0x80 | count);
+        let sent = self.flight.sent(SLAVE, Bus::Nominal, RESPONSES).filter(|seen| seen.start > from);
         let segments = sent.cloned().collect();
         let end = self.ask([0xA2, count, SEGMENTS, 0, 0, 0, 0, 0]);
         assert_eq!(end.data()[0], 0xC1);
         self.request([0xA1, 0, 0, 0, 0, 0, 0, 0]);
-        self.craft.fly(self.craft.end + ms(1));
+        self.flight.fly(self.flight.end + ms(1));
         segments
     }
 }
@@ -106,17 +106,17 @@ fn assert_complete(segments: &[Seen]) {
 /// Then each segment follows the frame before it after no more than the intermission.
 #[test]
 fn segments_of_an_upload_follow_without_a_gap() {
-    let mut flight = Flight::new();
-    flight.start();
-    let from = flight.craft.end;
-    let segments = flight.finish(from, SEGMENTS);
+    let mut download = Download::new();
+    download.start();
+    let from = download.flight.end;
+    let segments = download.finish(from, SEGMENTS);
     assert_complete(&segments);
-    let of_bus: Vec<&Seen> = flight.craft.on(Bus::Nominal).collect();
+    let of_bus: Vec<&Seen> = download.flight.on(Bus::Nominal).collect();
     for pair in of_bus.windows(2).filter(|pair| segments[1..].contains(pair[1])) {
         let gap = pair[1].start.since(pair[0].end);
         assert!(gap < NO_GAP, "{} us before segment {:02X}", gap.as_us(), pair[1].data()[0]);
     }
-    flight.craft.assert_nothing_lost();
+    download.flight.assert_nothing_lost();
 }
 
 /// Given a client that uploads by blocks
@@ -124,28 +124,28 @@ fn segments_of_an_upload_follow_without_a_gap() {
 /// Then all segments are sent once, in their order.
 #[test]
 fn segments_destroyed_on_the_bus_keep_their_order() {
-    let mut flight = Flight::new();
-    let slave = flight.craft.board(SLAVE).0;
+    let mut download = Download::new();
+    let slave = download.flight.board(SLAVE).0;
     for phase in 0..3 {
-        flight.start();
-        let from = flight.craft.end;
+        download.start();
+        let from = download.flight.end;
         for number in 1..SEGMENTS {
-            let segment = flight.response();
+            let segment = download.response();
             assert_eq!(segment.data()[0], number);
             if number % 3 == phase {
                 // In the middle of the next segment.
                 let flip = Flip::new(Place::Field(Field::Data(40)), Nodes::of(&[slave]));
                 let at = segment.end + Time::from_us(30);
-                flight.craft.twin.wire_mut(Bus::Nominal).schedule(at, Fault::Flip(flip)).unwrap();
+                download.flight.twin.wire_mut(Bus::Nominal).schedule(at, Fault::Flip(flip)).unwrap();
             }
         }
-        assert_complete(&flight.finish(from, SEGMENTS));
-        let destroyed = flight.craft.attempts(SLAVE, Bus::Nominal).filter(|at| *at > from).count();
+        assert_complete(&download.finish(from, SEGMENTS));
+        let destroyed = download.flight.attempts(SLAVE, Bus::Nominal).filter(|at| *at > from).count();
         let flips = (1..SEGMENTS).filter(|number| number % 3 == phase).count();
         // Once in 100 ms the master's command comes between two segments, and the flip finds no segment.
         assert!((flips - 1..=flips).contains(&destroyed), "{destroyed} of {flips} in phase {phase}");
     }
-    flight.craft.assert_nothing_lost();
+    download.flight.assert_nothing_lost();
 }
 
 /// Given a client that uploads by blocks
@@ -155,24 +155,24 @@ fn segments_destroyed_on_the_bus_keep_their_order() {
 fn segments_that_expire_free_their_mailboxes() {
     /// Segments on their way, in the mailboxes and before them.
     const WINDOW: u8 = 8;
-    let mut flight = Flight::new();
+    let mut download = Download::new();
     for number in 10..13 {
-        flight.start();
+        download.start();
         // 590 ms, a segment lives 500 ms.
-        let last = flight.flood_after(number, 5_000);
-        let from = flight.craft.end;
-        flight.craft.fly(from + ms(700));
-        let sent = flight.craft.sent(SLAVE, Bus::Nominal, RESPONSES).filter(|seen| seen.start > from);
+        let last = download.flood_after(number, 5_000);
+        let from = download.flight.end;
+        download.flight.fly(from + ms(700));
+        let sent = download.flight.sent(SLAVE, Bus::Nominal, RESPONSES).filter(|seen| seen.start > from);
         let numbers: Vec<u8> = sent.map(|seen| seen.data()[1]).collect();
         assert_eq!(numbers, (last + WINDOW + 1..=SEGMENTS).collect::<Vec<_>>());
 
-        let from = flight.craft.end;
-        flight.request([0xA2, last, SEGMENTS, 0, 0, 0, 0, 0]);
+        let from = download.flight.end;
+        download.request([0xA2, last, SEGMENTS, 0, 0, 0, 0, 0]);
         let left = SEGMENTS - last;
-        let again: Vec<u8> = flight.finish(from, left).iter().map(|seen| seen.data()[1]).collect();
+        let again: Vec<u8> = download.finish(from, left).iter().map(|seen| seen.data()[1]).collect();
         assert_eq!(again, (last + 1..=SEGMENTS).collect::<Vec<_>>());
     }
-    flight.craft.assert_sound();
+    download.flight.assert_sound();
 }
 
 /// Given a client that uploads by blocks, and other frames that hold the bus
@@ -183,21 +183,21 @@ fn segments_that_expire_free_their_mailboxes() {
 #[test]
 fn segments_of_a_bus_that_was_left_are_not_sent() {
     for number in 10..13 {
-        let mut flight = Flight::new();
-        flight.start();
-        flight.flood_after(number, 40);
-        let from = flight.craft.end;
-        flight.craft.twin.inject(flight.caller, from, WireFrame::standard(0x701, &[OPERATIONAL]));
-        flight.craft.fly(from + ms(10));
-        let sent_on = |bus| flight.craft.sent(SLAVE, bus, RESPONSES).filter(|seen| seen.start > from);
+        let mut download = Download::new();
+        download.start();
+        download.flood_after(number, 40);
+        let from = download.flight.end;
+        download.flight.twin.inject(download.caller, from, WireFrame::standard(0x701, &[OPERATIONAL]));
+        download.flight.fly(from + ms(10));
+        let sent_on = |bus| download.flight.sent(SLAVE, bus, RESPONSES).filter(|seen| seen.start > from);
         let commands = |bus| sent_on(bus).map(|seen| seen.data()[0]).collect::<Vec<_>>();
         assert_eq!(sent_on(Bus::Nominal).count(), 0, "after segment {number}");
         assert_eq!(commands(Bus::Redundant), [0x80], "the abort");
         // The master still commands on the nominal bus and takes the slave back.
-        flight.craft.fly(from + ms(300));
-        flight.start();
-        let from = flight.craft.end;
-        assert_complete(&flight.finish(from, SEGMENTS));
-        flight.craft.assert_sound();
+        download.flight.fly(from + ms(300));
+        download.start();
+        let from = download.flight.end;
+        assert_complete(&download.finish(from, SEGMENTS));
+        download.flight.assert_sound();
     }
 }

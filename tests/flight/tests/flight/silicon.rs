@@ -22,28 +22,28 @@ fn board_without_oscillator_stays_silent_and_says_so() {
         let [master, slave, mut broken, _] = MASTER_AND_THREE;
         (broken.board, broken.power_on_ms) = (name, 20);
         let fittings = |node| Fittings { hse_starts: node != broken.node, ..Fittings::default() };
-        let mut craft = Craft::fitted(&[master, slave, broken], fittings);
-        craft.fly_to(1_200);
+        let mut flight = Flight::fitted(&[master, slave, broken], fittings);
+        flight.fly_to(1_200);
         assert!(
-            craft.said(broken.node, "HSE does not start", ms(20)).is_some(),
+            flight.said(broken.node, "HSE does not start", ms(20)).is_some(),
             "{name} says nothing of it, but: {:?}",
-            craft.log(broken.node)
+            flight.log(broken.node)
         );
-        assert!(craft.is_operational(slave.node, Bus::Nominal), "the others fly");
-        let id = craft.board(broken.node);
-        assert!(craft.frames.iter().all(|seen| seen.sender != id.0 && !seen.reached.contains(&broken.node)));
+        assert!(flight.is_operational(slave.node, Bus::Nominal), "the others fly");
+        let id = flight.board(broken.node);
+        assert!(flight.frames.iter().all(|seen| seen.sender != id.0 && !seen.reached.contains(&broken.node)));
         for (bus, side) in Bus::ALL.into_iter().zip([Side::Can1, Side::Can2]) {
-            assert_eq!(craft.attempts(broken.node, bus).count(), 0);
-            assert_eq!(craft.twin.board(id).can_stats(side).stored, [0, 0]);
+            assert_eq!(flight.attempts(broken.node, bus).count(), 0);
+            assert_eq!(flight.twin.board(id).can_stats(side).stored, [0, 0]);
         }
-        assert_eq!(craft.twin.board(id).hclk(), 16_000_000);
-        let changes = craft.twin.board_mut(id).take_pin_changes();
+        assert_eq!(flight.twin.board(id).hclk(), 16_000_000);
+        let changes = flight.twin.board_mut(id).take_pin_changes();
         for led in [sync, state] {
             let levels: Vec<_> = changes.iter().filter(|change| change.pin == led).collect();
             assert!(levels.len() >= 2, "{led:?}: {changes:?}");
             assert!(levels.windows(2).all(|pair| pair[0].high != pair[1].high));
         }
-        craft.assert_sound();
+        flight.assert_sound();
     }
 }
 
@@ -58,22 +58,22 @@ fn board_with_late_oscillator_boots_when_it_runs() {
         (late.board, late.power_on_ms) = (name, 20);
         let delay = |node| if node == late.node { ms(1_500) } else { Time::ZERO };
         let fittings = |node| Fittings { hse_delay: delay(node), ..Fittings::default() };
-        let mut craft = Craft::fitted(&[master, slave, late], fittings);
-        craft.fly_to(2_600);
-        assert!(craft.said(late.node, "HSE does not start", ms(20)).is_some(), "{}", craft.log(late.node));
-        let id = craft.board(late.node);
-        let first = craft.frames.iter().find(|seen| seen.sender == id.0).unwrap();
+        let mut flight = Flight::fitted(&[master, slave, late], fittings);
+        flight.fly_to(2_600);
+        assert!(flight.said(late.node, "HSE does not start", ms(20)).is_some(), "{}", flight.log(late.node));
+        let id = flight.board(late.node);
+        let first = flight.frames.iter().find(|seen| seen.sender == id.0).unwrap();
         assert!(first.start > ms(1_520) && first.start < ms(1_520 + 300), "{} us", first.start.as_us());
         assert_eq!(first.data(), [BOOT_UP]);
-        assert!(craft.is_operational(late.node, Bus::Nominal), "{}", craft.log(late.node));
-        craft.assert_sound();
+        assert!(flight.is_operational(late.node, Bus::Nominal), "{}", flight.log(late.node));
+        flight.assert_sound();
     }
 }
 
 /// Where the program writes next in the buffer of its log: up channel 0 of the RTT control block.
-fn log_index(craft: &Craft, node: u8) -> u32 {
+fn log_index(flight: &Flight, node: u8) -> u32 {
     const WRITE: u32 = 36;
-    let board = craft.twin.board(craft.board(node));
+    let board = flight.twin.board(flight.board(node));
     let block = board.symbol("_SEGGER_RTT").unwrap();
     let bytes = board.read_memory(block.address + WRITE, 4).unwrap();
     u32::from_le_bytes(bytes.try_into().unwrap())
@@ -83,34 +83,34 @@ fn log_index(craft: &Craft, node: u8) -> u32 {
 #[test]
 fn pulled_probe_stops_no_board() {
     const BUFFER: u32 = 1024;
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(1_000);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(1_000);
     for node in [1, 2] {
-        let id = craft.board(node);
-        craft.twin.board_mut(id).pull_probe();
+        let id = flight.board(node);
+        flight.twin.board_mut(id).pull_probe();
     }
     // The master logs each emergency, the slave each telemetry request with a code that it does not know.
     for at in (1_001..3_000).step_by(5) {
-        craft.twin.inject(guest, ms(at), WireFrame::standard(0x085, &[0, 0x10, 1, 0, 0, 0, 0, 0]));
-        craft.twin.inject(guest, ms(at), WireFrame::standard(0x402, &[0xFF, 0xFF, 0, 0, 0, 0, 0, 0]));
+        flight.twin.inject(guest, ms(at), WireFrame::standard(0x085, &[0, 0x10, 1, 0, 0, 0, 0, 0]));
+        flight.twin.inject(guest, ms(at), WireFrame::standard(0x402, &[0xFF, 0xFF, 0, 0, 0, 0, 0, 0]));
     }
     let mut logged = [0; 2];
-    let mut index = [1, 2].map(|node| log_index(&craft, node));
+    let mut index = [1, 2].map(|node| log_index(&flight, node));
     for until in (1_050..=3_500).step_by(50) {
-        craft.fly_to(until);
+        flight.fly_to(until);
         for (n, node) in [1, 2].into_iter().enumerate() {
-            let next = log_index(&craft, node);
+            let next = log_index(&flight, node);
             logged[n] += (next + BUFFER - index[n]) % BUFFER;
             index[n] = next;
         }
     }
-    assert!(craft.is_operational(2, Bus::Nominal), "master and slave stand after {logged:?} bytes");
+    assert!(flight.is_operational(2, Bus::Nominal), "master and slave stand after {logged:?} bytes");
     assert!(logged.iter().all(|bytes| *bytes > BUFFER), "no overflow after {logged:?} bytes");
-    let executed = craft.executed(2);
-    craft.fly_to(4_500);
-    assert!(craft.executed(2) - executed >= 9, "the master sends a command every 100 ms");
-    craft.assert_sound();
+    let executed = flight.executed(2);
+    flight.fly_to(4_500);
+    assert!(flight.executed(2) - executed >= 9, "the master sends a command every 100 ms");
+    flight.assert_sound();
 }
 
 /// Prefetch, instruction cache and data cache are on, with 5 wait states; no prefetch on revision A of the F405.
@@ -121,13 +121,14 @@ fn flash_accelerator_is_on_after_the_start() {
         [(PYBOARD_V11, false, 0x705), (NUCLEO_F446RE, false, 0x705), (PYBOARD_V11, true, 0x605)]
     {
         let fittings = Fittings { revision_a, ..Fittings::default() };
-        let seats = [Seat { board: name, power_on_ms: 0, ..slave }, Seat { power_on_ms: 0, ..other }];
-        let mut craft =
-            Craft::fitted(&seats, |node| if node == slave.node { fittings } else { Fittings::default() });
-        craft.fly_to(30);
-        let board = craft.twin.board(craft.board(slave.node));
+        let setups =
+            [BoardSetup { board: name, power_on_ms: 0, ..slave }, BoardSetup { power_on_ms: 0, ..other }];
+        let mut flight =
+            Flight::fitted(&setups, |node| if node == slave.node { fittings } else { Fittings::default() });
+        flight.fly_to(30);
+        let board = flight.twin.board(flight.board(slave.node));
         assert_eq!(board.flash_acr(), expected, "{name}");
-        craft.assert_sound();
+        flight.assert_sound();
     }
 }
 
@@ -136,11 +137,11 @@ fn flash_accelerator_is_on_after_the_start() {
 fn wait_states_cost_cycles_and_the_accelerator_saves_them() {
     let cycles = |timing: FlashTiming| {
         let fittings = Fittings { flash_timing: timing, ..Fittings::default() };
-        let mut craft = Craft::fitted(&MASTER_AND_THREE, |_| fittings);
-        craft.fly_to(1_000);
-        assert!((2..=4).all(|node| craft.is_operational(node, Bus::Nominal)), "{timing:?}");
-        craft.assert_nothing_lost();
-        let slave = craft.twin.board(craft.board(2)).counters();
+        let mut flight = Flight::fitted(&MASTER_AND_THREE, |_| fittings);
+        flight.fly_to(1_000);
+        assert!((2..=4).all(|node| flight.is_operational(node, Bus::Nominal)), "{timing:?}");
+        flight.assert_nothing_lost();
+        let slave = flight.twin.board(flight.board(2)).counters();
         slave.cycles_awake as f64 / slave.instructions as f64
     };
     let [ideal, set, off] = [FlashTiming::Ideal, FlashTiming::AsSet, FlashTiming::Unaccelerated].map(cycles);
@@ -151,9 +152,9 @@ fn wait_states_cost_cycles_and_the_accelerator_saves_them() {
 #[test]
 fn flight_with_wait_states_repeats_to_the_tick() {
     let ends = || {
-        let mut craft = Craft::new(&MASTER_AND_THREE);
-        craft.fly_to(800);
-        craft.frames.iter().map(|seen| seen.end).collect::<Vec<Time>>()
+        let mut flight = Flight::new(&MASTER_AND_THREE);
+        flight.fly_to(800);
+        flight.frames.iter().map(|seen| seen.end).collect::<Vec<Time>>()
     };
     assert_eq!(ends(), ends());
 }

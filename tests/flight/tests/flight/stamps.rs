@@ -38,10 +38,10 @@ fn flown(
 ) -> Outcome {
     let images = build(boards.name, "standard");
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    for seat in MASTER_AND_THREE {
+    for setup in MASTER_AND_THREE {
         let fittings = Fittings { capture_wires: boards.are_wired, ..Fittings::default() };
-        let seat = Seat { board: boards.name, ..seat };
-        spacecraft.add_board(BoardConfig { fittings, ..seat.with(&images) });
+        let setup = BoardSetup { board: boards.name, ..setup };
+        spacecraft.add_board(BoardConfig { fittings, ..setup.with(&images) });
     }
     let disturbance = Disturbance { load, error_rate, seed: 1, from: ms(550) };
     let trial = Trial::new(spacecraft, SYNC, disturbance).unwrap();
@@ -50,7 +50,7 @@ fn flown(
 
 /// The counters of stamps that an image exports.
 fn counts(board: &EmulatedBoard) -> Counts {
-    let bytes = board.read_memory(board.symbol("TELLTALE").unwrap().address, 4 * 14).unwrap();
+    let bytes = board.read_memory(board.symbol("DIAGNOSTICS").unwrap().address, 4 * 14).unwrap();
     let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
     Counts { captured: word(8), missed: [word(9), word(10), word(11), word(12)], last: word(13) }
 }

@@ -20,60 +20,60 @@ pub const SECOND: u8 = 128;
 const BETWEEN_MASTERS_M: f64 = 2.0;
 
 /// A pyboard.
-pub const fn seat(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> Seat {
-    Seat { node, board: PYBOARD_V11, ppm, position_m, power_on_ms, parity: true }
+pub const fn setup(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> BoardSetup {
+    BoardSetup { node, board: PYBOARD_V11, ppm, position_m, power_on_ms, parity: true }
 }
 
 /// Prime at the left end, the slaves at the right one.
-pub const ALL: [Seat; 4] = [
-    seat(PRIME, 12.0, 0.0, 20),
-    seat(SECOND, -31.0, 4.0, 20),
-    seat(2, 48.0, 11.5, 60),
-    seat(3, -50.0, 23.0, 110),
+pub const ALL: [BoardSetup; 4] = [
+    setup(PRIME, 12.0, 0.0, 20),
+    setup(SECOND, -31.0, 4.0, 20),
+    setup(2, 48.0, 11.5, 60),
+    setup(3, -50.0, 23.0, 110),
 ];
 
-fn config(seat: Seat) -> BoardConfig {
+fn config(setup: BoardSetup) -> BoardConfig {
     let closed = |number| vec![(Pin::new('A', number), false)];
-    match seat.node {
-        PRIME => BoardConfig { straps: closed(2), ..seat.with(&TWO_MASTERS) },
+    match setup.node {
+        PRIME => BoardConfig { straps: closed(2), ..setup.with(&TWO_MASTERS) },
         SECOND => {
             let image = TWO_MASTERS[0].clone();
-            BoardConfig { name: "second".into(), image, straps: closed(6), ..seat.with(&TWO_MASTERS) }
+            BoardConfig { name: "second".into(), image, straps: closed(6), ..setup.with(&TWO_MASTERS) }
         }
-        _ => seat.with(&TWO_MASTERS),
+        _ => setup.with(&TWO_MASTERS),
     }
 }
 
 /// Boards with the images of profile `standby`.
-pub fn craft(seats: &[Seat]) -> Craft {
-    Craft::of(seats, config)
+pub fn flight(setups: &[BoardSetup]) -> Flight {
+    Flight::of(setups, config)
 }
 
 /// Heartbeats and boot-up messages of a master board, on both buses: when they began and ended, and the bus.
-pub fn heartbeats(craft: &Recording, board: BoardId) -> Vec<(Time, Time, Bus)> {
-    let all = craft.frames.iter().filter(|seen| seen.sender == board.0 && seen.id() == Some(0x701));
+pub fn heartbeats(flight: &Recording, board: BoardId) -> Vec<(Time, Time, Bus)> {
+    let all = flight.frames.iter().filter(|seen| seen.sender == board.0 && seen.id() == Some(0x701));
     all.map(|seen| (seen.start, seen.end, seen.bus)).collect()
 }
 
 /// Whether the last heartbeat of a master board is at most one period old.
-pub fn is_active(craft: &Recording, board: BoardId) -> bool {
-    heartbeats(craft, board).last().is_some_and(|(_, end, _)| craft.end.since(*end) < ms(110))
+pub fn is_active(flight: &Recording, board: BoardId) -> bool {
+    heartbeats(flight, board).last().is_some_and(|(_, end, _)| flight.end.since(*end) < ms(110))
 }
 
 /// Everything that a board put on a wire, whole or not, after `from`.
-pub fn drove(craft: &Recording, node: u8, from: Time) -> usize {
-    let frames = craft.frames.iter().filter(|seen| seen.sender == craft.board(node).0 && seen.start > from);
+pub fn drove(flight: &Recording, node: u8, from: Time) -> usize {
+    let frames = flight.frames.iter().filter(|seen| seen.sender == flight.board(node).0 && seen.start > from);
     frames.count()
-        + Bus::ALL.into_iter().flat_map(|bus| craft.attempts(node, bus)).filter(|at| *at > from).count()
+        + Bus::ALL.into_iter().flat_map(|bus| flight.attempts(node, bus)).filter(|at| *at > from).count()
 }
 
 /// The standby takes over at 3 s, when prime loses its power between two heartbeats.
 static TAKEOVER: LazyLock<Recording> = LazyLock::new(|| {
-    let mut craft = craft(&ALL);
-    craft.fly_to(3_000);
-    craft.twin.power(BoardId(0), false);
-    craft.fly_to(5_000);
-    craft.seen
+    let mut flight = flight(&ALL);
+    flight.fly_to(3_000);
+    flight.twin.power(BoardId(0), false);
+    flight.fly_to(5_000);
+    flight.seen
 });
 
 /// Verifies: ECSS 8.1a
@@ -138,28 +138,28 @@ fn a_new_master_checks_the_configuration_after_the_takeover() {
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_board_that_comes_back_stays_standby() {
-    let mut craft = craft(&ALL);
-    craft.fly_to(3_000);
-    craft.twin.power(BoardId(0), false);
-    craft.fly_to(4_000);
-    craft.twin.power(BoardId(0), true);
-    craft.fly_to(7_000);
-    assert!(is_active(&craft, BoardId(1)) && !is_active(&craft, BoardId(0)));
-    assert_eq!(drove(&craft, PRIME, ms(4_000)), 0);
+    let mut flight = flight(&ALL);
+    flight.fly_to(3_000);
+    flight.twin.power(BoardId(0), false);
+    flight.fly_to(4_000);
+    flight.twin.power(BoardId(0), true);
+    flight.fly_to(7_000);
+    assert!(is_active(&flight, BoardId(1)) && !is_active(&flight, BoardId(0)));
+    assert_eq!(drove(&flight, PRIME, ms(4_000)), 0);
     assert!(
         [2, 3]
             .into_iter()
-            .all(|node| craft.is_operational(node, Bus::Nominal) && !craft.fell_back(node, ms(3_500)))
+            .all(|node| flight.is_operational(node, Bus::Nominal) && !flight.fell_back(node, ms(3_500)))
     );
 }
 
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_prime_board_that_is_late_is_the_standby() {
-    let mut craft = craft(&[Seat { power_on_ms: 900, ..ALL[0] }, ALL[1], ALL[2], ALL[3]]);
-    craft.fly_to(4_000);
-    assert!(is_active(&craft, BoardId(1)));
-    assert_eq!(drove(&craft, PRIME, Time::ZERO), 0);
+    let mut flight = flight(&[BoardSetup { power_on_ms: 900, ..ALL[0] }, ALL[1], ALL[2], ALL[3]]);
+    flight.fly_to(4_000);
+    assert!(is_active(&flight, BoardId(1)));
+    assert_eq!(drove(&flight, PRIME, Time::ZERO), 0);
 }
 
 /// Both buses are cut between prime and everybody else: the other board takes over. When they are healed both are active, and
@@ -168,22 +168,22 @@ fn a_prime_board_that_is_late_is_the_standby() {
 /// Verifies: ECSS 8.1a
 #[test]
 fn of_two_active_masters_the_one_without_slaves_yields() {
-    let mut craft = craft(&ALL);
-    craft.fly_to(3_000);
-    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).cut(BETWEEN_MASTERS_M));
-    craft.fly_to(6_000);
-    assert!(is_active(&craft, BoardId(1)));
+    let mut flight = flight(&ALL);
+    flight.fly_to(3_000);
+    Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).cut(BETWEEN_MASTERS_M));
+    flight.fly_to(6_000);
+    assert!(is_active(&flight, BoardId(1)));
     assert!(
-        Bus::ALL.into_iter().flat_map(|bus| craft.attempts(PRIME, bus)).any(|at| at > ms(5_800)),
+        Bus::ALL.into_iter().flat_map(|bus| flight.attempts(PRIME, bus)).any(|at| at > ms(5_800)),
         "active too"
     );
-    Bus::ALL.into_iter().for_each(|bus| craft.twin.wire_mut(bus).restore(BETWEEN_MASTERS_M));
-    craft.fly_to(6_200);
-    assert!(craft.said(PRIME, "Standby (Yielded)", ms(6_000)).is_some(), "{}", craft.log(PRIME));
-    assert_eq!(craft.said(SECOND, "Standby", ms(6_000)), None);
-    craft.fly_to(7_000);
-    assert_eq!(drove(&craft, PRIME, ms(6_200)), 0);
-    assert!([2, 3].into_iter().all(|node| craft.is_operational(node, Bus::Nominal)));
+    Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).restore(BETWEEN_MASTERS_M));
+    flight.fly_to(6_200);
+    assert!(flight.said(PRIME, "Standby (Yielded)", ms(6_000)).is_some(), "{}", flight.log(PRIME));
+    assert_eq!(flight.said(SECOND, "Standby", ms(6_000)), None);
+    flight.fly_to(7_000);
+    assert_eq!(drove(&flight, PRIME, ms(6_200)), 0);
+    assert!([2, 3].into_iter().all(|node| flight.is_operational(node, Bus::Nominal)));
 }
 
 /// Given two masters and no slave, when one is active, then the other one acknowledges nothing, and hears it all the same: it
@@ -193,13 +193,13 @@ fn of_two_active_masters_the_one_without_slaves_yields() {
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_standby_acknowledges_nothing() {
-    let mut craft = craft(&[ALL[0], ALL[1], Seat { power_on_ms: 5_000, ..ALL[2] }]);
-    craft.fly_to(5_000);
-    assert_eq!(craft.frames.len(), 0, "nobody acknowledges");
-    assert!(craft.attempts(PRIME, Bus::Nominal).count() > 0);
-    assert!(craft.said(SECOND, "Standby (MasterHeard)", Time::ZERO).is_some());
-    craft.fly_to(6_500);
-    assert_eq!(drove(&craft, SECOND, Time::ZERO), 0, "{}", craft.log(SECOND));
-    assert!(is_active(&craft, BoardId(0)) && craft.said(PRIME, "Standby", Time::ZERO).is_none());
-    assert!([Bus::Nominal, Bus::Redundant].into_iter().any(|bus| craft.is_operational(2, bus)));
+    let mut flight = flight(&[ALL[0], ALL[1], BoardSetup { power_on_ms: 5_000, ..ALL[2] }]);
+    flight.fly_to(5_000);
+    assert_eq!(flight.frames.len(), 0, "nobody acknowledges");
+    assert!(flight.attempts(PRIME, Bus::Nominal).count() > 0);
+    assert!(flight.said(SECOND, "Standby (MasterHeard)", Time::ZERO).is_some());
+    flight.fly_to(6_500);
+    assert_eq!(drove(&flight, SECOND, Time::ZERO), 0, "{}", flight.log(SECOND));
+    assert!(is_active(&flight, BoardId(0)) && flight.said(PRIME, "Standby", Time::ZERO).is_none());
+    assert!([Bus::Nominal, Bus::Redundant].into_iter().any(|bus| flight.is_operational(2, bus)));
 }

@@ -6,58 +6,58 @@ use twin::spacecraft::Bus;
 
 use flight::*;
 
-fn seat(node: u8, power_on_ms: u64) -> Seat {
-    let seat = MASTER_AND_THREE.into_iter().find(|seat| seat.node == node).unwrap();
-    Seat { power_on_ms, ..seat }
+fn setup(node: u8, power_on_ms: u64) -> BoardSetup {
+    let setup = MASTER_AND_THREE.into_iter().find(|setup| setup.node == node).unwrap();
+    BoardSetup { power_on_ms, ..setup }
 }
 
 /// Verifies: ECSS 6.10f
 /// Verifies: ECSS 6.10k
 #[test]
 fn slave_with_wrong_strap_parity_is_silent_and_logs_it() {
-    let mute = Seat { parity: false, ..seat(3, 20) };
-    let mut craft = Craft::new(&[seat(1, 40), mute, seat(2, 600)]);
-    craft.fly_to(590);
-    assert!(craft.said(3, "staying silent", ms(20)).is_some(), "{}", craft.log(3));
-    assert_eq!(craft.frames, [], "nobody acknowledges the master");
-    assert!(craft.attempts(1, Bus::Nominal).count() > 1000, "though it tries");
-    assert!(craft.said(1, "Nominal: error Passive", ms(40)).is_some(), "{}", craft.log(1));
+    let mute = BoardSetup { parity: false, ..setup(3, 20) };
+    let mut flight = Flight::new(&[setup(1, 40), mute, setup(2, 600)]);
+    flight.fly_to(590);
+    assert!(flight.said(3, "staying silent", ms(20)).is_some(), "{}", flight.log(3));
+    assert_eq!(flight.frames, [], "nobody acknowledges the master");
+    assert!(flight.attempts(1, Bus::Nominal).count() > 1000, "though it tries");
+    assert!(flight.said(1, "Nominal: error Passive", ms(40)).is_some(), "{}", flight.log(1));
 
-    craft.fly_to(1000);
-    assert!(craft.is_operational(2, Bus::Nominal), "with another slave the master flies");
-    assert!(craft.frames.iter().all(|seen| !seen.reached.contains(&3)));
-    let board = craft.board(3);
-    assert!(craft.frames.iter().all(|seen| seen.sender != board.0));
+    flight.fly_to(1000);
+    assert!(flight.is_operational(2, Bus::Nominal), "with another slave the master flies");
+    assert!(flight.frames.iter().all(|seen| !seen.reached.contains(&3)));
+    let board = flight.board(3);
+    assert!(flight.frames.iter().all(|seen| seen.sender != board.0));
     for bus in Bus::ALL {
-        assert_eq!(craft.attempts(3, bus).count(), 0);
+        assert_eq!(flight.attempts(3, bus).count(), 0);
     }
     for side in [Side::Can1, Side::Can2] {
-        assert_eq!(craft.twin.board(board).can_stats(side).stored, [0, 0]);
+        assert_eq!(flight.twin.board(board).can_stats(side).stored, [0, 0]);
     }
-    craft.assert_sound();
+    flight.assert_sound();
 }
 
 /// Given a slave alone on its buses for three seconds, when a master comes, then the first frame of the slave is its boot-up
 /// message.
 #[test]
 fn a_lone_slave_waits_for_its_master() {
-    let mut craft = Craft::new(&[seat(1, 3000), seat(3, 20)]);
-    craft.fly_to(2990);
-    assert_eq!(craft.frames, []);
-    assert!(craft.said(3, "Nominal: error Passive", ms(20)).is_some(), "{}", craft.log(3));
-    craft.fly_to(3300);
-    let operational = craft.heartbeats(3, Bus::Nominal).into_iter().find(|(_, state)| *state == OPERATIONAL);
+    let mut flight = Flight::new(&[setup(1, 3000), setup(3, 20)]);
+    flight.fly_to(2990);
+    assert_eq!(flight.frames, []);
+    assert!(flight.said(3, "Nominal: error Passive", ms(20)).is_some(), "{}", flight.log(3));
+    flight.fly_to(3300);
+    let operational = flight.heartbeats(3, Bus::Nominal).into_iter().find(|(_, state)| *state == OPERATIONAL);
     let (at, _) = operational.unwrap();
     assert!(at < ms(3025), "{} us", at.as_us());
-    assert!(craft.is_operational(3, Bus::Nominal));
-    let heartbeats = craft.heartbeats(3, Bus::Nominal);
+    assert!(flight.is_operational(3, Bus::Nominal));
+    let heartbeats = flight.heartbeats(3, Bus::Nominal);
     // Of all that waited, one message is left.
     assert_eq!(heartbeats.iter().filter(|(_, state)| *state == BOOT_UP).count(), 1, "{heartbeats:?}");
     assert!(heartbeats.iter().all(|(_, state)| *state != PRE_OPERATIONAL), "{heartbeats:?}");
-    let slave = craft.board(3).0;
-    let first = craft.on(Bus::Nominal).find(|seen| seen.sender == slave).unwrap();
+    let slave = flight.board(3).0;
+    let first = flight.on(Bus::Nominal).find(|seen| seen.sender == slave).unwrap();
     assert_eq!((first.id(), first.data()), (Some(0x703), &[BOOT_UP][..]));
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }
 
 /// A slave alone on the bus counts up to 128 and becomes error passive. Each frame acknowledged counts down by 1 (ISO
@@ -66,34 +66,34 @@ fn a_lone_slave_waits_for_its_master() {
 /// Verifies: ECSS 5.6.2c
 #[test]
 fn telemetry_tells_the_error_counters_as_they_are() {
-    let mut craft = Craft::new(&[seat(1, 500), seat(3, 20)]);
-    craft.fly_to(2_000);
-    let [state, tec, rec, ..] = telemetry(&craft, 3, 0x0130)[..] else { panic!("6 octets") };
+    let mut flight = Flight::new(&[setup(1, 500), setup(3, 20)]);
+    flight.fly_to(2_000);
+    let [state, tec, rec, ..] = telemetry(&flight, 3, 0x0130)[..] else { panic!("6 octets") };
     assert_eq!((state, rec), (0, 0));
     assert!((90..127).contains(&tec), "some 30 frames after 128: {tec}");
-    craft.fly_to(13_000);
-    assert_eq!(telemetry(&craft, 3, 0x0130), [0; 6]);
-    craft.assert_nothing_lost();
+    flight.fly_to(13_000);
+    assert_eq!(telemetry(&flight, 3, 0x0130), [0; 6]);
+    flight.assert_nothing_lost();
 }
 
 #[test]
 fn slaves_waiting_together_are_started_when_the_master_comes() {
-    let mut craft = Craft::new(&[seat(1, 3000), seat(2, 20), seat(3, 60), seat(4, 110)]);
-    craft.fly_to(2990);
+    let mut flight = Flight::new(&[setup(1, 3000), setup(2, 20), setup(3, 60), setup(4, 110)]);
+    flight.fly_to(2990);
     for node in [2, 3, 4] {
-        let heartbeats = craft.heartbeats(node, Bus::Nominal);
+        let heartbeats = flight.heartbeats(node, Bus::Nominal);
         assert!(heartbeats.len() >= 11, "node {node}: {heartbeats:?}");
         assert!(heartbeats[1..].iter().all(|(_, state)| *state == PRE_OPERATIONAL), "node {node}");
     }
-    craft.fly_to(3600);
+    flight.fly_to(3600);
     for node in [2, 3, 4] {
-        let operational = craft.heartbeats(node, Bus::Nominal).into_iter().find(|(_, s)| *s == OPERATIONAL);
+        let operational = flight.heartbeats(node, Bus::Nominal).into_iter().find(|(_, s)| *s == OPERATIONAL);
         // Its next heartbeat tells the master that it waits.
         assert!(operational.unwrap().0 < ms(3265), "node {node}");
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}");
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
     }
-    assert_eq!(craft.on(Bus::Redundant).count(), 0);
-    craft.assert_nothing_lost();
+    assert_eq!(flight.on(Bus::Redundant).count(), 0);
+    flight.assert_nothing_lost();
 }
 
 /// Slaves search from power-on; the master comes after their first change of bus.
@@ -104,45 +104,45 @@ fn slaves_waiting_together_are_started_when_the_master_comes() {
 /// Verifies: ECSS 8.3.3k
 #[test]
 fn slaves_that_search_already_find_a_late_master() {
-    let mut craft = Craft::new(&[seat(1, 13_000), seat(2, 20), seat(4, 60)]);
-    craft.fly_to(13_600);
+    let mut flight = Flight::new(&[setup(1, 13_000), setup(2, 20), setup(4, 60)]);
+    flight.fly_to(13_600);
     for (node, since) in [(2, 20), (4, 60)] {
-        let moved = craft.said(node, "Redundant (Toggled)", ms(0)).unwrap();
+        let moved = flight.said(node, "Redundant (Toggled)", ms(0)).unwrap();
         // Ttoggle x consumer time after Pre-operational was entered, by its crystal.
         assert!(about(ms(since + 12_500), ms(12)).contains(&moved), "node {node}: {} us", moved.as_us());
-        let (first, state) = craft.heartbeats(node, Bus::Redundant)[0];
+        let (first, state) = flight.heartbeats(node, Bus::Redundant)[0];
         assert!(first > moved && first < ms(12_573), "acknowledged as soon as both are there");
         assert_eq!(state, PRE_OPERATIONAL);
     }
-    assert!(craft.is_operational(2, Bus::Nominal), "parallel access\n{}", craft.log(2));
-    let joined = craft.heartbeats(2, Bus::Nominal).into_iter().find(|(at, _)| *at > ms(13_000)).unwrap();
+    assert!(flight.is_operational(2, Bus::Nominal), "parallel access\n{}", flight.log(2));
+    let joined = flight.heartbeats(2, Bus::Nominal).into_iter().find(|(at, _)| *at > ms(13_000)).unwrap();
     assert!(joined.0 < ms(13_015), "{} us", joined.0.as_us());
-    assert!(!craft.is_operational(4, Bus::Nominal), "selective access, on the other bus");
+    assert!(!flight.is_operational(4, Bus::Nominal), "selective access, on the other bus");
 
-    craft.fly_to(25_400);
-    assert!(craft.is_operational(4, Bus::Nominal), "{}", craft.log(4));
-    let returned = craft.heartbeats(4, Bus::Nominal).into_iter().find(|(at, _)| *at > ms(13_000)).unwrap();
+    flight.fly_to(25_400);
+    assert!(flight.is_operational(4, Bus::Nominal), "{}", flight.log(4));
+    let returned = flight.heartbeats(4, Bus::Nominal).into_iter().find(|(at, _)| *at > ms(13_000)).unwrap();
     assert!(about(ms(25_060), ms(12)).contains(&returned.0), "{} us", returned.0.as_us());
-    assert_eq!(craft.frames.iter().filter(|seen| seen.bus == Bus::Redundant && seen.sender == 0).count(), 0);
-    craft.assert_nothing_lost();
+    assert_eq!(flight.frames.iter().filter(|seen| seen.bus == Bus::Redundant && seen.sender == 0).count(), 0);
+    flight.assert_nothing_lost();
 }
 
 /// Verifies: ECSS 8.3.2a
 #[test]
 fn a_master_that_waits_for_its_slaves_stays_on_the_default_bus() {
-    let mut craft = Craft::new(&[seat(1, 20), seat(2, 5020), seat(3, 5080), seat(4, 5150)]);
-    craft.fly_to(6000);
+    let mut flight = Flight::new(&[setup(1, 20), setup(2, 5020), setup(3, 5080), setup(4, 5150)]);
+    flight.fly_to(6000);
     for node in [2, 3, 4] {
-        let heartbeats = craft.heartbeats(node, Bus::Nominal);
+        let heartbeats = flight.heartbeats(node, Bus::Nominal);
         assert_eq!((heartbeats[0].1, heartbeats[1].1), (BOOT_UP, OPERATIONAL), "node {node}");
         assert!(heartbeats[1].0 < ms(5170), "node {node}: {} us", heartbeats[1].0.as_us());
-        assert!(craft.is_operational(node, Bus::Nominal), "node {node}");
+        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
     }
-    assert_eq!(craft.on(Bus::Redundant).count(), 0);
-    assert_eq!(craft.attempts(1, Bus::Redundant).count(), 0);
-    assert!(craft.said(1, "active bus", ms(0)).is_none(), "{}", craft.log(1));
+    assert_eq!(flight.on(Bus::Redundant).count(), 0);
+    assert_eq!(flight.attempts(1, Bus::Redundant).count(), 0);
+    assert!(flight.said(1, "active bus", ms(0)).is_none(), "{}", flight.log(1));
     // What waited for 5 s: one heartbeat, no boot-up message.
-    let first: Vec<&WireFrame> = craft.frames.iter().take(4).map(|seen| &seen.frame).collect();
+    let first: Vec<&WireFrame> = flight.frames.iter().take(4).map(|seen| &seen.frame).collect();
     assert!(!first.contains(&&WireFrame::standard(0x701, &[BOOT_UP])), "{first:?}");
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }

@@ -16,10 +16,10 @@ const CYCLE: u16 = 0x483;
 const EMCY: u16 = 0x083;
 
 /// The master, the thermometer, and another one: it acknowledges the master's frames while the first one resets.
-const SEATS: [Seat; 3] = [
-    Seat { node: 1, board: PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
-    Seat { node: 3, board: PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 60, parity: true },
-    Seat { node: 4, board: PYBOARD_V11, ppm: 40.0, position_m: 9.0, power_on_ms: 90, parity: true },
+const SETUPS: [BoardSetup; 3] = [
+    BoardSetup { node: 1, board: PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
+    BoardSetup { node: 3, board: PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 60, parity: true },
+    BoardSetup { node: 4, board: PYBOARD_V11, ppm: 40.0, position_m: 9.0, power_on_ms: 90, parity: true },
 ];
 
 static IMAGES: LazyLock<Images> = LazyLock::new(|| {
@@ -30,56 +30,56 @@ static IMAGES: LazyLock<Images> = LazyLock::new(|| {
 });
 
 /// Temperature in 0.1 °C of the last `id` until now, and the byte behind it.
-fn last(craft: &Craft, id: u16) -> (i16, u8) {
-    let data = craft.sent(THERMOMETER, Bus::Nominal, id).last().unwrap().data();
+fn last(flight: &Flight, id: u16) -> (i16, u8) {
+    let data = flight.sent(THERMOMETER, Bus::Nominal, id).last().unwrap().data();
     (i16::from_le_bytes([data[0], data[1]]), data[2])
 }
 
 /// A thermometer that has its table and was reset; 25 °C.
-fn calibrated() -> Craft {
-    let mut craft = Craft::with(&SEATS, &IMAGES);
-    craft.fly_to(2_000);
-    craft
+fn calibrated() -> Flight {
+    let mut flight = Flight::with(&SETUPS, &IMAGES);
+    flight.fly_to(2_000);
+    flight
 }
 
 /// Given a thermometer without a table, when its master has booted it, then the table arrives by block transfer, is saved, and
 /// is the same after a reset of the chip.
 #[test]
 fn the_table_survives_a_reset_of_the_thermometer() {
-    let craft = calibrated();
-    let saved = craft.said(1, "TableSaved", ms(0)).unwrap_or_else(|| panic!("{}", craft.log(1)));
-    let kept = craft.said(1, "TableKept", saved).unwrap_or_else(|| panic!("{}", craft.log(1)));
-    let board = craft.twin.board(craft.board(THERMOMETER));
+    let flight = calibrated();
+    let saved = flight.said(1, "TableSaved", ms(0)).unwrap_or_else(|| panic!("{}", flight.log(1)));
+    let kept = flight.said(1, "TableKept", saved).unwrap_or_else(|| panic!("{}", flight.log(1)));
+    let board = flight.twin.board(flight.board(THERMOMETER));
     assert_eq!(board.counters().system_resets, 1);
-    assert_eq!(craft.lost_frames(THERMOMETER), 0, "frames before the reset are not of this life");
-    let boots = craft.heartbeats(THERMOMETER, Bus::Nominal);
+    assert_eq!(flight.lost_frames(THERMOMETER), 0, "frames before the reset are not of this life");
+    let boots = flight.heartbeats(THERMOMETER, Bus::Nominal);
     let booted = boots.iter().filter(|(_, state)| *state == BOOT_UP).map(|(at, _)| *at).next_back().unwrap();
     assert!(saved < booted && booted < kept);
     // Initiate block download of 6030h with CRC and size, initiate block upload of it.
     let request = |command| move |seen: &&Seen| seen.data()[..4] == [command, 0x30, 0x60, 0];
-    assert_eq!(craft.sent(1, Bus::Nominal, 0x603).filter(request(0xC6)).count(), 1);
-    assert_eq!(craft.sent(1, Bus::Nominal, 0x603).filter(request(0xA4)).count(), 1);
+    assert_eq!(flight.sent(1, Bus::Nominal, 0x603).filter(request(0xC6)).count(), 1);
+    assert_eq!(flight.sent(1, Bus::Nominal, 0x603).filter(request(0xA4)).count(), 1);
 }
 
 /// At 25 °C entry 612 of the table adds 0.9 °C, at 90 °C entry 872 adds 1.3 °C. The upper limit is 85 °C.
 #[test]
 fn a_warmer_sensor_sends_its_change_at_once() {
-    let mut craft = calibrated();
-    assert_eq!(last(&craft, CHANGE), (259, 0));
-    let board = craft.board(THERMOMETER);
-    let changes = craft.sent(THERMOMETER, Bus::Nominal, CHANGE).count();
+    let mut flight = calibrated();
+    assert_eq!(last(&flight, CHANGE), (259, 0));
+    let board = flight.board(THERMOMETER);
+    let changes = flight.sent(THERMOMETER, Bus::Nominal, CHANGE).count();
 
-    craft.twin.board_mut(board).set_temperature(90.0);
-    craft.fly_to(2_210);
+    flight.twin.board_mut(board).set_temperature(90.0);
+    flight.fly_to(2_210);
 
-    assert_eq!(craft.sent(THERMOMETER, Bus::Nominal, CHANGE).count(), changes + 1);
-    assert_eq!(last(&craft, CHANGE), (913, 1));
-    assert_eq!(last(&craft, CYCLE).0, 913);
+    assert_eq!(flight.sent(THERMOMETER, Bus::Nominal, CHANGE).count(), changes + 1);
+    assert_eq!(last(&flight, CHANGE), (913, 1));
+    assert_eq!(last(&flight, CYCLE).0, 913);
     // The master has received it, into its dictionary.
     assert!(
-        craft.said(1, "Measured { temperature: 913, alarm: 1 }", ms(2_000)).is_some(),
+        flight.said(1, "Measured { temperature: 913, alarm: 1 }", ms(2_000)).is_some(),
         "{}",
-        craft.log(1)
+        flight.log(1)
     );
 }
 
@@ -88,46 +88,46 @@ fn a_warmer_sensor_sends_its_change_at_once() {
 #[test]
 fn a_missing_sensor_is_reported_until_it_is_back() {
     for has_pull_ups in [true, false] {
-        let mut craft = calibrated();
-        let board = craft.board(THERMOMETER);
-        let emergencies = |craft: &Craft| -> Vec<u16> {
-            let sent = craft.sent(THERMOMETER, Bus::Nominal, EMCY).filter(|seen| seen.end > ms(2_000));
+        let mut flight = calibrated();
+        let board = flight.board(THERMOMETER);
+        let emergencies = |flight: &Flight| -> Vec<u16> {
+            let sent = flight.sent(THERMOMETER, Bus::Nominal, EMCY).filter(|seen| seen.end > ms(2_000));
             sent.map(|seen| u16::from_le_bytes([seen.data()[0], seen.data()[1]])).collect()
         };
-        craft.twin.board_mut(board).detach_i2c(1);
+        flight.twin.board_mut(board).detach_i2c(1);
         if has_pull_ups {
-            craft.twin.board_mut(board).attach_i2c(1, Lm75::new(0x4F, 25.0));
+            flight.twin.board_mut(board).attach_i2c(1, Lm75::new(0x4F, 25.0));
         }
-        craft.fly_to(2_600);
-        assert_eq!(last(&craft, CHANGE), (i16::MIN, 3), "pull-ups: {has_pull_ups}");
-        assert_eq!(emergencies(&craft), [0x5000]);
-        assert_eq!(last(&craft, CYCLE).0, i16::MIN);
+        flight.fly_to(2_600);
+        assert_eq!(last(&flight, CHANGE), (i16::MIN, 3), "pull-ups: {has_pull_ups}");
+        assert_eq!(emergencies(&flight), [0x5000]);
+        assert_eq!(last(&flight, CYCLE).0, i16::MIN);
 
-        craft.twin.board_mut(board).attach_i2c(1, Lm75::new(Lm75::ADDRESS, 30.0));
-        craft.fly_to(3_000);
+        flight.twin.board_mut(board).attach_i2c(1, Lm75::new(Lm75::ADDRESS, 30.0));
+        flight.fly_to(3_000);
         // Entry 632 adds nine tenths as well.
-        assert_eq!(last(&craft, CHANGE), (309, 0), "pull-ups: {has_pull_ups}");
-        assert_eq!(emergencies(&craft), [0x5000, 0x0000]);
-        assert_eq!(craft.twin.board(board).counters().system_resets, 1);
+        assert_eq!(last(&flight, CHANGE), (309, 0), "pull-ups: {has_pull_ups}");
+        assert_eq!(emergencies(&flight), [0x5000, 0x0000]);
+        assert_eq!(flight.twin.board(board).counters().system_resets, 1);
     }
 }
 
 /// "Forget the highest temperature" leaves the master as a PDO.
 #[test]
 fn a_command_of_the_master_is_obeyed() {
-    let craft = calibrated();
-    let commands: Vec<&Seen> = craft.sent(1, Bus::Nominal, 0x203).collect();
+    let flight = calibrated();
+    let commands: Vec<&Seen> = flight.sent(1, Bus::Nominal, 0x203).collect();
     assert_eq!(commands.iter().map(|seen| seen.data()).collect::<Vec<_>>(), [[1]]);
-    let obeyed = craft.said(THERMOMETER, "commanded; highest temperature: 259", commands[0].end);
-    assert!(obeyed.is_some(), "{}", craft.log(THERMOMETER));
+    let obeyed = flight.said(THERMOMETER, "commanded; highest temperature: 259", commands[0].end);
+    assert!(obeyed.is_some(), "{}", flight.log(THERMOMETER));
 }
 
 /// SYNC comes every 100 ms.
 #[test]
 fn the_temperature_comes_with_every_sync() {
-    let craft = calibrated();
-    let from = craft.said(1, "TableKept", ms(0)).unwrap();
-    let after = |id| craft.on(Bus::Nominal).filter(move |seen| seen.id() == Some(id) && seen.end > from);
+    let flight = calibrated();
+    let from = flight.said(1, "TableKept", ms(0)).unwrap();
+    let after = |id| flight.on(Bus::Nominal).filter(move |seen| seen.id() == Some(id) && seen.end > from);
     let (syncs, answers) = (after(0x080).count(), after(CYCLE).count());
     assert!(syncs >= 10 && syncs.abs_diff(answers) <= 1, "{syncs} SYNCs, {answers} answers");
 }

@@ -7,16 +7,16 @@ use twin::spacecraft::Bus;
 use flight::*;
 
 /// A guest on the nominal bus sends this frame every so many microseconds, from 2 s to 4 s.
-fn flood(craft: &mut Craft, frame: WireFrame, period_us: u64) {
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+fn flood(flight: &mut Flight, frame: WireFrame, period_us: u64) {
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     for at in (2_000_000..4_000_000).step_by(period_us as usize) {
-        craft.twin.inject(guest, Time::from_us(at), frame);
+        flight.twin.inject(guest, Time::from_us(at), frame);
     }
 }
 
 /// Frames of `node` with this identifier on the nominal bus while the flood lasts.
-fn sent(craft: &Craft, node: u8, id: u16) -> usize {
-    craft.sent(node, Bus::Nominal, id).filter(|seen| seen.end > ms(2000) && seen.end <= ms(4000)).count()
+fn sent(flight: &Flight, node: u8, id: u16) -> usize {
+    flight.sent(node, Bus::Nominal, id).filter(|seen| seen.end > ms(2000) && seen.end <= ms(4000)).count()
 }
 
 /// Given a node that asks slave 2 for telemetry 4,000 times a second, when that slave answers each, then its budget ends that: a
@@ -25,24 +25,24 @@ fn sent(craft: &Craft, node: u8, id: u16) -> usize {
 /// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_slave_that_is_made_to_babble_keeps_its_budget() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    flood(&mut craft, WireFrame::standard(0x402, &[0x02, 0x01]), 250);
-    craft.fly_to(4000);
-    let answers = sent(&craft, 2, 0x382);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flood(&mut flight, WireFrame::standard(0x402, &[0x02, 0x01]), 250);
+    flight.fly_to(4000);
+    let answers = sent(&flight, 2, 0x382);
     assert!((500..=128 + 2 * 1_000).contains(&answers), "{answers}");
-    let reports: Vec<_> = craft.sent(2, Bus::Nominal, 0x082).map(|seen| seen.data().to_vec()).collect();
+    let reports: Vec<_> = flight.sent(2, Bus::Nominal, 0x082).map(|seen| seen.data().to_vec()).collect();
     assert!(reports.contains(&vec![0x00, 0x81, 0x11, 0x17, 0x82, 0x03, 0, 0]), "{reports:02X?}");
     for node in [3, 4] {
         let (commands, answers) =
-            (sent(&craft, MASTER, 0x300 + u16::from(node)), sent(&craft, node, 0x380 + u16::from(node)));
+            (sent(&flight, MASTER, 0x300 + u16::from(node)), sent(&flight, node, 0x380 + u16::from(node)));
         assert!(commands >= 19 && answers >= 19, "{node}: {commands} commands, {answers} answers");
-        assert_eq!(craft.sent(node, Bus::Nominal, 0x080 + u16::from(node)).count(), 0, "{node}");
+        assert_eq!(flight.sent(node, Bus::Nominal, 0x080 + u16::from(node)).count(), 0, "{node}");
     }
     for node in [2, 3, 4] {
-        assert!(sent(&craft, node, 0x700 + u16::from(node)) >= 7, "heartbeats of {node}");
-        assert!(craft.is_operational(node, Bus::Nominal), "{node}\n{}", craft.log(node));
+        assert!(sent(&flight, node, 0x700 + u16::from(node)) >= 7, "heartbeats of {node}");
+        assert!(flight.is_operational(node, Bus::Nominal), "{node}\n{}", flight.log(node));
     }
-    craft.assert_sound();
+    flight.assert_sound();
 }
 
 /// Given a guest that sends 703h without end, when nothing that the master commands slave 3 ends that, then the master leaves the
@@ -51,20 +51,20 @@ fn a_slave_that_is_made_to_babble_keeps_its_budget() {
 /// Verifies: ECSS 5.3.3.1b, 8.3.3b
 #[test]
 fn the_master_leaves_a_bus_on_which_a_slave_babbles() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    flood(&mut craft, WireFrame::standard(0x703, &[OPERATIONAL]), 100);
-    craft.fly_to(4500);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flood(&mut flight, WireFrame::standard(0x703, &[OPERATIONAL]), 100);
+    flight.fly_to(4500);
     let command =
-        |data: [u8; 2]| craft.first_after(ms(2000), move |seen| seen.id() == Some(0) && seen.data() == data);
+        |data: [u8; 2]| flight.first_after(ms(2000), move |seen| seen.id() == Some(0) && seen.data() == data);
     let stopped = command([0x02, 3]).expect("NMT stop").end;
     let reset = command([0x81, 3]).expect("reset node").end;
-    let left = craft.first_after(ms(2000), |seen| seen.bus == Bus::Redundant && seen.id() == Some(0x701));
+    let left = flight.first_after(ms(2000), |seen| seen.bus == Bus::Redundant && seen.id() == Some(0x701));
     let left = left.expect("the heartbeat on the other bus").end;
     assert!(stopped < ms(2200) && about(ms(500), ms(20)).contains(&reset.since(stopped)), "{reset:?}");
     assert!(about(ms(500), ms(20)).contains(&left.since(reset)), "{left:?}");
-    assert!(craft.is_operational(2, Bus::Redundant), "{}", craft.log(2));
-    let commands = craft.sent(MASTER, Bus::Redundant, 0x302).filter(|seen| seen.end > ms(3500)).count();
+    assert!(flight.is_operational(2, Bus::Redundant), "{}", flight.log(2));
+    let commands = flight.sent(MASTER, Bus::Redundant, 0x302).filter(|seen| seen.end > ms(3500)).count();
     assert!(commands >= 9, "{commands}");
-    assert_eq!(craft.sent(2, Bus::Nominal, 0x082).count(), 0);
-    craft.assert_sound();
+    assert_eq!(flight.sent(2, Bus::Nominal, 0x082).count(), 0);
+    flight.assert_sound();
 }

@@ -13,8 +13,8 @@ const SLAVE: u8 = 2;
 const WRITE_ERROR_BEHAVIOUR: [u8; 5] = [0x2F, 0x29, 0x10, 1, 1];
 
 /// SDO requests to the slave on `bus` after `from`.
-fn requests(craft: &Craft, bus: Bus, from: Time) -> Vec<&Seen> {
-    craft.sent(MASTER, bus, 0x602).filter(|seen| seen.end > from).collect()
+fn requests(flight: &Flight, bus: Bus, from: Time) -> Vec<&Seen> {
+    flight.sent(MASTER, bus, 0x602).filter(|seen| seen.end > from).collect()
 }
 
 /// A download of 4 bytes to 1020h: sub-index and value.
@@ -29,26 +29,26 @@ fn stamped(seen: &Seen) -> Option<(u8, u32)> {
 /// Then it is started at once, 1020h is read, and it is configured in Pre-operational and started again.
 #[test]
 fn a_slave_reset_on_the_bus_left_is_configured_again() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    craft.fly(CUT);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    flight.fly(CUT);
     assert!(
-        requests(&craft, Bus::Nominal, ms(0)).iter().any(|seen| seen.data()[..5] == WRITE_ERROR_BEHAVIOUR)
+        requests(&flight, Bus::Nominal, ms(0)).iter().any(|seen| seen.data()[..5] == WRITE_ERROR_BEHAVIOUR)
     );
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    let slave = craft.board(SLAVE);
-    craft.twin.reset(slave);
-    craft.fly(CUT + ms(1_500));
-    assert!(craft.said(SLAVE, "slave 2 starts", CUT).is_some());
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    let slave = flight.board(SLAVE);
+    flight.twin.reset(slave);
+    flight.fly(CUT + ms(1_500));
+    assert!(flight.said(SLAVE, "slave 2 starts", CUT).is_some());
     let reached_master = |seen: &&Seen| seen.reached.contains(&MASTER) && seen.end > CUT;
-    assert_eq!(craft.sent(SLAVE, Bus::Nominal, 0x702).filter(reached_master).count(), 0, "unheard");
+    assert_eq!(flight.sent(SLAVE, Bus::Nominal, 0x702).filter(reached_master).count(), 0, "unheard");
 
-    let said = craft.heartbeats(SLAVE, Bus::Redundant);
+    let said = flight.heartbeats(SLAVE, Bus::Redundant);
     let states: Vec<u8> = said.iter().map(|(_, state)| *state).collect();
     assert_eq!(states[..4], [PRE_OPERATIONAL, OPERATIONAL, PRE_OPERATIONAL, OPERATIONAL], "{said:?}");
     assert!(states[4..].iter().all(|state| *state == OPERATIONAL));
     let [waits, runs, stopped, runs_again] = [0, 1, 2, 3].map(|nth| said[nth].0);
     assert!(runs < waits + ms(2), "fail-over does not wait for SDO: {} us", runs.since(waits).as_us());
-    let asked = requests(&craft, Bus::Redundant, CUT);
+    let asked = requests(&flight, Bus::Redundant, CUT);
     let read = asked.iter().find(|seen| seen.data()[..4] == [0x40, 0x20, 0x10, 1]).unwrap();
     assert!(read.start > waits && read.end < stopped, "1020h is read while it runs");
     let written = asked.iter().find(|seen| seen.data()[..5] == WRITE_ERROR_BEHAVIOUR).unwrap();
@@ -56,11 +56,11 @@ fn a_slave_reset_on_the_bus_left_is_configured_again() {
     let stamps: Vec<(u8, u32)> = asked.iter().filter_map(|seen| stamped(seen)).collect();
     assert_eq!(stamps, [(1, 12_321), (2, 43_200_000)]);
     let told = "slave 2: configuration lost, 1020h sub 1 is 00000000h, expected 00003021h";
-    assert!(craft.said(MASTER, told, CUT).is_some(), "{}", craft.log(MASTER));
-    assert!(craft.is_operational(SLAVE, Bus::Redundant));
+    assert!(flight.said(MASTER, told, CUT).is_some(), "{}", flight.log(MASTER));
+    assert!(flight.is_operational(SLAVE, Bus::Redundant));
     // The other parallel slave only followed: nobody asks it.
-    assert!(craft.sent(MASTER, Bus::Redundant, 0x603).next().is_none());
-    craft.assert_sound();
+    assert!(flight.sent(MASTER, Bus::Redundant, 0x603).next().is_none());
+    flight.assert_sound();
 }
 
 /// Given a client that makes the master expect another product code of slave 3 (1F86h)
@@ -68,17 +68,17 @@ fn a_slave_reset_on_the_bus_left_is_configured_again() {
 /// Then the log of the master names error, letter, object, found and expected value, and slave 3 is not started.
 #[test]
 fn a_failed_boot_up_is_logged_with_its_object() {
-    let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.fly_to(1_045);
+    let mut flight = Flight::new(&MASTER_AND_THREE);
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    flight.fly_to(1_045);
     let expect_5016 = WireFrame::standard(0x601, &[0x23, 0x86, 0x1F, 3, 0x16, 0x50, 0, 0]);
-    craft.twin.inject(guest, ms(1_045), expect_5016);
-    craft.fly_to(1_050);
-    let slave = craft.board(3);
-    craft.twin.reset(slave);
-    craft.fly_to(1_700);
+    flight.twin.inject(guest, ms(1_045), expect_5016);
+    flight.fly_to(1_050);
+    let slave = flight.board(3);
+    flight.twin.reset(slave);
+    flight.fly_to(1_700);
     let told = "slave 3: boot-up failed, error M (Product): 1018h sub 2 is 00005015h, expected 00005016h";
-    assert!(craft.said(MASTER, told, ms(1_050)).is_some(), "{}", craft.log(MASTER));
-    assert!(!craft.is_operational(3, Bus::Nominal) && craft.is_operational(2, Bus::Nominal));
-    assert!(craft.said(MASTER, "mandatory", ms(0)).is_none(), "no slave of this profile is mandatory");
+    assert!(flight.said(MASTER, told, ms(1_050)).is_some(), "{}", flight.log(MASTER));
+    assert!(!flight.is_operational(3, Bus::Nominal) && flight.is_operational(2, Bus::Nominal));
+    assert!(flight.said(MASTER, "mandatory", ms(0)).is_none(), "no slave of this profile is mandatory");
 }

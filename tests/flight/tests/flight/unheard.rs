@@ -7,47 +7,47 @@ use twin::spacecraft::Bus;
 use flight::*;
 
 /// The master and slaves 2, 3, ..; it is powered `power_on_ms` after the slaves' zero.
-fn late_master(count: usize, power_on_ms: u64) -> Vec<Seat> {
-    let mut seats = MASTER_AND_THREE[..=count].to_vec();
-    seats[0].power_on_ms = power_on_ms;
-    seats
+fn late_master(count: usize, power_on_ms: u64) -> Vec<BoardSetup> {
+    let mut setups = MASTER_AND_THREE[..=count].to_vec();
+    setups[0].power_on_ms = power_on_ms;
+    setups
 }
 
 /// The slaves gave up after 51 times 500 ms. The master alternates buses, and they hear it on the other one.
 #[test]
 fn a_late_master_on_a_cut_bus_finds_slaves_that_gave_up() {
-    let mut craft = Craft::with(&late_master(2, 26_000), &STANDARD);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(35_990);
+    let mut flight = Flight::with(&late_master(2, 26_000), &STANDARD);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(35_990);
     for node in [2, 3] {
-        assert!(craft.said(node, "given up", ms(25_000)).is_some(), "{}", craft.log(node));
+        assert!(flight.said(node, "given up", ms(25_000)).is_some(), "{}", flight.log(node));
     }
-    assert!(!craft.on(Bus::Redundant).any(|seen| seen.sender == 0), "it begins with Bdefault, for 10 s");
-    craft.fly_to(36_200);
+    assert!(!flight.on(Bus::Redundant).any(|seen| seen.sender == 0), "it begins with Bdefault, for 10 s");
+    flight.fly_to(36_200);
     for node in [2, 3] {
-        assert!(craft.is_operational(node, Bus::Redundant), "{}\n{}", craft.log(1), craft.log(node));
+        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
     }
-    craft.fly_to(38_000);
-    assert!(craft.is_operational(2, Bus::Redundant) && craft.is_operational(3, Bus::Redundant));
-    craft.assert_nothing_lost();
+    flight.fly_to(38_000);
+    assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
+    flight.assert_nothing_lost();
 }
 
 /// On the master's side of the cut a guest acknowledges everything and says nothing.
 #[test]
 fn a_guest_that_only_acknowledges_keeps_no_master_on_a_dead_bus() {
-    let mut craft = Craft::with(&late_master(2, 5_600), &STANDARD);
-    let guest = craft.twin.add_guest(Bus::Nominal, 0.2);
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(15_590);
-    let acknowledged = craft.heartbeats(MASTER, Bus::Nominal).len();
+    let mut flight = Flight::with(&late_master(2, 5_600), &STANDARD);
+    let guest = flight.twin.add_guest(Bus::Nominal, 0.2);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(15_590);
+    let acknowledged = flight.heartbeats(MASTER, Bus::Nominal).len();
     assert!((99..=102).contains(&acknowledged), "{acknowledged} heartbeats were acknowledged");
-    assert!(craft.said(1, "error Passive", ms(5_600)).is_none(), "{}", craft.log(1));
-    craft.fly_to(15_800);
+    assert!(flight.said(1, "error Passive", ms(5_600)).is_none(), "{}", flight.log(1));
+    flight.fly_to(15_800);
     for node in [2, 3] {
-        assert!(craft.is_operational(node, Bus::Redundant), "{}\n{}", craft.log(1), craft.log(node));
+        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
     }
-    assert!(craft.frames.iter().all(|seen| seen.bus == Bus::Redundant || seen.sender != guest.node));
-    craft.assert_nothing_lost();
+    assert!(flight.frames.iter().all(|seen| seen.bus == Bus::Redundant || seen.sender != guest.node));
+    flight.assert_nothing_lost();
 }
 
 /// After 137.5 s the slaves listen where they are. Slave 4 has selective access, and that is the cut bus: ECSS 8.3.3j
@@ -56,22 +56,22 @@ fn a_guest_that_only_acknowledges_keeps_no_master_on_a_dead_bus() {
 /// Verifies: ECSS 8.3.3j
 #[test]
 fn librecube_slaves_that_gave_up_are_found_but_a_selective_one() {
-    let mut craft = Craft::new(&late_master(3, 138_500));
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly_to(163_900);
+    let mut flight = Flight::new(&late_master(3, 138_500));
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(163_900);
     for node in [2, 3, 4] {
-        assert!(craft.said(node, "given up", ms(137_000)).is_some(), "{}", craft.log(node));
+        assert!(flight.said(node, "given up", ms(137_000)).is_some(), "{}", flight.log(node));
     }
-    assert!(!craft.on(Bus::Redundant).any(|seen| seen.sender == 0), "it begins with Bdefault, for 25.5 s");
-    craft.fly_to(164_400);
+    assert!(!flight.on(Bus::Redundant).any(|seen| seen.sender == 0), "it begins with Bdefault, for 25.5 s");
+    flight.fly_to(164_400);
     for node in [2, 3] {
-        assert!(craft.is_operational(node, Bus::Redundant), "{}\n{}", craft.log(1), craft.log(node));
+        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
     }
-    craft.fly_to(138_500 + 2 * 25_500 + 500);
-    assert!(craft.is_operational(2, Bus::Redundant) && craft.is_operational(3, Bus::Redundant));
-    assert!(craft.said(1, "slave 4: never heard", ms(138_500)).is_some(), "{}", craft.log(1));
-    assert!(craft.said(1, "slave 2: never heard", ms(138_500)).is_none(), "{}", craft.log(1));
-    let of_four = craft.on(Bus::Redundant).filter(|seen| seen.sender == 3 && seen.end > ms(137_700));
+    flight.fly_to(138_500 + 2 * 25_500 + 500);
+    assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
+    assert!(flight.said(1, "slave 4: never heard", ms(138_500)).is_some(), "{}", flight.log(1));
+    assert!(flight.said(1, "slave 2: never heard", ms(138_500)).is_none(), "{}", flight.log(1));
+    let of_four = flight.on(Bus::Redundant).filter(|seen| seen.sender == 3 && seen.end > ms(137_700));
     assert_eq!(of_four.count(), 0, "slave 4 stays where it gave up");
-    craft.assert_nothing_lost();
+    flight.assert_nothing_lost();
 }

@@ -7,6 +7,6 @@ pub mod pdo_mapping;
 mod pdo_reference;
 pub mod sdo_client;
 mod sdo_objects;
+mod sdo_reference;
 pub mod sdo_server;
-mod sdo_witness;
 pub mod slave;

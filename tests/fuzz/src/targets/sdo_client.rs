@@ -3,7 +3,7 @@
 use ecss_can::sdo::{Client, Error, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 
-use super::sdo_witness::checksum;
+use super::sdo_reference::checksum;
 use crate::{Input, Signature};
 
 const TIMEOUT: Duration = Duration::from_millis(400);

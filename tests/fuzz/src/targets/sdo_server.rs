@@ -4,7 +4,7 @@ use ecss_can::sdo::{Payload, Server};
 use ecss_can::types::{Address, Duration, Instant};
 
 use super::sdo_objects::{OBJECTS, Objects, address};
-use super::sdo_witness::{Transfer, checksum};
+use super::sdo_reference::{Transfer, checksum};
 use crate::{Input, Signature};
 
 const TIMEOUT: Duration = Duration::from_millis(400);

@@ -9,7 +9,7 @@ use can_wire::time::Time;
 use ecss_can::link::port::Filter;
 use ecss_can::link::queue::Outgoing;
 use ecss_can::node::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox, Usual};
-use ecss_can::runner::{Handle, Resources, Runners, Single, SingleRunners, Telltale};
+use ecss_can::runner::{Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;
 use futures_util::future::LocalBoxFuture;
@@ -94,9 +94,9 @@ impl Bench {
         let wires = PerBus::from_fn(|_| MockPort::new(clock.clone()));
         let wire = wires.nominal.clone();
         let ports = PerBus::from_fn(|bus| BoardPort::Own(wires[bus].clone()));
-        let telltale: &Telltale = Box::leak(Box::default());
+        let diagnostics: &Diagnostics = Box::leak(Box::default());
         let resources: &Resources<MockBoard, Probe> = Box::leak(Box::default());
-        let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, telltale);
+        let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, diagnostics);
         let Runners { nominal, redundant, due } = runners;
         let tasks: Vec<LocalBoxFuture<'static, ()>> = vec![
             Box::pin(async { nominal.run().await }),
@@ -112,10 +112,11 @@ impl Bench {
         let timeline = Timeline::new();
         let clock = MockClock::power_on(timeline.clone(), 0);
         let wire = MockPort::new(clock.clone());
-        let telltale: &Telltale = Box::leak(Box::default());
+        let diagnostics: &Diagnostics = Box::leak(Box::default());
         let resources: &Single<MockBoard, Probe> = Box::leak(Box::default());
         let port = BoardPort::Own(wire.clone());
-        let (node, _, SingleRunners { bus, due }) = resources.start(|| probe.clone(), port, clock, telltale);
+        let (node, _, SingleRunners { bus, due }) =
+            resources.start(|| probe.clone(), port, clock, diagnostics);
         let tasks: Vec<LocalBoxFuture<'static, ()>> =
             vec![Box::pin(async { bus.run().await }), Box::pin(async { due.run().await })];
         Bench { pool: LocalPool::new(), timeline, wire, node, tasks, probe }
@@ -136,8 +137,8 @@ impl Bench {
         self.pool.run_until_stalled();
     }
 
-    pub fn telltale(&self) -> &Telltale {
-        self.node.telltale()
+    pub fn diagnostics(&self) -> &Diagnostics {
+        self.node.diagnostics()
     }
 
     pub fn run_for(&mut self, span: Time) {

@@ -212,8 +212,8 @@ fn slow_node_holds_the_bus_back_and_losses_are_counted() {
     bench.start();
     assert_eq!(bench.received(), (0..kept).collect::<Vec<_>>());
     assert_eq!(bench.lost(), 7);
-    assert_eq!(bench.telltale().overruns().get(), 7);
-    assert_eq!(bench.telltale().handled(Bus::Nominal).get(), u32::from(kept));
+    assert_eq!(bench.diagnostics().overruns().get(), 7);
+    assert_eq!(bench.diagnostics().handled(Bus::Nominal).get(), u32::from(kept));
 }
 
 #[test]
@@ -280,7 +280,7 @@ fn frames_beyond_the_outbox_are_counted_and_reported() {
         _ => 0,
     });
     let unsent: u32 = unsent.sum();
-    assert!(unsent > 0 && unsent == bench.telltale().app_overflows().get());
+    assert!(unsent > 0 && unsent == bench.diagnostics().app_overflows().get());
     assert_eq!(sent + bench.failures().len() + unsent as usize, usize::from(REPLIES));
 }
 

@@ -17,7 +17,7 @@ use host_worlds::{Builder, MockBoard, World};
 use mission::STANDARD;
 use mission::minimal::MinimalMission;
 
-use crate::lamps::{Lamps, Shown};
+use crate::indicators::{IndicatorLog, Shown};
 use crate::log_lines;
 use crate::support::*;
 
@@ -46,35 +46,35 @@ impl<E> EventSource for Script<E> {
 }
 
 /// Runs a node alone for a millisecond. What its application logs and shows.
-fn alone(node: impl FnOnce(Builder, Lamps) -> Builder) -> (Vec<String>, Lamps) {
-    let lamps = Lamps::default();
+fn alone(node: impl FnOnce(Builder, IndicatorLog) -> Builder) -> (Vec<String>, IndicatorLog) {
+    let indicators = IndicatorLog::default();
     log_lines::keep();
-    let mut world = node(World::builder(), lamps.clone()).build();
+    let mut world = node(World::builder(), indicators.clone()).build();
     world.run_until(ms(1));
-    (log_lines::take(), lamps)
+    (log_lines::take(), indicators)
 }
 
 /// The application of slave 2 with these events: its log, and its indicators.
 fn slave(events: &'static [SlaveEvent]) -> (Vec<String>, Shown) {
-    let (lines, lamps) = alone(|world, lamps| {
+    let (lines, indicators) = alone(|world, indicators| {
         let node = |board: MockBoard| mission::slave(board.node_id, &STANDARD, vec![0; 64].leak());
         world.slave(TWO, node, move |slave, own| {
-            let indicators = lamps.of(TWO, own.reset_line());
+            let indicators = indicators.of(TWO, own.reset_line());
             let application = slave::Application::new(slave, Script::of(events), indicators);
             async move { application.run().await }
         })
     });
-    (lines, lamps.shown(TWO))
+    (lines, indicators.shown(TWO))
 }
 
 /// The log of the application of minimal slave 2 with these events.
 fn minimal(events: &'static [MinimalEvent]) -> Vec<String> {
-    let (lines, _) = alone(|world, lamps| {
+    let (lines, _) = alone(|world, indicators| {
         let node = |board: MockBoard| {
             MinimalSlave::new(board.node_id, Numbers::of(&STANDARD, TWO), MinimalMission::new())
         };
         world.minimal(TWO, node, move |slave, own| {
-            let indicators = lamps.of(TWO, own.reset_line());
+            let indicators = indicators.of(TWO, own.reset_line());
             let application = minimal::Application::new(slave, Script::of(events), indicators);
             async move { application.run().await }
         })
@@ -84,10 +84,10 @@ fn minimal(events: &'static [MinimalEvent]) -> Vec<String> {
 
 /// The log of the application of the master with these events.
 fn master(events: &'static [MasterEvent]) -> Vec<String> {
-    let (lines, _) = alone(|world, lamps| {
+    let (lines, _) = alone(|world, indicators| {
         let node = |_: MockBoard| mission::master(&STANDARD, None);
         world.master(node, move |master, own| {
-            let (indicators, cables) = (lamps.of(MASTER, own.reset_line()), Box::leak(Box::default()));
+            let (indicators, cables) = (indicators.of(MASTER, own.reset_line()), Box::leak(Box::default()));
             let application = master::Application::new(master, Script::of(events), indicators, cables, &[]);
             async move { application.run().await }
         })
@@ -173,7 +173,7 @@ fn master_logs_each_event_of_its_surroundings() {
         Emergency { code: ErrorCode::HARDWARE, register: ErrorRegister::GENERIC, info: [0x48, 0, 0, 0, 10] };
     let cases: &[(MasterEvent, &str)] = &[
         (MasterEvent::SlaveUnheard { node }, "WARN slave 3: never heard on either bus"),
-        (MasterEvent::Stranger { node }, "WARN node 3 does not answer: it does not count as a slave"),
+        (MasterEvent::UnknownNode { node }, "WARN node 3 does not answer: it does not count as a slave"),
         (MasterEvent::SecondMaster { bus }, "ERROR another master sends 701h on Redundant: EMCY 8150h"),
         (MasterEvent::SecondMasterSilent { bus }, "INFO no more 701h of others on Redundant"),
         (

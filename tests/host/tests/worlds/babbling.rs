@@ -7,7 +7,7 @@ use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BabblingStep;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
-use host_worlds::log::Happening;
+use host_worlds::log::NodeEvent;
 use mission::{STANDARD, TELEMETRY_TPDO};
 
 use crate::support::*;
@@ -21,15 +21,15 @@ const NO_BUDGET: Profile =
 const NOTHING: Profile = Profile { budget: BudgetPolicy { heard: ANY, ..NO_BUDGET.budget }, ..STANDARD };
 
 /// A busy system of three slaves.
-fn busy(profile: Profile) -> Craft {
-    let mut world = Craft::busy(profile, 3, |world| world);
+fn busy(profile: Profile) -> MissionWorld {
+    let mut world = MissionWorld::busy(profile, 3, |world| world);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     world
 }
 
 /// The application of slave 2 sends telemetry every 50 us, for two seconds.
-fn babble(world: &mut Craft) -> Time {
+fn babble(world: &mut MissionWorld) -> Time {
     let from = world.now();
     let _babbling = world.on_slave(TWO, |slave| async move {
         let start = slave.now();
@@ -43,14 +43,14 @@ fn babble(world: &mut Craft) -> Time {
 }
 
 /// Share of the time since `from` that frames with this identifier took on either bus, percent.
-fn load(world: &Craft, id: u16, from: Time) -> u64 {
+fn load(world: &MissionWorld, id: u16, from: Time) -> u64 {
     let sent = Bus::ALL.into_iter().flat_map(|bus| since(world, bus, id, from));
     let taken: u64 = sent.map(|sent| sent.end.since(sent.start).as_us()).sum();
     taken * 100 / world.now().since(from).as_us()
 }
 
 /// Answers of a slave to the master since `from`.
-fn answers(world: &Craft, node: NodeId, from: Time) -> usize {
+fn answers(world: &MissionWorld, node: NodeId, from: Time) -> usize {
     since(world, Bus::Nominal, 0x380 + u16::from(node.get()), from).len()
 }
 
@@ -77,7 +77,7 @@ fn a_babbling_application_leaves_the_bus_to_others() {
     assert!(executed_since(&world, TWO, from) >= 19, "its own commands");
     assert_eq!((switches(&world, from), world.all_operational()), (0, true));
     // One report: there was no second without a refusal.
-    let reports = |world: &Craft| {
+    let reports = |world: &MissionWorld| {
         let all = since(world, Bus::Nominal, 0x082, from).into_iter();
         let all = all.map(|sent| sent.frame.payload().to_vec());
         all.filter(|data| data[..2] == [0x00, 0x81] || data[3..5] == [0x00, 0x81]).collect::<Vec<_>>()
@@ -144,10 +144,10 @@ fn a_slave_that_was_configured_to_babble_comes_back_without() {
 }
 
 /// What the master did about slaves that babble, and how long after `from`, in milliseconds.
-fn steps(world: &Craft, from: Time) -> Vec<(u64, NodeId, BabblingStep)> {
+fn steps(world: &MissionWorld, from: Time) -> Vec<(u64, NodeId, BabblingStep)> {
     let log = world.log_of(MASTER).into_iter().filter(|(at, _)| *at >= from);
     log.filter_map(|(at, what)| match what {
-        Happening::Master(MasterEvent::Babbling { node, step }) => {
+        NodeEvent::Master(MasterEvent::Babbling { node, step }) => {
             Some((at.since(from).as_us() / 1_000, node, step))
         }
         _ => None,
@@ -156,7 +156,7 @@ fn steps(world: &Craft, from: Time) -> Vec<(u64, NodeId, BabblingStep)> {
 }
 
 /// No other slave changed its state.
-fn assert_others_untouched(world: &Craft, others: &[NodeId], from: Time) {
+fn assert_others_untouched(world: &MissionWorld, others: &[NodeId], from: Time) {
     for node in others {
         assert_eq!(told(world, *node, from, |event| matches!(event, SlaveEvent::State(_))), [], "{node:?}");
     }

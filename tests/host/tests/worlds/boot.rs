@@ -65,11 +65,11 @@ fn completed(world: &World, from: Time) -> usize {
     master_told(world, from).iter().filter(|event| **event == MasterEvent::BootCompleted).count()
 }
 
-fn error_behaviour(world: &Craft, node: NodeId) -> u8 {
+fn error_behaviour(world: &MissionWorld, node: NodeId) -> u8 {
     world.slave(node, |slave| slave.objects().communication.nmt.error_behaviour[0])
 }
 
-fn stamp(world: &Craft, node: NodeId) -> [u32; 2] {
+fn stamp(world: &MissionWorld, node: NodeId) -> [u32; 2] {
     world.slave(node, |slave| slave.objects().communication.configuration)
 }
 
@@ -82,7 +82,7 @@ fn requests(world: &World, bus: Bus, node: NodeId, from: Time) -> Vec<[u8; 8]> {
 /// Verifies: ECSS 6.1a, 6.5.1a.1
 #[test]
 fn mandatory_slaves_are_checked_configured_started_before_sync() {
-    let mut world = Craft::new(THREE_MANDATORY, 3);
+    let mut world = MissionWorld::new(THREE_MANDATORY, 3);
     world.run_until(ms(1_000));
     use BootProgress::{Awaited, Booted, Checking, Comparing, Configuring, Queued, Started};
     assert_eq!(
@@ -113,7 +113,7 @@ fn a_slave_that_is_stopped_while_it_is_checked_is_checked_again() {
         settings: &[setting(THREE, ERROR_BEHAVIOUR, &[1])],
         ..STANDARD
     };
-    let mut world = Craft::new(ONE, 2);
+    let mut world = MissionWorld::new(ONE, 2);
     let mut steps = 0;
     while progress(&world, THREE, Time::ZERO).last() != Some(&BootProgress::Checking) {
         world.run_for(Time::from_us(50));
@@ -129,7 +129,7 @@ fn a_slave_that_is_stopped_while_it_is_checked_is_checked_again() {
 #[test]
 fn with_all_slaves_there_the_boot_process_does_not_delay_sync() {
     let mut worlds = [LIBRECUBE, Profile { slaves: &[], settings: &[], ..LIBRECUBE }].map(|profile| {
-        let mut world = Craft::new(profile, 3);
+        let mut world = MissionWorld::new(profile, 3);
         world.run_until(ms(6_000));
         world
     });
@@ -148,7 +148,7 @@ fn slave_of_other_product_code_is_not_started_and_sync_waits() {
     let mut other = mandatory(THREE);
     other.expected.identity[1] = 0x5016;
     let slaves: &'static [AssignedSlave] = Box::leak(Box::new([mandatory(TWO), other]));
-    let mut world = Craft::new(Profile { slaves, ..THREE_MANDATORY }, 2);
+    let mut world = MissionWorld::new(Profile { slaves, ..THREE_MANDATORY }, 2);
     world.run_until(ms(3_000));
     assert_eq!(world.state(TWO), Some(NmtState::Operational));
     assert_eq!(world.state(THREE), Some(NmtState::PreOperational));
@@ -172,7 +172,7 @@ fn slave_of_other_product_code_is_not_started_and_sync_waits() {
 
 #[test]
 fn missing_mandatory_slave_reported_after_boot_time_and_awaited() {
-    let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(FOUR, ms(2_000)));
+    let mut world = MissionWorld::of(THREE_MANDATORY, 3, |world| world.powered_at(FOUR, ms(2_000)));
     world.run_until(ms(1_900));
     assert_eq!(failures(&world, Time::ZERO), [(FOUR, BootError::Silent, 0)]);
     assert!(since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
@@ -186,7 +186,7 @@ fn missing_mandatory_slave_reported_after_boot_time_and_awaited() {
 fn by_policy_network_goes_on_and_takes_up_missing_slave_later() {
     let boot = BootPolicy { goes_on: true, ..THREE_MANDATORY.boot };
     let mut world =
-        Craft::of(Profile { boot, ..THREE_MANDATORY }, 3, |world| world.powered_at(FOUR, ms(2_000)));
+        MissionWorld::of(Profile { boot, ..THREE_MANDATORY }, 3, |world| world.powered_at(FOUR, ms(2_000)));
     world.run_until(ms(1_900));
     assert_eq!(failures(&world, Time::ZERO), [(FOUR, BootError::Silent, 0)]);
     let first_sync = since(&world, Bus::Nominal, 0x080, Time::ZERO)[0].start;
@@ -297,7 +297,7 @@ fn a_slave_reset_unheard_on_the_bus_left_is_configured() {
 
 #[test]
 fn bus_cut_during_boot_restarts_the_process_on_the_other_bus() {
-    let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
+    let mut world = MissionWorld::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
     world.run_until(ms(999));
     assert_eq!(world.state(THREE), Some(NmtState::Operational));
     // The boot-up message of slave 2 has ended, its device type is being read.
@@ -312,7 +312,7 @@ fn bus_cut_during_boot_restarts_the_process_on_the_other_bus() {
 
 #[test]
 fn slave_losing_power_in_boot_is_reported_and_booted_on_return() {
-    let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
+    let mut world = MissionWorld::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
     world.run_until(Time::from_us(1_000_400));
     let from = world.now();
     world.power_off(TWO);

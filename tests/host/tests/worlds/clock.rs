@@ -21,7 +21,7 @@ const END: Time = Time::from_ms(2_500);
 
 /// What happens to the spacecraft.
 #[derive(Clone, Copy, Debug)]
-enum Happening {
+enum NodeEvent {
     /// The master's time is set, so many milliseconds away from what it is.
     MasterSet(i64),
     /// The slave's time is set by its own application.
@@ -34,13 +34,13 @@ enum Happening {
     Wait(i64),
 }
 
-fn happening() -> impl Strategy<Value = Happening> {
+fn node_event() -> impl Strategy<Value = NodeEvent> {
     prop_oneof![
-        2 => (-3_000..3_000_i64).prop_map(Happening::MasterSet),
-        2 => (-3_000..3_000_i64).prop_map(Happening::SlaveSet),
-        1 => Just(Happening::Cut),
-        1 => Just(Happening::Reset),
-        6 => (-500..3_000_i64).prop_map(Happening::Wait),
+        2 => (-3_000..3_000_i64).prop_map(NodeEvent::MasterSet),
+        2 => (-3_000..3_000_i64).prop_map(NodeEvent::SlaveSet),
+        1 => Just(NodeEvent::Cut),
+        1 => Just(NodeEvent::Reset),
+        6 => (-500..3_000_i64).prop_map(NodeEvent::Wait),
     ]
 }
 
@@ -79,29 +79,29 @@ impl Trial {
         self.world.is_powered(TWO).then(|| self.world.slave::<MissionObjects<Vec<u8>>>(TWO).clock().now())
     }
 
-    fn happens(&mut self, happening: Happening) {
-        match happening {
-            Happening::MasterSet(ms) => {
+    fn happens(&mut self, node_event: NodeEvent) {
+        match node_event {
+            NodeEvent::MasterSet(ms) => {
                 let scet = moved(self.world.status(NodeId::MASTER).scet, ms);
                 self.world.request(MasterRequest::SetTime(scet));
             }
-            Happening::SlaveSet(ms) => {
+            NodeEvent::SlaveSet(ms) => {
                 let Some(now) = self.scet() else { return };
                 let [f0, f1, f2, coarse @ ..] = moved(now, ms).encode();
                 self.world.write(TWO, Address::new(0x2010, 1), &coarse);
                 self.world.write(TWO, Address::new(0x2010, 2), &[f0, f1, f2]);
             }
-            Happening::Cut => {
+            NodeEvent::Cut => {
                 let bus = self.world.master_bus();
                 self.world.heal(bus.other());
                 self.world.cut(bus, NEXT_TO_MASTER_M);
             }
-            Happening::Reset => {
+            NodeEvent::Reset => {
                 self.world.reset(TWO);
                 // Who waited there is gone.
                 self.waiters.clear();
             }
-            Happening::Wait(ms) => {
+            NodeEvent::Wait(ms) => {
                 let waiting = self.waiters.iter().filter(|waiter| waiter.fired.is_none()).count();
                 let Some(now) = self.scet().filter(|_| waiting < AT_ONCE) else { return };
                 let target = moved(now, ms);
@@ -142,11 +142,11 @@ proptest! {
     /// not before.
     #[test]
     fn who_waits_for_a_time_is_told_once(
-        schedule in prop::collection::vec((happening(), 0..200_u64), 1..20),
+        schedule in prop::collection::vec((node_event(), 0..200_u64), 1..20),
     ) {
         let mut trial = Trial { world: world(), waiters: vec![] };
-        for (happening, ms) in schedule {
-            trial.happens(happening);
+        for (node_event, ms) in schedule {
+            trial.happens(node_event);
             let until = trial.world.now() + Time::from_ms(ms);
             trial.run_until(until);
         }
@@ -158,7 +158,7 @@ proptest! {
 #[test]
 fn a_time_is_told_at_its_microsecond() {
     let mut trial = Trial { world: world(), waiters: vec![] };
-    trial.happens(Happening::Wait(1_000));
+    trial.happens(NodeEvent::Wait(1_000));
     trial.run_until(Time::from_ms(1_300));
     let [Waiter { target, fired: Some((_, scet)), .. }] = &trial.waiters[..] else { panic!("told") };
     assert!((0..=2).contains(&scet.micros_since(*target)), "{scet:?} for {target:?}");

@@ -22,7 +22,7 @@ const SLOW: Profile = Profile {
 /// follow it; the master has asked each who it is, and loses none.
 #[test]
 fn master_runs_126_slaves_and_all_follow_it_over_a_cut() {
-    let mut world = Craft::of(SLOW, SLAVES, |world| world.seed(5));
+    let mut world = MissionWorld::of(SLOW, SLAVES, |world| world.seed(5));
     world.run_until(ms(1_200));
     assert_eq!(world.slaves().len(), usize::from(SLAVES));
     assert!(world.all_operational());

@@ -9,7 +9,7 @@ use crate::support::*;
 
 /// Everything that can be seen of a world with traffic and a fail-over.
 fn history(seed: u64) -> String {
-    let mut world = Craft::busy(LIBRECUBE, 3, |world| world.seed(seed));
+    let mut world = MissionWorld::busy(LIBRECUBE, 3, |world| world.seed(seed));
     world.run_until(ms(3_000));
     cut_next_to_master(&mut world, Bus::Nominal);
     world.run_until(ms(6_000));
@@ -18,7 +18,7 @@ fn history(seed: u64) -> String {
         writeln!(history, "{entry:?}").expect("a string takes everything");
     }
     for node in world.slaves() {
-        writeln!(history, "{node:?} {:?}", world.deeds(node)).expect("a string takes everything");
+        writeln!(history, "{node:?} {:?}", world.reactions(node)).expect("a string takes everything");
     }
     for bus in Bus::ALL {
         for sent in world.frames(bus) {

@@ -7,7 +7,7 @@ use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::Happening;
+use host_worlds::log::NodeEvent;
 use host_worlds::world::World;
 use mission::Command;
 use mission::STANDARD;
@@ -15,8 +15,8 @@ use mission::STANDARD;
 use crate::support::*;
 
 /// With commands and telemetry all the time.
-fn busy(profile: Profile, slaves: u8) -> Craft {
-    let mut world = Craft::busy(profile, slaves, |world| world);
+fn busy(profile: Profile, slaves: u8) -> MissionWorld {
+    let mut world = MissionWorld::busy(profile, slaves, |world| world);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     world
@@ -26,7 +26,7 @@ fn busy(profile: Profile, slaves: u8) -> Craft {
 fn causes(world: &World, from: Time) -> Vec<SwitchCause> {
     let log = world.log_of(MASTER).into_iter().filter(|(at, _)| *at >= from);
     let switched = log.filter_map(|(at, what)| match what {
-        Happening::Master(MasterEvent::BusSwitched { cause, .. }) => Some((at.since(from), cause)),
+        NodeEvent::Master(MasterEvent::BusSwitched { cause, .. }) => Some((at.since(from), cause)),
         _ => None,
     });
     let in_time = |(after, cause): (Time, SwitchCause)| {
@@ -37,7 +37,7 @@ fn causes(world: &World, from: Time) -> Vec<SwitchCause> {
 }
 
 /// Turns of the master whose commands a slave executed, in the order of execution.
-fn executed(world: &Craft, node: NodeId) -> Vec<u32> {
+fn executed(world: &MissionWorld, node: NodeId) -> Vec<u32> {
     turns(world, node).into_iter().map(|(_, turn)| turn).collect()
 }
 
@@ -210,7 +210,7 @@ fn a_driver_stuck_dominant_costs_one_bus() {
 /// Verifies: ECSS 5.6.2a, 5.6.2b
 #[test]
 fn a_lone_master_becomes_error_passive_and_never_bus_off() {
-    let mut world = Craft::new(STANDARD, 0);
+    let mut world = MissionWorld::new(STANDARD, 0);
     world.run_until(ms(3_000));
     let port = world.port(MASTER, Bus::Nominal);
     let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
@@ -234,7 +234,7 @@ fn recovery_from_bus_off_takes_128_times_11_bits() {
     let log = world.log_of(TWO).into_iter().filter(|(at, _)| *at >= from);
     let states: Vec<(Time, ErrorState)> = log
         .filter_map(|(at, what)| match what {
-            Happening::Slave(SlaveEvent::Health { bus: Bus::Nominal, health }) => Some((at, health.state)),
+            NodeEvent::Slave(SlaveEvent::Health { bus: Bus::Nominal, health }) => Some((at, health.state)),
             _ => None,
         })
         .collect();

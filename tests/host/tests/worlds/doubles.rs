@@ -6,19 +6,19 @@
 use can_wire::time::Time;
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::{Bus, NmtState};
-use host_worlds::log::Happening;
-use host_worlds::{MockBoard, Seat, World, idle, plain_master};
+use host_worlds::log::NodeEvent;
+use host_worlds::{MockBoard, NodeKey, World, idle, plain_master};
 use mission::STANDARD;
 use proptest::prelude::*;
 
-use crate::craft::MissionSlave;
+use crate::mission_world::MissionSlave;
 use crate::random::cases;
 use crate::support::{THREE, ms};
 
 /// Heartbeats that take a bit of the pattern: 32 of them, after the first one.
 const ALL_BITS: u64 = 33;
 /// The two boards.
-const BOTH: [Seat; 2] = [Seat::of(THREE), Seat::double(THREE)];
+const BOTH: [NodeKey; 2] = [NodeKey::of(THREE), NodeKey::double(THREE)];
 
 /// A master and two boards with Node-ID 3 and these patterns, 3.5 s (35 heartbeats) after power-on.
 fn flown(patterns: Option<[u32; 2]>) -> World {
@@ -29,8 +29,8 @@ fn flown(patterns: Option<[u32; 2]>) -> World {
     let world = World::builder().master(|_| plain_master(&STANDARD), idle);
     let mut world = world.slave(THREE, slave, idle).double(THREE, slave, idle);
     if let Some(patterns) = patterns {
-        for (seat, pattern) in BOTH.into_iter().zip(patterns) {
-            world = world.late_heartbeats(seat, pattern);
+        for (key, pattern) in BOTH.into_iter().zip(patterns) {
+            world = world.late_heartbeats(key, pattern);
         }
     }
     let mut world = world.build();
@@ -39,20 +39,20 @@ fn flown(patterns: Option<[u32; 2]>) -> World {
 }
 
 /// When a board yielded, the first time.
-fn yielded(world: &World, seat: Seat) -> Option<Time> {
-    let clash = Happening::Slave(SlaveEvent::Clash { bus: Bus::Nominal, yields: true });
-    world.log_of(seat).into_iter().find(|(_, what)| *what == clash).map(|(at, _)| at)
+fn yielded(world: &World, key: NodeKey) -> Option<Time> {
+    let clash = NodeEvent::Slave(SlaveEvent::Clash { bus: Bus::Nominal, yields: true });
+    world.log_of(key).into_iter().find(|(_, what)| *what == clash).map(|(at, _)| at)
 }
 
 /// Heartbeats of a board that ended after `from`.
-fn heartbeats(world: &World, seat: Seat, from: Time) -> usize {
+fn heartbeats(world: &World, key: NodeKey, from: Time) -> usize {
     let all = world.frames(Bus::Nominal).iter();
-    all.filter(|sent| sent.id() == Some(0x703) && sent.seat == Some(seat) && sent.end > from).count()
+    all.filter(|sent| sent.id() == Some(0x703) && sent.key == Some(key) && sent.end > from).count()
 }
 
 /// One board yields within 33 heartbeats and is silent; the other one goes on as Operational, on its grid of 100 ms.
 fn assert_one_yields(world: &World, what: &str) {
-    let times = BOTH.map(|seat| yielded(world, seat));
+    let times = BOTH.map(|key| yielded(world, key));
     let (silent, other, at) = match times {
         [Some(at), None] => (BOTH[0], BOTH[1], at),
         [None, Some(at)] => (BOTH[1], BOTH[0], at),
@@ -74,7 +74,7 @@ fn assert_one_yields(world: &World, what: &str) {
 /// Verifies: ECSS 6.10e
 #[test]
 fn one_of_two_equal_boards_yields() {
-    assert_one_yields(&flown(None), "patterns of their seats");
+    assert_one_yields(&flown(None), "patterns of their keys");
 }
 
 /// Given patterns that differ in a single bit, when that bit has its turn, then one of the boards yields.
@@ -95,7 +95,7 @@ fn a_single_bit_of_the_pattern_parts_two_boards() {
 fn equal_patterns_part_nobody() {
     for pattern in [0, 0x1234_5678] {
         let world = flown(Some([pattern; 2]));
-        assert_eq!(BOTH.map(|seat| yielded(&world, seat)), [None, None], "{pattern:08X}");
+        assert_eq!(BOTH.map(|key| yielded(&world, key)), [None, None], "{pattern:08X}");
     }
 }
 

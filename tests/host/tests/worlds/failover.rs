@@ -5,7 +5,7 @@ use ecss_can::node::{BusCause, MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::Happening;
+use host_worlds::log::NodeEvent;
 use host_worlds::world::World;
 use mission::Command;
 use mission::{LIBRECUBE, STANDARD};
@@ -20,7 +20,7 @@ fn last_heartbeat(world: &World) -> Time {
 fn switched_at(world: &World, from: Time) -> (Time, SwitchCause) {
     let log = world.log_of(MASTER).into_iter();
     let mut switches = log.filter_map(|(at, what)| match what {
-        Happening::Master(MasterEvent::BusSwitched { cause, .. }) if at >= from => Some((at, cause)),
+        NodeEvent::Master(MasterEvent::BusSwitched { cause, .. }) if at >= from => Some((at, cause)),
         _ => None,
     });
     let first = switches.next().expect("the master switched");
@@ -67,8 +67,9 @@ fn commands_flow_again_within_10_ms_of_the_detection() {
     let (switched, _) = switched_at(&world, cut);
     assert_eq!(world.command(THREE, Command::SetLed(true)), Ok(()));
     world.run_for(ms(10));
-    let deeds = world.deeds(THREE);
-    let executed = deeds.iter().find(|(_, deed)| *deed == Deed::Executed(Command::SetLed(true)));
+    let reactions = world.reactions(THREE);
+    let executed =
+        reactions.iter().find(|(_, reaction)| *reaction == Reaction::Executed(Command::SetLed(true)));
     assert!(executed.is_some_and(|(at, _)| at.since(switched) <= ms(10)));
     let sent = since(&world, Bus::Redundant, 0x303, cut);
     assert_eq!(sent.len(), 1);
@@ -142,7 +143,7 @@ fn on_command_heartbeat_stops_on_one_bus_starts_on_the_other() {
 #[test]
 fn drifting_clocks_fail_over_in_time() {
     for drift in [-100, 100] {
-        let mut world = Craft::of(MIXED, 3, |world| world.drift(FOUR, drift).drift(MASTER, -drift));
+        let mut world = MissionWorld::of(MIXED, 3, |world| world.drift(FOUR, drift).drift(MASTER, -drift));
         world.run_until(ms(30_000));
         let cut = world.now();
         assert_eq!(switches(&world, Time::ZERO), 0);
@@ -161,7 +162,7 @@ fn drifting_clocks_fail_over_in_time() {
 fn fourteen_slaves_fail_over_under_traffic() {
     const SELECTIVE: Profile =
         Profile { selective: &[FOUR, NodeId::of::<9>(), NodeId::of::<15>()], ..STANDARD };
-    let mut world = Craft::busy(SELECTIVE, 14, |world| world.seed(3));
+    let mut world = MissionWorld::busy(SELECTIVE, 14, |world| world.seed(3));
     world.run_until(ms(2_000));
     cut_next_to_master(&mut world, Bus::Nominal);
     world.run_until(ms(4_000));

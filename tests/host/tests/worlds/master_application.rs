@@ -6,7 +6,7 @@ use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::MasterRequest;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, NodeId};
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 use host_worlds::world::Sent;
 use mission::{STANDARD, TWO_MASTERS};
 
@@ -25,8 +25,8 @@ const SPACECRAFT: Profile = Profile {
     ..STANDARD
 };
 
-fn busy(slaves: u8, end: Time) -> Craft {
-    let mut world = Craft::busy(STANDARD, slaves, |world| world);
+fn busy(slaves: u8, end: Time) -> MissionWorld {
+    let mut world = MissionWorld::busy(STANDARD, slaves, |world| world);
     world.run_until(end);
     assert!(world.all_operational());
     world
@@ -37,7 +37,7 @@ fn payloads(frames: &[Sent]) -> Vec<&[u8]> {
 }
 
 /// Sends an SDO request of 8 bytes to the master. Its answer.
-fn sdo(world: &mut Craft, request: [u8; 8]) -> [u8; 8] {
+fn sdo(world: &mut MissionWorld, request: [u8; 8]) -> [u8; 8] {
     let from = world.now();
     let bus = world.master_bus();
     world.inject(bus, standard(0x601, &request));
@@ -48,14 +48,14 @@ fn sdo(world: &mut Craft, request: [u8; 8]) -> [u8; 8] {
 }
 
 /// Writes one byte.
-fn write(world: &mut Craft, index: u16, sub: u8, value: u8) {
+fn write(world: &mut MissionWorld, index: u16, sub: u8, value: u8) {
     let [low, high] = index.to_le_bytes();
     let answer = sdo(world, [0x2F, low, high, sub, value, 0, 0, 0]);
     assert_eq!(answer, [0x60, low, high, sub, 0, 0, 0, 0]);
 }
 
 /// Reads a number of at most four bytes.
-fn read(world: &mut Craft, index: u16, sub: u8) -> u32 {
+fn read(world: &mut MissionWorld, index: u16, sub: u8) -> u32 {
     let [low, high] = index.to_le_bytes();
     let answer = sdo(world, [0x40, low, high, sub, 0, 0, 0, 0]);
     let unused = usize::from(answer[0] >> 2 & 3);
@@ -155,7 +155,7 @@ fn a_slave_in_pre_operational_is_left_out() {
 fn a_silent_minimal_slave_is_commanded_unheard() {
     let plan =
         |world: host_worlds::Builder| world.powered_at(HEARD, Time::NEVER).powered_at(SILENT, Time::NEVER);
-    let mut world = Craft::mixed(SPACECRAFT, 1, plan);
+    let mut world = MissionWorld::mixed(SPACECRAFT, 1, plan);
     world.run_until(ms(2_050));
     let commands = since(&world, Bus::Nominal, 0x306, ms(0)).len();
     assert!((18..=20).contains(&commands), "{commands}");
@@ -238,7 +238,7 @@ fn led_of_the_master_shows_the_redundant_bus() {
         world.run_for(ms(1_000));
         assert_eq!(world.master_bus(), bus);
     }
-    assert_eq!(world.lamps(MASTER).states, [true, false]);
+    assert_eq!(world.indicators(MASTER).states, [true, false]);
     let lines = log_lines::take();
     let switched: Vec<&String> = lines.iter().filter(|line| line.starts_with("WARN active bus: ")).collect();
     assert_eq!(switched.len(), 2, "{lines:#?}");
@@ -251,7 +251,7 @@ fn led_of_the_master_toggles_with_each_sync() {
     let world = busy(1, ms(3_050));
     let syncs = since(&world, Bus::Nominal, 0x080, ms(0)).len() as u32;
     assert!(syncs >= 25);
-    assert_eq!(world.lamps(MASTER).syncs, syncs);
+    assert_eq!(world.indicators(MASTER).syncs, syncs);
 }
 
 /// Given a client that commands the master to reset itself, then the master resets its chip, boots up again and commands its slaves
@@ -262,7 +262,7 @@ fn a_master_that_is_reset_numbers_commands_from_zero() {
     let reset = world.now();
     world.nmt(NmtCommand::ResetNode, Target::Node(MASTER));
     world.run_for(ms(2_000));
-    assert_eq!(world.lamps(MASTER).resets, 1);
+    assert_eq!(world.indicators(MASTER).resets, 1);
     assert!(world.all_operational());
     let commands = since(&world, Bus::Nominal, 0x302, reset + ms(1));
     assert_eq!(commands[0].frame.payload(), [1, 0, 1, 0, 0, 0, 0, 0]);
@@ -275,18 +275,18 @@ fn a_master_that_is_reset_numbers_commands_from_zero() {
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_standby_commands_only_when_it_took_over() {
-    let mut world = Craft::pair(TWO_MASTERS, 2, |world| world);
+    let mut world = MissionWorld::pair(TWO_MASTERS, 2, |world| world);
     world.run_until(ms(3_000));
-    let of_second = |world: &Craft, id, from| -> Vec<Sent> {
+    let of_second = |world: &MissionWorld, id, from| -> Vec<Sent> {
         let sent = since(world, Bus::Nominal, id, from).into_iter();
-        sent.filter(|sent| sent.seat == Some(Seat::SECOND_MASTER)).collect()
+        sent.filter(|sent| sent.key == Some(NodeKey::SECOND_MASTER)).collect()
     };
     assert!(of_second(&world, 0x302, ms(0)).is_empty());
     log_lines::keep();
     let off = world.now();
-    world.power_off(Seat::MASTER);
+    world.power_off(NodeKey::MASTER);
     world.run_for(ms(2_000));
-    assert_eq!(world.active_masters(), [Seat::SECOND_MASTER]);
+    assert_eq!(world.active_masters(), [NodeKey::SECOND_MASTER]);
     let taken = of_second(&world, 0x701, off)[0].start;
     for id in [0x302, 0x303] {
         let commands = of_second(&world, id, off);
@@ -306,17 +306,17 @@ fn a_standby_commands_only_when_it_took_over() {
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_board_that_stands_by_stops_its_commands() {
-    let mut world = Craft::pair(TWO_MASTERS, 3, |world| world.seed(7));
+    let mut world = MissionWorld::pair(TWO_MASTERS, 3, |world| world.seed(7));
     world.run_until(ms(3_000));
     world.request(MasterRequest::StandBy);
     world.run_for(ms(2_000));
-    assert_eq!(world.active_masters(), [Seat::SECOND_MASTER]);
+    assert_eq!(world.active_masters(), [NodeKey::SECOND_MASTER]);
     log_lines::keep();
     let from = world.now();
     world.run_for(ms(1_000));
     let commands = since(&world, Bus::Nominal, 0x302, from);
     assert!((9..=11).contains(&commands.len()));
-    assert!(commands.iter().all(|sent| sent.seat == Some(Seat::SECOND_MASTER)));
+    assert!(commands.iter().all(|sent| sent.key == Some(NodeKey::SECOND_MASTER)));
     let lines = log_lines::take();
     assert!(!lines.iter().any(|line| line.contains("not sent")), "it does not even try: {lines:#?}");
 }
@@ -328,18 +328,18 @@ fn a_board_that_stands_by_stops_its_commands() {
 #[test]
 fn a_board_that_stands_by_leaves_a_silent_minimal_slave() {
     let minimal = &[MinimalNode { node: SILENT, has_heartbeat: false }];
-    let mut world = Craft::pair(Profile { minimal, ..TWO_MASTERS }, 1, |world| world.seed(7));
+    let mut world = MissionWorld::pair(Profile { minimal, ..TWO_MASTERS }, 1, |world| world.seed(7));
     world.run_until(ms(3_000));
     let before = since(&world, Bus::Nominal, 0x306, ms(2_000));
-    assert!(before.len() >= 9 && before.iter().all(|sent| sent.seat == Some(Seat::MASTER)));
+    assert!(before.len() >= 9 && before.iter().all(|sent| sent.key == Some(NodeKey::MASTER)));
     world.request(MasterRequest::StandBy);
     world.run_for(ms(2_000));
-    assert_eq!(world.active_masters(), [Seat::SECOND_MASTER]);
+    assert_eq!(world.active_masters(), [NodeKey::SECOND_MASTER]);
     log_lines::keep();
     let from = world.now();
     world.run_for(ms(1_000));
     let after = since(&world, Bus::Nominal, 0x306, from);
-    assert!(after.len() >= 9 && after.iter().all(|sent| sent.seat == Some(Seat::SECOND_MASTER)));
+    assert!(after.len() >= 9 && after.iter().all(|sent| sent.key == Some(NodeKey::SECOND_MASTER)));
     let lines = log_lines::take();
     assert!(!lines.iter().any(|line| line.contains("not sent")), "it does not even try: {lines:#?}");
 }

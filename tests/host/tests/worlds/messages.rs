@@ -10,7 +10,7 @@ use mission::{Command, Received, Request, Telemetry};
 use crate::support::*;
 
 /// Asks and waits for the answer.
-fn ask(world: &mut Craft, node: NodeId, request: Request) -> Telemetry {
+fn ask(world: &mut MissionWorld, node: NodeId, request: Request) -> Telemetry {
     let from = world.now();
     assert_eq!(world.ask(node, request), Ok(()));
     world.run_for(ms(20));
@@ -28,7 +28,7 @@ fn ask(world: &mut Craft, node: NodeId, request: Request) -> Telemetry {
     answers[0]
 }
 
-fn malformed(world: &mut Craft, node: NodeId) -> u16 {
+fn malformed(world: &mut MissionWorld, node: NodeId) -> u16 {
     match ask(world, node, Request::Losses(Bus::Nominal)) {
         Telemetry::Losses { malformed, .. } => malformed,
         other => panic!("asked for losses, got {other:?}"),
@@ -48,8 +48,8 @@ fn a_command_is_executed_and_telemetry_reads_it_back() {
     assert_eq!(ask(&mut world, THREE, Request::Value), Telemetry::Value(0xDEAD_BEEF));
     assert_eq!(ask(&mut world, TWO, Request::Value), Telemetry::Value(0));
     let executed = |node| {
-        let deeds = world.deeds(node).into_iter();
-        deeds.filter(|(_, deed)| matches!(deed, Deed::Executed(_))).count()
+        let reactions = world.reactions(node).into_iter();
+        reactions.filter(|(_, reaction)| matches!(reaction, Reaction::Executed(_))).count()
     };
     assert_eq!((executed(TWO), executed(THREE)), (0, 1));
     let asked = since(&world, Bus::Nominal, 0x403, from);
@@ -100,7 +100,7 @@ fn malformed_frames_are_ignored_and_counted() {
 fn foreign_extended_and_remote_frames_disturb_nobody() {
     let mut world = running(STANDARD, 2);
     let before = malformed(&mut world, TWO);
-    let handled = world.telltale(TWO).expect("it has power").handled(Bus::Nominal).get();
+    let handled = world.diagnostics(TWO).expect("it has power").handled(Bus::Nominal).get();
     let from = world.now();
     for data in 0..50 {
         let reset = standard(0x000, &[0x81, 0]);
@@ -123,7 +123,7 @@ fn foreign_extended_and_remote_frames_disturb_nobody() {
             frames.iter().filter(|sent| sent.node == Some(MASTER)).count()
         })
         .sum();
-    let now_handled = world.telltale(TWO).expect("it has power").handled(Bus::Nominal).get();
+    let now_handled = world.diagnostics(TWO).expect("it has power").handled(Bus::Nominal).get();
     assert_eq!((now_handled - handled) as usize, heard);
     assert_eq!(malformed(&mut world, TWO), before);
     assert!(world.all_operational());
@@ -136,6 +136,6 @@ fn a_long_dlc_means_eight_bytes() {
     let command = standard(0x302, &[0x34, 0x12, 1, 2, 3, 4, 5, 6]);
     world.inject(Bus::Nominal, WireFrame { dlc: 15, ..command });
     world.run_for(ms(10));
-    let deeds = world.deeds(TWO);
-    assert!(deeds.iter().any(|(_, deed)| *deed == Deed::Unknown(0x1234)));
+    let reactions = world.reactions(TWO);
+    assert!(reactions.iter().any(|(_, reaction)| *reaction == Reaction::Unknown(0x1234)));
 }

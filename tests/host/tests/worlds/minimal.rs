@@ -31,8 +31,8 @@ const CUT: Time = Time::from_ms(1_035);
 const END: Time = Time::from_ms(4_050);
 
 /// A master that commands and asks all slaves ten times a second: 2 and 3 are full ones.
-fn flown() -> Craft {
-    let mut world = Craft::mixed(SPACECRAFT, 2, |world| world.seed(7));
+fn flown() -> MissionWorld {
+    let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world.seed(7));
     world.run_until(CUT);
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Nominal);
@@ -146,7 +146,7 @@ fn slaves_without_heartbeat_are_neither_missed_nor_asked() {
 /// Verifies: ECSS 9.4.6.1a
 #[test]
 fn silent_slave_takes_commands_again_after_a_loss_of_power() {
-    let mut world = Craft::mixed(SPACECRAFT, 2, |world| world);
+    let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world);
     world.run_until(ms(1_035));
     world.power_off(SILENT);
     world.run_until(ms(2_035));

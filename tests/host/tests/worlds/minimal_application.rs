@@ -8,9 +8,9 @@ use mission::minimal::MissionDevice;
 use mission::minimal::{MinimalMission, prototype::PrototypeMission};
 use mission::{LIBRECUBE, STANDARD};
 
-use crate::craft::minimal_application;
-use crate::lamps::Lamps;
+use crate::indicators::IndicatorLog;
 use crate::log_lines;
+use crate::mission_world::minimal_application;
 use crate::support::*;
 
 const HEARD: NodeId = NodeId::of::<5>();
@@ -24,10 +24,10 @@ const SPACECRAFT: Profile = Profile {
     ..STANDARD
 };
 
-/// Node 2 alone on the buses with a stranger, 100 ms after power-on.
-fn alone<D: MissionDevice>(profile: &Profile, device: fn() -> D) -> (World, Lamps) {
-    let (lamps, numbers) = (Lamps::default(), Numbers::of(profile, TWO));
-    let shown = lamps.clone();
+/// Node 2 alone on the buses with a foreign node, 100 ms after power-on.
+fn alone<D: MissionDevice>(profile: &Profile, device: fn() -> D) -> (World, IndicatorLog) {
+    let (indicators, numbers) = (IndicatorLog::default(), Numbers::of(profile, TWO));
+    let shown = indicators.clone();
     let mut world = World::builder()
         .minimal(
             TWO,
@@ -36,7 +36,7 @@ fn alone<D: MissionDevice>(profile: &Profile, device: fn() -> D) -> (World, Lamp
         )
         .build();
     world.run_until(ms(100));
-    (world, lamps)
+    (world, indicators)
 }
 
 fn send(world: &mut World, id: u16, data: &[u8]) {
@@ -47,14 +47,14 @@ fn send(world: &mut World, id: u16, data: &[u8]) {
 /// Given heartbeats, SYNCs and spacecraft times, then each of the first two toggles its LED. A device without clock shows no time.
 #[test]
 fn minimal_leds_toggle_with_heartbeat_and_sync() {
-    let (mut world, lamps) = alone(&STANDARD, MinimalMission::new);
+    let (mut world, indicators) = alone(&STANDARD, MinimalMission::new);
     for _ in 0..3 {
         send(&mut world, 0x701, &[5]);
         send(&mut world, 0x080, &[]);
         send(&mut world, 0x181, &[0, 0, 0, 1, 0, 0, 0]);
     }
     send(&mut world, 0x080, &[]);
-    let shown = lamps.shown(TWO);
+    let shown = indicators.shown(TWO);
     assert_eq!((shown.heartbeats, shown.syncs, shown.times, shown.resets), (3, 4, 0, 0));
     assert_eq!(shown.states, []);
 }
@@ -62,26 +62,26 @@ fn minimal_leds_toggle_with_heartbeat_and_sync() {
 /// Given commands for the LED, then it is set after each PDO to the state of the device; a repeat changes nothing.
 #[test]
 fn minimal_led_follows_commands() {
-    let (mut world, lamps) = alone(&STANDARD, MinimalMission::new);
+    let (mut world, indicators) = alone(&STANDARD, MinimalMission::new);
     send(&mut world, 0x701, &[5]);
     send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 0]);
     send(&mut world, 0x302, &[1, 0, 0, 0, 0, 0, 0, 1]);
     send(&mut world, 0x302, &[1, 0, 0, 0, 0, 0, 0, 1]);
     send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 2]);
-    assert_eq!(lamps.shown(TWO).states, [true, false, false, true]);
+    assert_eq!(indicators.shown(TWO).states, [true, false, false, true]);
 }
 
 /// Given the device of profile `librecube`, when RPDO 1 brings the spacecraft time, then the LED for it toggles, and the command LED
 /// is left alone. Another PDO sets the command LED.
 #[test]
 fn minimal_prototype_shows_the_spacecraft_time() {
-    let (mut world, lamps) = alone(&LIBRECUBE, PrototypeMission::new);
+    let (mut world, indicators) = alone(&LIBRECUBE, PrototypeMission::new);
     send(&mut world, 0x701, &[5]);
     send(&mut world, 0x181, &[0, 0, 0, 1, 0, 0, 0]);
     send(&mut world, 0x181, &[0, 0, 0, 2, 0, 0, 0]);
-    assert_eq!((lamps.shown(TWO).times, lamps.shown(TWO).states), (2, vec![]));
+    assert_eq!((indicators.shown(TWO).times, indicators.shown(TWO).states), (2, vec![]));
     send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 0]);
-    assert_eq!((lamps.shown(TWO).times, lamps.shown(TWO).states), (2, vec![true]));
+    assert_eq!((indicators.shown(TWO).times, indicators.shown(TWO).states), (2, vec![true]));
 }
 
 /// Given a spacecraft with a minimal slave that sends a heartbeat and one that sends none, then the master commands both, and the LEDs
@@ -90,13 +90,13 @@ fn minimal_prototype_shows_the_spacecraft_time() {
 /// Verifies: ECSS 9.4.2a
 #[test]
 fn minimal_slaves_obey_with_and_without_heartbeat() {
-    let mut world = Craft::mixed(SPACECRAFT, 1, |world| world);
+    let mut world = MissionWorld::mixed(SPACECRAFT, 1, |world| world);
     world.run_until(ms(3_050));
     for (node, sends) in [(HEARD, true), (SILENT, false)] {
         let id = u16::from(node.get());
         let heartbeats = since(&world, Bus::Nominal, 0x700 + id, ms(0)).len();
         assert!(if sends { heartbeats >= 29 } else { heartbeats == 0 }, "{node:?}: {heartbeats}");
-        let shown = world.lamps(node);
+        let shown = world.indicators(node);
         let commands = since(&world, Bus::Nominal, 0x300 + id, ms(0));
         // Even turns switch it, beginning with on; each PDO sets it, requests too.
         let mut states = shown.states.clone();

@@ -30,8 +30,8 @@ const END: Time = Time::from_ms(4_050);
 const TOGGLING: Time = Time::from_ms(500);
 
 /// A master that commands and asks all slaves ten times a second.
-fn flown(plan: impl FnOnce(Builder) -> Builder) -> Craft {
-    let mut world = Craft::mixed(SPACECRAFT, 2, |world| plan(world.seed(7)));
+fn flown(plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
+    let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| plan(world.seed(7)));
     world.run_until(CUT);
     assert!(world.all_operational());
     cut_next_to_master(&mut world, Bus::Nominal);
@@ -39,7 +39,7 @@ fn flown(plan: impl FnOnce(Builder) -> Builder) -> Craft {
     world
 }
 
-fn mixed() -> Craft {
+fn mixed() -> MissionWorld {
     flown(|world| world.one_controller(SIX))
 }
 
@@ -100,7 +100,7 @@ fn search_of_a_slave_with_one_controller_begins_on_bdefault() {
     for bdefault in Bus::ALL {
         let profile = Profile { bdefault, ntoggle: 5, ..MIXED };
         let fly = |one: bool| {
-            let mut world = Craft::of(profile, 3, |world| {
+            let mut world = MissionWorld::of(profile, 3, |world| {
                 let world = world.powered_at(MASTER, ms(1_800));
                 if one { world.one_controller(FOUR) } else { world }
             });
@@ -125,7 +125,7 @@ fn search_of_a_slave_with_one_controller_begins_on_bdefault() {
 /// which is the redundant bus since it found its master there.
 #[test]
 fn slave_with_one_controller_comes_back_after_a_reset() {
-    let mut world = Craft::of(MIXED, 3, |world| world.one_controller(FOUR));
+    let mut world = MissionWorld::of(MIXED, 3, |world| world.one_controller(FOUR));
     world.run_until(ms(1_000));
     cut_next_to_master(&mut world, Bus::Nominal);
     world.run_until(ms(3_000));
@@ -151,12 +151,12 @@ fn slave_with_one_controller_comes_back_after_a_reset() {
 #[test]
 fn switch_tears_no_frame() {
     let plan = |world: Builder| world.one_controller(FOUR);
-    let mut world = Craft::busy(MIXED, 3, plan);
+    let mut world = MissionWorld::busy(MIXED, 3, plan);
     world.run_until(ms(1_200));
     let telemetry = since(&world, Bus::Nominal, 0x384, ms(1_000)).remove(0);
     let length = telemetry.end.since(telemetry.start);
     for eighth in 0..8 {
-        let mut world = Craft::busy(MIXED, 3, plan);
+        let mut world = MissionWorld::busy(MIXED, 3, plan);
         world.run_until(telemetry.start + Time(length.0 * eighth / 8 + 1));
         let begun = world.now();
         world.on_slave(FOUR, |slave| async move {

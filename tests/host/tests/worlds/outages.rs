@@ -7,7 +7,7 @@ use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::Happening;
+use host_worlds::log::NodeEvent;
 use host_worlds::world::World;
 use mission::STANDARD;
 
@@ -19,20 +19,20 @@ const PERIOD: Time = Time::from_ms(100);
 const JITTER_US: u64 = 2_000;
 
 /// A network with commands and telemetry all the time.
-fn busy(profile: Profile) -> Craft {
-    let mut world = Craft::busy(profile, 3, |world| world);
+fn busy(profile: Profile) -> MissionWorld {
+    let mut world = MissionWorld::busy(profile, 3, |world| world);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     world
 }
 
 /// Commands that a slave executed in `(from, to]`: when, and the turn of the master.
-fn executed(world: &Craft, node: NodeId, from: Time, to: Time) -> Vec<(Time, u32)> {
+fn executed(world: &MissionWorld, node: NodeId, from: Time, to: Time) -> Vec<(Time, u32)> {
     turns(world, node).into_iter().filter(|(at, _)| *at > from && *at <= to).collect()
 }
 
 /// Asserts that this slave and the master went on from `from` to `to` on the nominal bus as if nothing had happened.
-fn assert_undisturbed(world: &Craft, node: NodeId, from: Time, to: Time) {
+fn assert_undisturbed(world: &MissionWorld, node: NodeId, from: Time, to: Time) {
     let expected = to.since(from).as_us() / PERIOD.as_us();
     let commands = executed(world, node, from, to);
     assert!(commands.len() as u64 + 1 >= expected, "{node:?}: {} of {expected}", commands.len());
@@ -154,7 +154,7 @@ fn a_cut_of_both_buses_leaves_no_ill_effects_when_it_heals() {
 }
 
 /// Asserts that a slave gets and sends all that it should after `settled`, with controllers without errors.
-fn assert_settled(world: &Craft, node: NodeId, settled: Time) {
+fn assert_settled(world: &MissionWorld, node: NodeId, settled: Time) {
     let commands = executed(world, node, settled, world.now()).len();
     assert!((9..=11).contains(&commands), "{node:?}: {commands} commands");
     let own = u16::from(node.get());
@@ -173,9 +173,9 @@ fn assert_settled(world: &Craft, node: NodeId, settled: Time) {
 }
 
 /// Events of a slave that works: heartbeats of the master, SYNC, PDOs and times.
-fn is_routine(happening: &Happening) -> bool {
+fn is_routine(node_event: &NodeEvent) -> bool {
     use SlaveEvent::{Heartbeat, Pdo, Sync, Time};
-    matches!(happening, Happening::Slave(Heartbeat { .. } | Sync { .. } | Pdo { .. } | Time(_)))
+    matches!(node_event, NodeEvent::Slave(Heartbeat { .. } | Sync { .. } | Pdo { .. } | Time(_)))
 }
 
 /// Number of boot-up messages of a slave on both buses.

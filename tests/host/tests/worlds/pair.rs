@@ -6,8 +6,8 @@ use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::redundancy::{RoleCause, RoleChange};
 use ecss_can::types::{Bus, Scet};
-use host_worlds::Seat;
-use host_worlds::log::Happening;
+use host_worlds::NodeKey;
+use host_worlds::log::NodeEvent;
 use host_worlds::world::{Sent, World};
 use mission::TWO_MASTERS;
 use proptest::prelude::*;
@@ -15,19 +15,19 @@ use proptest::prelude::*;
 use crate::random::cases;
 use crate::support::*;
 
-const PRIME: Seat = Seat::MASTER;
-const SECOND: Seat = Seat::SECOND_MASTER;
+const PRIME: NodeKey = NodeKey::MASTER;
+const SECOND: NodeKey = NodeKey::SECOND_MASTER;
 /// Between prime and slave 2, between slaves 2 and 3, 3 and 4, and between slave 4 and the second board.
 const GAPS_M: [f64; 4] = [3.0, 5.0, 7.0, 9.0];
 
 /// Prime is active, all slaves run.
-fn flying() -> Craft {
-    let world = flown(Craft::pair(TWO_MASTERS, 3, |world| world.seed(7)));
+fn flying() -> MissionWorld {
+    let world = flown(MissionWorld::pair(TWO_MASTERS, 3, |world| world.seed(7)));
     assert_eq!(world.active_masters(), [PRIME]);
     world
 }
 
-fn flown(mut world: Craft) -> Craft {
+fn flown(mut world: MissionWorld) -> MissionWorld {
     world.run_until(ms(3_000));
     assert!(world.all_operational());
     world
@@ -42,35 +42,35 @@ fn heal_both(world: &mut World) {
 }
 
 /// Frames of one board on both buses that ended after `from`, in the order of time.
-fn of(world: &World, seat: Seat, from: Time) -> Vec<(Bus, Sent)> {
+fn of(world: &World, key: NodeKey, from: Time) -> Vec<(Bus, Sent)> {
     let all = Bus::ALL
         .into_iter()
         .flat_map(|bus| world.frames(bus).iter().map(move |sent| (bus, Sent::clone(sent))));
-    let mut all: Vec<_> = all.filter(|(_, sent)| sent.seat == Some(seat) && sent.end > from).collect();
+    let mut all: Vec<_> = all.filter(|(_, sent)| sent.key == Some(key) && sent.end > from).collect();
     all.sort_by_key(|(_, sent)| sent.end);
     all
 }
 
 /// Changes of the role of a board from then on.
-fn roles(world: &World, seat: Seat, from: Time) -> Vec<(Time, RoleCause)> {
-    let log = world.log_of(seat).into_iter().filter(|(at, _)| *at >= from);
+fn roles(world: &World, key: NodeKey, from: Time) -> Vec<(Time, RoleCause)> {
+    let log = world.log_of(key).into_iter().filter(|(at, _)| *at >= from);
     log.filter_map(|(at, what)| match what {
-        Happening::Master(MasterEvent::Role(RoleChange { cause, .. })) => Some((at, cause)),
+        NodeEvent::Master(MasterEvent::Role(RoleChange { cause, .. })) => Some((at, cause)),
         _ => None,
     })
     .collect()
 }
 
 /// Whether a board has sent nothing since. What was on the wire when it yielded may still have ended.
-fn is_silent(world: &World, seat: Seat, from: Time) -> bool {
-    of(world, seat, from + ms(1)).is_empty()
+fn is_silent(world: &World, key: NodeKey, from: Time) -> bool {
+    of(world, key, from + ms(1)).is_empty()
 }
 
 /// Verifies: ECSS 8.1a
 #[test]
 fn of_two_boards_powered_together_prime_is_active() {
     for seed in 0..4 {
-        let world = flown(Craft::pair(TWO_MASTERS, 3, |world| world.seed(seed)));
+        let world = flown(MissionWorld::pair(TWO_MASTERS, 3, |world| world.seed(seed)));
         assert_eq!(world.active_masters(), [PRIME]);
         assert!(is_silent(&world, SECOND, Time::ZERO));
     }
@@ -80,7 +80,7 @@ fn of_two_boards_powered_together_prime_is_active() {
 #[test]
 fn a_second_board_that_is_first_stays_active() {
     let plan = |world: host_worlds::Builder| world.powered_at(PRIME, ms(1_500));
-    let world = flown(Craft::pair(TWO_MASTERS, 3, plan));
+    let world = flown(MissionWorld::pair(TWO_MASTERS, 3, plan));
     assert_eq!(world.active_masters(), [SECOND]);
     assert!(is_silent(&world, PRIME, Time::ZERO));
 }
@@ -116,7 +116,7 @@ fn a_standby_takes_over_on_the_bus_heard_last() {
                 |event| matches!(event, SlaveEvent::ActiveBus { bus: to, .. } if *to != bus),
             );
             assert_eq!(moved, [], "slave {}", node.get());
-            let commanded = world.deeds(node).into_iter().filter(|(at, _)| *at > first.end).count();
+            let commanded = world.reactions(node).into_iter().filter(|(at, _)| *at > first.end).count();
             assert!(commanded > 10, "slave {} is commanded: {commanded}", node.get());
         }
     }
@@ -159,8 +159,7 @@ fn a_board_that_was_reset_in_flight_is_the_standby_for_ever() {
     world.run_for(ms(20_000));
     assert_eq!(world.active_masters(), [SECOND]);
     assert!(world.all_operational() && is_silent(&world, PRIME, reset));
-    let causes =
-        |seat| -> Vec<_> { roles(&world, seat, reset).into_iter().map(|(_, cause)| cause).collect() };
+    let causes = |key| -> Vec<_> { roles(&world, key, reset).into_iter().map(|(_, cause)| cause).collect() };
     assert_eq!(causes(SECOND), [RoleCause::MasterSilent]);
     assert_eq!(causes(PRIME), [RoleCause::MasterHeard]);
 }
@@ -215,20 +214,21 @@ fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
     }
 }
 
-/// Given a standby alone with a stranger, when the stranger sends, then nobody acknowledges: silent mode drives no bit. Then
+/// Given a standby alone with a foreign node, when the foreign node sends, then nobody acknowledges: silent mode drives no bit. Then
 /// a slave is there.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_standby_acknowledges_nothing() {
-    let mut world =
-        Craft::pair(TWO_MASTERS, 1, |world| world.powered_at(PRIME, Time::NEVER).powered_at(TWO, ms(800)));
+    let mut world = MissionWorld::pair(TWO_MASTERS, 1, |world| {
+        world.powered_at(PRIME, Time::NEVER).powered_at(TWO, ms(800))
+    });
     world.inject(Bus::Nominal, standard(0x701, &[5]));
     world.run_until(ms(790));
     assert_eq!((world.frames(Bus::Nominal), world.active_masters()), (&[][..], vec![]));
     let [(_, RoleCause::MasterHeard)] = roles(&world, SECOND, Time::ZERO)[..] else { panic!() };
     world.run_until(ms(900));
-    assert_eq!(since(&world, Bus::Nominal, 0x701, Time::ZERO)[0].seat, None, "the stranger's");
+    assert_eq!(since(&world, Bus::Nominal, 0x701, Time::ZERO)[0].key, None, "the foreign node's");
     world.run_until(ms(2_500));
     assert!(world.all_operational() && world.active_masters() == [SECOND]);
 }
@@ -239,7 +239,7 @@ fn a_standby_acknowledges_nothing() {
 /// Verifies: ECSS 8.1a
 #[test]
 fn two_masters_without_a_slave_do_not_take_turns() {
-    let mut world = Craft::pair(TWO_MASTERS, 1, |world| world.powered_at(TWO, ms(5_000)));
+    let mut world = MissionWorld::pair(TWO_MASTERS, 1, |world| world.powered_at(TWO, ms(5_000)));
     world.run_until(ms(5_000));
     assert_eq!(world.active_masters(), [PRIME]);
     assert_eq!(roles(&world, SECOND, Time::ZERO).len(), 1);
@@ -254,7 +254,7 @@ fn two_masters_without_a_slave_do_not_take_turns() {
 /// Verifies: ECSS 7.2.2b
 #[test]
 fn a_new_master_without_a_time_changes_no_clock() {
-    let mut world = Craft::pair(TWO_MASTERS, 2, |world| world.powered_at(SECOND, Time::NEVER));
+    let mut world = MissionWorld::pair(TWO_MASTERS, 2, |world| world.powered_at(SECOND, Time::NEVER));
     world.run_until(ms(3_000));
     let set = world.now();
     world.request(MasterRequest::SetTime(Scet::new(1_000_000, 0).unwrap()));
@@ -295,7 +295,7 @@ fn claims_on_the_other_bus_move_no_slave() {
     world.run_for(ms(10_000));
     let there: Vec<_> = world.frames(Bus::Redundant).iter().filter(|sent| sent.end > from).collect();
     assert!((99..=101).contains(&there.len()), "{} frames", there.len());
-    assert!(there.iter().all(|sent| sent.seat == Some(PRIME) && sent.id() == Some(0x680)));
+    assert!(there.iter().all(|sent| sent.key == Some(PRIME) && sent.id() == Some(0x680)));
     assert!(there.iter().all(|sent| sent.frame.payload() == [3, 0]), "three slaves, strapped prime");
     assert!((99..=101).contains(&between(&world, Bus::Nominal, 0x680, from, world.now()).len()));
     for node in [TWO, THREE, FOUR] {
@@ -308,26 +308,26 @@ enum Step {
     Wait { ms: u64 },
     Cut { bus: Bus, gap: usize },
     Heal { bus: Bus },
-    Reset { seat: Seat },
-    Off { seat: Seat },
-    On { seat: Seat },
-    HandOver { seat: Seat },
-    Switch { seat: Seat, to: Bus },
+    Reset { key: NodeKey },
+    Off { key: NodeKey },
+    On { key: NodeKey },
+    HandOver { key: NodeKey },
+    Switch { key: NodeKey, to: Bus },
 }
 
 fn step() -> impl Strategy<Value = Step> {
     let bus = || prop::sample::select(&Bus::ALL[..]);
     let master = || prop::sample::select(&[PRIME, SECOND][..]);
-    let seat = || prop::sample::select(vec![PRIME, SECOND, TWO.into(), THREE.into(), FOUR.into()]);
+    let key = || prop::sample::select(vec![PRIME, SECOND, TWO.into(), THREE.into(), FOUR.into()]);
     prop_oneof![
         4 => (0..1_500_u64).prop_map(|ms| Step::Wait { ms }),
         3 => (bus(), 0..GAPS_M.len()).prop_map(|(bus, gap)| Step::Cut { bus, gap }),
         2 => bus().prop_map(|bus| Step::Heal { bus }),
-        2 => seat().prop_map(|seat| Step::Reset { seat }),
-        2 => seat().prop_map(|seat| Step::Off { seat }),
-        1 => seat().prop_map(|seat| Step::On { seat }),
-        1 => master().prop_map(|seat| Step::HandOver { seat }),
-        1 => (master(), bus()).prop_map(|(seat, to)| Step::Switch { seat, to }),
+        2 => key().prop_map(|key| Step::Reset { key }),
+        2 => key().prop_map(|key| Step::Off { key }),
+        1 => key().prop_map(|key| Step::On { key }),
+        1 => master().prop_map(|key| Step::HandOver { key }),
+        1 => (master(), bus()).prop_map(|(key, to)| Step::Switch { key, to }),
     ]
 }
 
@@ -336,12 +336,12 @@ fn perform(world: &mut World, step: Step) {
         Step::Wait { ms: span } => world.run_for(ms(span)),
         Step::Cut { bus, gap } => world.cut(bus, GAPS_M[gap]),
         Step::Heal { bus } => world.heal(bus),
-        Step::Reset { seat } => world.reset(seat),
-        Step::Off { seat } => world.power_off(seat),
-        Step::On { seat } => world.power_on(seat),
-        Step::HandOver { seat } if world.is_powered(seat) => world.request_to(seat, MasterRequest::StandBy),
-        Step::Switch { seat, to } if world.is_powered(seat) => {
-            world.request_to(seat, MasterRequest::SwitchBus(to));
+        Step::Reset { key } => world.reset(key),
+        Step::Off { key } => world.power_off(key),
+        Step::On { key } => world.power_on(key),
+        Step::HandOver { key } if world.is_powered(key) => world.request_to(key, MasterRequest::StandBy),
+        Step::Switch { key, to } if world.is_powered(key) => {
+            world.request_to(key, MasterRequest::SwitchBus(to));
         }
         Step::HandOver { .. } | Step::Switch { .. } => {}
     }
@@ -356,13 +356,13 @@ proptest! {
         seed in any::<u64>(),
         script in prop::collection::vec(step(), 1..16),
     ) {
-        let mut world = Craft::pair(TWO_MASTERS, 3, |world| world.seed(seed));
+        let mut world = MissionWorld::pair(TWO_MASTERS, 3, |world| world.seed(seed));
         world.run_until(ms(1_500));
         for step in script {
             perform(&mut world, step);
         }
         heal_both(&mut world);
-        [PRIME, SECOND, TWO.into(), THREE.into(), FOUR.into()].into_iter().for_each(|seat| world.power_on(seat));
+        [PRIME, SECOND, TWO.into(), THREE.into(), FOUR.into()].into_iter().for_each(|key| world.power_on(key));
         world.run_for(ms(6_000));
         prop_assert!(world.all_operational(), "{:?}", world.active_masters());
         // And it stays so: the same master, the other one silent.

@@ -1,6 +1,6 @@
 //! A minimal slave of profile `librecube` and the frames of the LibreCube prototype, byte by byte.
 //!
-//! Nobody but node 2 and a stranger are on the buses: the stranger sends what the prototype's master sends. Identifiers are those of
+//! Nobody but node 2 and a foreign node are on the buses: the foreign node sends what the prototype's master sends. Identifiers are those of
 //! the table of objects in the prototype's slides (CAN in Space workshop, June 2017), contents those of its listing of a slave.
 
 use can_wire::time::Time;
@@ -10,8 +10,8 @@ use host_worlds::World;
 use mission::LIBRECUBE;
 use mission::minimal::prototype::PrototypeMission;
 
-use crate::craft::minimal_application;
-use crate::lamps::Lamps;
+use crate::indicators::IndicatorLog;
+use crate::mission_world::minimal_application;
 use crate::support::*;
 
 /// Spacecraft time 305,419,896.5 s: fine time, then coarse time, both little-endian.
@@ -22,7 +22,7 @@ const TWO_US: i64 = 34;
 /// Node 2 with its heartbeat, and the first one of the master.
 fn powered() -> World {
     let slave = |_| MinimalSlave::new(TWO, Numbers::of(&LIBRECUBE, TWO), PrototypeMission::new());
-    let application = |slave, events| minimal_application(slave, events, TWO, Lamps::default());
+    let application = |slave, events| minimal_application(slave, events, TWO, IndicatorLog::default());
     let mut world = World::builder().minimal(TWO, slave, application).build();
     world.run_until(ms(100));
     asks(&mut world, 0x701, &[0x05]);

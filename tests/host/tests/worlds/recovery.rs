@@ -4,7 +4,7 @@ use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::types::{Bus, NmtState, PerBus};
-use host_worlds::log::Happening;
+use host_worlds::log::NodeEvent;
 use host_worlds::world::{Sent, World};
 use mission::Command;
 use mission::STANDARD;
@@ -67,7 +67,7 @@ fn master_reset_on_redundant_bus_comes_back_on_default_bus() {
 #[test]
 fn cut_healed_while_frames_are_pending_lets_nothing_stale_out() {
     for healed_after in [ms(120), ms(200), ms(777), ms(2_000)] {
-        let mut world = Craft::busy(MIXED, 3, |world| world);
+        let mut world = MissionWorld::busy(MIXED, 3, |world| world);
         world.run_until(ms(2_030));
         let cut = world.now();
         cut_next_to_master(&mut world, Bus::Nominal);
@@ -104,7 +104,7 @@ fn a_command_pending_on_a_cut_bus_dies_with_it() {
     world.run_for(ms(1_000));
     let sent = PerBus::from_fn(|bus| since(&world, bus, 0x302, cut).len());
     assert_eq!(sent, PerBus { nominal: 0, redundant: 0 });
-    assert!(!world.deeds(TWO).iter().any(|(_, deed)| matches!(deed, Deed::Executed(_))));
+    assert!(!world.reactions(TWO).iter().any(|(_, reaction)| matches!(reaction, Reaction::Executed(_))));
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn a_slave_driven_to_bus_off_recovers_and_goes_on() {
         .log_of(TWO)
         .into_iter()
         .filter_map(|(at, what)| match what {
-            Happening::Slave(SlaveEvent::Health { bus: Bus::Nominal, health }) if at >= from => {
+            NodeEvent::Slave(SlaveEvent::Health { bus: Bus::Nominal, health }) if at >= from => {
                 Some(health.state)
             }
             _ => None,

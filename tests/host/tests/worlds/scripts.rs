@@ -62,7 +62,7 @@ proptest! {
         seed in any::<u64>(),
         script in prop::collection::vec(step(), 1..16),
     ) {
-        let mut world = Craft::of(PATIENT, 3, |world| world.seed(seed));
+        let mut world = MissionWorld::of(PATIENT, 3, |world| world.seed(seed));
         world.run_until(ms(500));
         for step in script {
             perform(&mut world, step);

@@ -21,7 +21,7 @@ fn seeded(seed: u64) -> Vec<u8> {
     (0..20_000).map(|_| random.u8(..)).collect()
 }
 
-fn stored(world: &Craft) -> Vec<u8> {
+fn stored(world: &MissionWorld) -> Vec<u8> {
     world.slave(TWO, |slave| slave.objects().application.store.as_bytes().to_vec())
 }
 
@@ -220,7 +220,7 @@ fn two_tasks_take_turns() {
 
 #[test]
 fn the_boot_up_process_goes_before_the_application() {
-    let mut world = Craft::new(LIBRECUBE, 3);
+    let mut world = MissionWorld::new(LIBRECUBE, 3);
     world.run_until(Time::from_us(300));
     let task = world.on_master(|master| async move {
         let mut stamp = [0; 4];

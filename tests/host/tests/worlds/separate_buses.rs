@@ -11,10 +11,10 @@ use crate::support::*;
 /// A start command to node 100, which no node is: every slave receives it and obeys nothing.
 const TO_NOBODY: [u8; 2] = [1, 100];
 
-/// A network that is busy on the nominal bus, while a stranger sends on the redundant one every millisecond: a command to a
+/// A network that is busy on the nominal bus, while a foreign node sends on the redundant one every millisecond: a command to a
 /// node that does not exist, and a heartbeat of node 100, which the master receives.
-fn loaded(span_ms: u64) -> Craft {
-    let mut world = Craft::busy(STANDARD, 3, |world| world);
+fn loaded(span_ms: u64) -> MissionWorld {
+    let mut world = MissionWorld::busy(STANDARD, 3, |world| world);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     for _ in 0..span_ms {
@@ -25,7 +25,7 @@ fn loaded(span_ms: u64) -> Craft {
     world
 }
 
-/// Given traffic on both buses at the same time, then each node receives all frames of both: slaves the commands of the stranger, the
+/// Given traffic on both buses at the same time, then each node receives all frames of both: slaves the commands of the foreign node, the
 /// master its heartbeats. Traffic on the nominal bus stays as it was.
 ///
 /// Verifies: ECSS 8.2.2a
@@ -63,7 +63,7 @@ fn each_node_receives_from_both_buses_at_the_same_time() {
 /// Verifies: ECSS 8.2.2a
 #[test]
 fn a_short_of_one_bus_is_not_seen_by_controllers_of_other() {
-    let mut world = Craft::busy(STANDARD, 3, |world| world);
+    let mut world = MissionWorld::busy(STANDARD, 3, |world| world);
     world.run_until(ms(1_000));
     let from = world.now();
     world.strike(Bus::Redundant, Fault::Short { position_m: 4.0, level: false });

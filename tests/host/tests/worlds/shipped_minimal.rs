@@ -12,7 +12,7 @@ use mission::minimal::prototype::PrototypeObjects;
 use mission::minimal::{FixedPdo, MinimalObjects};
 use mission::{LIBRECUBE, STANDARD};
 
-use crate::craft::MissionMaster;
+use crate::mission_world::MissionMaster;
 use crate::support::*;
 
 const MINIMAL: NodeId = NodeId::of::<5>();
@@ -97,7 +97,7 @@ fn sync_objects_of_shipped_images_have_their_access() {
         entry::<D>(index, 0).map(|entry| entry.access)
     }
     for (profile, period_ms) in [(SPACECRAFT, 100), (LIBRECUBE, 5_000)] {
-        let mut world = Craft::mixed(profile, 2, |world| world);
+        let mut world = MissionWorld::mixed(profile, 2, |world| world);
         world.run_until(ms(1_000));
         let (cob_id, period, window) = world.master(|master| {
             let objects = master.objects();
@@ -130,7 +130,7 @@ fn reply_to(id: u16, data: &[u8]) -> Option<u16> {
 /// Verifies: ECSS 9.4.3b, 9.4.3c
 #[test]
 fn a_minimal_slave_in_a_busy_network_sends_what_is_asked() {
-    let mut world = Craft::mixed(SPACECRAFT, 2, |world| world.seed(11));
+    let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world.seed(11));
     world.run_until(ms(1_000));
     let from = world.now();
     let transfer = world.on_master(|master| async move {
@@ -175,13 +175,13 @@ fn a_minimal_slave_in_a_busy_network_sends_what_is_asked() {
     assert!(world.frames(Bus::Redundant).is_empty());
 }
 
-fn send(world: &Craft, number: usize, data: &[u8]) -> Result<(), Refusal> {
+fn send(world: &MissionWorld, number: usize, data: &[u8]) -> Result<(), Refusal> {
     let master = world.node::<MissionMaster>(MASTER);
     master.with(|master, now| master.send_to_minimal(MINIMAL, number, data, now))
 }
 
 /// Frames of `sender` with this identifier that ended after `from`, on both buses.
-fn on_both(world: &Craft, sender: NodeId, id: u16, from: Time) -> Vec<(Bus, Sent)> {
+fn on_both(world: &MissionWorld, sender: NodeId, id: u16, from: Time) -> Vec<(Bus, Sent)> {
     let of = |bus| since(world, bus, id, from).into_iter().map(move |sent| (bus, sent));
     Bus::ALL.into_iter().flat_map(of).filter(|(_, sent)| sent.node == Some(sender)).collect()
 }
@@ -195,7 +195,7 @@ type Case<'a> = (usize, u16, &'a [u8], Option<(u16, &'a [u8])>);
 /// Verifies: ECSS 9.4.1a, 9.4.2c
 #[test]
 fn shipped_master_commands_and_asks_by_each_of_four_pdos() {
-    let mut world = Craft::mixed(SPACECRAFT, 2, |world| world);
+    let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world);
     world.run_until(ms(1_000));
     for bus in [Bus::Nominal, Bus::Redundant, Bus::Nominal] {
         if world.master_bus() != bus {

@@ -10,21 +10,21 @@ use mission::{Command, STANDARD};
 use crate::log_lines;
 use crate::support::*;
 
-/// A frame of the master with this identifier and data, sent by a stranger; runs for 20 ms.
-fn send(world: &mut Craft, id: u16, data: &[u8]) {
+/// A frame of the master with this identifier and data, sent by a foreign node; runs for 20 ms.
+fn send(world: &mut MissionWorld, id: u16, data: &[u8]) {
     world.inject(Bus::Nominal, standard(id, data));
     world.run_for(ms(20));
 }
 
 /// Sends a telemetry request to slave 2. Data of its answers.
-fn ask(world: &mut Craft, data: &[u8]) -> Vec<Vec<u8>> {
+fn ask(world: &mut MissionWorld, data: &[u8]) -> Vec<Vec<u8>> {
     let from = world.now();
     send(world, 0x402, data);
     since(world, Bus::Nominal, 0x382, from).iter().map(|sent| sent.frame.payload().to_vec()).collect()
 }
 
 /// Commands executed and repeats dropped, by telemetry.
-fn executed(world: &mut Craft) -> (u32, u16) {
+fn executed(world: &mut MissionWorld) -> (u32, u16) {
     let answers = ask(world, &[0x03, 0x01]);
     let [3, 1, a, b, c, d, low, high] = answers[0][..] else { panic!("{answers:?}") };
     (u32::from_le_bytes([a, b, c, d]), u16::from_le_bytes([low, high]))
@@ -36,7 +36,7 @@ fn warnings() -> Vec<String> {
 }
 
 /// The result of the self-test that the master starts in a slave.
-fn self_test(world: &mut Craft, node: NodeId) -> SelfTest {
+fn self_test(world: &mut MissionWorld, node: NodeId) -> SelfTest {
     let start = Address::new(0x2030, 0);
     let task = world.on_master(|master| async move { master.sdo().write(node, start, &[1]).await });
     world.run_for(ms(20));
@@ -52,7 +52,7 @@ fn commands_switch_the_led_and_set_the_value() {
     send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 0]);
     send(&mut world, 0x302, &[1, 0, 0, 0, 0, 0, 0, 1]);
     send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 2]);
-    assert_eq!(world.lamps(TWO).states, [true, false, true]);
+    assert_eq!(world.indicators(TWO).states, [true, false, true]);
     send(&mut world, 0x302, &[2, 0, 0x78, 0x56, 0x34, 0x12, 0, 3]);
     assert_eq!(ask(&mut world, &[0x02, 0x01]), [[0x02, 0x01, 0x78, 0x56, 0x34, 0x12, 0, 0]]);
     assert_eq!(world.slave(TWO, |slave| slave.objects().application.value), 0x1234_5678);
@@ -69,14 +69,14 @@ fn a_repeated_command_is_executed_once() {
     for _ in 0..3 {
         send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 9]);
     }
-    assert_eq!(world.lamps(TWO).states, [true]);
+    assert_eq!(world.indicators(TWO).states, [true]);
     assert_eq!(executed(&mut world), (1, 2));
     send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 10]);
-    assert_eq!(world.lamps(TWO).states, [true, true]);
+    assert_eq!(world.indicators(TWO).states, [true, true]);
     assert_eq!(executed(&mut world), (2, 2));
-    let deeds: Vec<Deed> = world.deeds(TWO).into_iter().map(|(_, deed)| deed).collect();
-    let led = Deed::Executed(Command::SetLed(true));
-    assert_eq!(deeds, [led, Deed::Repeated(1), Deed::Repeated(1), led]);
+    let reactions: Vec<Reaction> = world.reactions(TWO).into_iter().map(|(_, reaction)| reaction).collect();
+    let led = Reaction::Executed(Command::SetLed(true));
+    assert_eq!(reactions, [led, Reaction::Repeated(1), Reaction::Repeated(1), led]);
 }
 
 /// Given commands with an unknown code, an LED that is neither on nor off, and a bus that is none, then the slave executes none of
@@ -94,7 +94,7 @@ fn unknown_commands_are_refused_and_logged() {
     let expected = ["1234", "0001", "0004"].map(|code| format!("WARN unknown command {code}h"));
     assert_eq!(lines, expected);
     assert_eq!(executed(&mut world), (0, 0));
-    assert_eq!(world.lamps(TWO).states, []);
+    assert_eq!(world.indicators(TWO).states, []);
 }
 
 /// Given a slave that executed two commands and dropped a repeat, when it is commanded to reset its counters, then commands, repeats
@@ -111,8 +111,11 @@ fn a_command_resets_the_counters() {
     assert_eq!(executed(&mut world), (0, 0));
     let after = world.status(TWO).counters.nominal.received;
     assert!(before >= 25 && after <= 6, "{before}, {after}");
-    let deeds = world.deeds(TWO);
-    assert_eq!(deeds.last().map(|(_, deed)| *deed), Some(Deed::Executed(Command::ResetCounters)));
+    let reactions = world.reactions(TWO);
+    assert_eq!(
+        reactions.last().map(|(_, reaction)| *reaction),
+        Some(Reaction::Executed(Command::ResetCounters))
+    );
 }
 
 /// Given a slave with selective access, when it is commanded to the redundant bus, then it goes there. One with parallel access
@@ -132,8 +135,9 @@ fn only_a_selective_slave_selects_its_bus() {
     assert_eq!(lines.iter().filter(|line| *line == refused).count(), 1, "{lines:?}");
     assert!(lines.iter().any(|line| line.starts_with("INFO active bus: Redundant")), "{lines:?}");
     for node in [TWO, FOUR] {
-        let deeds: Vec<Deed> = world.deeds(node).into_iter().map(|(_, deed)| deed).collect();
-        assert_eq!(deeds, [Deed::Executed(Command::SelectBus(Bus::Redundant))], "{node:?}");
+        let reactions: Vec<Reaction> =
+            world.reactions(node).into_iter().map(|(_, reaction)| reaction).collect();
+        assert_eq!(reactions, [Reaction::Executed(Command::SelectBus(Bus::Redundant))], "{node:?}");
     }
 }
 
@@ -204,9 +208,9 @@ fn pulses_per_second_follow_the_object() {
 #[test]
 fn leds_toggle_with_heartbeat_sync_and_time() {
     let mut world = running(STANDARD, 1);
-    let (from, before) = (world.now(), world.lamps(TWO));
+    let (from, before) = (world.now(), world.indicators(TWO));
     world.run_for(ms(2_050));
-    let after = world.lamps(TWO);
+    let after = world.indicators(TWO);
     let sent = [0x701, 0x080, 0x181].map(|id| since(&world, Bus::Nominal, id, from).len() as u32);
     let [heartbeats, syncs, times] = sent;
     assert!(heartbeats >= 20 && syncs >= 20 && times >= 1, "{sent:?}");
@@ -222,10 +226,10 @@ fn a_reset_by_the_master_resets_the_chip() {
     let mut world = running(STANDARD, 1);
     log_lines::keep();
     send(&mut world, 0x302, &[2, 0, 7, 0, 0, 0, 0, 0]);
-    assert_eq!((executed(&mut world), world.lamps(TWO).resets), ((1, 0), 0));
+    assert_eq!((executed(&mut world), world.indicators(TWO).resets), ((1, 0), 0));
     world.nmt(NmtCommand::ResetNode, Target::Node(TWO));
     world.run_for(ms(1_000));
-    assert_eq!(world.lamps(TWO).resets, 1);
+    assert_eq!(world.indicators(TWO).resets, 1);
     assert!(log_lines::take().contains(&"INFO reset by the master".to_owned()));
     assert_eq!(world.state(TWO), Some(NmtState::Operational));
     assert_eq!(executed(&mut world), (0, 0));
@@ -239,7 +243,7 @@ fn a_slave_in_pre_operational_obeys_no_command() {
     world.run_for(ms(200));
     send(&mut world, 0x302, &[1, 0, 1, 0, 0, 0, 0, 0]);
     assert!(ask(&mut world, &[0x02, 0x01]).is_empty());
-    assert_eq!((world.lamps(TWO).states, world.deeds(TWO).len()), (vec![], 0));
+    assert_eq!((world.indicators(TWO).states, world.reactions(TWO).len()), (vec![], 0));
     assert_eq!(world.command(TWO, Command::SetLed(true)), Err(Refusal::NotOperational));
 }
 

@@ -13,7 +13,7 @@ use crate::support::*;
 #[test]
 fn every_slave_boots_on_the_default_bus_and_is_started() {
     for profile in [STANDARD, LIBRECUBE] {
-        let mut world = Craft::new(profile, 3);
+        let mut world = MissionWorld::new(profile, 3);
         world.run_until(ms(1_000));
         for node in [TWO, THREE, FOUR] {
             let heartbeats = since(&world, Bus::Nominal, 0x700 + u16::from(node.get()), Time::ZERO);
@@ -35,7 +35,7 @@ fn every_slave_boots_on_the_default_bus_and_is_started() {
 /// Verifies: ECSS 8.3.2a
 #[test]
 fn a_default_of_redundant_is_where_everybody_starts() {
-    let mut world = Craft::new(Profile { bdefault: Bus::Redundant, ..STANDARD }, 2);
+    let mut world = MissionWorld::new(Profile { bdefault: Bus::Redundant, ..STANDARD }, 2);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Redundant);
@@ -121,7 +121,7 @@ fn heartbeat_like(event: &ecss_can::node::SlaveEvent) -> bool {
 #[test]
 fn a_slave_started_before_the_master_toggles_and_is_found() {
     // 2 x 250 ms on each bus: at 3.2 s every slave listens on the nominal bus.
-    let mut world = Craft::of(MIXED, 3, |world| world.powered_at(MASTER, ms(3_200)));
+    let mut world = MissionWorld::of(MIXED, 3, |world| world.powered_at(MASTER, ms(3_200)));
     world.run_until(ms(3_000));
     for node in [TWO, THREE, FOUR] {
         assert_eq!(world.state(node), Some(NmtState::PreOperational));
@@ -135,7 +135,7 @@ fn a_slave_started_before_the_master_toggles_and_is_found() {
 #[test]
 fn a_master_started_before_its_slaves_does_not_switch_buses() {
     let late = |builder: host_worlds::Builder, node: NodeId| builder.powered_at(node, ms(5_000));
-    let mut world = Craft::of(MIXED, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
+    let mut world = MissionWorld::of(MIXED, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
     world.run_until(ms(6_500));
     assert!(world.all_operational());
     assert_eq!((world.master_bus(), switches(&world, Time::ZERO)), (Bus::Nominal, 0));
@@ -152,7 +152,8 @@ fn bus_cut_before_a_slave_was_heard_costs_a_dwell() {
     for (profile, dwell, toggling) in [(LIBRECUBE, ms(25_500), ms(12_500)), (MIXED, ms(10_000), ms(500))] {
         // The slaves boot after the master and after the cut.
         let late = |builder: host_worlds::Builder, node: NodeId| builder.powered_at(node, ms(100));
-        let mut world = Craft::of(profile, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
+        let mut world =
+            MissionWorld::of(profile, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
         world.run_until(ms(50));
         cut_next_to_master(&mut world, Bus::Nominal);
         world.run_until(dwell - ms(100));
@@ -174,16 +175,16 @@ fn bus_cut_before_a_slave_was_heard_costs_a_dwell() {
 
 #[test]
 fn fourteen_slaves_run_with_traffic_and_lose_nothing() {
-    let mut world = Craft::busy(STANDARD, 14, |world| world.seed(14));
+    let mut world = MissionWorld::busy(STANDARD, 14, |world| world.seed(14));
     world.run_until(ms(5_000));
     assert!(world.all_operational());
     for node in world.slaves() {
         let commands =
             between(&world, Bus::Nominal, 0x300 + u16::from(node.get()), ms(1_000), ms(4_900)).len();
         assert!((38..=40).contains(&commands), "one per 100 ms, not {commands}");
-        let telltale = world.telltale(node).expect("it has power");
-        assert_eq!((telltale.overruns().get(), telltale.app_overflows().get()), (0, 0));
+        let diagnostics = world.diagnostics(node).expect("it has power");
+        assert_eq!((diagnostics.overruns().get(), diagnostics.app_overflows().get()), (0, 0));
     }
-    let telltale = world.telltale(MASTER).expect("it has power");
-    assert_eq!((telltale.overruns().get(), telltale.app_overflows().get()), (0, 0));
+    let diagnostics = world.diagnostics(MASTER).expect("it has power");
+    assert_eq!((diagnostics.overruns().get(), diagnostics.app_overflows().get()), (0, 0));
 }

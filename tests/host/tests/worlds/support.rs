@@ -6,11 +6,11 @@ use can_wire::time::Time;
 use ecss_can::node::{BusCause, MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::Happening;
+use host_worlds::log::NodeEvent;
 use host_worlds::world::{NEXT_TO_MASTER_M, Sent, World};
 use mission::{Command, STANDARD};
 
-pub use crate::craft::{Craft, Deed};
+pub use crate::mission_world::{MissionWorld, Reaction};
 
 pub const MASTER: NodeId = NodeId::MASTER;
 pub const TWO: NodeId = NodeId::of::<2>();
@@ -25,8 +25,8 @@ pub fn ms(ms: u64) -> Time {
 }
 
 /// A running system: everybody operational on the nominal bus.
-pub fn running(profile: Profile, slaves: u8) -> Craft {
-    let mut world = Craft::new(profile, slaves);
+pub fn running(profile: Profile, slaves: u8) -> MissionWorld {
+    let mut world = MissionWorld::new(profile, slaves);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Nominal);
@@ -36,12 +36,12 @@ pub fn running(profile: Profile, slaves: u8) -> Craft {
 /// Commands that a slave executed: when, and the number of the turn in which the master sent it. The application of the master sends
 /// a value, the number itself, in odd turns; it switches the LED on in turns 0, 4, 8 and so on, off in turns 2, 6, 10 and so on.
 /// Begins with the first value.
-pub fn turns(world: &Craft, node: NodeId) -> Vec<(Time, u32)> {
+pub fn turns(world: &MissionWorld, node: NodeId) -> Vec<(Time, u32)> {
     let mut last = None;
-    let executed = world.deeds(node).into_iter().filter_map(|(at, deed)| {
-        let turn = match (deed, last) {
-            (Deed::Executed(Command::SetValue(value)), _) => value,
-            (Deed::Executed(Command::SetLed(on)), Some(last)) => {
+    let executed = world.reactions(node).into_iter().filter_map(|(at, reaction)| {
+        let turn = match (reaction, last) {
+            (Reaction::Executed(Command::SetValue(value)), _) => value,
+            (Reaction::Executed(Command::SetLed(on)), Some(last)) => {
                 let rest = if on { 0 } else { 2 };
                 (last + 1..).find(|turn| turn % 4 == rest)?
             }
@@ -54,9 +54,9 @@ pub fn turns(world: &Craft, node: NodeId) -> Vec<(Time, u32)> {
 }
 
 /// Number of commands that a slave executed after `from`.
-pub fn executed_since(world: &Craft, node: NodeId, from: Time) -> usize {
-    let deeds = world.deeds(node).into_iter();
-    deeds.filter(|(at, deed)| *at > from && matches!(deed, Deed::Executed(_))).count()
+pub fn executed_since(world: &MissionWorld, node: NodeId, from: Time) -> usize {
+    let reactions = world.reactions(node).into_iter();
+    reactions.filter(|(at, reaction)| *at > from && matches!(reaction, Reaction::Executed(_))).count()
 }
 
 pub fn cut_next_to_master(world: &mut World, bus: Bus) {
@@ -74,7 +74,7 @@ pub fn since(world: &World, bus: Bus, id: u16, from: Time) -> Vec<Sent> {
     between(world, bus, id, from, Time::NEVER)
 }
 
-/// Frames of the stranger too.
+/// Frames of the foreign node too.
 pub fn standard(id: u16, data: &[u8]) -> WireFrame {
     WireFrame::standard(id, data)
 }
@@ -82,7 +82,7 @@ pub fn standard(id: u16, data: &[u8]) -> WireFrame {
 /// When a slave told this after `from`.
 pub fn told(world: &World, node: NodeId, from: Time, which: impl Fn(&SlaveEvent) -> bool) -> Vec<Time> {
     let log = world.log_of(node).into_iter();
-    log.filter(|(at, what)| *at >= from && matches!(what, Happening::Slave(event) if which(event)))
+    log.filter(|(at, what)| *at >= from && matches!(what, NodeEvent::Slave(event) if which(event)))
         .map(|(at, _)| at)
         .collect()
 }
@@ -98,7 +98,7 @@ pub fn told_once(world: &World, node: NodeId, from: Time, which: impl Fn(&SlaveE
 pub fn master_told(world: &World, from: Time) -> Vec<MasterEvent> {
     let log = world.log_of(MASTER).into_iter().filter(|(at, _)| *at >= from);
     log.filter_map(|(_, what)| match what {
-        Happening::Master(event) => Some(event),
+        NodeEvent::Master(event) => Some(event),
         _ => None,
     })
     .collect()

@@ -48,7 +48,7 @@ fn sync_comes_every_period_from_the_master_alone() {
 fn devices_with_synchronous_pdos_have_a_sync_object() {
     const SYNC: Address = Address::new(0x1005, 0);
     const SYNC_TYPE: Address = Address::new(0x1800, 2);
-    let mut world = Craft::busy(STANDARD, 3, |world| world);
+    let mut world = MissionWorld::busy(STANDARD, 3, |world| world);
     world.run_until(ms(1_000));
     let task = world.on_master(|master| async move {
         let client = master.sdo();
@@ -86,7 +86,7 @@ fn devices_with_synchronous_pdos_have_a_sync_object() {
 #[test]
 fn each_slave_sends_one_local_time_pdo_with_each_sync() {
     for (profile, end) in [(STANDARD, ms(3_000)), (LIBRECUBE, ms(31_000))] {
-        let mut world = Craft::busy(profile, 3, |world| world);
+        let mut world = MissionWorld::busy(profile, 3, |world| world);
         world.run_until(end);
         let syncs = between(&world, Bus::Nominal, 0x080, ms(1_000), end);
         assert!(syncs.len() >= 5, "{}", syncs.len());
@@ -120,7 +120,8 @@ fn each_slave_sends_one_local_time_pdo_with_each_sync() {
 #[test]
 fn local_time_is_the_slaves_time_at_the_end_of_the_sync() {
     // Nobody sets the clocks in the first second; they began at zero with the power.
-    let mut world = Craft::of(STANDARD, 2, |world| world.powered_at(TWO, ms(7)).powered_at(THREE, ms(13)));
+    let mut world =
+        MissionWorld::of(STANDARD, 2, |world| world.powered_at(TWO, ms(7)).powered_at(THREE, ms(13)));
     world.run_until(ms(900));
     let syncs = between(&world, Bus::Nominal, 0x080, ms(400), ms(850));
     assert!(syncs.len() >= 4);
@@ -181,7 +182,7 @@ fn spacecraft_time_reaches_every_slave() {
 /// Verifies: ECSS 7.2.3c, 7.2.3g, 7.2.3i, 7.2.3k
 #[test]
 fn clocks_100_ppm_apart_are_steered_to_one_time() {
-    let mut world = Craft::of(STANDARD, 2, |world| world.drift(TWO, 100).drift(THREE, -100));
+    let mut world = MissionWorld::of(STANDARD, 2, |world| world.drift(TWO, 100).drift(THREE, -100));
     world.run_until(ms(30_950));
     assert!(world.all_operational());
     // The last SYNC before the next distribution, 0.9 s after the one before.
@@ -203,7 +204,7 @@ fn clocks_100_ppm_apart_are_steered_to_one_time() {
 
 #[test]
 fn a_master_100_ppm_off_makes_its_periods_so_much_longer() {
-    let mut world = Craft::of(STANDARD, 2, |world| world.drift(MASTER, -100));
+    let mut world = MissionWorld::of(STANDARD, 2, |world| world.drift(MASTER, -100));
     world.run_until(ms(101_000));
     assert!(world.all_operational());
     let syncs = between(&world, Bus::Nominal, 0x080, Time::ZERO, Time::NEVER);
@@ -251,7 +252,8 @@ fn a_measurement_that_is_dropped_names_no_slave() {
         let given_up = master.wait_until(master.now() + Duration::from_millis(300));
         select(pin!(master.measure_cable(TWO)), pin!(given_up)).await;
     });
-    let named = |world: &Craft| world.master(|master| master.objects().application.network.ranging.node);
+    let named =
+        |world: &MissionWorld| world.master(|master| master.objects().application.network.ranging.node);
     world.run_for(ms(200));
     assert_eq!(named(&world), TWO.get());
     world.run_for(ms(200));

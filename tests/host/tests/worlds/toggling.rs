@@ -8,8 +8,8 @@ use ecss_can::types::{Bus, NmtState};
 use crate::support::*;
 
 /// Two slaves that wait for a master that comes at `master`.
-fn waiting(profile: Profile, slaves: u8, master: Time) -> Craft {
-    Craft::of(profile, slaves, |world| world.powered_at(MASTER, master))
+fn waiting(profile: Profile, slaves: u8, master: Time) -> MissionWorld {
+    MissionWorld::of(profile, slaves, |world| world.powered_at(MASTER, master))
 }
 
 fn gave_up(event: &SlaveEvent) -> bool {
@@ -61,7 +61,7 @@ fn late_master_after_odd_switches_is_found_by_slaves_hearing_it() {
         (world.active(FOUR), world.state(FOUR)),
         (Some(Bus::Redundant), Some(NmtState::PreOperational))
     );
-    // A message there makes it active: that of a stranger who speaks as the master does.
+    // A message there makes it active: that of a foreign node who speaks as the master does.
     world.inject(Bus::Redundant, standard(0x701, &[0x05]));
     world.run_for(ms(10));
     told_once(&world, FOUR, ms(6_000), changed_bus(Bus::Redundant, BusCause::Found));

@@ -6,8 +6,8 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use firmware_images::BoardCrate;
 use flight::{
-    BOOT_UP, Craft, HANG_WITHOUT_INTERRUPTS, MASTER, MASTER_AND_THREE, NEXT_TO_MASTER_M, Seat, fell,
-    halfwords, ms, parsed, tasks,
+    BOOT_UP, BoardSetup, Flight, HANG_WITHOUT_INTERRUPTS, MASTER, MASTER_AND_THREE, NEXT_TO_MASTER_M,
+    end_program, halfwords, ms, parsed, tasks,
 };
 use twin::board::BoardConfig;
 use twin::description::Description;
@@ -27,40 +27,40 @@ const UNSAVED: u16 = 300;
 /// Given master, slave and heater on the board of the page, when the nominal bus is cut, the heater is on the redundant bus. When its application then
 /// hangs, the watchdog resets it; it reports that, and has the values that were saved.
 pub fn fly(top: &Path) {
-    let (mut craft, guest) = on_board(top);
-    craft.fly(STARTED);
+    let (mut flight, guest) = on_board(top);
+    flight.fly(STARTED);
     for node in [MASTER, SHIPPED, HEATER] {
-        assert!(craft.is_operational(node, Bus::Nominal), "{}", craft.log(node));
+        assert!(flight.is_operational(node, Bus::Nominal), "{}", flight.log(node));
     }
 
-    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    craft.fly(STARTED + ms(1_000));
-    assert!(craft.is_operational(HEATER, Bus::Redundant), "{}", craft.log(HEATER));
-    assert_eq!(craft.lost_frames(HEATER), 0);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly(STARTED + ms(1_000));
+    assert!(flight.is_operational(HEATER, Bus::Redundant), "{}", flight.log(HEATER));
+    assert_eq!(flight.lost_frames(HEATER), 0);
 
-    write_setpoint(&mut craft, guest, SAVED);
+    write_setpoint(&mut flight, guest, SAVED);
     // "save" to 1010h sub 1.
-    sdo(&mut craft, guest, [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'], 0x60);
-    write_setpoint(&mut craft, guest, UNSAVED);
-    assert_eq!(setpoint(&mut craft, guest), UNSAVED);
+    sdo(&mut flight, guest, [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'], 0x60);
+    write_setpoint(&mut flight, guest, UNSAVED);
+    assert_eq!(setpoint(&mut flight, guest), UNSAVED);
 
-    let reset = hang(&mut craft);
-    craft.fly(reset + ms(1_500));
-    assert!(craft.is_operational(HEATER, Bus::Redundant), "{}", craft.log(HEATER));
-    let board = craft.board(HEATER).0;
-    let first = craft.first_after(reset, |seen| seen.sender == board).expect("a frame after the reset");
+    let reset = hang(&mut flight);
+    flight.fly(reset + ms(1_500));
+    assert!(flight.is_operational(HEATER, Bus::Redundant), "{}", flight.log(HEATER));
+    let board = flight.board(HEATER).0;
+    let first = flight.first_after(reset, |seen| seen.sender == board).expect("a frame after the reset");
     assert_eq!((first.id(), first.data()), (Some(0x705), &[BOOT_UP][..]));
     // CiA 301 7.2.7.1: error code 6101h, generic bit of the error register; then the error is over.
     let emergencies: Vec<_> =
-        craft.frames.iter().filter(|seen| seen.end > reset && seen.id() == Some(0x085)).collect();
+        flight.frames.iter().filter(|seen| seen.end > reset && seen.id() == Some(0x085)).collect();
     let reported: Vec<&[u8]> = emergencies.iter().map(|seen| seen.data()).collect();
-    assert_eq!(reported[0][..4], [0x00, 0x61, 0x01, WATCHDOG], "{}", craft.log(HEATER));
-    assert_eq!(reported[1][..6], [0, 0, 0, 0, 0x61, WATCHDOG], "{}", craft.log(HEATER));
-    assert_eq!(setpoint(&mut craft, guest), SAVED);
+    assert_eq!(reported[0][..4], [0x00, 0x61, 0x01, WATCHDOG], "{}", flight.log(HEATER));
+    assert_eq!(reported[1][..6], [0, 0, 0, 0, 0x61, WATCHDOG], "{}", flight.log(HEATER));
+    assert_eq!(setpoint(&mut flight, guest), SAVED);
 }
 
 /// The master at the left end, the slave and the heater, on the board of the page, and a guest of the redundant bus.
-fn on_board(top: &Path) -> (Craft, GuestId) {
+fn on_board(top: &Path) -> (Flight, GuestId) {
     let folder = top.join("h405");
     let description = Description::read(&folder).unwrap_or_else(|wrong| panic!("{wrong}"));
     let shipped = firmware_images::build(BoardCrate::Elsewhere(&folder), "standard").expect("images");
@@ -68,42 +68,42 @@ fn on_board(top: &Path) -> (Craft, GuestId) {
     let heater = parsed(&top.join("heater/target/firmware/heater"));
     let straps = description.model.pins.straps.expect("straps");
     let [master, slave, other, _] = MASTER_AND_THREE;
-    let seats = [master, slave, Seat { node: HEATER, ..other }];
-    let mut craft = Craft::of(&seats, |seat| BoardConfig {
+    let setups = [master, slave, BoardSetup { node: HEATER, ..other }];
+    let mut flight = Flight::of(&setups, |setup| BoardConfig {
         model: description.model,
-        image: if seat.node == HEATER { heater.clone() } else { seat.with(&images).image },
-        straps: if seat.node == MASTER { Vec::new() } else { straps.closed(seat.node) },
-        ..seat.with(&images)
+        image: if setup.node == HEATER { heater.clone() } else { setup.with(&images).image },
+        straps: if setup.node == MASTER { Vec::new() } else { straps.closed(setup.node) },
+        ..setup.with(&images)
     });
-    let guest = craft.twin.add_guest(Bus::Redundant, 30.0);
-    (craft, guest)
+    let guest = flight.twin.add_guest(Bus::Redundant, 30.0);
+    (flight, guest)
 }
 
 /// Lets the application of the heater hang with interrupts off. Returns the time of the reset.
-fn hang(craft: &mut Craft) -> Time {
+fn hang(flight: &mut Flight) -> Time {
     let is_application = |task: &flight::Task| task.name.to_le_bytes() == *b"appl";
-    let task = tasks(craft, HEATER).into_iter().find(is_application).expect("the task of the application");
-    let reset = fell(craft, HEATER, task, &halfwords(&HANG_WITHOUT_INTERRUPTS));
-    assert_eq!(craft.twin.board(craft.board(HEATER)).counters().watchdog_resets, 1);
+    let task = tasks(flight, HEATER).into_iter().find(is_application).expect("the task of the application");
+    let reset = end_program(flight, HEATER, task, &halfwords(&HANG_WITHOUT_INTERRUPTS));
+    assert_eq!(flight.twin.board(flight.board(HEATER)).counters().watchdog_resets, 1);
     reset
 }
 
 /// Sends a request of SDO to the heater. Returns the data of its answer, which has this command.
-fn sdo(craft: &mut Craft, guest: GuestId, request: [u8; 8], command: u8) -> [u8; 4] {
-    craft.twin.inject(guest, craft.end, WireFrame::standard(0x605, &request));
-    let answer = craft.fly_until(|seen| seen.id() == Some(0x585));
-    assert_eq!(answer.data()[0], command, "{:02X?}\n{}", answer.data(), craft.log(HEATER));
+fn sdo(flight: &mut Flight, guest: GuestId, request: [u8; 8], command: u8) -> [u8; 4] {
+    flight.twin.inject(guest, flight.end, WireFrame::standard(0x605, &request));
+    let answer = flight.fly_until(|seen| seen.id() == Some(0x585));
+    assert_eq!(answer.data()[0], command, "{:02X?}\n{}", answer.data(), flight.log(HEATER));
     answer.data()[4..8].try_into().expect("four bytes")
 }
 
 /// Writes 6000h, two bytes.
-fn write_setpoint(craft: &mut Craft, guest: GuestId, value: u16) {
+fn write_setpoint(flight: &mut Flight, guest: GuestId, value: u16) {
     let [low, high] = value.to_le_bytes();
-    sdo(craft, guest, [0x2B, 0x00, 0x60, 0, low, high, 0, 0], 0x60);
+    sdo(flight, guest, [0x2B, 0x00, 0x60, 0, low, high, 0, 0], 0x60);
 }
 
 /// Reads 6000h, two bytes.
-fn setpoint(craft: &mut Craft, guest: GuestId) -> u16 {
-    let [low, high, ..] = sdo(craft, guest, [0x40, 0x00, 0x60, 0, 0, 0, 0, 0], 0x4B);
+fn setpoint(flight: &mut Flight, guest: GuestId) -> u16 {
+    let [low, high, ..] = sdo(flight, guest, [0x40, 0x00, 0x60, 0, 0, 0, 0, 0], 0x4B);
     u16::from_le_bytes([low, high])
 }

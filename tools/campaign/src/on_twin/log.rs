@@ -2,13 +2,13 @@
 
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 
 use crate::scene::News;
 
 /// The meaning of a line of the log; `None` for what is no change of state.
-pub fn news(seat: Seat, text: &str) -> Option<News> {
-    let is_master = seat.node() == NodeId::MASTER;
+pub fn news(key: NodeKey, text: &str) -> Option<News> {
+    let is_master = key.node() == NodeId::MASTER;
     if text.contains(" starts, profile") {
         return Some(News::PowerOn);
     }
@@ -67,11 +67,11 @@ mod tests {
 
     #[test]
     fn lines_of_the_log_are_understood() {
-        let (master, second) = (Seat::MASTER, Seat::SECOND_MASTER);
-        let slave = Seat::from(NodeId::of::<3>());
+        let (master, second) = (NodeKey::MASTER, NodeKey::SECOND_MASTER);
+        let slave = NodeKey::from(NodeId::of::<3>());
         let left =
             News::Switched { from: Bus::Nominal, to: Bus::Redundant, cause: SwitchCause::SlavesSilent };
-        for (seat, text, expected) in [
+        for (key, text, expected) in [
             (master, "master starts, profile standard", Some(News::PowerOn)),
             (slave, "slave 3 starts, profile standard", Some(News::PowerOn)),
             (master, "active bus: Redundant, no longer Nominal (SlavesSilent)", Some(left)),
@@ -102,7 +102,7 @@ mod tests {
             (slave, "1029h:1 written", None),
             (slave, "master missed on Nominal", Some(News::Other)),
         ] {
-            assert_eq!(news(seat, text), expected, "{text}");
+            assert_eq!(news(key, text), expected, "{text}");
         }
     }
 }

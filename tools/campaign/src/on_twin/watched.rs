@@ -3,7 +3,7 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::types::NodeId;
-use host_worlds::Seat;
+use host_worlds::NodeKey;
 use support::counters::Counters;
 use twin::board::{EmulatedBoard, State};
 
@@ -12,7 +12,7 @@ const LIFETIME: Time = Time::from_ms(100);
 
 /// A board as the campaign follows it.
 pub struct Watched {
-    pub seat: Seat,
+    pub key: NodeKey,
     pub is_powered: bool,
     /// Panics and lock-ups.
     failures: u64,
@@ -27,9 +27,9 @@ pub struct Watched {
 
 impl Watched {
     /// A board with power.
-    pub fn new(seat: Seat) -> Watched {
+    pub fn new(key: NodeKey) -> Watched {
         Watched {
-            seat,
+            key,
             is_powered: true,
             failures: 0,
             has_stopped: false,
@@ -67,7 +67,7 @@ impl Watched {
             wrongs.push(format!("{name} stopped: {:?}, {at} us", board.state()));
             self.has_stopped = true;
         }
-        if self.seat.node() != NodeId::MASTER {
+        if self.key.node() != NodeId::MASTER {
             let executed = executed(board);
             let new = executed.checked_sub(self.executed).unwrap_or(executed);
             self.executed = executed;

@@ -18,10 +18,10 @@ const FOUND: [(Rule, &str, &str); 11] = [
          cut at=8000000 place=3\nforeign-master at=12000000 value=5 times=960 every=50000\n",
     ),
     (
-        Rule::Stranger,
+        Rule::UnknownNode,
         "the master left Nominal (Tried) for a fault that hurts nobody",
         "run seed=1 slaves=2 length=60000000\n\
-         stranger at=17000000 bus=redundant node=127 value=5 times=2 every=1000000\n",
+         foreign_node at=17000000 bus=redundant node=127 value=5 times=2 every=1000000\n",
     ),
     (
         Rule::Repeats,

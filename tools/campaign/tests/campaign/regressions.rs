@@ -17,7 +17,7 @@ const SCRIPTS: [(&str, &str); 15] = [
          power-master at=18000000 lasts=10000 node=1\n",
     ),
     (
-        "a slave with selective access that a stranger deceives to the end counted as lost",
+        "a slave with selective access that a foreign node deceives to the end counted as lost",
         "run seed=1 slaves=3 selective=1 length=60000000\n\
          disconnect at=8000000 bus=nominal node=1\n\
          foreign-master at=8000000 bus=nominal node=1 value=5 times=566 every=100000\n",
@@ -58,7 +58,7 @@ const SCRIPTS: [(&str, &str); 15] = [
          foreign-master at=11000000 bus=nominal node=1 value=5 times=46 every=1000000\n",
     ),
     (
-        "the same, with the stranger four seconds after the stub was lost",
+        "the same, with the foreign node four seconds after the stub was lost",
         "run seed=1 masters=2 slaves=2 length=60000000\n\
          disconnect at=10000000 bus=nominal node=128\n\
          foreign-master at=14000000 bus=nominal node=1 value=5 times=46 every=1000000\n",
@@ -70,13 +70,13 @@ const SCRIPTS: [(&str, &str); 15] = [
          short at=16000000 lasts=300000 bus=nominal place=6\n",
     ),
     (
-        "a stranger kept slaves on the nominal bus while the master tried the other one, which counted as failed",
+        "a foreign node kept slaves on the nominal bus while the master tried the other one, which counted as failed",
         "run seed=1 slaves=3 selective=1 length=60000000\n\
          foreign-master at=18000000 bus=nominal node=1 value=5 times=7 every=100000\n\
          disconnect at=17100000 bus=nominal node=2\n",
     ),
     (
-        "the same, with four slaves and a slower stranger",
+        "the same, with four slaves and a slower foreign node",
         "run seed=1 slaves=4 selective=1 length=60000000\n\
          foreign-master at=14000000 bus=nominal node=1 value=5 times=5 every=300000\n\
          disconnect at=13600000 bus=nominal node=5\n",
@@ -88,7 +88,7 @@ const SCRIPTS: [(&str, &str); 15] = [
          disconnect at=10700000 bus=nominal node=7\n",
     ),
     (
-        "the same, with the stranger a second after the stub was lost",
+        "the same, with the foreign node a second after the stub was lost",
         "run seed=1 slaves=4 selective=1 length=60000000\n\
          disconnect at=16000000 bus=nominal node=5\n\
          foreign-master at=17000000 bus=nominal node=1 value=5 times=4 every=200000\n",

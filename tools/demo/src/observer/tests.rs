@@ -24,7 +24,7 @@ impl World {
     fn of(plan: &Plan) -> Self {
         let mut world = World { observer: Observer::new(plan) };
         for node in [2, 4] {
-            world.observer.on(&Occurrence { at: Time::ZERO, what: Happening::PowerOn(node) });
+            world.observer.on(&Occurrence { at: Time::ZERO, what: FlightEvent::PowerOn(node) });
             world.sees(0, Bus::Nominal, (0x700 + u16::from(node), &[0x00]), &[1]);
         }
         world
@@ -33,7 +33,7 @@ impl World {
     fn sees(&mut self, ms: u64, bus: Bus, (id, data): (u16, &[u8]), reached: &[Node]) -> Vec<Change> {
         let frame = WireFrame::standard(id, data);
         let reached: Nodes = reached.iter().copied().collect();
-        let what = Happening::Frame(Seen::new(bus, frame, self.observer.scope, 0, reached));
+        let what = FlightEvent::Frame(Seen::new(bus, frame, self.observer.scope, 0, reached));
         self.observer.on(&Occurrence { at: Time::from_ms(ms), what })
     }
 
@@ -41,7 +41,7 @@ impl World {
     fn sent(&mut self, ms: u64, bus: Bus, from: Node, (id, data): (u16, &[u8])) -> Vec<Change> {
         let seen =
             Seen::new(bus, WireFrame::standard(id, data), Scope::Mission, from, Nodes::from_iter([2, 4]));
-        self.observer.on(&Occurrence { at: Time::from_ms(ms), what: Happening::Frame(seen) })
+        self.observer.on(&Occurrence { at: Time::from_ms(ms), what: FlightEvent::Frame(seen) })
     }
 
     fn phases(&self, node: Node) -> Vec<&'static str> {
@@ -56,7 +56,7 @@ impl World {
     fn cut(&mut self, ms: u64) {
         let at = Time::from_ms(ms);
         let cut = CutPlan { bus: Bus::Nominal, at, position_m: 0.5 };
-        self.observer.on(&Occurrence { at, what: Happening::Cut(cut) });
+        self.observer.on(&Occurrence { at, what: FlightEvent::Cut(cut) });
     }
 }
 
@@ -151,7 +151,7 @@ fn a_minimal_slave_is_operational_from_its_first_heartbeat_on() {
     let mut plan = sample::plan();
     plan.boards[2].is_minimal = true;
     let mut world = World { observer: Observer::new(&plan) };
-    world.observer.on(&Occurrence { at: Time::ZERO, what: Happening::PowerOn(4) });
+    world.observer.on(&Occurrence { at: Time::ZERO, what: FlightEvent::PowerOn(4) });
     world.sees(10, Bus::Nominal, COMMAND_4, &[4]);
     assert_eq!(world.due(4), 0);
     world.sees(20, Bus::Nominal, (0x704, &[0x05]), &[1]);
@@ -172,7 +172,7 @@ fn a_minimal_slave_follows_heartbeats_alone() {
     let mut plan = sample::plan();
     plan.boards[1].is_minimal = true;
     let mut world = World { observer: Observer::new(&plan) };
-    world.observer.on(&Occurrence { at: Time::ZERO, what: Happening::PowerOn(2) });
+    world.observer.on(&Occurrence { at: Time::ZERO, what: FlightEvent::PowerOn(2) });
     world.sees(20, Bus::Nominal, (0x702, &[0x05]), &[1]);
     world.sees(100, Bus::Redundant, START_ALL, &[2]);
     assert_eq!(world.observer.nodes()[&2].now().bus, Bus::Nominal);
@@ -289,7 +289,7 @@ fn two_masters() -> World {
     plan.boards.push(crate::plan::BoardPlan { node: SECOND_MASTER, ..plan.boards[0].clone() });
     let mut world = World::of(&plan);
     for board in [MASTER, SECOND_MASTER] {
-        world.observer.on(&Occurrence { at: Time::from_ms(10), what: Happening::PowerOn(board) });
+        world.observer.on(&Occurrence { at: Time::from_ms(10), what: FlightEvent::PowerOn(board) });
     }
     world
 }
@@ -303,7 +303,7 @@ fn a_standby_takes_over_from_a_lost_master() {
     let changes = world.sent(20, Bus::Nominal, MASTER, MASTER_BEATS);
     assert!(changes.contains(&Change::Now(SECOND_MASTER, standby)));
     world.sent(30, Bus::Nominal, MASTER, START_ALL);
-    world.observer.on(&Occurrence { at: Time::from_ms(50), what: Happening::PowerOff(MASTER) });
+    world.observer.on(&Occurrence { at: Time::from_ms(50), what: FlightEvent::PowerOff(MASTER) });
     let (last, first) = (Time::from_ms(20), Time::from_ms(420));
     let takeover = Takeover { from: MASTER, to: SECOND_MASTER, last, first };
     let changes = world.sent(420, Bus::Nominal, SECOND_MASTER, (0x701, &[0]));
@@ -324,7 +324,7 @@ fn a_standby_takes_over_from_a_lost_master() {
 fn a_standby_that_was_reset_is_the_standby_again() {
     let mut world = two_masters();
     world.sent(20, Bus::Nominal, MASTER, MASTER_BEATS);
-    world.observer.on(&Occurrence { at: Time::from_ms(50), what: Happening::Reset(SECOND_MASTER) });
+    world.observer.on(&Occurrence { at: Time::from_ms(50), what: FlightEvent::Reset(SECOND_MASTER) });
     world.sent(120, Bus::Nominal, MASTER, MASTER_BEATS);
     world.cut(150);
     world.sent(220, Bus::Redundant, MASTER, MASTER_BEATS);
@@ -344,7 +344,7 @@ fn recoveries_from_cut_and_loss_are_two_times() {
     world.sent(300, Bus::Redundant, MASTER, MASTER_BEATS);
     let changes = world.sent(310, Bus::Redundant, MASTER, COMMAND_2);
     assert_eq!(changes, [Change::Recovered(2, Since::Cut, Time::from_ms(210))]);
-    world.observer.on(&Occurrence { at: Time::from_ms(400), what: Happening::PowerOff(MASTER) });
+    world.observer.on(&Occurrence { at: Time::from_ms(400), what: FlightEvent::PowerOff(MASTER) });
     assert_eq!(world.sent(700, Bus::Redundant, 2, (0x382, &[1, 0])), [], "no board has taken over yet");
     world.sent(710, Bus::Redundant, SECOND_MASTER, (0x701, &[0]));
     let changes = world.sent(750, Bus::Redundant, SECOND_MASTER, COMMAND_2);

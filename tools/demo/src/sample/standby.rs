@@ -6,7 +6,7 @@
 use super::{at, frame};
 use crate::flight::{BoardCount, Flight};
 use crate::plan::{BoardPlan, CutPlan, Plan};
-use crate::record::{Bus, Happening, MASTER, Node, Occurrence, SECOND_MASTER};
+use crate::record::{Bus, FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER};
 use can_wire::time::Time;
 use support::board::Profile;
 use support::counters::Counters;
@@ -56,11 +56,11 @@ fn slave(node: Node, ms: u64) -> (Bus, u8) {
 
 fn records() -> Vec<Occurrence> {
     let mut records: Vec<Occurrence> =
-        [1, 2, 4, SECOND_MASTER].map(|node| at(20, Happening::PowerOn(node))).into();
+        [1, 2, 4, SECOND_MASTER].map(|node| at(20, FlightEvent::PowerOn(node))).into();
     records.extend([
-        at(RESET_MS, Happening::Reset(SECOND_MASTER)),
-        at(CUT_MS, Happening::Cut(CUT)),
-        at(LOSS_MS, Happening::PowerOff(MASTER)),
+        at(RESET_MS, FlightEvent::Reset(SECOND_MASTER)),
+        at(CUT_MS, FlightEvent::Cut(CUT)),
+        at(LOSS_MS, FlightEvent::PowerOff(MASTER)),
         frame(100, Bus::Nominal, 2, 0x702, &[0], &[]),
         frame(110, Bus::Nominal, 4, 0x704, &[0], &[]),
         frame(890, Bus::Nominal, MASTER, 0x701, &[0], &[2, 4]),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use can_wire::frame::WireFrame;
-use support::craft::Node;
+use support::fleet::Node;
 
 use super::{Level, Payload};
 

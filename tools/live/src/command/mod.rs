@@ -12,7 +12,7 @@ use std::str::FromStr;
 use can_wire::frame::{WireFrame, WireId};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand, ValueEnum};
-use support::craft::Node;
+use support::fleet::Node;
 use twin::spacecraft::Bus;
 
 /// One line.

@@ -567,7 +567,7 @@ fn a_node_without_power_from_the_start_never_joins() {
 }
 
 #[test]
-fn disturbances_of_nobody_and_of_strangers_are_refused() {
+fn disturbances_of_nobody_and_of_foreign_nodes_are_refused() {
     let mut bench = Bench::together(vec![Station::default(), Station::default()]);
     let flip = |nodes: &[usize]| Fault::Flip(Flip::new(Place::Bit(0), Nodes::of(nodes)));
     assert_eq!(bench.wire.schedule(Time::ZERO, flip(&[])), Err(FaultError::NoNode));

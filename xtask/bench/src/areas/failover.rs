@@ -141,7 +141,7 @@ fn selective(flight: &Flight) -> Option<f64> {
 /// The longest time without a master, milliseconds, and the largest load of the bus that is not active, percent.
 fn standby(context: &Context) -> anyhow::Result<(f64, f64)> {
     let mut options = Options { seconds: 4.0, ..Options::default() };
-    options.craft.target.profile = Profile::Standby;
+    options.fleet.target.profile = Profile::Standby;
     let (mut worst, mut load): (f64, f64) = (0.0, 0.0);
     for at in LOSSES_MS {
         let loss = Some(Time::from_ms(at));

@@ -2,7 +2,7 @@
 //!
 //! A slave with selective access stays on its bus for 12.5 s after the master fell silent, and all the time it tries to
 //! send its heartbeat, which nobody acknowledges: thousands of attempts a second. They must not become interrupts. The
-//! image itself counts, in `TELLTALE`; the second that is looked at begins a second after the cut.
+//! image itself counts, in `DIAGNOSTICS`; the second that is looked at begins a second after the cut.
 
 use can_wire::time::Time;
 use twin::spacecraft::Bus;
@@ -39,9 +39,9 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     rig.run_until(CUT)?;
     rig.spacecraft.wire_mut(Bus::Nominal).cut(CUT_AT_M);
     rig.run_until(FROM)?;
-    let before = rig.telltale()?.interrupts;
+    let before = rig.diagnostics()?.interrupts;
     rig.run_until(TO)?;
-    let after = rig.telltale()?.interrupts;
+    let after = rig.diagnostics()?.interrupts;
     let [transmit, receive, error] = [0, 1, 2].map(|kind| u64::from(after[kind] - before[kind]));
     let unit = "interrupts_per_second";
     Ok(vec![

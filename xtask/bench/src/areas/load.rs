@@ -42,7 +42,7 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
 fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::Result<Vec<Row>> {
     let mut rig = Rig::with_flash(context, Profile::Standard, SLAVE, timing)?;
     let mut random = fastrand::Rng::with_seed(1);
-    let (start, before) = (rig.spacecraft.now() + Time::from_us(1), rig.telltale()?);
+    let (start, before) = (rig.spacecraft.now() + Time::from_us(1), rig.diagnostics()?);
     let awake_before = rig.board().counters().cycles_awake;
     for bus in Bus::ALL {
         for n in 0..FRAMES {
@@ -57,7 +57,7 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
     loop {
         let now = rig.spacecraft.now() + STEP;
         rig.run_until(now)?;
-        let told = rig.telltale()?;
+        let told = rig.diagnostics()?;
         if told.frames() == last.frames() {
             break;
         }

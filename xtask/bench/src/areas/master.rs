@@ -15,7 +15,7 @@ use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use demo::plan::BoardPlan;
 use support::board::Profile;
-use support::craft;
+use support::fleet;
 
 pub const AREA: Area =
     Area { name: "master", about: "model cycles of the master per heartbeat", needs: &[], steps: 1, measure };
@@ -27,7 +27,7 @@ const HEARTBEATS: usize = 400;
 const SPACING: Time = Time::from_us(1_231);
 
 /// Node-IDs that the master does not know.
-const STRANGERS: std::ops::Range<u16> = 40..120;
+const FOREIGN_NODES: std::ops::Range<u16> = 40..120;
 
 /// From the start of a heartbeat until the receiver has it, and a little less.
 const ON_THE_WIRE: Time = Time::from_us(48);
@@ -59,15 +59,15 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     network.run_for(QUESTION)?;
     let of_slave = network.heartbeats(Bus::Nominal, 3..4)?;
     // Once until all are known.
-    network.heartbeats(Bus::Redundant, STRANGERS)?;
-    let of_stranger = network.heartbeats(Bus::Redundant, STRANGERS)?;
+    network.heartbeats(Bus::Redundant, FOREIGN_NODES)?;
+    let of_foreign_node = network.heartbeats(Bus::Redundant, FOREIGN_NODES)?;
     let row = |name: &str, cycles: &[u64]| {
         let worst = cycles.last().copied().unwrap_or(0);
         let median = cycles.get(cycles.len() / 2).copied().unwrap_or(0);
         let row = |name: String, cycles| Row::lower(name, cycles, "model_cycles");
         [row(format!("heartbeat_of_{name}"), worst), row(format!("heartbeat_of_{name}_median"), median)]
     };
-    Ok([row("slave", &of_slave), row("stranger", &of_stranger)].concat())
+    Ok([row("slave", &of_slave), row("foreign_node", &of_foreign_node)].concat())
 }
 
 impl Network {
@@ -85,11 +85,11 @@ impl Network {
                 position_m: f64::from(node),
                 power_on: Time::ZERO,
             };
-            let config = plan.config(&FLOWN, format!("node {node}"), craft::image(image)?);
+            let config = plan.config(&FLOWN, format!("node {node}"), fleet::image(image)?);
             let fittings = Fittings { flash_timing: FlashTiming::Ideal, ..Fittings::default() };
             Ok(spacecraft.add_board(twin::board::BoardConfig { fittings, ..config }))
         };
-        let master = board(craft::MASTER, &images.master)?;
+        let master = board(fleet::MASTER, &images.master)?;
         board(2, &images.slave)?;
         let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
         let mut network = Network { spacecraft, master, guests };

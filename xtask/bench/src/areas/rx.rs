@@ -2,7 +2,7 @@
 //!
 //! A slave, operational, is sent 1,000 commands by a foreign controller while the twin runs one instruction at a time.
 //! The clock is the core's count of cycles awake. It starts with the exception entry of the receive interrupt of CAN1
-//! (IPSR becomes 36) and stops after the instruction that counts the frame in `TELLTALE`: as handled by the node, which
+//! (IPSR becomes 36) and stops after the instruction that counts the frame in `DIAGNOSTICS`: as handled by the node, which
 //! has taken the PDO's value then, or as a command that the application has executed. Whatever else the board does in
 //! between, other interrupts included, is in the figure. Measured with zero wait states, as boards fly, and without the
 //! accelerator of the flash.
@@ -181,10 +181,10 @@ fn command(rig: &mut Rig, at: Time, value: u32) -> anyhow::Result<Latency> {
 
 /// Follows the next frame through the board.
 fn follow(rig: &mut Rig) -> anyhow::Result<Latency> {
-    let (frames, commands) = (rig.telltale()?.frames(), rig.commands()?);
+    let (frames, commands) = (rig.diagnostics()?.frames(), rig.commands()?);
     let mut handled = None;
     rig.follow(|rig, cycles| {
-        if handled.is_none() && rig.telltale()?.frames() > frames {
+        if handled.is_none() && rig.diagnostics()?.frames() > frames {
             handled = Some(cycles);
         }
         let Some(node) = handled else { return Ok(None) };

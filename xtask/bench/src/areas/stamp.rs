@@ -14,8 +14,8 @@ use super::Area;
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use support::board::Profile;
-use support::craft;
-use support::telltale::Telltale;
+use support::diagnostics::Diagnostics;
+use support::fleet;
 
 pub const AREA: Area = Area {
     name: "stamp",
@@ -38,7 +38,7 @@ const FROM: Time = Time::from_ms(550);
 const TARGET_NS: f64 = 100.0;
 
 /// Node-ID (1 is the master), metres, parts per million.
-const SEATS: [(u8, f64, f64); 4] = [(1, 0.0, 50.0), (2, 9.0, -50.0), (3, 21.0, 17.0), (4, 35.0, -38.0)];
+const BOARDS: [(u8, f64, f64); 4] = [(1, 0.0, 50.0), (2, 9.0, -50.0), (3, 21.0, 17.0), (4, 35.0, -38.0)];
 
 fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
@@ -62,9 +62,9 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
 
 fn fly(context: &Context, load: f64) -> anyhow::Result<Outcome> {
     let images = context.images(&FLOWN, Profile::Standard)?;
-    let (master, slave) = (craft::image(&images.master)?, craft::image(&images.slave)?);
+    let (master, slave) = (fleet::image(&images.master)?, fleet::image(&images.slave)?);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    for (node, position_m, ppm) in SEATS {
+    for (node, position_m, ppm) in BOARDS {
         spacecraft.add_board(BoardConfig {
             name: format!("node {node}"),
             model: FLOWN.model(),
@@ -81,6 +81,6 @@ fn fly(context: &Context, load: f64) -> anyhow::Result<Outcome> {
 }
 
 fn counts(board: &EmulatedBoard) -> anyhow::Result<Counts> {
-    let stamps = Telltale::read(board)?.stamps;
+    let stamps = Diagnostics::read(board)?.stamps;
     Ok(Counts { captured: stamps.captured, missed: stamps.missed, last: stamps.last })
 }

@@ -2,7 +2,7 @@
 //!
 //! A slave, operational, is sent SYNCs by a foreign controller while the twin runs one instruction at a time. The clock is
 //! the core's count of cycles awake, from the exception entry of the receive interrupt of CAN1. It is read when the port
-//! counts the stamp in `TELLTALE`: the edges of the SYNC have been searched and found. `rx` is the same way without a
+//! counts the stamp in `DIAGNOSTICS`: the edges of the SYNC have been searched and found. `rx` is the same way without a
 //! search. Zero wait states.
 
 use can_wire::time::Time;
@@ -45,9 +45,9 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
         rig.send(Bus::Nominal, rig.spacecraft.now() + BREAK, MASTER_BEATS);
         rig.send(Bus::Nominal, at, SYNC);
         rig.run_until(at + ON_THE_WIRE)?;
-        let before = rig.telltale()?.stamps.captured;
+        let before = rig.diagnostics()?.stamps.captured;
         cycles.push(
-            rig.follow(|rig, cycles| Ok((rig.telltale()?.stamps.captured > before).then_some(cycles)))?,
+            rig.follow(|rig, cycles| Ok((rig.diagnostics()?.stamps.captured > before).then_some(cycles)))?,
         );
     }
     cycles.sort_unstable();

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, ensure};
 use can_wire::time::Time;
-use support::craft;
+use support::fleet;
 use support::needs::VALGRIND;
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
@@ -75,7 +75,7 @@ fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
 fn fork(context: &Context) -> anyhow::Result<Duration> {
     let built = context.images(&FLOWN, Profile::Librecube)?;
     let nodes: Vec<u8> = (1..=BOARDS).collect();
-    let images = craft::shipped(&built, nodes.iter().copied())?;
+    let images = fleet::shipped(&built, nodes.iter().copied())?;
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for node in nodes {
         spacecraft.add_board(BoardConfig {

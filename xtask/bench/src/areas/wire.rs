@@ -28,7 +28,7 @@ pub const AREA: Area = Area {
 };
 
 /// Of the stations, metres and parts per billion.
-const SEATS: [(f64, i32); 8] = [
+const BOARDS: [(f64, i32); 8] = [
     (0.0, 0),
     (5.0, 20_000),
     (10.0, -35_000),
@@ -57,7 +57,7 @@ const RATIO: f64 = 20.0;
 fn measure(_: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
     let alone = compare(|n| Time::from_us(n * SLOT_US))?;
     // As many at once as there are stations.
-    let contended = compare(|n| Time::from_us(n / SEATS.len() as u64 * SEATS.len() as u64 * SLOT_US))?;
+    let contended = compare(|n| Time::from_us(n / BOARDS.len() as u64 * BOARDS.len() as u64 * SLOT_US))?;
     Ok(vec![
         Row::higher("fast_frames_per_second", alone.fast.round(), "frames_per_second").noisy(),
         Row::higher("bit_frames_per_second", alone.bits.round(), "frames_per_second").noisy(),
@@ -88,19 +88,19 @@ fn compare(at: impl Fn(u64) -> Time) -> anyhow::Result<Speeds> {
 
 /// Sends the first frames of all; each station has a share of them, the same in every run.
 fn run(at: impl Fn(u64) -> Time, frames: u64, bit_by_bit: bool) -> (Bench, Duration) {
-    let mut stations = SEATS.map(|(_, ppb)| Station::with_timing(BitTiming::MEGABIT.fast_by(ppb)));
+    let mut stations = BOARDS.map(|(_, ppb)| Station::with_timing(BitTiming::MEGABIT.fast_by(ppb)));
     let mut random = fastrand::Rng::with_seed(1);
     for n in 0..frames {
-        let sender = n as u16 % SEATS.len() as u16;
+        let sender = n as u16 % BOARDS.len() as u16;
         // No two stations send one identifier.
-        let id = random.u16(..0x100) * SEATS.len() as u16 + sender;
+        let id = random.u16(..0x100) * BOARDS.len() as u16 + sender;
         let frame = WireFrame::standard(id, &random.u64(..).to_le_bytes());
         // Everybody has joined after 11 bits.
         stations[usize::from(sender)].queue.push_back((Time::from_us(50) + at(n), frame));
     }
     let config = WireConfig { bit_by_bit, ..WireConfig::default() };
-    let seats = SEATS.into_iter().zip(stations).map(|((position_m, _), station)| (position_m, station));
-    let mut bench = Bench::new(config, seats.collect());
+    let keys = BOARDS.into_iter().zip(stations).map(|((position_m, _), station)| (position_m, station));
+    let mut bench = Bench::new(config, keys.collect());
     let end = at(frames) + Time::from_ms(1);
     let start = Instant::now();
     bench.leap(end);

@@ -54,9 +54,9 @@ fn capture_both_lines(rings: [u32; 2]) -> Vec<u16> {
     .concat()
 }
 
-fn witness(rings: [u32; 2]) -> BoardConfig {
+fn observer(rings: [u32; 2]) -> BoardConfig {
     let handler = [&copy(DMA1, SEEN)[..], &store(DMA1 + 0x08, 0x3D << 16), &RETURN].concat();
-    board("witness", image(&capture_both_lines(rings), &handler))
+    board("observer", image(&capture_both_lines(rings), &handler))
 }
 
 fn asleep(config: BoardConfig) -> EmulatedBoard {
@@ -90,7 +90,7 @@ fn edges(side: Side, instants: &[Time]) -> Vec<(Side, Time, bool)> {
 
 #[test]
 fn dma_moves_the_captures_of_both_lines_while_the_core_sleeps() {
-    let mut board = asleep(witness([RING1, RING2]));
+    let mut board = asleep(observer([RING1, RING2]));
     let awake = board.counters().instructions;
     let instants = [6_000, 6_001, 6_003].map(Time::from_us);
     let mut both = edges(Side::Can1, &instants);
@@ -106,7 +106,7 @@ fn dma_moves_the_captures_of_both_lines_while_the_core_sleeps() {
 
 #[test]
 fn a_full_ring_interrupts_and_starts_again() {
-    let mut board = asleep(witness([RING1, RING2]));
+    let mut board = asleep(observer([RING1, RING2]));
     let instants: Vec<_> = (0..5).map(|n| Time::from_us(6_000 + 7 * n)).collect();
     fly(&mut board, &edges(Side::Can1, &instants), Time::from_ms(7));
     let [fifth, second, third, fourth] = words::<4>(&board, RING1);
@@ -118,7 +118,7 @@ fn a_full_ring_interrupts_and_starts_again() {
 #[test]
 fn captures_do_not_depend_on_the_length_of_the_quantum() {
     let ring = |quantum: Time| {
-        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(37.5), ..witness([RING1, RING2]) });
+        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(37.5), ..observer([RING1, RING2]) });
         let all = edges(Side::Can1, &[Time(2_016_001), Time(2_016_400), Time(2_020_007)]);
         let (mut now, mut left) = (board.now(), all.iter().peekable());
         while now < Time(2_100_000) {
@@ -138,7 +138,7 @@ fn captures_do_not_depend_on_the_length_of_the_quantum() {
 #[test]
 fn the_crystals_error_shows_in_the_captures() {
     let span = |ppm: f64| {
-        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(ppm), ..witness([RING1, RING2]) });
+        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(ppm), ..observer([RING1, RING2]) });
         let instants = [Time::from_ms(6), Time::from_ms(1006)];
         fly(&mut board, &edges(Side::Can1, &instants), Time::from_ms(1010));
         let [a, b] = words::<2>(&board, RING1);
@@ -153,7 +153,7 @@ fn the_crystals_error_shows_in_the_captures() {
 #[test]
 fn without_the_wires_nothing_is_captured() {
     let fittings = Fittings { capture_wires: false, ..Fittings::default() };
-    let mut board = asleep(BoardConfig { fittings, ..witness([RING1, RING2]) });
+    let mut board = asleep(BoardConfig { fittings, ..observer([RING1, RING2]) });
     fly(&mut board, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
     assert_eq!(words::<1>(&board, RING1), [RAM_AT_POWER_ON]);
 }
@@ -161,7 +161,7 @@ fn without_the_wires_nothing_is_captured() {
 /// RM0090 2.3.1 and 10.3.2: DMA does not reach CCM; the stream stops with TEIF2 (LISR bit 19).
 #[test]
 fn a_ring_in_ccm_is_a_transfer_error() {
-    let mut board = asleep(witness([0x1000_0000, RING2]));
+    let mut board = asleep(observer([0x1000_0000, RING2]));
     fly(&mut board, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
     assert_eq!((words(&board, 0x1000_0000), words(&board, SEEN)), ([RAM_AT_POWER_ON], [1 << 19]));
 }

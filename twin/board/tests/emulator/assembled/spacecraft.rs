@@ -156,8 +156,8 @@ fn interrupt_follows_the_frame_by_its_entry_time_only() {
     ]
     .concat();
     let handler = [&store(GPIOB + 0x18, 1 << 4)[..], &store(CAN1 + 0x0C, 1 << 5), &RETURN].concat();
-    let witness = board("witness", image(&program, &handler));
-    let mut spacecraft = spacecraft(vec![board("asker", asker()), witness]);
+    let observer = board("observer", image(&program, &handler));
+    let mut spacecraft = spacecraft(vec![board("asker", asker()), observer]);
     spacecraft.run_until(Time::from_ms(5)).unwrap();
     let raised = spacecraft.board_mut(BoardId(1)).take_pin_changes()[0].at;
     let records = spacecraft.take_frames();

@@ -10,7 +10,7 @@ use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Broken, Role, Strap};
 use ecss_can::types::{Address, Bus, Instant, NodeId};
-use host_worlds::{Events, Handle, Seat, Time, World};
+use host_worlds::{Events, Handle, NodeKey, Time, World};
 use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
 };
@@ -65,7 +65,7 @@ const SLACK: Time = Time::from_ms(5);
 
 /// A command that a slave executed.
 #[derive(Clone, Copy, Debug)]
-pub struct Deed {
+pub struct Execution {
     /// When.
     pub at: Time,
     /// By whom.
@@ -78,27 +78,27 @@ pub struct Deed {
 #[derive(Default)]
 pub struct Notes {
     /// In the order of time.
-    pub deeds: RefCell<Vec<Deed>>,
+    pub executions: RefCell<Vec<Execution>>,
     /// Where one of two masters became active, the next one first.
     pub takeovers: RefCell<VecDeque<Bus>>,
     /// Power-ons of the masters.
-    lives: RefCell<Vec<Seat>>,
+    lives: RefCell<Vec<NodeKey>>,
 }
 
 impl Notes {
     /// Who made a command, and when by its clock; `None` in another life of it.
-    pub fn made(&self, value: u32) -> Option<(Seat, Instant)> {
+    pub fn made(&self, value: u32) -> Option<(NodeKey, Instant)> {
         let lives = self.lives.borrow();
         let index = life(value).checked_sub(1)? as usize;
-        let seat = *lives.get(index)?;
-        let is_this_life = !lives[index + 1..].contains(&seat);
-        is_this_life.then(|| (seat, Instant::ZERO + COMMAND_PERIOD.times(value % LIFE)))
+        let key = *lives.get(index)?;
+        let is_this_life = !lives[index + 1..].contains(&key);
+        is_this_life.then(|| (key, Instant::ZERO + COMMAND_PERIOD.times(value % LIFE)))
     }
 
     /// A master begins another life. First value of its commands.
-    fn begin(&self, seat: Seat) -> u32 {
+    fn begin(&self, key: NodeKey) -> u32 {
         let mut lives = self.lives.borrow_mut();
-        lives.push(seat);
+        lives.push(key);
         lives.len() as u32 * LIFE
     }
 }
@@ -145,12 +145,12 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
         let (all, theirs) = (ids.clone(), notes.clone());
         World::builder().master(
             move |_| unruly(mission::master(profile, None), of_core),
-            move |master, events| command(master, events, Seat::MASTER, all.clone(), theirs.clone()),
+            move |master, events| command(master, events, NodeKey::MASTER, all.clone(), theirs.clone()),
         )
     } else {
-        let [first, second] = [Seat::MASTER, Seat::SECOND_MASTER].map(|seat| {
+        let [first, second] = [NodeKey::MASTER, NodeKey::SECOND_MASTER].map(|key| {
             let (all, theirs) = (ids.clone(), notes.clone());
-            move |master, events| command(master, events, seat, all.clone(), theirs.clone())
+            move |master, events| command(master, events, key, all.clone(), theirs.clone())
         });
         let of_two = move |strap| unruly(mission::master_of_two(profile, strap, None), of_core);
         let both = World::builder().master(move |_| of_two(Strap::Prime), first);
@@ -181,11 +181,11 @@ fn unruly<D: Device, B: MasterBoards>(mut master: Master<D, B>, broken: Option<B
 async fn command<B: MasterBoards>(
     master: Handle<CampaignMaster<B>>,
     mut events: Events<CampaignMaster<B>>,
-    seat: Seat,
+    key: NodeKey,
     slaves: Vec<NodeId>,
     notes: Rc<Notes>,
 ) {
-    let first = notes.begin(seat);
+    let first = notes.begin(key);
     let begin =
         |now| -> Vec<Sequence> { slaves.iter().map(|_| Sequence::new(now, COMMAND_PERIOD)).collect() };
     let sequences = RefCell::new(begin(Instant::ZERO));
@@ -233,7 +233,7 @@ async fn obey(
                     record = SlaveRecord::new();
                 }
                 if let Ok(Command::SetValue(value)) = record.take(&message, slave.now()) {
-                    notes.deeds.borrow_mut().push(Deed { at: events.world_time(), node, value });
+                    notes.executions.borrow_mut().push(Execution { at: events.world_time(), node, value });
                 }
             }
             SlaveEvent::ResetNode => events.reset(),

@@ -52,7 +52,7 @@ pub fn parsed(path: &Path) -> Arc<Image> {
 
 /// One board of a test.
 #[derive(Clone, Copy, Debug)]
-pub struct Seat {
+pub struct BoardSetup {
     /// Node-ID, 1 is the master.
     pub node: u8,
     /// Name of the board that sits there.
@@ -67,7 +67,7 @@ pub struct Seat {
     pub parity: bool,
 }
 
-impl Seat {
+impl BoardSetup {
     fn config(self) -> BoardConfig {
         self.with(match self.board {
             PYBOARD_V11 => &PYBOARD,
@@ -114,11 +114,11 @@ impl Seat {
 }
 
 /// The master at the left end and its slaves 2, 3 and 4 (selective access).
-pub const MASTER_AND_THREE: [Seat; 4] = [
-    Seat { node: 1, board: PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
-    Seat { node: 2, board: PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 110, parity: true },
-    Seat { node: 3, board: PYBOARD_V11, ppm: 48.0, position_m: 11.5, power_on_ms: 60, parity: true },
-    Seat { node: 4, board: PYBOARD_V11, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
+pub const MASTER_AND_THREE: [BoardSetup; 4] = [
+    BoardSetup { node: 1, board: PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
+    BoardSetup { node: 2, board: PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 110, parity: true },
+    BoardSetup { node: 3, board: PYBOARD_V11, ppm: 48.0, position_m: 11.5, power_on_ms: 60, parity: true },
+    BoardSetup { node: 4, board: PYBOARD_V11, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
 ];
 
 /// Between the master and everybody else.
@@ -155,7 +155,7 @@ impl Seen {
 /// What was seen of a flight.
 #[derive(Clone)]
 pub struct Recording {
-    seats: Vec<Seat>,
+    setups: Vec<BoardSetup>,
     /// Frames that completed, in the order of their ends.
     pub frames: Vec<Seen>,
     /// Everything on the wires, as recorded.
@@ -167,12 +167,12 @@ pub struct Recording {
 
 /// The spacecraft and what was seen of it so far.
 #[derive(Clone)]
-pub struct Craft {
+pub struct Flight {
     pub twin: Spacecraft,
     pub seen: Recording,
 }
 
-impl Deref for Craft {
+impl Deref for Flight {
     type Target = Recording;
     fn deref(&self) -> &Recording {
         &self.seen
@@ -181,7 +181,7 @@ impl Deref for Craft {
 
 impl Recording {
     pub fn board(&self, node: u8) -> BoardId {
-        BoardId(self.seats.iter().position(|seat| seat.node == node).unwrap())
+        BoardId(self.setups.iter().position(|setup| setup.node == node).unwrap())
     }
 
     /// Data frames of one identifier that `node` sent on `bus`.
@@ -248,36 +248,36 @@ impl Recording {
     }
 }
 
-impl Craft {
+impl Flight {
     /// Boards with the images of profile `librecube`.
-    pub fn new(seats: &[Seat]) -> Craft {
-        Craft::of(seats, |seat| seat.config())
+    pub fn new(setups: &[BoardSetup]) -> Flight {
+        Flight::of(setups, |setup| setup.config())
     }
 
     /// Boards with these images.
-    pub fn with(seats: &[Seat], images: &Images) -> Craft {
-        Craft::of(seats, |seat| seat.with(images))
+    pub fn with(setups: &[BoardSetup], images: &Images) -> Flight {
+        Flight::of(setups, |setup| setup.with(images))
     }
 
     /// With `fittings` of each node.
-    pub fn fitted(seats: &[Seat], fittings: impl Fn(u8) -> Fittings) -> Craft {
-        Craft::of(seats, |seat| BoardConfig { fittings: fittings(seat.node), ..seat.config() })
+    pub fn fitted(setups: &[BoardSetup], fittings: impl Fn(u8) -> Fittings) -> Flight {
+        Flight::of(setups, |setup| BoardConfig { fittings: fittings(setup.node), ..setup.config() })
     }
 
-    /// Boards with the configurations that `config` makes of their seats.
-    pub fn of(seats: &[Seat], config: impl Fn(Seat) -> BoardConfig) -> Craft {
+    /// Boards with the configurations that `config` makes of their setups.
+    pub fn of(setups: &[BoardSetup], config: impl Fn(BoardSetup) -> BoardConfig) -> Flight {
         let mut twin = Spacecraft::new(SpacecraftConfig::default());
-        for seat in seats {
-            twin.add_board(config(*seat));
+        for setup in setups {
+            twin.add_board(config(*setup));
         }
         let seen = Recording {
-            seats: seats.to_vec(),
+            setups: setups.to_vec(),
             frames: Vec::new(),
             records: Vec::new(),
             logs: Vec::new(),
             end: Time::ZERO,
         };
-        Craft { twin, seen }
+        Flight { twin, seen }
     }
 
     /// Flies to `until` milliseconds. No board may reach for hardware that is not there.
@@ -294,8 +294,8 @@ impl Craft {
             if let Observation::Completed { trace, receivers, .. } = &wire.record {
                 let mut reached: Vec<u8> = receivers
                     .iter()
-                    .filter_map(|(index, _)| self.seats.get(*index))
-                    .map(|seat| seat.node)
+                    .filter_map(|(index, _)| self.setups.get(*index))
+                    .map(|setup| setup.node)
                     .collect();
                 reached.sort_unstable();
                 self.seen.frames.push(Seen {
@@ -330,13 +330,13 @@ impl Craft {
     /// Frames that passed the filters of `node` since its last reset and that its node never handled.
     pub fn lost_frames(&self, node: u8) -> u64 {
         let admitted = self.twin.board(self.board(node)).admitted();
-        let [nominal, redundant] = self.telltale(node, 1);
+        let [nominal, redundant] = self.diagnostics(node, 1);
         admitted - u64::from(nominal) - u64::from(redundant)
     }
 
     /// Interrupts of both controllers of `node` since its last reset: results, received frames, changes of error state.
     pub fn interrupts(&self, node: u8) -> [u32; 3] {
-        self.telltale(node, 5)
+        self.diagnostics(node, 5)
     }
 
     /// Commands that `node` executed since its last reset, or that the application of the master sent.
@@ -350,10 +350,10 @@ impl Craft {
     }
 
     /// Words of the counters that the image of `node` exports, from the `first` on.
-    fn telltale<const N: usize>(&self, node: u8, first: usize) -> [u32; N] {
-        let [magic] = self.words(node, "TELLTALE", 0);
+    fn diagnostics<const N: usize>(&self, node: u8, first: usize) -> [u32; N] {
+        let [magic] = self.words(node, "DIAGNOSTICS", 0);
         assert_eq!(magic, u32::from_le_bytes(*b"ECAN"));
-        self.words(node, "TELLTALE", first)
+        self.words(node, "DIAGNOSTICS", first)
     }
 
     /// What the application of `node` counts: commands, requests, replies, skipped turns, repeats.
@@ -374,12 +374,12 @@ impl Craft {
         for (id, board) in self.twin.boards() {
             let name = &board.config().name;
             let counters = board.counters();
-            assert_eq!(*board.state(), State::Running, "{name}\n{}", self.log(self.seats[id.0].node));
+            assert_eq!(*board.state(), State::Running, "{name}\n{}", self.log(self.setups[id.0].node));
             assert_eq!(
                 (counters.panics, counters.lockups),
                 (0, 0),
                 "{name}\n{}",
-                self.log(self.seats[id.0].node)
+                self.log(self.setups[id.0].node)
             );
             assert_eq!(counters.malformed_logs, 0, "{name}");
         }
@@ -390,22 +390,22 @@ impl Craft {
     /// A frame needs time from the wire to the node: the flight goes on until the buses were quiet for a millisecond.
     pub fn assert_nothing_lost(&mut self) {
         self.assert_sound();
-        let quiet = |craft: &Craft| {
-            let last = craft.frames.last().map_or(Time::ZERO, |seen| seen.end);
-            craft.twin.now() > last + ms(1)
+        let quiet = |flight: &Flight| {
+            let last = flight.frames.last().map_or(Time::ZERO, |seen| seen.end);
+            flight.twin.now() > last + ms(1)
         };
         while !quiet(self) {
             self.fly(self.twin.now() + Time::from_us(500));
         }
-        for seat in &self.seen.seats {
-            assert_eq!(self.lost_frames(seat.node), 0, "node {}", seat.node);
+        for setup in &self.seen.setups {
+            assert_eq!(self.lost_frames(setup.node), 0, "node {}", setup.node);
         }
     }
 }
 
 /// Data of the last telemetry of `node` on the nominal bus with this code.
-pub fn telemetry(craft: &Craft, node: u8, code: u16) -> Vec<u8> {
-    let replies = craft.sent(node, Bus::Nominal, 0x380 + u16::from(node));
+pub fn telemetry(flight: &Flight, node: u8, code: u16) -> Vec<u8> {
+    let replies = flight.sent(node, Bus::Nominal, 0x380 + u16::from(node));
     let last = replies.filter(|seen| seen.data()[..2] == code.to_le_bytes()).last();
     last.unwrap().data()[2..].to_vec()
 }

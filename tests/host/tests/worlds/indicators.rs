@@ -21,34 +21,34 @@ pub struct Shown {
 
 /// Records the indicators of all nodes.
 #[derive(Clone, Default)]
-pub struct Lamps(Rc<RefCell<BTreeMap<NodeId, Shown>>>);
+pub struct IndicatorLog(Rc<RefCell<BTreeMap<NodeId, Shown>>>);
 
-impl Lamps {
+impl IndicatorLog {
     /// What a node showed.
     pub fn shown(&self, node: NodeId) -> Shown {
         self.0.borrow().get(&node).cloned().unwrap_or_default()
     }
 
     /// The indicators of a node.
-    pub fn of(&self, node: NodeId, reset: ResetLine) -> NodeLamps {
-        NodeLamps { lamps: self.clone(), node, reset }
+    pub fn of(&self, node: NodeId, reset: ResetLine) -> NodeIndicators {
+        NodeIndicators { indicators: self.clone(), node, reset }
     }
 }
 
 /// The indicators of one node.
-pub struct NodeLamps {
-    lamps: Lamps,
+pub struct NodeIndicators {
+    indicators: IndicatorLog,
     node: NodeId,
     reset: ResetLine,
 }
 
-impl NodeLamps {
+impl NodeIndicators {
     fn note(&self, change: impl FnOnce(&mut Shown)) {
-        change(self.lamps.0.borrow_mut().entry(self.node).or_default());
+        change(self.indicators.0.borrow_mut().entry(self.node).or_default());
     }
 }
 
-impl Indicators for NodeLamps {
+impl Indicators for NodeIndicators {
     fn sync(&mut self) {
         self.note(|shown| shown.syncs += 1);
     }

@@ -19,7 +19,7 @@ use master::Cables;
 use mission::minimal::{MinimalMission, MissionDevice};
 use mission::{COMMAND_PERIOD, Command, CommanderObjects, Message, Request, SlaveRecord, TELECOMMAND_RPDO};
 
-use crate::lamps::Lamps;
+use crate::indicators::IndicatorLog;
 
 pub type MissionMaster<B = OneBoard> = Master<CommanderObjects, B>;
 pub type MissionSlave = slave::Node;
@@ -29,7 +29,7 @@ const STORE: usize = 24 * 1024;
 
 /// What the application of a slave did with a telecommand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Deed {
+pub enum Reaction {
     Executed(Command),
     /// Dropped a command with this code that repeats the last one.
     Repeated(u16),
@@ -37,18 +37,18 @@ pub enum Deed {
     Unknown(u16),
 }
 
-/// Deeds of all slaves, in the order of time.
-type Deeds = Rc<RefCell<Vec<(Time, NodeId, Deed)>>>;
+/// Reactions of all slaves, in the order of time.
+type Reactions = Rc<RefCell<Vec<(Time, NodeId, Reaction)>>>;
 
 /// A world with the mission's nodes.
-pub struct Craft {
+pub struct MissionWorld {
     world: World,
-    deeds: Deeds,
-    lamps: Lamps,
+    reactions: Reactions,
+    indicators: IndicatorLog,
     sequences: Rc<Sequences>,
 }
 
-impl Deref for Craft {
+impl Deref for MissionWorld {
     type Target = World;
 
     fn deref(&self) -> &World {
@@ -56,48 +56,56 @@ impl Deref for Craft {
     }
 }
 
-impl DerefMut for Craft {
+impl DerefMut for MissionWorld {
     fn deref_mut(&mut self) -> &mut World {
         &mut self.world
     }
 }
 
-impl Craft {
+impl MissionWorld {
     /// The master and slaves 2, 3, .., `slaves` of them.
-    pub fn new(profile: Profile, slaves: u8) -> Craft {
-        Craft::of(profile, slaves, |world| world)
+    pub fn new(profile: Profile, slaves: u8) -> MissionWorld {
+        MissionWorld::of(profile, slaves, |world| world)
     }
 
     /// The same, with clocks and power as `plan` has them.
-    pub fn of(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        Craft::with(profile, slaves, false, plan)
+    pub fn of(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
+        MissionWorld::with(profile, slaves, false, plan)
     }
 
     /// The same with the application of the master: it commands and asks every slave once per period of the mission.
-    pub fn busy(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        Craft::with(profile, slaves, true, plan)
+    pub fn busy(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
+        MissionWorld::with(profile, slaves, true, plan)
     }
 
     /// The same with minimal slaves behind the full ones: those that the profile names.
-    pub fn mixed(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        Craft::with_lamps(profile, slaves, true, |world, lamps| plan(with_minimal(world, &profile, lamps)))
+    pub fn mixed(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
+        MissionWorld::with_indicators(profile, slaves, true, |world, indicators| {
+            plan(with_minimal(world, &profile, indicators))
+        })
     }
 
-    fn with(profile: Profile, slaves: u8, is_busy: bool, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        Craft::with_lamps(profile, slaves, is_busy, |world, _| plan(world))
-    }
-
-    fn with_lamps(
+    fn with(
         profile: Profile,
         slaves: u8,
         is_busy: bool,
-        plan: impl FnOnce(Builder, &Lamps) -> Builder,
-    ) -> Craft {
-        let (deeds, lamps, sequences) = (Deeds::default(), Lamps::default(), Rc::<Sequences>::default());
+        plan: impl FnOnce(Builder) -> Builder,
+    ) -> MissionWorld {
+        MissionWorld::with_indicators(profile, slaves, is_busy, |world, _| plan(world))
+    }
+
+    fn with_indicators(
+        profile: Profile,
+        slaves: u8,
+        is_busy: bool,
+        plan: impl FnOnce(Builder, &IndicatorLog) -> Builder,
+    ) -> MissionWorld {
+        let (reactions, indicators, sequences) =
+            (Reactions::default(), IndicatorLog::default(), Rc::<Sequences>::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
         let node = move |_: MockBoard| mission::master(&profile, None);
         let world = if is_busy {
-            let shown = lamps.clone();
+            let shown = indicators.clone();
             World::builder().master(node, move |master, events| {
                 master_application(master, events, shown.clone(), profile.minimal)
             })
@@ -108,33 +116,34 @@ impl Craft {
                 idle(master, events)
             })
         };
-        let world = with_slaves(world, profile, ids, &deeds, &lamps);
-        Craft { world: plan(world, &lamps).build(), deeds, lamps, sequences }
+        let world = with_slaves(world, profile, ids, &reactions, &indicators);
+        MissionWorld { world: plan(world, &indicators).build(), reactions, indicators, sequences }
     }
 
     /// Two master boards with their applications, slaves 2, 3, .., `slaves` of them, and the minimal slaves of the profile.
-    pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
-        let (deeds, lamps) = (Deeds::default(), Lamps::default());
+    pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
+        let (reactions, indicators) = (Reactions::default(), IndicatorLog::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
         let of_two = |strap| move |_: MockBoard| mission::master_of_two(&profile, strap, None);
-        let [first, second] = [lamps.clone(), Lamps::default()].map(|lamps| {
-            move |master, events| master_application(master, events, lamps.clone(), profile.minimal)
+        let [first, second] = [indicators.clone(), IndicatorLog::default()].map(|indicators| {
+            move |master, events| master_application(master, events, indicators.clone(), profile.minimal)
         });
         let world = World::builder().master(of_two(Strap::Prime), first);
         let world = world.second_master(of_two(Strap::Second), second);
-        let world = with_minimal(with_slaves(world, profile, ids, &deeds, &lamps), &profile, &lamps);
-        Craft { world: plan(world).build(), deeds, lamps, sequences: Rc::default() }
+        let world =
+            with_minimal(with_slaves(world, profile, ids, &reactions, &indicators), &profile, &indicators);
+        MissionWorld { world: plan(world).build(), reactions, indicators, sequences: Rc::default() }
     }
 
     /// What the indicators of a full slave or of the first master board show.
-    pub fn lamps(&self, node: NodeId) -> crate::lamps::Shown {
-        self.lamps.shown(node)
+    pub fn indicators(&self, node: NodeId) -> crate::indicators::Shown {
+        self.indicators.shown(node)
     }
 
     /// What the application of a slave did so far.
-    pub fn deeds(&self, node: NodeId) -> Vec<(Time, Deed)> {
-        let deeds = self.deeds.borrow();
-        deeds.iter().filter(|(_, id, _)| *id == node).map(|(at, _, deed)| (*at, *deed)).collect()
+    pub fn reactions(&self, node: NodeId) -> Vec<(Time, Reaction)> {
+        let reactions = self.reactions.borrow();
+        reactions.iter().filter(|(_, id, _)| *id == node).map(|(at, _, reaction)| (*at, *reaction)).collect()
     }
 
     /// Sends a telecommand. The master is on for longer than a command's lifetime.
@@ -177,25 +186,34 @@ impl Craft {
     }
 }
 
-fn with_slaves(world: Builder, profile: Profile, ids: Vec<NodeId>, deeds: &Deeds, lamps: &Lamps) -> Builder {
+fn with_slaves(
+    world: Builder,
+    profile: Profile,
+    ids: Vec<NodeId>,
+    reactions: &Reactions,
+    indicators: &IndicatorLog,
+) -> Builder {
     ids.into_iter().fold(world, |world, id| {
-        let (deeds, lamps) = (deeds.clone(), lamps.clone());
+        let (reactions, indicators) = (reactions.clone(), indicators.clone());
         world.slave(
             id,
             move |board| {
                 mission::slave(board.node_id, &profile, vec![0; STORE].leak()).with_retained(board.retained)
             },
-            move |slave, events| slave_application(slave, events, id, lamps.clone(), deeds.clone()),
+            move |slave, events| slave_application(slave, events, id, indicators.clone(), reactions.clone()),
         )
     })
 }
 
 /// The minimal slaves of a profile.
-fn with_minimal(world: Builder, profile: &Profile, lamps: &Lamps) -> Builder {
+fn with_minimal(world: Builder, profile: &Profile, indicators: &IndicatorLog) -> Builder {
     profile.minimal.iter().fold(world, |world, minimal| {
-        let (id, numbers, lamps) = (minimal.node, Numbers::of(profile, minimal.node), lamps.clone());
+        let (id, numbers, indicators) =
+            (minimal.node, Numbers::of(profile, minimal.node), indicators.clone());
         let node = move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
-        world.minimal(id, node, move |slave, events| minimal_application(slave, events, id, lamps.clone()))
+        world.minimal(id, node, move |slave, events| {
+            minimal_application(slave, events, id, indicators.clone())
+        })
     })
 }
 
@@ -221,11 +239,11 @@ impl Sequences {
 pub async fn master_application<B: MasterBoards>(
     master: Handle<MissionMaster<B>>,
     events: Events<MissionMaster<B>>,
-    lamps: Lamps,
+    indicators: IndicatorLog,
     minimal: &'static [MinimalNode],
 ) {
     let cables: &Cables = Box::leak(Box::default());
-    let indicators = lamps.of(NodeId::MASTER, events.reset_line());
+    let indicators = indicators.of(NodeId::MASTER, events.reset_line());
     let application = master::Application::new(master, events, indicators, cables, minimal);
     futures_util::future::join(application.run(), cables.run(master)).await;
 }
@@ -235,9 +253,9 @@ pub async fn minimal_application<D: MissionDevice>(
     slave: Handle<MinimalSlave<D>>,
     events: Events<MinimalSlave<D>>,
     id: NodeId,
-    lamps: Lamps,
+    indicators: IndicatorLog,
 ) {
-    let indicators = lamps.of(id, events.reset_line());
+    let indicators = indicators.of(id, events.reset_line());
     minimal::Application::new(slave, events, indicators).run().await;
 }
 
@@ -246,11 +264,11 @@ async fn slave_application(
     slave: Handle<MissionSlave>,
     events: Events<MissionSlave>,
     id: NodeId,
-    lamps: Lamps,
-    deeds: Deeds,
+    indicators: IndicatorLog,
+    reactions: Reactions,
 ) {
     let last = Rc::new(Cell::new(None));
-    let indicators = lamps.of(id, events.reset_line());
+    let indicators = indicators.of(id, events.reset_line());
     let events = Watched { events, last: last.clone() };
     let mut application = slave::Application::new(slave, events, indicators);
     loop {
@@ -259,20 +277,20 @@ async fn slave_application(
         let Some((at, SlaveEvent::Pdo { number, data, .. })) = last.take() else { continue };
         if usize::from(number) == TELECOMMAND_RPDO {
             let message = Message::from_payload(&data).expect("the node takes no shorter one");
-            deeds.borrow_mut().push((at, id, deed(&before, application.record(), &message)));
+            reactions.borrow_mut().push((at, id, reaction(&before, application.record(), &message)));
         }
     }
 }
 
 /// Derives from the record of an application what it did with a telecommand.
-fn deed(before: &SlaveRecord, after: &SlaveRecord, message: &Message) -> Deed {
+fn reaction(before: &SlaveRecord, after: &SlaveRecord, message: &Message) -> Reaction {
     if after.commands.repeats() > before.commands.repeats() {
-        return Deed::Repeated(message.code());
+        return Reaction::Repeated(message.code());
     }
     match Command::decode(message) {
-        Some(Command::ResetCounters) if after.executed == 0 => Deed::Executed(Command::ResetCounters),
-        Some(command) if after.executed == before.executed + 1 => Deed::Executed(command),
-        _ => Deed::Unknown(message.code()),
+        Some(Command::ResetCounters) if after.executed == 0 => Reaction::Executed(Command::ResetCounters),
+        Some(command) if after.executed == before.executed + 1 => Reaction::Executed(command),
+        _ => Reaction::Unknown(message.code()),
     }
 }
 

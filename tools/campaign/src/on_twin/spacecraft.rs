@@ -6,7 +6,7 @@ use anyhow::Context;
 use can_wire::time::Time;
 use ecss_can::types::{Bus, PerBus};
 use support::board::{Board, Profile};
-use support::craft::{MASTER, SECOND_MASTER, image};
+use support::fleet::{MASTER, SECOND_MASTER, image};
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
 use twin::guest::Presence;
@@ -60,7 +60,7 @@ pub fn prepare(masters: u8, build: bool) -> anyhow::Result<()> {
 pub fn spacecraft(script: &Script) -> (Spacecraft, PerBus<GuestId>) {
     let [master, slave] = images(script.masters).0.get().expect("images of master and slave");
     let mut random = fastrand::Rng::with_seed(script.seed);
-    let mut craft = Spacecraft::new(SpacecraftConfig::default());
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let second = (script.masters == 2).then_some(SPARE);
     for node in (1..=script.slaves + 1).chain(second) {
         let (name, image, board) = match node {
@@ -68,7 +68,7 @@ pub fn spacecraft(script: &Script) -> (Spacecraft, PerBus<GuestId>) {
             SPARE => ("second master".into(), master, SECOND_MASTER),
             _ => (format!("node {node}"), slave, node),
         };
-        craft.add_board(BoardConfig {
+        spacecraft.add_board(BoardConfig {
             name,
             model: BOARD.model(),
             image: image.clone(),
@@ -80,7 +80,7 @@ pub fn spacecraft(script: &Script) -> (Spacecraft, PerBus<GuestId>) {
         });
     }
     let end_m = f64::from(SPACING * u32::from(script.slaves + 1 + script.masters));
-    let guests = PerBus::from_fn(|bus| craft.add_guest(there(bus), end_m));
-    Bus::ALL.into_iter().for_each(|bus| craft.set_presence(guests[bus], Presence::Away));
-    (craft, guests)
+    let guests = PerBus::from_fn(|bus| spacecraft.add_guest(there(bus), end_m));
+    Bus::ALL.into_iter().for_each(|bus| spacecraft.set_presence(guests[bus], Presence::Away));
+    (spacecraft, guests)
 }

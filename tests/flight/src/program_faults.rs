@@ -2,7 +2,7 @@
 
 use can_wire::time::Time;
 
-use crate::{Craft, ms};
+use crate::{Flight, ms};
 
 /// Flash behind the program.
 pub const CODE: u32 = 0x080B_0000;
@@ -27,8 +27,8 @@ const WORDS: u32 = CODE + 0x40;
 ///
 /// # Panics
 /// When there is no memory.
-pub fn word_at(craft: &Craft, node: u8, address: u32) -> u32 {
-    let bytes = craft.twin.board(craft.board(node)).read_memory(address, 4).unwrap();
+pub fn word_at(flight: &Flight, node: u8, address: u32) -> u32 {
+    let bytes = flight.twin.board(flight.board(node)).read_memory(address, 4).unwrap();
     u32::from_le_bytes(bytes.try_into().unwrap())
 }
 
@@ -45,9 +45,9 @@ pub struct Task {
 ///
 /// # Panics
 /// When the image has no such list.
-pub fn tasks(craft: &Craft, node: u8) -> Vec<Task> {
-    let list = craft.twin.board(craft.board(node)).symbol("boards_stm32f4::supervisor::TASK_LIST").unwrap();
-    let words: Vec<u32> = (0..list.size / 4).map(|n| word_at(craft, node, list.address + 4 * n)).collect();
+pub fn tasks(flight: &Flight, node: u8) -> Vec<Task> {
+    let list = flight.twin.board(flight.board(node)).symbol("boards_stm32f4::supervisor::TASK_LIST").unwrap();
+    let words: Vec<u32> = (0..list.size / 4).map(|n| word_at(flight, node, list.address + 4 * n)).collect();
     let is_ram = |word: &u32| word >> 24 == 0x20;
     let is_name =
         |word: &&u32| word.to_le_bytes().iter().all(|byte| byte.is_ascii_lowercase() || *byte == b' ');
@@ -63,9 +63,9 @@ pub fn tasks(craft: &Craft, node: u8) -> Vec<Task> {
 ///
 /// # Panics
 /// When there is none.
-pub fn poll_function(craft: &Craft, node: u8, task: Task) -> u32 {
+pub fn poll_function(flight: &Flight, node: u8, task: Task) -> u32 {
     let is_code = |at: &u32| {
-        let word = word_at(craft, node, *at);
+        let word = word_at(flight, node, *at);
         word >> 24 == 0x08 && word & 1 == 1
     };
     (0..16).map(|n| task.header + 4 * n).find(is_code).unwrap()
@@ -77,8 +77,8 @@ pub fn halfwords(code: &[u16]) -> Vec<u8> {
 }
 
 /// Resets of a board by its program or its watchdog.
-pub fn resets(craft: &Craft, node: u8) -> u64 {
-    let counters = craft.twin.board(craft.board(node)).counters();
+pub fn resets(flight: &Flight, node: u8) -> u64 {
+    let counters = flight.twin.board(flight.board(node)).counters();
     counters.system_resets + counters.watchdog_resets
 }
 
@@ -86,11 +86,11 @@ pub fn resets(craft: &Craft, node: u8) -> u64 {
 ///
 /// # Panics
 /// When it is not reset within 5 s.
-pub fn fell(craft: &mut Craft, node: u8, task: Task, code: &[u8]) -> Time {
-    let id = craft.board(node);
-    let before = resets(craft, node);
-    let at = poll_function(craft, node, task);
-    let board = craft.twin.board_mut(id);
+pub fn end_program(flight: &mut Flight, node: u8, task: Task, code: &[u8]) -> Time {
+    let id = flight.board(node);
+    let before = resets(flight, node);
+    let at = poll_function(flight, node, task);
+    let board = flight.twin.board_mut(id);
     // A minimal slave has no record, and notes no task: the word goes to the end of its RAM.
     let running = board
         .symbol("boards_stm32f4::post_mortem::record::RUNNING")
@@ -99,10 +99,10 @@ pub fn fell(craft: &mut Craft, node: u8, task: Task, code: &[u8]) -> Time {
     board.write_flash(BODY, code).unwrap();
     board.write_flash(WORDS, &[running, task.name].map(u32::to_le_bytes).concat()).unwrap();
     board.write_memory(at, &(CODE | 1).to_le_bytes()).unwrap();
-    let patience = craft.end + ms(5_000);
-    while resets(craft, node) == before {
-        craft.fly(craft.end + ms(5));
-        assert!(craft.end < patience, "node {node} was not reset\n{}", craft.log(node));
+    let patience = flight.end + ms(5_000);
+    while resets(flight, node) == before {
+        flight.fly(flight.end + ms(5));
+        assert!(flight.end < patience, "node {node} was not reset\n{}", flight.log(node));
     }
-    craft.end
+    flight.end
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use demo::plan;
-use support::craft::{Images, MASTER, Node, SECOND_MASTER};
+use support::fleet::{Images, MASTER, Node, SECOND_MASTER};
 use support::misuse::Misuse;
 use twin::board::BoardConfig;
 use twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
@@ -16,8 +16,8 @@ use super::Options;
 /// When a board cannot have the part that was given.
 pub fn boards(options: &Options, images: &Images) -> Result<BTreeMap<Node, BoardConfig>, Misuse> {
     let plans = plan::boards(plan::SEED, &options.nodes()).into_iter();
-    let craft = &options.craft;
-    let own = craft.own_board("twin")?;
+    let fleet = &options.fleet;
+    let own = fleet.own_board("twin")?;
     let boards = plans
         .map(|board| {
             let name = match board.node {
@@ -25,7 +25,7 @@ pub fn boards(options: &Options, images: &Images) -> Result<BTreeMap<Node, Board
                 SECOND_MASTER => "second master".into(),
                 slave => format!("slave {slave}"),
             };
-            let model = if craft.own_image(board.node).is_some() { &own } else { &craft.target.board };
+            let model = if fleet.own_image(board.node).is_some() { &own } else { &fleet.target.board };
             (board.node, board.config(model, name, images[&board.node].clone()))
         })
         .collect();

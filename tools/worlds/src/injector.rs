@@ -9,16 +9,16 @@ use can_wire::timing::BitTiming;
 
 /// Acknowledges everything, obeys nothing, and sends what it is given, in order.
 #[derive(Debug)]
-pub(crate) struct Rogue {
+pub(crate) struct FrameInjector {
     timing: BitTiming,
     queue: VecDeque<(Time, WireFrame)>,
     plugged_in: bool,
 }
 
-impl Rogue {
+impl FrameInjector {
     /// One that is not on the bus yet.
-    pub fn new(timing: BitTiming) -> Rogue {
-        Rogue { timing, queue: VecDeque::new(), plugged_in: false }
+    pub fn new(timing: BitTiming) -> FrameInjector {
+        FrameInjector { timing, queue: VecDeque::new(), plugged_in: false }
     }
 
     /// Send a frame from `now` on; from the first one on it takes part in the bus.
@@ -28,7 +28,7 @@ impl Rogue {
     }
 }
 
-impl Controller for Rogue {
+impl Controller for FrameInjector {
     fn attachment(&self) -> Option<Attachment> {
         self.plugged_in.then(|| Attachment::new(self.timing))
     }

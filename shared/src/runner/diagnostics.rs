@@ -7,11 +7,11 @@ use crate::types::Bus;
 
 /// Block of counters with a fixed layout: 32-bit words in the order below, little-endian.
 ///
-/// An image exports one as the symbol `TELLTALE`. Counters of an application are in a `static` of [`Tally`]s of its
+/// An image exports one as the symbol `DIAGNOSTICS`. Counters of an application are in a `static` of [`Tally`]s of its
 /// own.
 #[repr(C)]
 #[derive(Debug)]
-pub struct Telltale {
+pub struct Diagnostics {
     magic: AtomicU32,
     handled_nominal: Tally,
     handled_redundant: Tally,
@@ -102,13 +102,13 @@ impl Tally {
     }
 }
 
-impl Telltale {
+impl Diagnostics {
     /// First word: `"ECAN"` in ASCII, little-endian.
     pub const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 
     /// Makes a block in which all counters are zero.
     pub const fn new() -> Self {
-        Telltale {
+        Diagnostics {
             magic: AtomicU32::new(Self::MAGIC),
             handled_nominal: Tally::new(),
             handled_redundant: Tally::new(),
@@ -138,7 +138,7 @@ impl Telltale {
     }
 }
 
-impl Default for Telltale {
+impl Default for Diagnostics {
     fn default() -> Self {
         Self::new()
     }

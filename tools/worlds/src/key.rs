@@ -2,28 +2,28 @@
 
 use ecss_can::types::NodeId;
 
-/// A board of a world: by its Node-ID. Two master boards share theirs, [`Seat::SECOND_MASTER`] is the other one. So do two slave
-/// boards that are strapped alike by mistake, [`Seat::double`].
+/// A board of a world: by its Node-ID. Two master boards share theirs, [`NodeKey::SECOND_MASTER`] is the other one. So do two slave
+/// boards that are strapped alike by mistake, [`NodeKey::double`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Seat {
+pub struct NodeKey {
     node: NodeId,
     is_second: bool,
 }
 
-impl Seat {
+impl NodeKey {
     /// The first master board, or the only one.
-    pub const MASTER: Seat = Seat { node: NodeId::MASTER, is_second: false };
+    pub const MASTER: NodeKey = NodeKey { node: NodeId::MASTER, is_second: false };
     /// The other one of two master boards (ECSS 8.1a, Figure 4-2).
-    pub const SECOND_MASTER: Seat = Seat { node: NodeId::MASTER, is_second: true };
+    pub const SECOND_MASTER: NodeKey = NodeKey { node: NodeId::MASTER, is_second: true };
 
     /// The only board with this Node-ID, or the first one.
-    pub const fn of(node: NodeId) -> Seat {
-        Seat { node, is_second: false }
+    pub const fn of(node: NodeId) -> NodeKey {
+        NodeKey { node, is_second: false }
     }
 
     /// A second slave board with this Node-ID.
-    pub const fn double(node: NodeId) -> Seat {
-        Seat { node, is_second: true }
+    pub const fn double(node: NodeId) -> NodeKey {
+        NodeKey { node, is_second: true }
     }
 
     /// Whether it is the second board with its Node-ID.
@@ -42,8 +42,8 @@ impl Seat {
     }
 }
 
-impl From<NodeId> for Seat {
-    fn from(node: NodeId) -> Seat {
-        Seat::of(node)
+impl From<NodeId> for NodeKey {
+    fn from(node: NodeId) -> NodeKey {
+        NodeKey::of(node)
     }
 }

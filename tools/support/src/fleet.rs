@@ -38,7 +38,7 @@ pub type Images = BTreeMap<Node, Arc<Image>>;
 
 /// Options that choose boards and images.
 #[derive(Args, Clone, Debug)]
-pub struct Craft {
+pub struct Fleet {
     /// Number of shipped slave boards: nodes 2, 3, 4, ... (in profile librecube nodes 4 and 6 use selective bus access) [0..14]
     #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=14))]
     pub slaves: u8,
@@ -103,7 +103,7 @@ pub fn node_and_file(text: &str, first: Node, example: &str) -> Result<(Node, Pa
     }
 }
 
-impl Craft {
+impl Fleet {
     /// Checks what the parser cannot see; `command` is the subcommand with these options.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use twin::board::EmulatedBoard;
 use twin::image::Image;
 
 /// The variable's name in the image.
-const SYMBOL: &str = "TELLTALE";
+const SYMBOL: &str = "DIAGNOSTICS";
 
 /// Its first word.
 const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
@@ -18,7 +18,7 @@ const WORDS: usize = 14;
 
 /// What the firmware itself counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Telltale {
+pub struct Diagnostics {
     /// Frames the node dealt with, nominal and redundant bus.
     pub handled: [u32; 2],
     /// Received frames lost in the port.
@@ -42,7 +42,7 @@ pub struct Stamps {
     pub last: u32,
 }
 
-impl Telltale {
+impl Diagnostics {
     /// Whether an image exports the counters.
     pub fn is_in(image: &Image) -> bool {
         image.symbol(SYMBOL).is_some()
@@ -52,7 +52,7 @@ impl Telltale {
     ///
     /// # Errors
     /// When the image does not export the counters.
-    pub fn read(board: &EmulatedBoard) -> anyhow::Result<Telltale> {
+    pub fn read(board: &EmulatedBoard) -> anyhow::Result<Diagnostics> {
         let symbol = board.symbol(SYMBOL).with_context(|| format!("the image has no symbol {SYMBOL}"))?;
         let bytes = board
             .read_memory(symbol.address, 4 * WORDS)
@@ -71,14 +71,14 @@ impl Telltale {
     }
 }
 
-fn decode(bytes: &[u8]) -> anyhow::Result<Telltale> {
+fn decode(bytes: &[u8]) -> anyhow::Result<Diagnostics> {
     let word = |n: usize| u32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * n + byte]));
     // The program has not come so far as to initialise its memory, or is just doing so.
     if bytes.iter().all(|byte| [0, RAM_AT_POWER_ON].contains(byte)) {
-        return Ok(Telltale::default());
+        return Ok(Diagnostics::default());
     }
     ensure!(word(0) == MAGIC, "{SYMBOL} begins with {:08X}h, not with \"ECAN\"", word(0));
-    Ok(Telltale {
+    Ok(Diagnostics {
         handled: [word(1), word(2)],
         overruns: word(3),
         app_overflows: word(4),
@@ -95,7 +95,7 @@ mod tests {
     fn words_stand_in_their_order() {
         let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13];
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        let expected = Telltale {
+        let expected = Diagnostics {
             handled: [1, 2],
             overruns: 3,
             app_overflows: 4,
@@ -108,14 +108,14 @@ mod tests {
     #[test]
     fn something_else_in_its_place_is_an_error() {
         assert!(decode(&[0xFF; 4 * WORDS]).unwrap_err().to_string().contains("ECAN"));
-        assert_eq!(decode(&[0; 4 * WORDS]).unwrap(), Telltale::default());
+        assert_eq!(decode(&[0; 4 * WORDS]).unwrap(), Diagnostics::default());
     }
 
     #[test]
     fn memory_before_its_initialisation_counts_nothing() {
         let mut bytes = [RAM_AT_POWER_ON; 4 * WORDS];
-        assert_eq!(decode(&bytes).unwrap(), Telltale::default());
+        assert_eq!(decode(&bytes).unwrap(), Diagnostics::default());
         bytes[..40].fill(0);
-        assert_eq!(decode(&bytes).unwrap(), Telltale::default());
+        assert_eq!(decode(&bytes).unwrap(), Diagnostics::default());
     }
 }

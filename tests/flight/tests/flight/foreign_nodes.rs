@@ -1,0 +1,73 @@
+//! Heartbeats that no slave of the master sends: they are reported and move nobody.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::spacecraft::Bus;
+
+use flight::*;
+
+/// The master and slave 2: a second node in its books, and silence of one would be the share that moves it.
+fn master_and_one(images: Option<&Images>) -> Flight {
+    let setups = &MASTER_AND_THREE[..2];
+    images.map_or_else(|| Flight::new(setups), |images| Flight::with(setups, images))
+}
+
+/// The words that the master spoke on the redundant bus.
+fn strayed(flight: &Flight) -> usize {
+    flight.on(Bus::Redundant).filter(|seen| seen.sender == 0).count()
+}
+
+/// One heartbeat of a node that does not exist, then silence for longer than the consumer time.
+#[test]
+fn one_heartbeat_of_a_node_that_does_not_exist_moves_nobody() {
+    for (images, until_ms) in [(Some(&*STANDARD), 4_500), (None, 8_000)] {
+        for state in [PRE_OPERATIONAL, OPERATIONAL] {
+            let mut flight = master_and_one(images);
+            let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+            flight.twin.inject(guest, ms(1_050), WireFrame::standard(0x705, &[state]));
+            flight.fly_to(until_ms);
+            assert_eq!(strayed(&flight), 0, "state {state:02X}h\n{}", flight.log(1));
+            assert!(flight.is_operational(2, Bus::Nominal) && !flight.fell_back(2, ms(300)));
+            let asked = flight
+                .sent(MASTER, Bus::Nominal, 0x605)
+                .filter(|seen| seen.data()[..4] == [0x40, 0, 0x10, 0]);
+            assert_eq!(asked.count(), 1, "its device type was asked for once");
+            let told = flight.said(1, "node 5 does not answer", ms(1_050)).unwrap();
+            assert!(about(ms(1_550), ms(60)).contains(&told), "{} us", told.as_us());
+            flight.assert_nothing_lost();
+        }
+    }
+}
+
+/// It goes on and on, and on the bus that is not the active one; then it is silent.
+#[test]
+fn heartbeats_of_a_foreign_node_on_the_other_bus_move_nobody() {
+    for (images, until_ms) in [(Some(&*STANDARD), 6_000), (None, 20_000)] {
+        let mut flight = master_and_one(images);
+        let guest = flight.twin.add_guest(Bus::Redundant, 30.0);
+        for beat in 0..30 {
+            flight.twin.inject(guest, ms(1_050 + 100 * beat), WireFrame::standard(0x705, &[OPERATIONAL]));
+        }
+        flight.fly_to(until_ms);
+        assert_eq!(strayed(&flight), 0, "{}", flight.log(1));
+        assert!(flight.is_operational(2, Bus::Nominal) && !flight.fell_back(2, ms(300)));
+        flight.assert_nothing_lost();
+    }
+}
+
+/// Ten consumer times after its last word a foreign node is forgotten; when it comes again it is asked again.
+#[test]
+fn a_foreign_node_is_forgotten_and_asked_again_when_it_returns() {
+    let mut flight = master_and_one(Some(&*STANDARD));
+    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    for at in [1_050, 3_400, 6_000] {
+        flight.twin.inject(guest, ms(at), WireFrame::standard(0x705, &[OPERATIONAL]));
+    }
+    flight.fly_to(7_000);
+    let asked: Vec<Time> = flight.sent(MASTER, Bus::Nominal, 0x605).map(|seen| seen.end).collect();
+    let asked: Vec<u64> = asked.iter().map(|at| at.as_us() / 100_000).collect();
+    // The question, and the abort when its 500 ms are over.
+    assert_eq!(asked, [10, 15, 60, 65]);
+    assert_eq!(strayed(&flight), 0);
+    flight.assert_nothing_lost();
+}
