@@ -11,8 +11,8 @@ pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 pub use crate::profile::Profile;
 pub use crate::runner::{
-    BusRunner, Diagnostics, DueRunner, Events, Handle, Platform, Resources, Runners, SdoClient, Single,
-    SingleRunners, SpacecraftClock,
+    BusRunner, Diagnostics, DueRunner, EventSource, Events, Handle, Platform, Resources, Runners, SdoClient,
+    Single, SingleRunners, SpacecraftClock,
 };
 pub use crate::types::{
     AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet,

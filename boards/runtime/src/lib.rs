@@ -12,9 +12,10 @@
 //! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
 //! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
 //!
-//! An image links this crate by `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares the tasks of a node.
+//! An image links this crate by `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares the tasks of a node, [`pulse_task`] that
+//! of the pulse output.
 //!
-//! On the host it has that macro alone.
+//! On the host it has these macros alone.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn)]

@@ -1,4 +1,4 @@
-//! Tasks of a node on two buses.
+//! Tasks of an image: those of a node on two buses, and that of its pulse output.
 
 /// Declares the tasks of a node, and `spawn_node`, which spawns them. Tasks of Embassy cannot be generic, so that each image has its
 /// own.
@@ -33,6 +33,40 @@ macro_rules! node_tasks {
             spawner.spawn(bus(runners.nominal).unwrap());
             spawner.spawn(bus(runners.redundant).unwrap());
             spawner.spawn(due(runners.due).unwrap());
+        }
+    };
+}
+
+/// Declares the task of the pulse output, and `spawn_pulses`, which spawns it: a pulse at each second of the spacecraft time, or at equal
+/// parts of it.
+///
+/// `$board` and `$node` as for [`node_tasks`]. `$per_second` is a function that takes the handle of the node and returns the number of
+/// pulses per second as a function, which the task calls before each pulse. The task is supervised under the name `pulses`. The image
+/// depends on `ecss-can`, `boards-stm32f4` and `embassy-executor`.
+///
+/// ```ignore (a part of an image)
+/// boards_runtime::pulse_task!(Board, Node, pulses_per_second);
+///
+/// // In its main task:
+/// spawn_pulses(spawner, board.pulse, slave);
+/// ```
+#[macro_export]
+macro_rules! pulse_task {
+    ($board:ty, $node:ty, $per_second:path) => {
+        fn spawn_pulses(
+            spawner: ::embassy_executor::Spawner,
+            pulse: ::boards_stm32f4::Pulse,
+            node: ::ecss_can::runner::Handle<$board, $node>,
+        ) {
+            #[::embassy_executor::task]
+            fn pulses(
+                pulse: ::boards_stm32f4::Pulse,
+                node: ::ecss_can::runner::Handle<$board, $node>,
+            ) -> impl Future<Output = ()> {
+                $crate::supervised("pulses", pulse.run(node.clock(), $per_second(node)))
+            }
+
+            spawner.spawn(pulses(pulse, node).unwrap());
         }
     };
 }

@@ -2,15 +2,11 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{DIAGNOSTICS, Pulse, supervised};
-#[cfg(not(feature = "standby"))]
-use ecss_can::node::OneBoard as Boards;
-#[cfg(feature = "standby")]
-use ecss_can::node::TwoBoards as Boards;
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use master::{Application, Cables, pulses_per_second};
-use mission::PROFILE;
+use mission::{Boards, PROFILE};
 
 type Board = boards_stm32f4::Board<Spec>;
 type Node = master::Node<Boards>;
@@ -19,12 +15,7 @@ static RESOURCES: Resources<Board, Node> = Resources::new();
 static CABLES: Cables = Cables::new();
 
 boards_runtime::node_tasks!(Board, Node);
-
-/// Pulses at seconds of the spacecraft time, or parts of them.
-#[embassy_executor::task]
-fn pulses(pulse: Pulse, master: Handle<Board, Node>) -> impl Future<Output = ()> {
-    supervised("pulses", pulse.run(master.clock(), pulses_per_second(master)))
-}
+boards_runtime::pulse_task!(Board, Node, pulses_per_second);
 
 #[embassy_executor::task]
 fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
@@ -48,7 +39,7 @@ async fn main(spawner: Spawner) {
     let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &DIAGNOSTICS);
     master.with(|master, _| master.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
-    spawner.spawn(pulses(board.pulse, master).unwrap());
+    spawn_pulses(spawner, board.pulse, master);
     spawner.spawn(cables(master).unwrap());
     let application = Application::new(master, events, board.leds, &CABLES, PROFILE.minimal);
     supervised("application", application.run()).await

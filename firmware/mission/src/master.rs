@@ -1,7 +1,7 @@
 //! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, MasterBoards, Refusal, TwoBoards};
+use ecss_can::node::{Communication, Device, Identity, Master, MasterBoards, OneBoard, Refusal, TwoBoards};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -219,6 +219,13 @@ impl CableMeasurement {
     /// Value of the progress: the abort code says why.
     pub const FAILED: u8 = 3;
 }
+
+/// Number of master boards that images of the mission are built for: one, or with the feature `standby` two.
+#[cfg(not(feature = "standby"))]
+pub type Boards = OneBoard;
+/// Number of master boards that images of the mission are built for: one, or with the feature `standby` two.
+#[cfg(feature = "standby")]
+pub type Boards = TwoBoards;
 
 /// The master of the mission, with a parameter store if its board has one.
 pub fn master(

@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{DIAGNOSTICS, Pulse, supervised};
+use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
 use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
@@ -14,12 +14,7 @@ type Board = boards_stm32f4::Board<Spec>;
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 boards_runtime::node_tasks!(Board, Node);
-
-/// Pulses at seconds of the spacecraft time, or parts of them.
-#[embassy_executor::task]
-fn pulses(pulse: Pulse, slave: Handle<Board, Node>) -> impl Future<Output = ()> {
-    supervised("pulses", pulse.run(slave.clock(), pulses_per_second(slave)))
-}
+boards_runtime::pulse_task!(Board, Node, pulses_per_second);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -38,13 +33,12 @@ async fn main(spawner: Spawner) {
         if board.is_maintenance {
             slave.in_maintenance(board.store)
         } else {
-            let slave = slave.with_retained(board.retained);
-            if let Some(store) = board.store { slave.with_store(store) } else { slave }
+            slave.with_retained(board.retained).with_store(board.store)
         }
     };
     let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
-    spawner.spawn(pulses(board.pulse, slave).unwrap());
+    spawn_pulses(spawner, board.pulse, slave);
     supervised("application", Application::new(slave, events, board.leds).run()).await
 }

@@ -68,12 +68,15 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// Adds a parameter store: objects 1010h and 1011h work, and the stored parameters apply from power-on.
+    /// Adds the parameter store of a board that has one: objects 1010h and 1011h work, and the stored parameters apply from
+    /// power-on. `None`: the slave saves nothing.
     #[must_use]
-    pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
-        self.show_node_id(store);
-        self.canopen.services.dictionary.stored.store = Some(store);
-        self.load_all();
+    pub fn with_store(mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
+        if let Some(store) = store {
+            self.show_node_id(store);
+            self.canopen.services.dictionary.stored.store = Some(store);
+            self.load_all();
+        }
         self
     }
 

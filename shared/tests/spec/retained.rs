@@ -51,10 +51,8 @@ impl Memories {
 
     /// The slave starts, after a reset or with power: what is in RAM is up to the test.
     fn start(&self) -> Bench<TestSlave> {
-        let mut slave = instrument::slave(node(5), &self.profile, vec![]);
-        if let Some(store) = &self.store {
-            slave = slave.with_store(Box::leak(Box::new(store.clone())));
-        }
+        let store = self.store.clone().map(|store| Box::leak(Box::new(store)) as _);
+        let slave = instrument::slave(node(5), &self.profile, vec![]).with_store(store);
         Bench::new(slave.with_retained(Box::leak(Box::new(self.ram.clone()))))
     }
 

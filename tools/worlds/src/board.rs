@@ -27,8 +27,8 @@ pub struct MockBoard {
     pub late_heartbeats: u32,
     /// Two words of RAM that outlive a reset.
     pub retained: &'static mut (dyn RetainedMemory + Send),
-    /// Flash for parameters, which outlives a loss of power. It has room for sets of any length.
-    pub store: &'static mut (dyn ParameterStore + Send),
+    /// Flash for parameters, which outlives a loss of power. It has room for sets of any length, and never fails: there is always one.
+    pub store: Option<&'static mut (dyn ParameterStore + Send)>,
 }
 
 impl Platform for MockBoard {
@@ -120,7 +120,7 @@ impl Unit {
             node_id: self.key.node(),
             late_heartbeats: self.late_heartbeats,
             retained: Box::leak(Box::new(self.ram.clone())),
-            store: Box::leak(Box::new(self.flash.clone())),
+            store: Some(Box::leak(Box::new(self.flash.clone()))),
         };
         let node = (self.firmware)(board, &shell);
         self.powered = Some(Powered { pool, clock, diagnostics, node, reset });

@@ -1,4 +1,4 @@
-//! `cargo xtask mutants`: deliberate defects in the protocol crate, of which its tests must find most.
+//! `cargo xtask mutants`: deliberate defects in the protocol crate or in the applications, of which tests must find most.
 //!
 //! A sample is cut into shards, so that it runs on many machines (see [`support::shard`]).
 
@@ -32,9 +32,11 @@ const MUTANTS: Tool = Tool {
     arguments: &[],
 };
 
-/// Configurations in `.cargo`: the tests by clause, and all that may find a mutant.
+/// Configurations in `.cargo`: the tests by clause, and all that may find a mutant of the protocol crate.
 const CLAUSES: &str = "mutants";
 const ALL: &str = "mutants-all";
+/// Mutants of the applications, and their tests in host worlds.
+const APPLICATIONS: &str = "mutants-applications";
 
 /// Command line of `mutants`.
 #[derive(Args, Debug)]
@@ -58,8 +60,12 @@ pub struct Options {
     bar: Bar,
 
     /// Run the tests by clause alone: what they miss counts as missed
-    #[arg(long)]
+    #[arg(long, conflicts_with = "applications")]
     by_clause: bool,
+
+    /// Try mutants of the applications of the images instead of the protocol crate, with their tests in host worlds
+    #[arg(long)]
+    applications: bool,
 
     /// Print the sample and end
     #[arg(long)]
@@ -108,9 +114,21 @@ struct Parameters {
     /// Number of mutants of which the sample is drawn.
     mutants: usize,
     by_clause: bool,
+    applications: bool,
 }
 
-/// Draws a sample, runs the tests by clause against each of its mutants, and prints what they did not find. Or joins the results of
+impl Options {
+    /// Configurations whose tests meet the mutants: the first one all, each other one those that were missed before it.
+    fn steps(&self) -> &'static [&'static str] {
+        match self {
+            Options { applications: true, .. } => &[APPLICATIONS],
+            Options { by_clause: true, .. } => &[CLAUSES],
+            _ => &[CLAUSES, ALL],
+        }
+    }
+}
+
+/// Draws a sample, runs tests against each of its mutants, and prints what they did not find. Or joins the results of
 /// shards of a sample.
 ///
 /// # Errors
@@ -119,11 +137,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files, bar }) = &options.action {
         let (run, parts): (Run<Parameters>, Vec<Outcome>) = shard::merged(COMMAND, files)?;
         let outcome = parts.into_iter().fold(Outcome::default(), Outcome::and);
-        report(&outcome, run.parameters.sample)?;
+        report(&outcome, run.parameters.sample, run.parameters.applications)?;
         return judge(&outcome, *bar);
     }
     let program = MUTANTS.find(&options.source)?;
-    let list = cargo_mutants(&program, CLAUSES).arg("--list").output().with_context(cannot_run)?;
+    let list = cargo_mutants(&program, options.steps()[0]).arg("--list").output().with_context(cannot_run)?;
     ensure!(list.status.success(), "cargo mutants --list failed:\n{}", String::from_utf8_lossy(&list.stderr));
     let list = String::from_utf8(list.stdout).context("the list of mutants")?;
     let all: Vec<_> = list.lines().filter_map(Mutant::read).collect();
@@ -133,6 +151,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         sample: sample.len(),
         mutants: all.len(),
         by_clause: options.by_clause,
+        applications: options.applications,
     };
     let Some(shard) = options.shard else {
         if options.list {
@@ -140,7 +159,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         }
         output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
         let outcome = try_all(&program, &sample, options, &options.out)?;
-        report(&outcome, sample.len())?;
+        report(&outcome, sample.len(), options.applications)?;
         return judge(&outcome, options.bar);
     };
     let total = sample.len() as u64;
@@ -157,7 +176,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     output::note(format_args!("{count} of {total} mutants, shard {shard}, seed {}", options.seed));
     // Shards on one machine have logs of their own.
     let results = try_all(&program, sample, options, &file.with_extension(""))?;
-    report(&results, sample.len())?;
+    report(&results, sample.len(), options.applications)?;
     Part { run, shard: shard.index, results }.write(&file)?;
     output::note(format_args!("results of shard {shard} written to {}", project::shown(&file)));
     Ok(())
@@ -167,15 +186,18 @@ fn print(sample: &[Mutant<'_>]) -> anyhow::Result<()> {
     sample.iter().try_for_each(|mutant| output::line(mutant.name))
 }
 
-/// Runs the tests by clause against these mutants, and all tests against the missed ones. The logs go to `out`.
+/// Runs the tests of the first step against these mutants, and those of each other step against the missed ones. The logs go to `out`.
 fn try_all(program: &Path, sample: &[Mutant<'_>], options: &Options, out: &Path) -> anyhow::Result<Outcome> {
-    let outcome = attempt(program, sample, CLAUSES, out)?;
-    let is_missed = |mutant: &&Mutant<'_>| outcome.missed.iter().any(|name| name == mutant.name);
-    let missed: Vec<Mutant<'_>> = sample.iter().filter(is_missed).copied().collect();
-    if missed.is_empty() || options.by_clause {
-        return Ok(outcome);
+    let (first, others) = options.steps().split_first().context("a step")?;
+    let mut outcome = attempt(program, sample, first, out)?;
+    for config in others {
+        let is_missed = |mutant: &&Mutant<'_>| outcome.missed.iter().any(|name| name == mutant.name);
+        let missed: Vec<Mutant<'_>> = sample.iter().filter(is_missed).copied().collect();
+        if !missed.is_empty() {
+            outcome = outcome.after(attempt(program, &missed, config, out)?);
+        }
     }
-    Ok(outcome.after(attempt(program, &missed, ALL, out)?))
+    Ok(outcome)
 }
 
 /// Runs the tests that a configuration names against each mutant.
@@ -190,9 +212,10 @@ fn attempt(program: &Path, mutants: &[Mutant<'_>], config: &str, out: &Path) -> 
 
     let mut command = cargo_mutants(program, config);
     command.args(["--shuffle", "--output"]).arg(&folder).arg("--in-diff").arg(&diff);
-    if config == ALL {
+    if config != CLAUSES {
         // cargo-mutants would run the baseline with the tests of the mutated package alone. Without one it guesses no time.
-        command.args(["--baseline", "skip", "--timeout", "300"]);
+        let seconds = if config == ALL { "300" } else { "60" };
+        command.args(["--baseline", "skip", "--timeout", seconds]);
     }
     command.args(mutants.iter().flat_map(|mutant| ["--re".to_owned(), selection::expression(mutant.name)]));
     let status = command.status().with_context(cannot_run)?;
@@ -218,16 +241,18 @@ fn cannot_run() -> String {
 ///
 /// # Errors
 /// When some of the sample were not tried.
-fn report(outcome: &Outcome, sampled: usize) -> anyhow::Result<()> {
+fn report(outcome: &Outcome, sampled: usize, of_applications: bool) -> anyhow::Result<()> {
     for name in &outcome.missed {
         output::line(format_args!("missed: {name}"))?;
     }
     let (found, viable) = outcome.share();
     let [endless, unviable] = [&outcome.timeout, &outcome.unviable].map(Vec::len);
+    let by_clause = match of_applications {
+        true => String::new(),
+        false => format!(" {} of them by the tests by clause,", outcome.by_clause),
+    };
     output::line(format_args!(
-        "{found} of {viable} mutants caught, {} of them by the tests by clause, {endless} by a test that did not end; {unviable} more \
-         do not compile",
-        outcome.by_clause
+        "{found} of {viable} mutants caught,{by_clause} {endless} by a test that did not end; {unviable} more do not compile"
     ))?;
     ensure!(outcome.tried() == sampled, "{} of the sample were not tried", sampled.abs_diff(outcome.tried()));
     Ok(())

@@ -19,7 +19,7 @@ fn examples_of_the_protocol_are_below_a_hundred_lines() {
     }
 }
 
-/// Application and main; objects and formulas are the device's.
+/// Start and main; objects, formulas and application are in the library.
 #[test]
 fn example_images_are_below_a_hundred_lines() {
     for package in ["thermometer", "thermometer-master"] {

@@ -16,6 +16,7 @@ fn fake(folder: &Path, caught: [&str; 2]) {
     write("list", LIST);
     write("mutants.toml", caught[0]);
     write("mutants-all.toml", caught[1]);
+    write("mutants-applications.toml", caught[1]);
     let here = folder.display();
     let script = format!(
         r#"#!/bin/sh
@@ -80,6 +81,30 @@ fn what_the_tests_by_clause_miss_meets_all_tests() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.contains("fewer than 67 percent"), "{stderr}");
+}
+
+/// Given mutants of the applications, then their own tests alone run against each, and the tests by clause are not mentioned.
+#[test]
+fn mutants_of_applications_meet_their_own_tests() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let lines: Vec<&str> = LIST.lines().collect();
+    fake(here.path(), ["", &format!("{}\n{}\n", lines[0], lines[2])]);
+    let output = run(here.path(), &["--applications", "--at-least", "66"]);
+    let expected = format!(
+        "missed: {}\n2 of 3 mutants caught, 0 by a test that did not end; 0 more do not compile\n",
+        lines[1]
+    );
+    assert_eq!((stdout(&output), output.status.code()), (expected, Some(0)));
+    let calls = fs::read_to_string(here.path().join("arguments")).expect("it was called");
+    assert_eq!(calls.lines().count(), 1);
+    assert!(
+        calls.contains(".cargo/mutants-applications.toml") && calls.contains("--baseline skip"),
+        "{calls}"
+    );
+    let output = run(here.path(), &["--applications", "--at-least", "67"]);
+    assert_eq!(output.status.code(), Some(1));
+    let output = run(here.path(), &["--applications", "--by-clause"]);
+    assert_eq!(output.status.code(), Some(2), "the applications have no tests by clause");
 }
 
 /// Given a sample in two shards, when their parts are merged, then the command prints and judges what one run does. A shard is not

@@ -1,11 +1,16 @@
-//! The master of the thermometer: its objects, its PDOs, and the table that it writes.
+//! The master of the thermometer: its objects, its PDOs, the table that it writes, and its application, for a board and for tests on the
+//! host.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod application;
+
 use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
 use thermometer::Thermometer;
+
+pub use application::{Report, application};
 
 /// The thermometer's Node-ID.
 pub const THERMOMETER: NodeId = NodeId::of::<3>();

@@ -1,16 +1,15 @@
-//! Board, tasks, and the application: measures ten times a second.
+//! Start of the thermometer: board, node, tasks, and the sensor on I2C1.
 
 use board::Spec;
 use boards_stm32f4::{DIAGNOSTICS, supervised};
-use ecss_can::emcy::ErrorCode;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
-use embassy_futures::select::{Either, select};
-use embassy_stm32::i2c::{ErrorInterruptHandler, EventInterruptHandler, I2c};
+use embassy_stm32::i2c::{self, ErrorInterruptHandler, EventInterruptHandler, I2c};
+use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{DMA1_CH5, DMA1_CH6, I2C1};
 use embassy_stm32::{bind_interrupts, dma};
-use embassy_time::{Duration, Ticker, with_timeout};
-use thermometer::{CHANGE, COMMAND, LM75, PROFILE, Thermometer, slave};
+use embassy_time::{Duration, with_timeout};
+use thermometer::{Hardware, LM75, PROFILE, Thermometer, application, slave};
 
 bind_interrupts!(struct Irqs {
     I2C1_EV => EventInterruptHandler<I2C1>;
@@ -34,46 +33,36 @@ async fn main(spawner: Spawner) {
     let board = Board::new(board::take!(p), bit_timing, boards_runtime::Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let slave = || {
-        let slave = slave(id, board.memory.split_at_mut(2048).0).with_retained(board.retained);
-        let slave = slave.with_late_heartbeats(Board::late_heartbeats());
-        if let Some(store) = board.store { slave.with_store(store) } else { slave }
+        slave(id, board.memory.split_at_mut(2048).0)
+            .with_late_heartbeats(Board::late_heartbeats())
+            .with_retained(board.retained)
+            .with_store(board.store)
     };
-    let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
+    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
     slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
-    // The board has taken neither I2C1 nor its pins. Lines without a sensor stay low: then no START ever ends.
-    let mut i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH5, Irqs, Default::default());
-    let mut ticker = Ticker::every(Duration::from_millis(100));
-    let application = async {
-        loop {
-            let mut register = [0; 2];
-            let read =
-                with_timeout(Duration::from_millis(5), i2c.write_read(LM75, &[0], &mut register)).await;
-            let register = matches!(read, Ok(Ok(()))).then(|| i16::from_be_bytes(register));
-            slave.change(|thermometer| thermometer.measured(register));
-            slave.with(|slave, _| match register {
-                Some(_) => slave.clear(ErrorCode::HARDWARE, LM75),
-                None => slave.raise(ErrorCode::HARDWARE, [LM75, 0, 0, 0, 0]),
-            });
-            while let Either::First(event) = select(events.next(), ticker.next()).await {
-                on_event(slave, event);
-            }
-        }
-    };
-    supervised("application", application).await
+    // The board has taken neither I2C1 nor its pins.
+    let i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH5, Irqs, Default::default());
+    supervised("application", application(slave, events, Sensor(i2c))).await
 }
 
-fn on_event(slave: Handle<Board, Node>, event: SlaveEvent) {
-    match event {
-        SlaveEvent::Pdo { number, .. } if usize::from(number) == COMMAND.slot() => {
-            let highest = slave.change(Thermometer::obey);
-            defmt::info!("commanded; highest temperature: {=i16} tenths of a degree", highest);
-        }
-        // Whoever hears the changes knows from now on.
-        SlaveEvent::State(NmtState::Operational) => {
-            slave.with(|slave, now| slave.send_pdo(CHANGE.slot(), now));
-        }
-        SlaveEvent::ResetNode => boards_stm32f4::reset(),
-        _ => {}
+/// An LM75.
+struct Sensor(I2c<'static, Async, i2c::Master>);
+
+impl Hardware for Sensor {
+    async fn temperature(&mut self) -> Option<i16> {
+        let mut register = [0; 2];
+        // Lines without a sensor stay low: then no START ever ends.
+        let read = self.0.write_read(LM75, &[0], &mut register);
+        let read = with_timeout(Duration::from_millis(5), read).await;
+        matches!(read, Ok(Ok(()))).then(|| i16::from_be_bytes(register))
+    }
+
+    fn log_command(&mut self, highest: i16) {
+        defmt::info!("commanded; highest temperature: {=i16} tenths of a degree", highest);
+    }
+
+    fn reset(&mut self) {
+        boards_stm32f4::reset()
     }
 }

@@ -1,9 +1,13 @@
-//! A thermometer: its objects, its PDOs, the numbers of its mission.
+//! A thermometer: its objects, its PDOs, the numbers of its mission, and its application, for a board and for tests on the host.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod application;
+
 use ecss_can::prelude::*;
+
+pub use application::{Hardware, application};
 
 /// The numbers of the mission, the same in all its nodes.
 pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT };

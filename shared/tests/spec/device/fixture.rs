@@ -114,7 +114,7 @@ pub(crate) fn powered() -> Bench<TestSlave> {
 
 pub(crate) fn powered_with(memory: &Memory) -> Bench<TestSlave> {
     let slave = instrument::slave(node(5), &STANDARD, vec![]);
-    Bench::new(slave.with_store(Box::leak(Box::new(memory.clone()))))
+    Bench::new(slave.with_store(Some(Box::leak(Box::new(memory.clone())))))
 }
 
 /// Answer to an SDO request on the nominal bus.

@@ -56,7 +56,7 @@ type TestDevice = Bench<Slave<Instrument>>;
 
 fn powered(memory: &Memory) -> TestDevice {
     let slave = Slave::new(node(5), &STANDARD, Instrument::default());
-    Bench::new(slave.with_store(Box::leak(Box::new(memory.clone()))))
+    Bench::new(slave.with_store(Some(Box::leak(Box::new(memory.clone())))))
 }
 
 fn calibration() -> Vec<u8> {
@@ -238,7 +238,7 @@ fn a_long_value_that_does_not_fit_any_more_leaves_the_default() {
     calibrate(&mut slave);
     assert_eq!(write(&mut slave, 0x1010, 4, b"save"), done(0x1010, 4));
     let smaller = Slave::new(node(5), &STANDARD, Smaller::default());
-    let mut smaller = Bench::new(smaller.with_store(Box::leak(Box::new(memory.clone()))));
+    let mut smaller = Bench::new(smaller.with_store(Some(Box::leak(Box::new(memory.clone())))));
     assert_eq!(smaller.node.objects().application.calibration.as_bytes(), b"unity");
     assert_eq!(errors(&mut smaller), (1, 1));
 }

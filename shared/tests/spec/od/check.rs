@@ -262,9 +262,9 @@ fn refused_stored_value_is_not_applied_and_raises_an_emcy() {
     let memory = Memory::default();
     let store = || -> &'static mut Memory { Box::leak(Box::new(memory.clone())) };
     let old = OldCamera { name: VisibleString::new(b"fisheye").unwrap(), blades: [9, 4] };
-    let mut old = Bench::new(Slave::<OldCamera>::new(node(5), &STANDARD, old).with_store(store()));
+    let mut old = Bench::new(Slave::<OldCamera>::new(node(5), &STANDARD, old).with_store(Some(store())));
     assert_eq!(write(&mut old, 0x1010, 1, b"save"), done(0x1010, 1));
-    let mut new = Bench::new(slave(Camera::default()).with_store(store()));
+    let mut new = Bench::new(slave(Camera::default()).with_store(Some(store())));
     let camera = &new.node.objects().application;
     assert_eq!(camera.lens.label.name.as_bytes(), b"Wide");
     assert_eq!(camera.shutter.blades, [9, 3], "each by itself");

@@ -47,10 +47,8 @@ fn calibrated() -> Flight {
 #[test]
 fn the_table_survives_a_reset_of_the_thermometer() {
     let flight = calibrated();
-    let saved = flight.said(1, "table saved", ms(0)).unwrap_or_else(|| panic!("{}", flight.log(1)));
-    let kept = flight
-        .said(1, "the table has survived the reset", saved)
-        .unwrap_or_else(|| panic!("{}", flight.log(1)));
+    let saved = flight.said(1, "TableSaved", ms(0)).unwrap_or_else(|| panic!("{}", flight.log(1)));
+    let kept = flight.said(1, "TableKept", saved).unwrap_or_else(|| panic!("{}", flight.log(1)));
     let board = flight.twin.board(flight.board(THERMOMETER));
     assert_eq!(board.counters().system_resets, 1);
     assert_eq!(flight.lost_frames(THERMOMETER), 0, "frames before the reset are not of this life");
@@ -78,7 +76,11 @@ fn a_warmer_sensor_sends_its_change_at_once() {
     assert_eq!(last(&flight, CHANGE), (913, 1));
     assert_eq!(last(&flight, CYCLE).0, 913);
     // The master has received it, into its dictionary.
-    assert!(flight.said(1, "913 tenths of a degree, alarm 1", ms(2_000)).is_some(), "{}", flight.log(1));
+    assert!(
+        flight.said(1, "Measured { temperature: 913, alarm: 1 }", ms(2_000)).is_some(),
+        "{}",
+        flight.log(1)
+    );
 }
 
 /// Given a running thermometer, when its sensor is unplugged, with or without the pull-ups of both lines, then it sends that there
@@ -124,7 +126,7 @@ fn a_command_of_the_master_is_obeyed() {
 #[test]
 fn the_temperature_comes_with_every_sync() {
     let flight = calibrated();
-    let from = flight.said(1, "survived", ms(0)).unwrap();
+    let from = flight.said(1, "TableKept", ms(0)).unwrap();
     let after = |id| flight.on(Bus::Nominal).filter(move |seen| seen.id() == Some(id) && seen.end > from);
     let (syncs, answers) = (after(0x080).count(), after(CYCLE).count());
     assert!(syncs >= 10 && syncs.abs_diff(answers) <= 1, "{syncs} SYNCs, {answers} answers");

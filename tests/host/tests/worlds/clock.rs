@@ -51,7 +51,7 @@ fn moved(scet: Scet, ms: i64) -> Scet {
 
 fn world() -> World {
     let mut world = World::builder()
-        .master(|board| mission::master(&PROFILE, Some(board.store)), idle)
+        .master(|board| mission::master(&PROFILE, board.store), idle)
         .slave(TWO, |board| mission::slave(board.node_id, &PROFILE, vec![]), idle)
         .drift(TWO, 60)
         .build();

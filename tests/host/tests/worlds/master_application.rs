@@ -321,6 +321,41 @@ fn a_board_that_stands_by_stops_its_commands() {
     assert!(!lines.iter().any(|line| line.contains("not sent")), "it does not even try: {lines:#?}");
 }
 
+/// Given two master boards and a minimal slave without heartbeat, which takes commands whatever is heard of it. When the active board
+/// stands by, then it does not command that slave any more, and the other board begins.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_board_that_stands_by_leaves_a_silent_minimal_slave() {
+    let minimal = &[MinimalNode { node: SILENT, has_heartbeat: false }];
+    let mut world = MissionWorld::pair(Profile { minimal, ..TWO_MASTERS }, 1, |world| world.seed(7));
+    world.run_until(ms(3_000));
+    let before = since(&world, Bus::Nominal, 0x306, ms(2_000));
+    assert!(before.len() >= 9 && before.iter().all(|sent| sent.key == Some(NodeKey::MASTER)));
+    world.request(MasterRequest::StandBy);
+    world.run_for(ms(2_000));
+    assert_eq!(world.active_masters(), [NodeKey::SECOND_MASTER]);
+    log_lines::keep();
+    let from = world.now();
+    world.run_for(ms(1_000));
+    let after = since(&world, Bus::Nominal, 0x306, from);
+    assert!(after.len() >= 9 && after.iter().all(|sent| sent.key == Some(NodeKey::SECOND_MASTER)));
+    let lines = log_lines::take();
+    assert!(!lines.iter().any(|line| line.contains("not sent")), "it does not even try: {lines:#?}");
+}
+
+/// Given a client that writes the pulses per second (6310h), then the pulse output of the master has as many.
+#[test]
+fn pulses_per_second_of_the_master_follow_the_object() {
+    let mut world = busy(1, ms(1_000));
+    let task = world.on_master(|master| async move { master::pulses_per_second(master) });
+    world.run_for(ms(1));
+    let (_, pulses) = task.take().expect("it ended");
+    assert_eq!(pulses(), 1, "default");
+    assert_eq!(sdo(&mut world, [0x2B, 0x10, 0x63, 0, 0xF4, 0x01, 0, 0])[0], 0x60);
+    assert_eq!(pulses(), 500);
+}
+
 /// Given a master that a client sent to Pre-operational, then it logs the commands and requests that its node refuses, and goes on when
 /// it is Operational again.
 #[test]

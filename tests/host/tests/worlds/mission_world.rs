@@ -81,16 +81,7 @@ impl MissionWorld {
     /// The same with minimal slaves behind the full ones: those that the profile names.
     pub fn mixed(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
         MissionWorld::with_indicators(profile, slaves, true, |world, indicators| {
-            let minimal = profile.minimal.iter().map(|minimal| minimal.node);
-            plan(minimal.fold(world, |world, id| {
-                let numbers = Numbers::of(&profile, id);
-                let node =
-                    move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
-                let indicators = indicators.clone();
-                world.minimal(id, node, move |slave, events| {
-                    minimal_application(slave, events, id, indicators.clone())
-                })
-            }))
+            plan(with_minimal(world, &profile, indicators))
         })
     }
 
@@ -129,7 +120,7 @@ impl MissionWorld {
         MissionWorld { world: plan(world, &indicators).build(), reactions, indicators, sequences }
     }
 
-    /// Two master boards with their applications, and slaves 2, 3, .., `slaves` of them.
+    /// Two master boards with their applications, slaves 2, 3, .., `slaves` of them, and the minimal slaves of the profile.
     pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
         let (reactions, indicators) = (Reactions::default(), IndicatorLog::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
@@ -139,7 +130,8 @@ impl MissionWorld {
         });
         let world = World::builder().master(of_two(Strap::Prime), first);
         let world = world.second_master(of_two(Strap::Second), second);
-        let world = with_slaves(world, profile, ids, &reactions, &indicators);
+        let world =
+            with_minimal(with_slaves(world, profile, ids, &reactions, &indicators), &profile, &indicators);
         MissionWorld { world: plan(world).build(), reactions, indicators, sequences: Rc::default() }
     }
 
@@ -210,6 +202,18 @@ fn with_slaves(
             },
             move |slave, events| slave_application(slave, events, id, indicators.clone(), reactions.clone()),
         )
+    })
+}
+
+/// The minimal slaves of a profile.
+fn with_minimal(world: Builder, profile: &Profile, indicators: &IndicatorLog) -> Builder {
+    profile.minimal.iter().fold(world, |world, minimal| {
+        let (id, numbers, indicators) =
+            (minimal.node, Numbers::of(profile, minimal.node), indicators.clone());
+        let node = move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
+        world.minimal(id, node, move |slave, events| {
+            minimal_application(slave, events, id, indicators.clone())
+        })
     })
 }
 

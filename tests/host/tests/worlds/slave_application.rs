@@ -189,6 +189,21 @@ fn self_test_fails_while_a_controller_is_error_passive() {
     }
 }
 
+/// Given a client that writes the pulses per second (6310h), then the pulse output has as many.
+#[test]
+fn pulses_per_second_follow_the_object() {
+    let mut world = running(STANDARD, 1);
+    let task = world.on_slave(TWO, |slave| async move { slave::pulses_per_second(slave) });
+    world.run_for(ms(1));
+    let (_, pulses) = task.take().expect("it ended");
+    assert_eq!(pulses(), 1, "default");
+    let at = Address::new(0x6310, 0);
+    let task = world.on_master(|master| async move { master.sdo().write(TWO, at, &[0xF4, 0x01]).await });
+    world.run_for(ms(20));
+    assert_eq!(task.take().expect("the transfer ended").1, Ok(()));
+    assert_eq!(pulses(), 500);
+}
+
 /// Given a slave for two seconds, then its LEDs toggled once with each heartbeat, SYNC and spacecraft time of the master.
 #[test]
 fn leds_toggle_with_heartbeat_sync_and_time() {

@@ -1,62 +1,76 @@
 //! The thermometer of `firmware/examples` with its master: a device that is none of the demonstration mission's.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use ecss_can::prelude::*;
 use host_worlds::can_wire::fault::Fault;
-use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, Time, World, idle};
-use thermometer::{CHANGE, PROFILE, Thermometer};
-use thermometer_master::{Ground, THERMOMETER, is_kept, write_table};
+use host_worlds::{Builder, MockBoard, NEXT_TO_MASTER_M, ResetLine, Time, World, idle};
+use thermometer::{Hardware, PROFILE, Thermometer};
+use thermometer_master::{Ground, Report, THERMOMETER, is_kept, write_table};
 
 type Node = Slave<Thermometer<Vec<u8>>>;
 
-const PERIOD: Duration = Duration::from_millis(100);
 /// The sensor's register at 25 °C and at 85.125 °C.
 const AT_25_DEGREES: i16 = 0x1900;
 const ABOVE_85_DEGREES: i16 = 0x5520;
 
-/// What the sensor answers, which the test sets.
-type Sensor = Rc<Cell<Option<i16>>>;
+/// The board of the thermometer, in the hands of the test.
+#[derive(Clone, Default)]
+struct Sensor {
+    /// What the sensor answers.
+    register: Rc<Cell<Option<i16>>>,
+    /// Highest temperature after each command.
+    commanded: Rc<RefCell<Vec<i16>>>,
+    /// Number of resets of the chip.
+    resets: Rc<Cell<u32>>,
+}
+
+/// A sensor on a board that can be reset.
+struct Fitted(Sensor, ResetLine);
+
+impl Hardware for Fitted {
+    async fn temperature(&mut self) -> Option<i16> {
+        self.0.register.get()
+    }
+
+    fn log_command(&mut self, highest: i16) {
+        self.0.commanded.borrow_mut().push(highest);
+    }
+
+    fn reset(&mut self) {
+        self.0.resets.set(self.0.resets.get() + 1);
+        self.1.reset();
+    }
+}
 
 fn slave(board: MockBoard) -> Node {
     thermometer::slave(board.node_id, vec![0; 2048]).with_retained(board.retained).with_store(board.store)
 }
 
-/// As the image has it: measures ten times a second.
-async fn application(slave: Handle<Node>, mut events: Events<Node>, sensor: Sensor) {
-    let measure = async {
-        let mut due = Instant::ZERO;
-        loop {
-            slave.change(|thermometer| thermometer.measured(sensor.get()));
-            due += PERIOD;
-            slave.wait_until(due).await;
-        }
-    };
-    let listen = async {
-        loop {
-            match events.next().await {
-                SlaveEvent::State(NmtState::Operational) => {
-                    slave.with(|slave, now| slave.send_pdo(CHANGE.slot(), now));
-                }
-                SlaveEvent::ResetNode => events.reset(),
-                _ => {}
-            }
-        }
-    };
-    let _: ((), ()) = futures_util::future::join(measure, listen).await;
-}
-
-/// A running world, the thermometer's clock 90 ppm fast; and its sensor.
-fn running() -> (World, Sensor) {
-    let sensor = Sensor::new(Cell::new(Some(AT_25_DEGREES)));
+/// A world with the application of the thermometer, the thermometer's clock 90 ppm fast; and its sensor.
+fn with_thermometer(world: Builder) -> (World, Sensor) {
+    let sensor = Sensor::default();
+    sensor.register.set(Some(AT_25_DEGREES));
     let given = sensor.clone();
-    let mut world = World::builder()
-        .master(|board| Master::new(&PROFILE, Ground::default(), Some(board.store)), idle)
-        .slave(THERMOMETER, slave, move |slave, events| application(slave, events, given.clone()))
+    let world = world
+        .slave(THERMOMETER, slave, move |slave, events| {
+            let hardware = Fitted(given.clone(), events.reset_line());
+            thermometer::application(slave, events, hardware)
+        })
         .drift(THERMOMETER, 90)
         .drift(NodeId::MASTER, -90)
         .build();
+    (world, sensor)
+}
+
+fn master(board: MockBoard) -> Master<Ground> {
+    Master::new(&PROFILE, Ground::default(), board.store)
+}
+
+/// A running world with a master that has no application.
+fn running() -> (World, Sensor) {
+    let (mut world, sensor) = with_thermometer(World::builder().master(master, idle));
     world.run_until(Time::from_ms(1_000));
     assert!(world.all_operational());
     (world, sensor)
@@ -79,7 +93,7 @@ fn a_change_reaches_the_master_before_and_after_a_cut() {
     world.run_for(Time::from_ms(1_000));
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Redundant);
-    sensor.set(Some(ABOVE_85_DEGREES));
+    sensor.register.set(Some(ABOVE_85_DEGREES));
     world.run_for(Time::from_ms(201));
     assert_eq!(known(&world), (851, Thermometer::<Vec<u8>>::ABOVE));
 }
@@ -88,10 +102,10 @@ fn a_change_reaches_the_master_before_and_after_a_cut() {
 #[test]
 fn a_silent_sensor_reaches_the_master_as_such() {
     let (mut world, sensor) = running();
-    sensor.set(None);
+    sensor.register.set(None);
     world.run_for(Time::from_ms(201));
     assert_eq!(known(&world), (i16::MIN, Thermometer::<Vec<u8>>::NO_SENSOR));
-    sensor.set(Some(AT_25_DEGREES));
+    sensor.register.set(Some(AT_25_DEGREES));
     world.run_for(Time::from_ms(201));
     assert_eq!(known(&world), (250, Thermometer::<Vec<u8>>::WITHIN));
 }
@@ -118,6 +132,97 @@ fn the_table_survives_noise_and_a_loss_of_power() {
     assert_eq!(kept.take().map(|(_, result)| result), Some(Ok(true)));
     // Entry 612 of the table adds nine tenths.
     assert_eq!(known(&world).0, 259);
+}
+
+/// Emergencies of the thermometer on the nominal bus: their error codes.
+fn emergencies(world: &World) -> Vec<u16> {
+    let frames = world.frames(Bus::Nominal).iter().filter(|sent| sent.id() == Some(0x083));
+    frames.map(|sent| u16::from_le_bytes([sent.frame.payload()[0], sent.frame.payload()[1]])).collect()
+}
+
+/// Given a sensor that does not answer for a second, then the thermometer raises EMCY 5000h (hardware) once, and clears it once.
+#[test]
+fn a_silent_sensor_is_one_emergency() {
+    let (mut world, sensor) = running();
+    assert_eq!(emergencies(&world), []);
+    sensor.register.set(None);
+    world.run_for(Time::from_ms(1_000));
+    assert_eq!(emergencies(&world), [0x5000]);
+    sensor.register.set(Some(AT_25_DEGREES));
+    world.run_for(Time::from_ms(1_000));
+    assert_eq!(emergencies(&world), [0x5000, 0x0000]);
+}
+
+/// Given a running thermometer, then it measures ten times a second: SYNC answers (483h) show a ramp of 1 °C each 100 ms.
+#[test]
+fn the_thermometer_measures_ten_times_a_second() {
+    let (mut world, sensor) = running();
+    let changes = |world: &World| {
+        let frames = world.frames(Bus::Nominal).iter().filter(|sent| sent.id() == Some(0x283));
+        frames.map(|sent| i16::from_le_bytes([sent.frame.payload()[0], sent.frame.payload()[1]])).collect()
+    };
+    let before: Vec<i16> = changes(&world);
+    for step in 1..=10 {
+        sensor.register.set(Some(AT_25_DEGREES + step * 0x100));
+        world.run_for(Time::from_ms(100));
+    }
+    world.run_for(Time::from_ms(100));
+    let expected: Vec<i16> = (26..=35).map(|degrees| degrees * 10).collect();
+    assert_eq!(changes(&world)[before.len()..], expected);
+}
+
+/// Given the applications of both images, when the thermometer is operational for the first time, then the master writes the table,
+/// saves it, resets the thermometer once, finds the table again, and commands it to forget the highest temperature. Later it reports
+/// the changes that the thermometer sends, and a change of the bus.
+#[test]
+fn the_master_calibrates_the_thermometer_once() {
+    let reports = Rc::new(RefCell::new(Vec::new()));
+    let kept = reports.clone();
+    let (mut world, sensor) = with_thermometer(World::builder().master(master, move |master, events| {
+        let kept = kept.clone();
+        thermometer_master::application(master, events, move |report| kept.borrow_mut().push(report))
+    }));
+    world.run_until(Time::from_ms(3_000));
+    assert!(world.all_operational());
+    let calibration: Vec<Report> =
+        reports.take().into_iter().filter(|report| !matches!(report, Report::Measured { .. })).collect();
+    assert_eq!(calibration, [Report::TableSaved, Report::TableKept]);
+    assert_eq!((sensor.resets.get(), known(&world).0), (1, 259));
+    assert_eq!(*sensor.commanded.borrow(), [259]);
+
+    sensor.register.set(Some(ABOVE_85_DEGREES));
+    world.run_for(Time::from_ms(201));
+    // Entry 852 of the table adds thirteen tenths.
+    assert_eq!(reports.take(), [Report::Measured { temperature: 864, alarm: Thermometer::<Vec<u8>>::ABOVE }]);
+    world.cut(Bus::Nominal, NEXT_TO_MASTER_M);
+    world.run_for(Time::from_ms(1_000));
+    assert!(reports.borrow().contains(&Report::ActiveBus(Bus::Redundant)), "{reports:?}");
+    assert_eq!(sensor.resets.get(), 1);
+}
+
+/// Given a thermometer that loses its power while the master writes the table, then the master reports the transfer that failed.
+#[test]
+fn a_table_that_is_not_written_is_reported() {
+    let reports = Rc::new(RefCell::new(Vec::new()));
+    let kept = reports.clone();
+    let (mut world, _) = with_thermometer(World::builder().master(master, move |master, events| {
+        let kept = kept.clone();
+        thermometer_master::application(master, events, move |report| kept.borrow_mut().push(report))
+    }));
+    let block = |world: &World| {
+        world
+            .frames(Bus::Nominal)
+            .iter()
+            .any(|sent| sent.id() == Some(0x603) && sent.frame.payload()[0] == 0xC6)
+    };
+    while !block(&world) {
+        world.run_for(Time::from_ms(1));
+    }
+    world.power_off(THERMOMETER);
+    world.run_for(Time::from_ms(5_000));
+    let failed = |report: &Report| matches!(report, Report::TransferFailed(_));
+    assert_eq!(reports.borrow().iter().filter(|report| failed(report)).count(), 1, "{reports:?}");
+    assert!(!reports.borrow().contains(&Report::TableSaved));
 }
 
 #[test]

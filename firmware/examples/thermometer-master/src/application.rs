@@ -1,0 +1,91 @@
+//! The application of the thermometer's master: gives the thermometer its table, checks that it keeps it, reports what it measures.
+
+use ecss_can::nmt::Command;
+use ecss_can::prelude::*;
+use ecss_can::sdo::Error;
+use embassy_futures::join::join;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+
+use crate::{CHANGE, COMMAND, Ground, THERMOMETER, is_kept, write_table};
+
+/// What the application reports: an image logs it, a test keeps it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Report {
+    /// The thermometer sent a change: temperature in 0.1 °C, and alarm.
+    Measured { temperature: i16, alarm: u8 },
+    /// The master changed the active bus.
+    ActiveBus(Bus),
+    /// The thermometer has saved its table. The master resets it.
+    TableSaved,
+    /// After the reset the table is the same.
+    TableKept,
+    /// After the reset the table is another one.
+    TableLost,
+    /// A transfer of the table failed.
+    TransferFailed(Error),
+    /// The command to forget the highest temperature was not sent.
+    NotCommanded(Refusal),
+}
+
+/// Runs for ever, on a platform `P`.
+pub async fn application<P: Platform>(
+    master: Handle<P, Master<Ground>>,
+    events: impl EventSource<Event = MasterEvent>,
+    report: impl Fn(Report),
+) {
+    // The thermometer is Operational.
+    let ready = Signal::new();
+    join(listen(master, events, &ready, &report), calibrate(master, &ready, &report)).await;
+}
+
+async fn listen<P: Platform>(
+    master: Handle<P, Master<Ground>>,
+    mut events: impl EventSource<Event = MasterEvent>,
+    ready: &Signal<NoopRawMutex, ()>,
+    report: impl Fn(Report),
+) {
+    loop {
+        match events.next().await {
+            MasterEvent::SlaveState { node: THERMOMETER, state: NmtState::Operational, .. } => {
+                ready.signal(());
+            }
+            MasterEvent::Pdo { number, .. } if usize::from(number) == CHANGE.slot() => {
+                report(master.with(|master, _| {
+                    let Ground { temperature, alarm, .. } = master.objects().application.device;
+                    Report::Measured { temperature, alarm }
+                }));
+            }
+            MasterEvent::BusSwitched { to, .. } => report(Report::ActiveBus(to)),
+            _ => {}
+        }
+    }
+}
+
+async fn calibrate<P: Platform>(
+    master: Handle<P, Master<Ground>>,
+    ready: &Signal<NoopRawMutex, ()>,
+    report: impl Fn(Report),
+) {
+    ready.wait().await;
+    if let Err(error) = write_table(master.sdo()).await {
+        return report(Report::TransferFailed(error));
+    }
+    report(Report::TableSaved);
+    ready.reset();
+    let reset = NmtMessage { command: Command::ResetNode, target: Target::Node(THERMOMETER) };
+    master.request(MasterRequest::Nmt(reset));
+    ready.wait().await;
+    report(match is_kept(master.sdo()).await {
+        Ok(true) => Report::TableKept,
+        Ok(false) => Report::TableLost,
+        Err(error) => Report::TransferFailed(error),
+    });
+    let sent = master.with(|master, now| {
+        master.send_pdo_to(THERMOMETER, COMMAND.slot(), now, |ground| ground.command = 1)
+    });
+    if let Err(refusal) = sent {
+        report(Report::NotCommanded(refusal));
+    }
+}

@@ -1,0 +1,53 @@
+//! The application of the thermometer: measures ten times a second, obeys its master and a reset.
+
+use ecss_can::emcy::ErrorCode;
+use ecss_can::prelude::*;
+use embassy_futures::select::{Either, select};
+
+use crate::{CHANGE, COMMAND, LM75, Thermometer};
+
+/// Time from one measurement to the next.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// What the application needs of its board beside the node. A test has one of its own.
+pub trait Hardware {
+    /// Reads the register Temp of the sensor, in 1/256 °C. `None`: the sensor does not answer.
+    fn temperature(&mut self) -> impl Future<Output = Option<i16>>;
+
+    /// Logs a command that was obeyed. `highest` is the highest temperature from now on, in 0.1 °C.
+    fn log_command(&mut self, highest: i16);
+
+    /// Resets the chip. On a board it does not return.
+    fn reset(&mut self);
+}
+
+/// Runs for ever: on a platform `P`, with a table in `S`.
+pub async fn application<P: Platform, S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
+    slave: Handle<P, Slave<Thermometer<S>>>,
+    mut events: impl EventSource<Event = SlaveEvent>,
+    mut hardware: impl Hardware,
+) {
+    let mut due = slave.now();
+    loop {
+        let register = hardware.temperature().await;
+        slave.change(|thermometer| thermometer.measured(register));
+        slave.with(|slave, _| match register {
+            Some(_) => slave.clear(ErrorCode::HARDWARE, LM75),
+            None => slave.raise(ErrorCode::HARDWARE, [LM75, 0, 0, 0, 0]),
+        });
+        due += PERIOD;
+        while let Either::First(event) = select(events.next(), slave.wait_until(due)).await {
+            match event {
+                SlaveEvent::Pdo { number, .. } if usize::from(number) == COMMAND.slot() => {
+                    hardware.log_command(slave.change(Thermometer::obey));
+                }
+                // Whoever hears the changes knows from now on.
+                SlaveEvent::State(NmtState::Operational) => {
+                    slave.with(|slave, now| slave.send_pdo(CHANGE.slot(), now));
+                }
+                SlaveEvent::ResetNode => hardware.reset(),
+                _ => {}
+            }
+        }
+    }
+}
