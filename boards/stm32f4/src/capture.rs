@@ -27,9 +27,9 @@ use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
 use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::{Peri, pac, peripherals, rcc};
 
+use crate::alternate::AlternatePin;
 use crate::clocks;
 use crate::edges::EdgeInput;
-use crate::spec::AlternatePin;
 use crate::stamping::FrameStamps;
 use crate::{DIAGNOSTICS, Uptime};
 

@@ -16,9 +16,9 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peri, Peripherals};
 
 use crate::Uptime;
-use crate::clocks::{Clocks, Oscillator, OscillatorKind};
+use crate::clocks::{Oscillator, OscillatorKind};
 use crate::common::dark;
-use crate::spec::BoardSpec;
+use crate::spec::{BoardSpec, clocks_of};
 
 /// Looks at HSERDY until the board reports that HSE does not run. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
 /// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.
@@ -64,17 +64,6 @@ pub fn start<B: BoardSpec>() -> Peripherals {
     // HSE that stops from now on raises the NMI, which ends the program (`post_mortem`).
     RCC.cr().modify(|w| w.set_csson(true));
     peripherals
-}
-
-/// The settings of the clock tree of a board.
-///
-/// # Panics
-/// When there are none. Evaluated as a constant, that fails the build with the reason; [`board!`](crate::board) does it.
-pub const fn clocks_of<B: BoardSpec>() -> Clocks {
-    match Clocks::new(B::OSCILLATOR, B::HCLK) {
-        Ok(clocks) => clocks,
-        Err(error) => panic!("{}", error.message().as_str()),
-    }
 }
 
 fn prescaler(divider: u8) -> APBPrescaler {

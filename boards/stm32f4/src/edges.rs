@@ -4,7 +4,7 @@ use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH1, DMA1_CH2, DMA1_CH4, TIM5};
 use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, TimerChannel, TimerPin};
 use embassy_stm32::{Peri, PeripheralType};
 
-use crate::spec::AlternatePin;
+use crate::alternate::AlternatePin;
 
 /// A channel of TIM5 whose captures DMA1 moves (RM0090 table 42: stream channel 6).
 pub trait CaptureChannel: TimerChannel {

@@ -46,6 +46,8 @@ pub mod store;
 pub mod straps;
 mod timing;
 
+#[cfg(target_os = "none")]
+mod alternate;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod board;
 #[cfg(all(target_os = "none", feature = "full"))]
@@ -102,15 +104,17 @@ pub use timing::{LIMITS, PCLK1, bit_timing};
 
 #[cfg(target_os = "none")]
 pub use {
-    bxcan::{Controller, ControllerInterrupts, Port, ReceiveHandler, StatusHandler, TransmitHandler},
+    bxcan::{
+        CanLines, Controller, ControllerInterrupts, Port, ReceiveHandler, StatusHandler, TransmitHandler,
+    },
     clock::Uptime,
-    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, clocks_of, start},
+    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, start},
     common::{CanInterrupts, Leds},
     ecss_can::types::PerBus,
     edges::{CaptureChannel, EdgeInput},
     minimal::MinimalBoard,
     one_controller::{OneControllerBoard, SharedPort, TransceiverPin},
-    spec::{BoardSpec, CanLines, PulseOutput, Wiring},
+    spec::{BoardSpec, PulseOutput, Wiring, clocks_of},
     supervisor::{Supervised, supervised},
 };
 

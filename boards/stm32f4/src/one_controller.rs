@@ -11,9 +11,10 @@ use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 
 use crate::Uptime;
+use crate::alternate::AlternatePin;
 use crate::bxcan::Port;
 use crate::common::{CanInterrupts, Leds, strap_bits, watch};
-use crate::spec::{AlternatePin, BoardSpec, Wiring};
+use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
 

@@ -19,8 +19,9 @@ use embassy_stm32::pac::{TIM3, TIM5};
 use embassy_stm32::{peripherals, rcc};
 
 use crate::Uptime;
+use crate::alternate::AlternatePin;
 use crate::capture::PER_MICRO;
-use crate::spec::{AlternatePin, PulseOutput};
+use crate::spec::PulseOutput;
 
 /// Clocks of both timers from the match to the edge.
 const LATENCY: u32 = 5;

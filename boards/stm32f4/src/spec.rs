@@ -1,14 +1,14 @@
 //! What a board is: an oscillator, and what each pin is wired to.
 
 use ecss_can::types::PerBus;
-use embassy_stm32::can::{RxPin, TxPin};
 use embassy_stm32::gpio::AnyPin;
 use embassy_stm32::peripherals::{CAN1, CAN2, FLASH, TIM3, TIM5};
 use embassy_stm32::timer::{Ch4, TimerPin};
 use embassy_stm32::{Peri, Peripherals};
 
-use crate::bxcan::Controller;
-use crate::clocks::Oscillator;
+use crate::alternate::AlternatePin;
+use crate::bxcan::CanLines;
+use crate::clocks::{Clocks, Oscillator};
 use crate::edges::EdgeInput;
 
 /// A board. The macro [`board!`](crate::board) implements it.
@@ -26,6 +26,17 @@ pub trait BoardSpec: 'static {
 
     /// What is wired to what.
     fn wiring(resources: Self::Resources) -> Wiring;
+}
+
+/// The settings of the clock tree of a board.
+///
+/// # Panics
+/// When there are none. Evaluated as a constant, that fails the build with the reason; [`board!`](crate::board) does it.
+pub const fn clocks_of<B: BoardSpec>() -> Clocks {
+    match Clocks::new(B::OSCILLATOR, B::HCLK) {
+        Ok(clocks) => clocks,
+        Err(error) => panic!("{}", error.message().as_str()),
+    }
 }
 
 /// Peripherals and pins of a board, by what they are for.
@@ -48,25 +59,6 @@ pub struct Wiring {
     pub flash: Peri<'static, FLASH>,
 }
 
-/// A CAN controller with its two pins.
-pub struct CanLines<T: Controller> {
-    _controller: Peri<'static, T>,
-    pub(crate) rx: AlternatePin,
-    pub(crate) tx: AlternatePin,
-}
-
-impl<T: Controller> CanLines<T> {
-    /// Takes pins that the controller has. Others do not compile.
-    pub fn new(
-        controller: Peri<'static, T>,
-        rx: Peri<'static, impl RxPin<T>>,
-        tx: Peri<'static, impl TxPin<T>>,
-    ) -> CanLines<T> {
-        let (rx, tx) = (AlternatePin(rx.af_num(), rx.into()), AlternatePin(tx.af_num(), tx.into()));
-        CanLines { _controller: controller, rx, tx }
-    }
-}
-
 /// The output of pulses: channel 4 of TIM3.
 #[cfg_attr(not(feature = "full"), allow(dead_code, reason = "a minimal board has it, but makes no pulses"))]
 pub struct PulseOutput {
@@ -80,9 +72,6 @@ impl PulseOutput {
         PulseOutput { _timer: timer, pin: AlternatePin(pin.af_num(), pin.into()) }
     }
 }
-
-/// A pin and the number of the alternate function that it is wired for.
-pub(crate) struct AlternatePin(pub u8, pub Peri<'static, AnyPin>);
 
 /// Declares the board of a crate: its oscillator and its pins.
 ///

@@ -35,6 +35,7 @@
 //!   error.
 
 mod code;
+mod config;
 mod consumers;
 mod history;
 mod message;
@@ -44,10 +45,11 @@ mod producer;
 mod register;
 
 pub use code::ErrorCode;
+pub use config::Config;
 pub use consumers::EmcyConsumers;
 pub use history::History;
 pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};
 pub use post_mortem::{PostMortem, PostMortemObjects};
-pub use producer::{Config, Producer};
+pub use producer::Producer;
 pub use register::ErrorRegister;

@@ -1,6 +1,6 @@
 //! Objects 1001h, 1003h, 1014h and 1015h, and the rules for writing them.
 
-use super::{Config, Producer};
+use super::Config;
 use crate::od::{CobIdEntry, EntryUse, INVALID, Objects, Record};
 use crate::types::{AbortCode, Address, CobId, NodeId};
 
@@ -47,7 +47,7 @@ impl EmcyObjects {
         Self { cob_id: u32::from(CobId::emcy(node).raw()), ..Self::default() }
     }
 
-    /// Returns the parameters for the [`Producer`].
+    /// Returns the parameters for the [`Producer`](super::Producer).
     #[inline(never)] // of several callers, neither in a hurry
     pub const fn config(&self) -> Config {
         Config::new(self.cob_id, self.inhibit)
@@ -68,16 +68,6 @@ impl EmcyObjects {
             (ERRORS, 0) if value != 0 => Err(AbortCode::ValueRange),
             (COB_ID, _) => CobIdEntry::from_raw(self.cob_id).written(value, EntryUse::Emcy).map(drop),
             _ => Ok(()),
-        }
-    }
-
-    /// Copies register and history of the producer into the objects.
-    pub fn show(&mut self, producer: &Producer) {
-        let history = producer.history();
-        self.register = producer.register().bits();
-        self.errors.count = history.len();
-        for (slot, sub) in self.errors.errors.iter_mut().zip(1..) {
-            *slot = history.read(sub).unwrap_or(0);
         }
     }
 }

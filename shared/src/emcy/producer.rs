@@ -3,9 +3,8 @@
 use heapless::Deque;
 
 use super::objects::{COB_ID, ERRORS, INHIBIT};
-use super::{EmcyObjects, Emergency, ErrorCode, ErrorRegister, History};
-use crate::od::CobIdEntry;
-use crate::types::{Address, CobId, Duration, Frame, Instant, NmtState, Sealed};
+use super::{Config, EmcyObjects, Emergency, ErrorCode, ErrorRegister, History};
+use crate::types::{Address, Duration, Frame, Instant, NmtState, Sealed};
 
 /// Errors that are remembered (object 1003h).
 const HISTORY: usize = 8;
@@ -15,26 +14,6 @@ const WAITING: usize = 8;
 const ACTIVE: usize = 16;
 /// Flag of an active error: its message was sent or waits.
 const TOLD: u32 = 1 << 31;
-
-/// Values of objects 1014h and 1015h.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Config {
-    /// COB-ID (1014h). `None` if not valid: no message is sent, but history and error register are kept.
-    pub id: Option<CobId>,
-    /// Least time between two messages (1015h).
-    pub inhibit: Duration,
-}
-
-impl Config {
-    /// Takes the values of 1014h and 1015h. `inhibit` is in units of 100 us.
-    pub const fn new(cob_id: u32, inhibit: u16) -> Self {
-        Config {
-            id: CobIdEntry::from_raw(cob_id).cob_id(),
-            inhibit: Duration::from_micros(inhibit as u64 * 100),
-        }
-    }
-}
 
 /// Error register, history, and the messages that report errors.
 ///
@@ -97,10 +76,19 @@ impl Producer {
         match at.index {
             ERRORS => {
                 let _ = self.history.write_len(0);
-                objects.show(self);
+                self.show(objects);
             }
             COB_ID | INHIBIT => self.configure(objects.config()),
             _ => {}
+        }
+    }
+
+    /// Copies register and history into the objects.
+    pub fn show(&self, objects: &mut EmcyObjects) {
+        objects.register = self.register().bits();
+        objects.errors.count = self.history.len();
+        for (slot, sub) in objects.errors.errors.iter_mut().zip(1..) {
+            *slot = self.history.read(sub).unwrap_or(0);
         }
     }
 

@@ -30,13 +30,15 @@
 //! - A node monitors at most 127 nodes, and each of them once.
 
 mod consumer;
+mod entry;
 mod monitor;
 mod objects;
 mod producer;
 mod staggered;
 
 pub use consumer::Consumer;
-pub use monitor::{Heard, Missed, Monitor, check_entry};
+pub use entry::check_entry;
+pub use monitor::{Heard, Missed, Monitor};
 pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};
 pub use producer::Producer;
 pub use staggered::Staggered;

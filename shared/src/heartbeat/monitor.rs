@@ -1,8 +1,9 @@
 //! Consumers of many nodes' heartbeats (object 1016h).
 
 use super::ConsumerSlots;
+use super::entry::used;
 use super::objects::CONSUMERS;
-use crate::types::{AbortCode, Address, Duration, Instant, NmtState, NodeId};
+use crate::types::{Address, Duration, Instant, NmtState, NodeId};
 
 /// Monitors the heartbeats of many nodes: one [`Consumer`](super::Consumer) for each entry of 1016h.
 ///
@@ -158,25 +159,4 @@ impl<S: ConsumerSlots> Monitor<S> {
     pub fn deadline(&self) -> Option<Instant> {
         (self.check < Instant::NEVER).then_some(self.check)
     }
-}
-
-/// Checks a `value` that a client writes to sub-index `sub` of 1016h, whose entries are `present`.
-///
-/// # Errors
-/// [`AbortCode::NoSubIndex`] if there is no such entry, [`AbortCode::ValueRange`] for reserved bits,
-/// [`AbortCode::ParameterIncompatible`] if another entry monitors the same node.
-pub fn check_entry(present: &[u32], sub: u8, value: u32) -> Result<(), AbortCode> {
-    let place = usize::from(sub).checked_sub(1).filter(|place| *place < present.len());
-    let Some(place) = place else { return Err(AbortCode::NoSubIndex) };
-    if value >> 24 != 0 {
-        return Err(AbortCode::ValueRange);
-    }
-    let Some(node) = used(value) else { return Ok(()) };
-    let twice = present.iter().enumerate().any(|(other, value)| other != place && used(*value) == Some(node));
-    if twice { Err(AbortCode::ParameterIncompatible) } else { Ok(()) }
-}
-
-/// The node of an entry in use.
-const fn used(value: u32) -> Option<NodeId> {
-    if value as u16 == 0 { None } else { NodeId::new((value >> 16) as u8) }
 }

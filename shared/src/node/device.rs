@@ -81,7 +81,7 @@ pub trait Device: Objects + DeviceObjects + Default + 'static {
 
     /// Returns the PDO parameters at power-on and after "reset communication": those of [`Device::PDOS`].
     fn pdos(id: NodeId) -> Self::Pdos {
-        Self::Pdos::at_power_on(id, &Self::PDOS)
+        Self::PDOS.at_power_on(id)
     }
 }
 

@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 
 use super::Spacecraft;
-use super::services::{NoStore, Storage, Stored};
+use super::stored::{NoStore, Storage, Stored};
 use crate::od::Objects;
 use crate::profile::Profile;
 use crate::time::TimeService;

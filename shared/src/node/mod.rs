@@ -57,6 +57,7 @@ mod index;
 mod master;
 mod master_api;
 pub mod minimal;
+mod network_objects;
 mod objects;
 #[cfg(test)]
 mod probe;
@@ -64,6 +65,7 @@ mod services;
 mod slave;
 mod slave_api;
 mod spacecraft;
+mod stored;
 mod time_pdos;
 
 pub use buses::{Counters, Status};
@@ -74,10 +76,9 @@ pub use contract::{
 };
 pub use device::{Device, DeviceNode, DeviceObjects, TimeKeeper};
 pub use extension::{Extension, Nothing};
-pub use master::{
-    Master, MasterBoards, MasterObjects, MasterRole, NetworkObjects, OneBoard, Ranging, TwoBoards,
-};
+pub use master::{Master, MasterBoards, MasterObjects, OneBoard, TwoBoards};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
+pub use network_objects::{MasterRole, NetworkObjects, Ranging};
 pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;
 pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};

@@ -3,7 +3,7 @@
 use super::Device;
 use crate::heartbeat::HeartbeatConsumers;
 use crate::od::{NO_REMOTE, Objects};
-use crate::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
+use crate::pdo::{Mapping, PdoObjects, PdoSet};
 use crate::types::NodeId;
 
 /// A number that PDO 1 of both directions carries.
@@ -22,7 +22,7 @@ impl Device for Probe {
     const PDOS: PdoSet = PdoSet::NONE;
 
     fn pdos(id: NodeId) -> PdoObjects<2, 2> {
-        let mut pdos: PdoObjects<2, 2> = PdoObjects::at_power_on(id, &PdoSet::NONE);
+        let mut pdos: PdoObjects<2, 2> = PdoSet::NONE.at_power_on(id);
         pdos.rpdos[0].cob_id = 0x205;
         pdos.rpdo_mappings[0].map(&[0x6000_0008]);
         pdos.tpdos[0].cob_id = NO_REMOTE | 0x185;

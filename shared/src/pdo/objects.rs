@@ -3,9 +3,8 @@
 use core::fmt::Debug;
 use core::ops::{Deref, DerefMut};
 
-use super::{Direction, Mapping, PdoMapping, PdoParameters, PdoSet, RpdoParameters};
-use crate::od::{INVALID, NO_REMOTE, Objects};
-use crate::types::NodeId;
+use super::{Direction, Mapping, PdoMapping, PdoParameters, RpdoParameters};
+use crate::od::Objects;
 
 /// PDOs of a device: `R` receive and `T` transmit PDOs, at most 512 of each. `M` is the kind of their mapping:
 /// [`PdoMapping`] or [`StaticMapping`](super::StaticMapping).
@@ -84,37 +83,6 @@ pub trait PdoSlots: Objects + Default + Clone + Debug {
                 parameters.get_mut(number).zip(mappings.get_mut(number))
             }
         }
-    }
-
-    /// Returns the PDOs of `node` at power-on. PDOs that are not in the set are invalid and empty. The first four
-    /// of each kind then have the COB-IDs of the generic pre-defined connection set (CiA 301 7.3.3).
-    fn at_power_on(node: NodeId, set: &PdoSet) -> Self {
-        let mut all = Self::default();
-        for direction in [Direction::Receive, Direction::Transmit] {
-            let first = if direction == Direction::Receive { 0x200 } else { 0x180 };
-            let mut cob_id = INVALID | NO_REMOTE | (first + u32::from(node.get()));
-            for number in 0..4 {
-                if let Some((to, _)) = all.pdo_mut(direction, number) {
-                    to.cob_id = cob_id;
-                }
-                cob_id = cob_id.wrapping_add(0x100);
-            }
-            let mut nth = 0;
-            while let Some(pdo) = set.nth(direction, nth) {
-                nth = nth.wrapping_add(1);
-                if let Some((to, mapping)) = all.pdo_mut(direction, pdo.slot()) {
-                    *to = PdoParameters {
-                        cob_id: NO_REMOTE | u32::from(pdo.cob_id.of(node).raw()),
-                        transmission: pdo.transmission,
-                        inhibit: pdo.inhibit,
-                        event_timer: pdo.event_timer,
-                        sync_start: pdo.sync_start,
-                    };
-                    mapping.map(pdo.mapping());
-                }
-            }
-        }
-        all
     }
 }
 

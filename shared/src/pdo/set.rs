@@ -2,8 +2,9 @@
 
 use super::mapping::{MOST_IN_A_ROW, MOST_OBJECTS};
 use super::planned::{Pdo, tell_object};
-use super::{Direction, PdoSlots, Rpdo, Tpdo};
-use crate::od::{DataType, Declared};
+use super::{Direction, Mapping, PdoParameters, PdoSlots, Rpdo, Tpdo};
+use crate::od::{DataType, Declared, INVALID, NO_REMOTE};
+use crate::types::NodeId;
 
 /// PDOs of a device at power-on. PDOs that are not in the set are invalid until a client configures them.
 ///
@@ -78,7 +79,38 @@ impl PdoSet {
         }
     }
 
-    pub(super) fn nth(&self, direction: Direction, nth: usize) -> Option<&'static Pdo> {
+    /// Returns the PDOs of `node` at power-on. PDOs that are not in the set are invalid and empty. The first four
+    /// of each kind then have the COB-IDs of the generic pre-defined connection set (CiA 301 7.3.3).
+    pub fn at_power_on<S: PdoSlots>(&self, node: NodeId) -> S {
+        let mut all = S::default();
+        for direction in [Direction::Receive, Direction::Transmit] {
+            let first = if direction == Direction::Receive { 0x200 } else { 0x180 };
+            let mut cob_id = INVALID | NO_REMOTE | (first + u32::from(node.get()));
+            for number in 0..4 {
+                if let Some((to, _)) = all.pdo_mut(direction, number) {
+                    to.cob_id = cob_id;
+                }
+                cob_id = cob_id.wrapping_add(0x100);
+            }
+            let mut nth = 0;
+            while let Some(pdo) = self.nth(direction, nth) {
+                nth = nth.wrapping_add(1);
+                if let Some((to, mapping)) = all.pdo_mut(direction, pdo.slot()) {
+                    *to = PdoParameters {
+                        cob_id: NO_REMOTE | u32::from(pdo.cob_id.of(node).raw()),
+                        transmission: pdo.transmission,
+                        inhibit: pdo.inhibit,
+                        event_timer: pdo.event_timer,
+                        sync_start: pdo.sync_start,
+                    };
+                    mapping.map(pdo.mapping());
+                }
+            }
+        }
+        all
+    }
+
+    fn nth(&self, direction: Direction, nth: usize) -> Option<&'static Pdo> {
         match direction {
             Direction::Receive => self.rpdos.get(nth).map(Rpdo::pdo),
             Direction::Transmit => self.tpdos.get(nth).map(Tpdo::pdo),

@@ -5,17 +5,18 @@ use core::future::poll_fn;
 use core::pin::pin;
 use core::task::{Context, Poll};
 
+use super::Platform;
 use super::TURN;
 use super::alarm::Alarm;
 use super::filters::{self, Refresh};
-use super::resources::{Core, Lines, Platform};
+use super::room::{Core, Lines};
 use super::shared::{Shared, register};
 use crate::link::Stamp;
 use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
 use crate::link::queue::{Full, Outgoing};
 use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node};
 use crate::time::Clock;
-use crate::types::{Bus, Duration, Frame, Instant};
+use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 
 /// Polls health: the controller raises no event when only its counters or the cause of its last error change.
 const LOOK: Duration = Duration::from_millis(100);
@@ -98,6 +99,13 @@ pub(super) struct Line<P: CanPort> {
     refresh: Refresh,
     /// Instant at which this task has to run without an event: a poll of the health, or the end of a lifetime.
     due: Instant,
+}
+
+impl<P: CanPort> Lines for PerBus<Line<P>> {
+    fn set_filters(&mut self, filters: &Filters) {
+        self.nominal.set_filters(filters);
+        self.redundant.set_filters(filters);
+    }
 }
 
 impl<P: CanPort> Lines for Line<P> {

@@ -5,8 +5,7 @@
 //! master receives the heartbeat one delay later. The delays of the receivers cancel, because each end stamps its
 //! own frames by its own receiver.
 
-use super::Handle;
-use super::resources::Platform;
+use super::{Handle, Platform};
 use crate::node::{Device, Master, MasterBoards, NetworkObjects, Ranging};
 use crate::sdo::Error;
 use crate::time::{ClockObjects, TimeCorrection};

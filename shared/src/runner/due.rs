@@ -5,8 +5,9 @@ use core::future::poll_fn;
 use core::pin::pin;
 use core::task::Poll;
 
+use super::Platform;
 use super::alarm::Alarm;
-use super::resources::{Core, Platform};
+use super::room::Core;
 use super::shared::{Shared, register};
 use crate::node::Node;
 use crate::time::Clock;

@@ -3,7 +3,8 @@
 use core::future::poll_fn;
 use core::task::Poll;
 
-use super::resources::{Core, Platform};
+use super::Platform;
+use super::room::Core;
 use super::shared::{register, wake};
 use super::{Diagnostics, SdoClient, SpacecraftClock};
 use crate::node::{Device, DeviceNode, Master, MasterBoards, Node, TimeKeeper};

@@ -3,7 +3,8 @@
 use core::future::poll_fn;
 use core::task::{Context, Poll};
 
-use super::resources::{Core, Platform};
+use super::Platform;
+use super::room::Core;
 use super::shared::wake;
 use crate::node::{Device, Master, MasterBoards, OneBoard};
 use crate::sdo::{Client, Error, Mode};

@@ -1,7 +1,7 @@
 //! Storage of a node on one bus.
 
 use super::bus::Line;
-use super::resources::Room;
+use super::room::Room;
 use super::{BusRunner, Diagnostics, DueRunner, Events, Handle, Platform};
 use crate::node::Node;
 use crate::types::Bus;

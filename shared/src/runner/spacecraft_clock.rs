@@ -4,7 +4,8 @@ use core::future::poll_fn;
 use core::pin::pin;
 use core::task::{Poll, Waker};
 
-use super::resources::{Core, Platform};
+use super::Platform;
+use super::room::Core;
 use crate::node::TimeKeeper;
 use crate::time::{Clock, Quality};
 use crate::types::{Duration, FineInstant, Instant, Scet};

@@ -25,13 +25,15 @@
 //! - The period is zero or at least 100 us. The counter ends at 2 to 240, or there is none.
 //! - A SYNC of another length than 1019h requires is ignored and reported (EMCY 8240h).
 
+mod config;
 mod consumer;
 mod objects;
 mod producer;
 
+pub use config::Config;
 pub use consumer::{Consumer, UnexpectedLength};
 pub use objects::SyncObjects;
-pub use producer::{Config, Producer};
+pub use producer::Producer;
 
 use crate::types::{AbortCode, Frame};
 

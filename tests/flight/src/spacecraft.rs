@@ -12,7 +12,7 @@ use twin::board::{BoardConfig, Fittings, State};
 use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::spacecraft::{BoardId, Bus, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
 
 pub const MASTER: u8 = 1;

@@ -9,6 +9,7 @@ pub mod search;
 pub mod slave;
 pub mod snapshot;
 pub mod station;
+pub mod step;
 pub mod table;
 pub mod watch;
 pub mod world;

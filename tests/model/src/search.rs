@@ -7,8 +7,10 @@ use ecss_can::redundancy::Broken;
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
 use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
+use crate::step::Step;
 use crate::table::Table;
-use crate::world::{Crew, Fault, World};
+use crate::watch::Watched;
+use crate::world::Crew;
 
 /// Most faults of a search.
 pub const MOST_FAULTS: u8 = 3;
@@ -23,17 +25,6 @@ const RIVALLING: u8 = 4;
 /// Changes of role after the last fault: both become active where they do not hear each other, and one yields where they do;
 /// once more where nobody acknowledges the heartbeat of the one that stays.
 const HANDED_OVER: u8 = 6;
-
-/// What happens next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Step {
-    /// Time goes on.
-    Tick,
-    /// Something breaks, or is mended.
-    Fault(Fault),
-    /// No faults happen any more: from now on the bounds count.
-    Calm,
-}
 
 /// Names of the properties.
 pub mod property {
@@ -93,52 +84,52 @@ fn note(longest: &AtomicU8, value: u8) -> u8 {
 }
 
 impl Model for Spacecraft {
-    type State = World;
+    type State = Watched;
     type Action = Step;
 
-    fn init_states(&self) -> Vec<World> {
-        vec![World::new(self.crew, self.faults, self.broken)]
+    fn init_states(&self) -> Vec<Watched> {
+        vec![Watched::new(self.crew, self.faults, self.broken)]
     }
 
-    fn actions(&self, state: &World, actions: &mut Vec<Step>) {
+    fn actions(&self, state: &Watched, actions: &mut Vec<Step>) {
         actions.push(Step::Tick);
-        if state.left > 0 {
+        if state.world.left > 0 {
             actions.push(Step::Calm);
             let mut faults = Vec::new();
-            state.faults(&mut faults);
+            state.world.faults(&mut faults);
             actions.extend(faults.into_iter().map(Step::Fault));
         }
     }
 
-    fn next_state(&self, last: &World, action: Step) -> Option<World> {
-        let mut world = last.clone();
+    fn next_state(&self, last: &Watched, action: Step) -> Option<Watched> {
+        let mut next = last.clone();
         match action {
-            Step::Tick => world.tick(),
-            Step::Fault(fault) => world.suffer(fault),
-            Step::Calm => world.left = 0,
+            Step::Tick => next.tick(),
+            Step::Fault(fault) => next.suffer(fault),
+            Step::Calm => next.world.left = 0,
         }
-        Some(world)
+        Some(next)
     }
 
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
-            Property::always(property::SERVED, |model: &Spacecraft, world: &World| {
-                note(&model.longest.unserved, world.watch.unserved) <= service_bound()
+            Property::always(property::SERVED, |model: &Spacecraft, state: &Watched| {
+                note(&model.longest.unserved, state.watch.unserved) <= service_bound()
             }),
-            Property::always(property::AGREED, |model: &Spacecraft, world: &World| {
-                note(&model.longest.disagreeing, world.watch.disagreeing) <= agreement_bound()
+            Property::always(property::AGREED, |model: &Spacecraft, state: &Watched| {
+                note(&model.longest.disagreeing, state.watch.disagreeing) <= agreement_bound()
             }),
-            Property::always(property::SETTLED, |model: &Spacecraft, world: &World| {
-                note(&model.longest.needless, world.watch.needless) <= NEEDLESS
+            Property::always(property::SETTLED, |model: &Spacecraft, state: &Watched| {
+                note(&model.longest.needless, state.watch.needless) <= NEEDLESS
             }),
-            Property::always(property::ONE_ACTIVE, |model: &Spacecraft, world: &World| {
-                note(&model.longest.rivalling, world.watch.rivalling) <= RIVALLING
+            Property::always(property::ONE_ACTIVE, |model: &Spacecraft, state: &Watched| {
+                note(&model.longest.rivalling, state.watch.rivalling) <= RIVALLING
             }),
-            Property::always(property::ROLES, |model: &Spacecraft, world: &World| {
-                note(&model.longest.handed_over, world.watch.handed_over) <= HANDED_OVER
+            Property::always(property::ROLES, |model: &Spacecraft, state: &Watched| {
+                note(&model.longest.handed_over, state.watch.handed_over) <= HANDED_OVER
             }),
-            Property::always(property::CTOGGLE, |_, world: &World| !world.watch.is_toggled_too_often),
-            Property::always(property::BDEFAULT, |_, world: &World| !world.watch.has_wrong_bdefault),
+            Property::always(property::CTOGGLE, |_, state: &Watched| !state.watch.is_toggled_too_often),
+            Property::always(property::BDEFAULT, |_, state: &Watched| !state.watch.has_wrong_bdefault),
         ]
     }
 }
@@ -215,7 +206,7 @@ fn explore(crew: Crew, faults: u8, broken: Option<Broken>, threads: usize, until
 }
 
 fn violation(property: &'static str, table: Table) -> Violation {
-    let is_fault = |(_, step): &&(World, Option<Step>)| matches!(step, Some(Step::Fault(_)));
+    let is_fault = |(_, step): &&(Watched, Option<Step>)| matches!(step, Some(Step::Fault(_)));
     let (steps, faults) = (table.0.len() - 1, table.0.iter().filter(is_fault).count());
     Violation { property, table: table.to_string(), steps, faults }
 }

@@ -7,27 +7,31 @@ use stateright::Path;
 
 use crate::master::Master;
 use crate::profile::TICK;
-use crate::search::Step;
 use crate::station::Station;
+use crate::step::Step;
+use crate::watch::Watched;
 use crate::world::{Fault, Kind, Message, STATIONS, World};
 
 /// Names of the nodes.
 const NAMES: [&str; STATIONS] = ["master", "slave 2", "slave 3", "second master"];
 
 /// The way to a state, a row for each step that changed something.
-pub struct Table(pub Vec<(World, Option<Step>)>);
+pub struct Table(pub Vec<(Watched, Option<Step>)>);
 
 impl Table {
     /// Of a path that the checker found.
-    pub fn new(path: Path<World, Step>) -> Table {
+    pub fn new(path: Path<Watched, Step>) -> Table {
         Table(path.into_vec())
     }
 }
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let second =
-            if self.0.first().is_some_and(|(world, _)| world.masters.len() > 1) { NAMES[3] } else { "" };
+        let second = if self.0.first().is_some_and(|(state, _)| state.world.masters.len() > 1) {
+            NAMES[3]
+        } else {
+            ""
+        };
         let gap = if second.is_empty() { 0 } else { 20 };
         writeln!(
             f,
@@ -35,17 +39,17 @@ impl fmt::Display for Table {
         )?;
         let (mut at, mut told) = (0, String::new());
         let mut step = String::from("power-on of all nodes");
-        for (place, (world, next)) in self.0.iter().enumerate() {
-            let now = nodes(world);
+        for (place, (state, next)) in self.0.iter().enumerate() {
+            let now = nodes(&state.world);
             let is_last = place + 1 == self.0.len();
             if now != told || !step.is_empty() || is_last {
-                let unserved = u64::from(world.watch.unserved) * TICK.as_millis();
+                let unserved = u64::from(state.watch.unserved) * TICK.as_millis();
                 writeln!(f, "{at:6}  {step:34}  {now}  {unserved:7} ms")?;
             }
             told = now;
             step = match next {
                 Some(Step::Tick) => {
-                    at += u64::from(world.ticks()) * TICK.as_millis();
+                    at += u64::from(state.ticks()) * TICK.as_millis();
                     String::new()
                 }
                 Some(Step::Fault(fault)) => words(*fault),

@@ -1,10 +1,58 @@
 //! The properties, as counters of how long they have not held since the last fault.
 
-use ecss_can::types::{Bus, NmtState};
+use ecss_can::redundancy::Broken;
+use ecss_can::types::{Bus, Instant, NmtState, Rebase};
 
 use crate::profile::PARAMETERS;
 use crate::station::Station;
-use crate::world::{MASTERS, World};
+use crate::world::{Crew, Fault, MASTERS, World};
+
+/// A spacecraft at [`Rebase::ORIGIN`], under watch.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Watched {
+    /// The spacecraft.
+    pub world: World,
+    /// The properties.
+    pub watch: Watch,
+}
+
+impl Watched {
+    /// All nodes powered at the same instant. `broken`: a rule that does not hold.
+    pub fn new(crew: Crew, faults: u8, broken: Option<Broken>) -> Watched {
+        Watched { world: World::new(crew, faults, broken), watch: Watch::default() }
+    }
+
+    /// A fault happens, and what follows from it at once.
+    pub fn suffer(&mut self, fault: Fault) {
+        self.suffer_at(fault, Rebase::ORIGIN);
+        self.world.rebase(Rebase::ORIGIN);
+    }
+
+    /// The same at any time, without the shift to [`Rebase::ORIGIN`].
+    pub fn suffer_at(&mut self, fault: Fault, now: Instant) {
+        self.world.suffer_at(fault, now, &mut |world| self.watch.restart(world));
+        self.watch.restart(&self.world);
+    }
+
+    /// Ticks until something is due.
+    pub fn ticks(&self) -> u32 {
+        self.world.ticks_from(Rebase::ORIGIN)
+    }
+
+    /// Time goes on to the next tick at which something is due.
+    pub fn tick(&mut self) {
+        let now = self.tick_from(Rebase::ORIGIN);
+        self.world.rebase(now);
+    }
+
+    /// The same from any time, without the shift to [`Rebase::ORIGIN`]. Returns the time then.
+    pub fn tick_from(&mut self, now: Instant) -> Instant {
+        let ticks = self.world.ticks_from(now);
+        let now = self.world.tick_from(now, &mut |world| self.watch.restart(world));
+        self.watch.look(&self.world, ticks);
+        now
+    }
+}
 
 /// Ticks and events since the last fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -11,7 +11,6 @@ use crate::master::Master;
 use crate::profile::{PARALLEL, SELECTIVE, TICK};
 use crate::slave::Slave;
 use crate::station::Station;
-use crate::watch::Watch;
 
 /// The most nodes: the master, two slaves, and the second master.
 pub const STATIONS: usize = 4;
@@ -90,7 +89,7 @@ impl Crew {
     }
 }
 
-/// A whole spacecraft, at [`Rebase::ORIGIN`].
+/// A whole spacecraft.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct World {
     /// The master, or the one strapped prime and the other one.
@@ -107,8 +106,6 @@ pub struct World {
     pub left: u8,
     /// Equal frames of the same moment are one.
     is_in_step: bool,
-    /// The properties.
-    pub watch: Watch,
 }
 
 impl World {
@@ -125,16 +122,15 @@ impl World {
             losing: 0,
             left: faults,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
-            watch: Watch::default(),
         };
         let now = Rebase::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
-        world.settle(now);
+        world.settle(now, &mut |_| {});
         world.rebase(now);
         while crew == Crew::TwoMastersUnassigned && !world.are_known() {
-            world.tick();
+            let now = world.tick_from(Rebase::ORIGIN, &mut |_| {});
+            world.rebase(now);
         }
-        world.watch = Watch::default();
         world
     }
 
@@ -213,14 +209,8 @@ impl World {
         }
     }
 
-    /// A fault happens, and what follows from it at once.
-    pub fn suffer(&mut self, fault: Fault) {
-        self.suffer_at(fault, Rebase::ORIGIN);
-        self.rebase(Rebase::ORIGIN);
-    }
-
-    /// The same at any time, without the shift to [`Rebase::ORIGIN`].
-    pub fn suffer_at(&mut self, fault: Fault, now: Instant) {
+    /// A fault happens, and what follows from it at once. `on_loss`: called when a frame is lost.
+    pub fn suffer_at(&mut self, fault: Fault, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         self.masters.iter_mut().for_each(Master::forget_news);
         match fault {
             Fault::Cut(bus, place) => self.cut |= stub(bus, place),
@@ -241,42 +231,24 @@ impl World {
                     Message::Heartbeat => heartbeat::encode(NodeId::MASTER, NmtState::Operational),
                     Message::Command(command) => NmtMessage { command, target: Target::All }.encode(),
                 };
-                self.deliver(bus, &frame, &[], now);
+                self.deliver(bus, &frame, &[], now, on_loss);
             }
         }
-        self.settle(now);
+        self.settle(now, on_loss);
         self.left -= 1;
-        self.restart_watch();
-    }
-
-    fn restart_watch(&mut self) {
-        let mut watch = self.watch;
-        watch.restart(self);
-        self.watch = watch;
     }
 
     /// Ticks until something is due.
-    pub fn ticks(&self) -> u32 {
-        self.ticks_from(Rebase::ORIGIN)
-    }
-
-    fn ticks_from(&self, now: Instant) -> u32 {
+    pub fn ticks_from(&self, now: Instant) -> u32 {
         let powered = self.places().filter(|place| self.is_powered(*place));
         let due = powered.filter_map(|place| self.seen(place).deadline()).min();
         let wait = due.map_or(TICK, |due| due.since(now)).max(TICK);
         wait.as_micros().div_ceil(TICK.as_micros()) as u32
     }
 
-    /// Time goes on to the next tick at which something is due.
-    pub fn tick(&mut self) {
-        let now = self.tick_from(Rebase::ORIGIN);
-        self.rebase(now);
-    }
-
-    /// The same from any time, without the shift to [`Rebase::ORIGIN`]. Returns the time then.
-    pub fn tick_from(&mut self, now: Instant) -> Instant {
-        let ticks = self.ticks_from(now);
-        let now = now + TICK.times(ticks);
+    /// Time goes on to the next tick at which something is due. Returns the time then. `on_loss`: called when a frame is lost.
+    pub fn tick_from(&mut self, now: Instant, on_loss: &mut dyn FnMut(&World)) -> Instant {
+        let now = now + TICK.times(self.ticks_from(now));
         self.masters.iter_mut().for_each(Master::forget_news);
         for place in self.places() {
             if !self.is_powered(place) {
@@ -287,15 +259,12 @@ impl World {
             }
             self.station(place).poll(now);
         }
-        self.settle(now);
-        let mut watch = self.watch;
-        watch.look(self, ticks);
-        self.watch = watch;
+        self.settle(now, on_loss);
         now
     }
 
     /// Everything that can be sent is sent, the lowest COB-ID first.
-    fn settle(&mut self, now: Instant) {
+    fn settle(&mut self, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         loop {
             let mut next: Option<(CobId, Bus, usize, Frame)> = None;
             for bus in Bus::ALL {
@@ -312,10 +281,10 @@ impl World {
                     }
                 }
             }
-            let Some((_, bus, place, frame)) = next else { return self.overhear(now) };
+            let Some((_, bus, place, frame)) = next else { return self.overhear(now, on_loss) };
             let senders = self.senders(bus, place, &frame);
             senders.iter().for_each(|sender| self.station(*sender).on_sent(bus, &frame, now));
-            self.deliver(bus, &frame, &senders, now);
+            self.deliver(bus, &frame, &senders, now, on_loss);
         }
     }
 
@@ -331,18 +300,25 @@ impl World {
     }
 
     /// A frame that nobody acknowledges is repeated, and who listens only receives it.
-    fn overhear(&mut self, now: Instant) {
+    fn overhear(&mut self, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         for bus in Bus::ALL {
             for place in self.places().filter(|place| self.takes_part(bus, *place)).collect::<Vec<_>>() {
                 if let Some(frame) = self.seen(place).waiting().next(bus) {
                     let senders = self.senders(bus, place, &frame);
-                    self.deliver(bus, &frame, &senders, now);
+                    self.deliver(bus, &frame, &senders, now, on_loss);
                 }
             }
         }
     }
 
-    fn deliver(&mut self, bus: Bus, frame: &Frame, senders: &[usize], now: Instant) {
+    fn deliver(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        senders: &[usize],
+        now: Instant,
+        on_loss: &mut dyn FnMut(&World),
+    ) {
         let kind = match frame.id() {
             CobId::NMT => Some(Kind::Command),
             id if id.function() == CobId::heartbeat(NodeId::MASTER).function() => Some(Kind::Heartbeat),
@@ -355,14 +331,15 @@ impl World {
             let lost = kind.map_or(0, |kind| loss(place, kind));
             if self.losing & lost != 0 {
                 self.losing &= !lost;
-                self.restart_watch();
+                on_loss(self);
             } else {
                 self.station(place).on_received(bus, frame, now);
             }
         }
     }
 
-    fn rebase(&mut self, now: Instant) {
+    /// Shifts `now` to [`Rebase::ORIGIN`].
+    pub fn rebase(&mut self, now: Instant) {
         self.masters.iter_mut().for_each(|master| master.rebase(now));
         self.slaves.iter_mut().for_each(|slave| slave.rebase(now));
     }

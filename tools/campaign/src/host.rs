@@ -13,8 +13,8 @@ use ecss_can::types::{Bus, NodeId, PerBus};
 use host_worlds::log::NodeEvent;
 use host_worlds::{NodeKey, World};
 
-use crate::broken::Rule;
 use crate::nodes::{self, CampaignSlave, Notes};
+use crate::rule::Rule;
 use crate::scene::{News, Noted, Reading, Scene, Sent};
 use crate::script::Script;
 

@@ -23,6 +23,7 @@ mod options;
 pub mod outcome;
 pub mod reach;
 pub mod results;
+pub mod rule;
 mod scene;
 pub mod script;
 mod shrink;
@@ -42,7 +43,6 @@ use support::project;
 use support::shard::{self, Part, Run};
 use support::stop::Stop;
 
-use broken::Rule;
 use host::Host;
 use on_twin::Twin;
 pub use on_twin::prepare as prepare_twin;
@@ -50,6 +50,7 @@ use options::Action;
 pub use options::{Options, World};
 use outcome::Outcome;
 use results::{Asked, Results};
+use rule::Rule;
 use script::Script;
 
 /// Name of the command.

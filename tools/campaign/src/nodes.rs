@@ -15,7 +15,7 @@ use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
 };
 
-use crate::broken::Rule;
+use crate::rule::Rule;
 use crate::script::{SELECTIVE, Script};
 
 /// A slave without data store.

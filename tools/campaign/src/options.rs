@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use support::shard::Shard;
 
-use crate::broken::Rule;
+use crate::rule::Rule;
 
 /// Greatest number of runs of a campaign.
 const MOST_RUNS: u64 = 10_000_000;

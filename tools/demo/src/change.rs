@@ -2,8 +2,8 @@
 
 use can_wire::time::Time;
 
+use super::phase::Span;
 use super::record::Node;
-use super::track::Span;
 
 /// A change that the observer noticed, for the narrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
+use super::access::BusAccess;
 use super::flight::{BoardCount, Flight};
 use super::meaning::Scope;
 use super::narrator::name;
 use super::record::{MASTER, Node};
-use super::track::{BusAccess, Track};
+use super::track::Track;
 
 /// One check of the verdict.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

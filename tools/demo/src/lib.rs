@@ -2,9 +2,11 @@
 
 #![forbid(unsafe_code)]
 
+pub mod access;
 pub mod change;
 mod checks;
 mod clocks;
+pub mod cut;
 mod emergency;
 mod files;
 pub mod flight;
@@ -18,11 +20,13 @@ mod options;
 mod origin;
 mod outcome;
 mod pdos;
+pub mod phase;
 pub mod plan;
 pub mod record;
 pub mod report;
 pub mod sample;
 mod sheet;
+mod stack;
 pub mod stamps;
 mod summary;
 mod telemetry;
@@ -38,14 +42,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use flight::Interruption;
 use meaning::Scope;
 use narrator::name;
-pub use options::Options;
+pub use options::{Options, SEED};
 use origin::Origin;
 use pdos::Sheets;
 use plan::Plan;
 use summary::Summary;
 use support::diagnostics::Diagnostics;
-use support::fleet::Node;
 use support::misuse::Misuse;
+use support::node::Node;
 use support::output::{self, Silently};
 use support::project;
 use support::stop::Stop;

@@ -18,11 +18,11 @@ use super::narrator::Narrator;
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, FlightEvent, Level, Node, Occurrence, Seen};
+use super::stack;
 use super::stamps::StampWatch;
 use support::counters::Counters;
 use support::diagnostics::Diagnostics;
 use support::fleet::Images;
-use support::stack;
 
 /// Interval in which the watchers read the spacecraft.
 const STEP: Time = Time::from_ms(10);

@@ -19,11 +19,13 @@ use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 
+use super::access::BusAccess;
 use super::change::{Change, Since, Takeover};
 use super::meaning::{Meaning, NmtState, Scope};
+use super::phase::{Phase, Span};
 use super::plan::Plan;
 use super::record::{Bus, FlightEvent, MASTER, Node, Occurrence, Seen, is_master};
-use super::track::{BusAccess, Phase, SETTLING, Span, Track};
+use super::track::{SETTLING, Track};
 
 /// Follows all nodes of a flight.
 #[derive(Clone, Debug)]

@@ -7,15 +7,16 @@ use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::fleet::{FIRST, Fleet, Images, LAST, Node};
+use support::fleet::{Fleet, Images, node_and_file};
 use support::misuse::Misuse;
+use support::node::{FIRST, LAST, MASTER, Node};
 use support::project;
-
-use super::pdos::OwnSheet;
-use super::plan::SEED;
 
 /// Allowed lengths of a flight, virtual seconds.
 pub const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
+
+/// Seed of a flight without `--seed`.
+pub const SEED: u64 = 1;
 
 /// Fly one master and some slaves on two CAN buses, cut the nominal bus, and report.
 #[derive(Args, Clone, Debug)]
@@ -70,6 +71,24 @@ pub struct Options {
     /// earlier flight there are removed first [default: target/demo] of the project
     #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/demo"), hide_default_value = true)]
     pub out: PathBuf,
+}
+
+/// The value of `--eds`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OwnSheet {
+    /// Node-ID, 1 to 15.
+    pub node: Node,
+    /// The EDS or DCF.
+    pub file: PathBuf,
+}
+
+impl FromStr for OwnSheet {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (node, file) = node_and_file(text, MASTER, "3=heater.eds")?;
+        Ok(OwnSheet { node, file })
+    }
 }
 
 /// The value of `--cut-at`.

@@ -9,7 +9,8 @@ use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use super::plan::{BoardPlan, Plan};
-use support::fleet::{Images, Node, is_master};
+use support::fleet::Images;
+use support::node::{Node, is_master};
 use support::project;
 
 /// Value of a commit that is not known: the project is not under git.

@@ -1,43 +1,24 @@
 //! Values of PDOs by the names of their objects, as the data sheets of the boards have them.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use std::str::FromStr;
 
 use can_wire::frame::WireId;
 use can_wire::time::Time;
 use serde::Serialize;
 
 use super::flight::Flight;
+use super::options::OwnSheet;
 use super::plan::{BoardPlan, Plan};
 use super::sheet::Sheet;
 use support::board::Profile;
-use support::fleet::{MASTER, Node, is_master, node_and_file};
 use support::misuse::Misuse;
+use support::node::{MASTER, Node, is_master};
 
 /// Data sheets of the shipped images.
 const OF_MASTER: &str = include_str!("../../../docs/eds/master.eds");
 const OF_SLAVE: &str = include_str!("../../../docs/eds/slave.eds");
 const OF_MINIMAL: &str = include_str!("../../../docs/eds/minimal.eds");
 const OF_MINIMAL_LIBRECUBE: &str = include_str!("../../../docs/eds/minimal-librecube.eds");
-
-/// The value of `--eds`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OwnSheet {
-    /// Node-ID, 1 to 15.
-    pub node: Node,
-    /// The EDS or DCF.
-    pub file: PathBuf,
-}
-
-impl FromStr for OwnSheet {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (node, file) = node_and_file(text, MASTER, "3=heater.eds")?;
-        Ok(OwnSheet { node, file })
-    }
-}
 
 /// Data sheets of the boards that have one.
 #[derive(Clone, Debug, Default)]

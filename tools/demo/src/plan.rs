@@ -8,16 +8,14 @@ use twin::board::{BoardConfig, Fittings};
 use twin::crystal::{Crystal, Ramp};
 use twin::image::Image;
 
+use super::access::BusAccess;
+use super::cut::CutPlan;
 use super::meaning::Scope;
 use super::options::{Options, SECONDS};
 use super::record::Bus;
-use super::track::BusAccess;
 use support::board::{Board, Profile};
-use support::fleet::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
-
-/// Seed of a flight without `--seed`.
-pub const SEED: u64 = 1;
+use support::node::{MASTER, Node, SECOND_MASTER, is_master};
 
 /// The slaves with selective access in the profile `librecube`.
 const SELECTIVE: [Node; 2] = [4, 6];
@@ -145,17 +143,6 @@ pub struct Plan {
     pub cut: Option<CutPlan>,
     /// Time at which the active one of two masters loses its power.
     pub loss: Option<Time>,
-}
-
-/// A cut to be made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CutPlan {
-    /// Bus that is cut.
-    pub bus: Bus,
-    /// Time of the cut.
-    pub at: Time,
-    /// Metres from the master's end.
-    pub position_m: f64,
 }
 
 impl Default for Plan {

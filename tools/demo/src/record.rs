@@ -5,9 +5,9 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
+use super::cut::CutPlan;
 use super::meaning::{Meaning, Scope};
-use super::plan::CutPlan;
-pub use support::fleet::{MASTER, Node, SECOND_MASTER, is_master};
+pub use support::node::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::spacecraft::Bus;
 
 /// A set of boards.

@@ -14,6 +14,7 @@ mod elsewhere;
 mod environment;
 mod once;
 mod package;
+mod site;
 mod toolchain;
 
 use std::env;
@@ -24,7 +25,7 @@ use std::process::Command;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use board_crate::Site;
+use site::Site;
 
 pub use board_crate::BoardCrate;
 pub use chips::{CHIPS, check_chips};

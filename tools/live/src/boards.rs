@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use demo::plan;
-use support::fleet::{Images, MASTER, Node, SECOND_MASTER};
+use support::fleet::Images;
 use support::misuse::Misuse;
+use support::node::{MASTER, Node, SECOND_MASTER};
 use twin::board::BoardConfig;
 use twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
 
@@ -15,7 +16,7 @@ use super::Options;
 /// # Errors
 /// When a board cannot have the part that was given.
 pub fn boards(options: &Options, images: &Images) -> Result<BTreeMap<Node, BoardConfig>, Misuse> {
-    let plans = plan::boards(plan::SEED, &options.nodes()).into_iter();
+    let plans = plan::boards(demo::SEED, &options.nodes()).into_iter();
     let fleet = &options.fleet;
     let own = fleet.own_board("twin")?;
     let boards = plans

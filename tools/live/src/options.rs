@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use clap::Args;
 use twin::spacecraft::Bus;
 
-use support::fleet::{Fleet, Node};
+use support::fleet::Fleet;
 use support::misuse::Misuse;
+use support::node::Node;
 
 /// A wire runs for 58 hours at most.
 const SECONDS: std::ops::RangeInclusive<f64> = 0.1..=172_800.0;

@@ -7,10 +7,10 @@ use clap::{Args, ValueEnum};
 use firmware_images::BoardCrate;
 use twin::description::{self, Description};
 use twin::model::{Model, Oscillator, Part};
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 
-use crate::fleet::SECOND_MASTER;
 use crate::misuse::Misuse;
+use crate::node::SECOND_MASTER;
 use crate::project;
 
 /// A board, as its `board.toml` describes it.

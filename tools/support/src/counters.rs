@@ -2,8 +2,7 @@
 
 use anyhow::anyhow;
 use twin::board::EmulatedBoard;
-
-use crate::diagnostics::RAM_AT_POWER_ON;
+use twin::model::RAM_AT_POWER_ON;
 
 /// The variable's path in the image.
 const SYMBOL: &str = "mission::counters::COUNTERS";

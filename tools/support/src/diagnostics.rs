@@ -3,15 +3,13 @@
 use anyhow::{Context, ensure};
 use twin::board::EmulatedBoard;
 use twin::image::Image;
+use twin::model::RAM_AT_POWER_ON;
 
 /// The variable's name in the image.
 const SYMBOL: &str = "DIAGNOSTICS";
 
 /// Its first word.
 const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
-
-/// Every byte of RAM before a program of the twin has run.
-pub(crate) const RAM_AT_POWER_ON: u8 = 0xA5;
 
 /// 32-bit words, little-endian: magic, then the fields below in their order.
 const WORDS: usize = 14;

@@ -13,25 +13,7 @@ use twin::model::{Oscillator, Part};
 
 use crate::board::{Board, Profile, Target};
 use crate::misuse::Misuse;
-
-/// Number of a board: 1 is the master, 2 to 15 are slaves, by their Node-IDs; [`SECOND_MASTER`].
-pub type Node = u8;
-
-/// The master's Node-ID.
-pub const MASTER: Node = 1;
-
-/// The second one of two master boards. Its Node-ID is 1 as well: this number, that of no slave, is for the board alone.
-pub const SECOND_MASTER: Node = 127;
-
-/// Whether a board is a master.
-pub const fn is_master(board: Node) -> bool {
-    matches!(board, MASTER | SECOND_MASTER)
-}
-
-/// First and last Node-ID that the straps of a slave can say.
-pub const FIRST: Node = 2;
-/// See [`FIRST`].
-pub const LAST: Node = 15;
+use crate::node::{FIRST, LAST, MASTER, Node, SECOND_MASTER, is_master};
 
 /// An image for each node.
 pub type Images = BTreeMap<Node, Arc<Image>>;

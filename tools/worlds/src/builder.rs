@@ -6,13 +6,21 @@ use ecss_can::node::minimal::{MinimalDevice, MinimalSlave};
 use ecss_can::node::{Device, Master, MasterBoards, Slave};
 use ecss_can::types::NodeId;
 
-use crate::board::{Firmware, MockBoard, firmware};
+use crate::board::MockBoard;
 use crate::key::NodeKey;
 use crate::member::{Events, Handle, Member};
+use crate::unit::{Planned, firmware};
 use crate::world::World;
 
 /// Odd: makes different patterns of different numbers. 2^32 by the golden ratio.
 const SCATTER: u32 = 0x9E37_79B1;
+
+impl World {
+    /// A world without nodes yet.
+    pub fn builder() -> Builder {
+        Builder::default()
+    }
+}
 
 /// Nodes before their world begins. Clocks are exact and all nodes get power at time zero, unless a call here says
 /// otherwise.
@@ -25,16 +33,6 @@ impl Default for Builder {
     fn default() -> Self {
         Builder { nodes: Vec::new(), timing: BitTiming::MEGABIT }
     }
-}
-
-/// A node to be.
-pub(crate) struct Planned {
-    pub key: NodeKey,
-    pub firmware: Firmware,
-    pub drift_ppm: i32,
-    pub has_one_controller: bool,
-    pub power_on: Time,
-    pub late_heartbeats: u32,
 }
 
 impl Builder {

@@ -102,6 +102,7 @@ mod pool;
 pub mod port;
 pub mod task;
 pub mod timeline;
+mod unit;
 pub mod world;
 
 pub use board::MockBoard;

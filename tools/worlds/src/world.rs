@@ -3,21 +3,20 @@
 use std::cell::{Cell, Ref, RefCell};
 use std::rc::Rc;
 
+use can_wire::controller::Controllers;
 use can_wire::controller::{Controller, NodeIndex, Trace};
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::{Counters, Destruction, Observation};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
-use can_wire::wire::{Controllers, Wire, WireConfig};
+use can_wire::wire::{Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
 use ecss_can::node::minimal::MinimalEvent;
 use ecss_can::node::{Device, Master, MasterRequest, Slave, SlaveEvent, Status};
 use ecss_can::runner::Diagnostics;
 use ecss_can::types::{Address, Bus, NmtState, NodeId, PerBus};
 
-use crate::board::Unit;
-use crate::builder::{Builder, Planned};
 use crate::clock::MockClock;
 use crate::injector::FrameInjector;
 use crate::key::NodeKey;
@@ -26,6 +25,7 @@ use crate::member::{Handle, Member, Running};
 use crate::port::MockPort;
 use crate::task::Task;
 use crate::timeline::Timeline;
+use crate::unit::{Planned, Unit};
 
 /// Distance between neighbours on the cable: node n sits at n times this many metres, a second master after the last one.
 const SPACING_M: f64 = 2.0;
@@ -134,11 +134,6 @@ impl Cable {
 }
 
 impl World {
-    /// A world without nodes yet.
-    pub fn builder() -> Builder {
-        Builder::default()
-    }
-
     pub(crate) fn new(planned: Vec<Planned>, timing: BitTiming) -> World {
         let timeline = Timeline::new();
         let entries = Rc::default();

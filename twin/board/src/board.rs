@@ -41,7 +41,8 @@ use crate::devices::Lm75;
 use crate::image::{Image, Symbol};
 pub use crate::memory::NotMemory;
 use crate::model::Model;
-use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange};
+use crate::peripherals::{Clocks, IrqLevels, Peripherals, PinChange};
+use crate::pin::Pin;
 use crate::rtt::{Line, Rtt};
 
 /// What a board is made of and where it sits.

@@ -77,6 +77,7 @@ pub mod mmio;
 pub mod model;
 mod part;
 pub mod peripherals;
+pub mod pin;
 mod port;
 pub mod pulses;
 pub mod rtt;

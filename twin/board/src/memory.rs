@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::mmio::Width;
-use crate::model::FLASH_BASE;
+use crate::model::{FLASH_BASE, RAM_AT_POWER_ON};
 use crate::part::Part;
 use crate::peripherals::Ram;
 
@@ -13,8 +13,6 @@ const RAM_BASE: u32 = 0x2000_0000;
 /// Bytes of the region in which RAM is. Nothing else is there: an access behind the end of RAM is a bus fault. A constant, as
 /// each access is compared with it: the row twin.host_instructions.
 const RAM_REGION: usize = 512 << 20;
-/// Content of RAM after power-on. Not zero, so that a program that relies on zeros does not work by chance.
-const RAM_AT_POWER_ON: u8 = 0xA5;
 
 /// An access outside of flash and RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

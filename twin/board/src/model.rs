@@ -2,10 +2,13 @@
 
 use crate::bxcan::Side;
 pub use crate::part::Part;
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 
 /// Where the main flash memory begins; it answers at zero as well.
 pub const FLASH_BASE: u32 = 0x0800_0000;
+
+/// Each byte of RAM after power-on. Not zero, so that a program that relies on zeros does not work by chance.
+pub const RAM_AT_POWER_ON: u8 = 0xA5;
 
 /// What drives OSC_IN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -12,7 +12,7 @@ mod package;
 
 use std::fmt;
 
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 pub(crate) use lines::{Family, Lines, TABLE};
 use lines::{Line, REFUSED};
 

@@ -7,7 +7,7 @@
 use can_wire::time::{TICKS_PER_US, Time};
 
 use crate::board::{AccessError, EmulatedBoard};
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 use crate::spacecraft::{BoardId, Spacecraft, WireRecord};
 use crate::traffic::Traffic;
 

@@ -7,17 +7,18 @@
 //! A controller's mode handshakes and aborts settle at the end of a quantum, so a flight is reproducible for one length
 //! of the quantum; another shifts what follows a handshake by some microseconds.
 
+use can_wire::controller::Controllers;
 use can_wire::controller::{Controller, NodeIndex};
 use can_wire::frame::WireFrame;
 use can_wire::record::Observation;
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
-use can_wire::wire::{Controllers, Wire, WireConfig};
+use can_wire::wire::{Wire, WireConfig};
 
 use crate::board::{AccessError, BoardConfig, EmulatedBoard};
 use crate::bxcan::Side;
 use crate::guest::{Guest, GuestEvent, Presence};
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 use crate::port::{BoardPort, LivePort};
 use crate::rtt::Level;
 pub use crate::wiring::{Bus, Wiring};

@@ -8,21 +8,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::decode;
-use crate::instruction::Instruction;
+use crate::instruction::{Decoded, Instruction};
 
 /// Half-words of a page of [`Cache::pages`].
 const PAGE: usize = 128;
 /// Entries for code outside of the announced range. A power of two.
 const CHECKED: usize = 256;
-
-/// A decoded instruction and its size.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(16))]
-pub struct Decoded {
-    pub instruction: Instruction,
-    /// Bytes: 2 or 4; 0 if nothing is known of an address.
-    pub size: u8,
-}
 
 /// Instructions of a program, decoded before it runs. Cores that are made with a copy share them.
 #[derive(Clone, Debug)]

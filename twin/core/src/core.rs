@@ -1,20 +1,22 @@
 //! The core: its state, its construction, and one step of it.
 
+mod access;
+
 use std::ops::Range;
 
 use crate::bus::Bus;
-use crate::cache::{Cache, Code, Decoded};
+use crate::cache::{Cache, Code};
 use crate::cycles;
 use crate::decode;
-use crate::exception::{SYSTICK, Sleep, Trap};
-use crate::execute::fpu::Fpu;
-use crate::instruction::{InBlock, Instruction};
+use crate::fpu::Fpu;
+use crate::instruction::{Decoded, InBlock, Instruction};
 use crate::registers::{Control, EPSR_T, Flags, Masks};
 use crate::system::debug::Debug;
 use crate::system::mpu::Mpu;
 use crate::system::nvic::Nvic;
 use crate::system::scb::{HFSR_VECTTBL, Scb};
 use crate::system::systick::SysTick;
+use crate::trap::{SYSTICK, Sleep, Trap};
 
 /// Reaction to an UNPREDICTABLE encoding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -357,3 +357,12 @@ impl Instruction {
         self
     }
 }
+
+/// A decoded instruction and its size.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
+pub struct Decoded {
+    pub instruction: Instruction,
+    /// Bytes: 2 or 4; 0 if nothing is known of an address.
+    pub size: u8,
+}

@@ -75,10 +75,13 @@ mod decode;
 mod exception;
 mod execute;
 mod float;
+mod fpu;
 mod instruction;
 mod memory;
+mod ppb;
 mod registers;
 mod system;
+mod trap;
 
 pub use bus::{Bus, BusError, Width};
 pub use cache::Code;

@@ -3,9 +3,9 @@
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
 use crate::cycles;
-use crate::exception::Trap;
 use crate::system::mpu::Access;
 use crate::system::scb::CCR_UNALIGN_TRP;
+use crate::trap::Trap;
 
 /// Set alone among these bits in the aliases at 2200_0000h and 4200_0000h, and in two other ranges.
 const ALIAS_MASK: u32 = 0x9E00_0000;

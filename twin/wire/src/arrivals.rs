@@ -8,6 +8,7 @@ use std::collections::BinaryHeap;
 
 use crate::calendar::Earliest;
 use crate::controller::NodeIndex;
+use crate::effect::Effect;
 use crate::fine::Fine;
 use crate::mac::DOMINANT;
 use crate::node::Drivers;
@@ -29,17 +30,6 @@ pub(crate) enum Change {
     GlitchBegins(Effect),
     /// It ends.
     GlitchEnds(Effect),
-}
-
-/// What a disturbance does to the level that a node sees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Effect {
-    /// The other level.
-    Invert,
-    /// Dominant, whatever is sent.
-    Dominant,
-    /// Recessive, whatever is sent.
-    Recessive,
 }
 
 /// What is under way to the nodes of a segment.

@@ -115,3 +115,27 @@ pub struct Trace {
     /// Bit time of the transmitter.
     pub bit_time: Time,
 }
+
+/// The controllers of one wire, by index of attachment.
+pub trait Controllers {
+    /// Lends the controller that was attached as `node` to `visit`, once.
+    fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller));
+
+    /// Whether a controller takes part in another way, watches its line or not, or has another frame waiting than when this was asked
+    /// last, for another reason than what the wire told it about a frame. `false` saves the wire from asking all of them.
+    fn have_changed(&mut self) -> bool {
+        true
+    }
+}
+
+impl dyn Controllers + '_ {
+    /// Returns the result of `work` on the controller that was attached as `node`.
+    ///
+    /// # Panics
+    /// When [`Controllers::visit`] lends no controller.
+    pub(crate) fn with<R>(&mut self, node: NodeIndex, work: impl FnOnce(&mut dyn Controller) -> R) -> R {
+        let (mut work, mut result) = (Some(work), None);
+        self.visit(node, &mut |controller| result = work.take().map(|work| work(controller)));
+        result.expect("a controller for every node")
+    }
+}

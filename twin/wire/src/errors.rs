@@ -1,6 +1,6 @@
 //! Random bit errors: inverted microseconds at random nodes.
 
-use crate::arrivals::Effect;
+use crate::effect::Effect;
 use crate::fault::{Fault, Nodes};
 use crate::time::{TICKS_PER_US, Time};
 

@@ -1,7 +1,7 @@
 //! Faults of cable, nodes and line, at a given time; what cannot be is refused with the reason.
 
-use crate::arrivals::Effect as BitEffect;
 use crate::controller::NodeIndex;
+use crate::effect::Effect as BitEffect;
 use crate::field::Field;
 use crate::frame::WireFrame;
 use crate::time::Time;

@@ -9,13 +9,12 @@ use std::collections::VecDeque;
 
 use crate::arrivals::Arrivals;
 use crate::calendar::Calendar;
-use crate::confinement::ErrorCounters;
 use crate::controller::{ErrorKind, NodeIndex, WireEvent};
 use crate::encode::INTERMISSION_BITS;
 use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
 use crate::node::Node;
-use crate::segment::{Mode, Segment};
+use crate::segment::{Flight, Landing, Mode, Segment};
 use crate::stage::Stage;
 use crate::timing::{BitClock, Edge};
 
@@ -24,46 +23,6 @@ const RECESSIVE_END: u64 = 8;
 /// An error flag and its delimiter that nobody prolongs.
 const ERROR_FRAME: u64 = 14;
 const FLAG: u64 = 6;
-
-/// A frame under way whose rest is known.
-#[derive(Clone, Debug)]
-pub(crate) struct Flight {
-    /// The nodes are as they were here.
-    from: Fine,
-    own: Transmission,
-    transmitter: NodeIndex,
-    /// The flight began with its SOF, of which the nodes know nothing.
-    with_sof: bool,
-    agenda: VecDeque<(Fine, NodeIndex, WireEvent)>,
-    landings: Vec<Landing>,
-    /// Everybody has reached intermission.
-    end: Fine,
-    /// Level changes to hand to those that watch their line.
-    lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
-}
-
-impl Flight {
-    /// Error counters of `node`, once everything about them has been told.
-    pub(crate) fn counters(&self, node: NodeIndex) -> Option<ErrorCounters> {
-        let told = self.agenda.iter().all(|&(_, other, _)| other != node);
-        let landing = self.landings.iter().find(|landing| landing.node == node);
-        landing.filter(|_| told).map(|landing| landing.counters)
-    }
-
-    /// Whether `node` has come to its intermission at `now`; `None` when it takes no part.
-    pub(crate) fn has_landed(&self, node: NodeIndex, now: Fine) -> Option<bool> {
-        let landing = self.landings.iter().find(|landing| landing.node == node)?;
-        Some(landing.clock.start() <= now)
-    }
-}
-
-/// A node at the beginning of its intermission.
-#[derive(Clone, Debug)]
-struct Landing {
-    node: NodeIndex,
-    clock: BitClock,
-    counters: ErrorCounters,
-}
 
 /// A node that takes part, with the bit under way.
 struct Participant {

@@ -14,6 +14,7 @@ pub mod candump;
 mod confinement;
 pub mod controller;
 mod decode;
+mod effect;
 pub mod encode;
 mod errors;
 pub mod failure;

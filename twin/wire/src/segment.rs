@@ -5,14 +5,17 @@
 //! * [`Mode::Flight`]: a frame that nothing disturbs, computed as a whole ([`crate::flight`]). It changes no node before
 //!   its end, so that a disturbance nobody foresaw can take it back and play it bit by bit.
 
+use std::collections::VecDeque;
+
 use crate::arrivals::Arrivals;
 use crate::calendar::Calendar;
+use crate::confinement::ErrorCounters;
 use crate::controller::{NodeIndex, WireEvent};
 use crate::fine::Fine;
-use crate::flight::Flight;
-use crate::mac::{RECESSIVE, State};
+use crate::mac::{RECESSIVE, State, Transmission};
 use crate::node::Drivers;
 use crate::stage::{Ledger, Stage};
+use crate::timing::BitClock;
 
 /// How a segment is being computed.
 #[derive(Clone, Debug)]
@@ -20,6 +23,46 @@ pub(crate) enum Mode {
     Still,
     Bits(Arrivals),
     Flight(Box<Flight>),
+}
+
+/// A frame under way whose rest is known.
+#[derive(Clone, Debug)]
+pub(crate) struct Flight {
+    /// The nodes are as they were here.
+    pub(crate) from: Fine,
+    pub(crate) own: Transmission,
+    pub(crate) transmitter: NodeIndex,
+    /// The flight began with its SOF, of which the nodes know nothing.
+    pub(crate) with_sof: bool,
+    pub(crate) agenda: VecDeque<(Fine, NodeIndex, WireEvent)>,
+    pub(crate) landings: Vec<Landing>,
+    /// Everybody has reached intermission.
+    pub(crate) end: Fine,
+    /// Level changes to hand to those that watch their line.
+    pub(crate) lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
+}
+
+impl Flight {
+    /// Error counters of `node`, once everything about them has been told.
+    pub(crate) fn counters(&self, node: NodeIndex) -> Option<ErrorCounters> {
+        let told = self.agenda.iter().all(|&(_, other, _)| other != node);
+        let landing = self.landings.iter().find(|landing| landing.node == node);
+        landing.filter(|_| told).map(|landing| landing.counters)
+    }
+
+    /// Whether `node` has come to its intermission at `now`; `None` when it takes no part.
+    pub(crate) fn has_landed(&self, node: NodeIndex, now: Fine) -> Option<bool> {
+        let landing = self.landings.iter().find(|landing| landing.node == node)?;
+        Some(landing.clock.start() <= now)
+    }
+}
+
+/// A node at the beginning of its intermission.
+#[derive(Clone, Debug)]
+pub(crate) struct Landing {
+    pub(crate) node: NodeIndex,
+    pub(crate) clock: BitClock,
+    pub(crate) counters: ErrorCounters,
 }
 
 /// One connected piece of a wire.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::controller::Controllers;
 use crate::controller::{ErrorKind, NodeIndex, Trace, WireEvent};
 use crate::encode::{INTERMISSION_BITS, encode};
 use crate::fault::Flip;
@@ -12,7 +13,6 @@ use crate::node::Node;
 use crate::record::{Counters, Destruction, Observation};
 use crate::time::Time;
 use crate::waveform::Recorder;
-use crate::wire::Controllers;
 
 /// What observers are told.
 #[derive(Clone, Debug, Default)]

@@ -2,12 +2,13 @@
 
 use std::collections::VecDeque;
 
+use crate::controller::Controllers;
 use crate::controller::{Attachment, Controller, NodeIndex, WireEvent};
 use crate::frame::WireFrame;
 use crate::time::Time;
 use crate::timing::BitTiming;
 use crate::transceiver::Transceiver;
-use crate::wire::{Controllers, Wire, WireConfig};
+use crate::wire::{Wire, WireConfig};
 
 /// Sends its queue in order, each frame not before its time, and repeats what failed.
 #[derive(Clone, Debug)]

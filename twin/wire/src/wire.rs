@@ -12,7 +12,7 @@
 
 use crate::arrivals::{Arrival, Change};
 use crate::calendar::Calendar;
-use crate::controller::{Attachment, Controller, ErrorCounters, NodeIndex, WireEvent};
+use crate::controller::{Attachment, Controllers, ErrorCounters, NodeIndex, WireEvent};
 use crate::errors::BitErrors;
 use crate::fault::{Fault, FaultError, Flip};
 use crate::fine::Fine;
@@ -24,30 +24,6 @@ use crate::stage::{Observed, Stage};
 use crate::time::Time;
 use crate::transceiver::Transceiver;
 use crate::waveform::{Recorder, Waveform};
-
-/// The controllers of one wire, by index of attachment.
-pub trait Controllers {
-    /// Lends the controller that was attached as `node` to `visit`, once.
-    fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller));
-
-    /// Whether a controller takes part in another way, watches its line or not, or has another frame waiting than when this was asked
-    /// last, for another reason than what the wire told it about a frame. `false` saves the wire from asking all of them.
-    fn have_changed(&mut self) -> bool {
-        true
-    }
-}
-
-impl dyn Controllers + '_ {
-    /// Returns the result of `work` on the controller that was attached as `node`.
-    ///
-    /// # Panics
-    /// When [`Controllers::visit`] lends no controller.
-    pub(crate) fn with<R>(&mut self, node: NodeIndex, work: impl FnOnce(&mut dyn Controller) -> R) -> R {
-        let (mut work, mut result) = (Some(work), None);
-        self.visit(node, &mut |controller| result = work.take().map(|work| work(controller)));
-        result.expect("a controller for every node")
-    }
-}
 
 /// Properties of the cable and of how it is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,7 +13,7 @@ use can_wire::transceiver::Transceiver;
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::{Crystal, Ramp};
 use twin::guest::GuestEvent;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::pulses::{Errors, Trial};
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 use twin::traffic::Traffic;

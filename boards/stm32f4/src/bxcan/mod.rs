@@ -28,12 +28,15 @@ mod events;
 #[cfg(target_os = "none")]
 mod interrupts;
 #[cfg(target_os = "none")]
+mod lines;
+#[cfg(target_os = "none")]
 mod port;
 
 #[cfg(target_os = "none")]
 pub use {
     controller::Controller,
     interrupts::{ControllerInterrupts, ReceiveHandler, StatusHandler, TransmitHandler},
+    lines::CanLines,
     port::Port,
 };
 

@@ -29,11 +29,12 @@ use super::events::EventQueue;
 use super::filters::half_bank;
 use super::held::Held;
 use super::interrupts::{ControllerInterrupts, enable_sources, note_errors, request};
+use super::lines::CanLines;
 use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
 use super::status::{Enables, Status};
 use crate::Uptime;
-use crate::spec::{AlternatePin, CanLines};
+use crate::alternate::AlternatePin;
 use crate::stamping::FrameStamps;
 
 /// Below the timer driver's: its interrupt keeps the time that the stamps are read from.

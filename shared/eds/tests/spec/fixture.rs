@@ -6,7 +6,7 @@ use ecss_can::od::{
     Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
     UnicodeString, VisibleString,
 };
-use ecss_can::pdo::{PdoObjects, PdoSet, PdoSlots};
+use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::sdo::SdoServerObjects;
 use ecss_can::types::NodeId;
 use eds::{Description, Device, Timestamp};
@@ -165,7 +165,7 @@ pub fn fixture(node: NodeId) -> Fixture {
     let id = node.get();
     let mut fixture = Fixture {
         communication: Communication::new(node),
-        pdos: PdoObjects::at_power_on(node, &PdoSet::NONE),
+        pdos: PdoSet::NONE.at_power_on(node),
         ..Fixture::default()
     };
     fixture.communication.identity.vendor = 0x0123_4567;

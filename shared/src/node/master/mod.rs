@@ -17,7 +17,7 @@ mod transfers;
 use heapless::Deque;
 
 pub use boards::{MasterBoards, OneBoard, TwoBoards};
-pub use declared::{MasterObjects, MasterRole, NetworkObjects, Ranging};
+pub use declared::MasterObjects;
 
 use self::budget::Budgets;
 use self::filters::FUNCTIONS;

@@ -1,17 +1,19 @@
 //! Dictionary of the master, and effects of written objects.
 
 use super::boards::MasterBoards;
-use super::declared::{MasterObjects, NetworkObjects, entry};
+use super::declared::MasterObjects;
 use super::{Master, Out};
 use crate::boot::Assignment;
 use crate::emcy::{EmcyConsumers, ErrorCode, PostMortem};
 use crate::heartbeat::ConsumerSlots;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
+use crate::node::NetworkObjects;
 use crate::node::index::{
     ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, RANGING, REDUNDANCY, REQUEST_NMT, RPDO,
     SYNC_DITHER,
 };
+use crate::node::network_objects::entry;
 use crate::node::services::{SdoStep, carries_time};
 use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
 use crate::pdo::PdoSlots;

@@ -2,9 +2,9 @@
 
 use super::Master;
 use super::boards::MasterBoards;
-use super::declared::Ranging;
 use crate::link::Stamp;
 use crate::node::Device;
+use crate::node::Ranging;
 use crate::types::{Bus, CobId, NodeId};
 
 /// Values of a slave whose cable is measured, in the master.

@@ -4,13 +4,13 @@
 //! slaves, and the spacecraft time. So the time continues when it takes over.
 
 use super::boards::MasterBoards;
-use super::declared::MasterRole;
 use super::{Master, MasterEvent, Out};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::NmtSlave;
 use crate::node::Device;
+use crate::node::MasterRole;
 use crate::redundancy::{Answer, Claim, Rivals, Role, RoleCause, RoleChange, Standby};
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 

@@ -1,10 +1,10 @@
 //! Dictionary access: checks, rules of the objects, and notification of the services.
 
-use super::Storage;
 use super::rules;
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{IDENTITY, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO, STORE};
+use crate::node::stored::Storage;
 use crate::node::{Communication, Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
@@ -108,7 +108,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
 
     fn clear(&mut self, code: ErrorCode) {
         if self.emcy.clear(code, 0) {
-            self.objects.communication.emcy.show(&self.emcy);
+            self.emcy.show(&mut self.objects.communication.emcy);
         }
     }
 

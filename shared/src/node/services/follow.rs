@@ -1,11 +1,12 @@
 //! Objects of the services: applies stored values, and makes the services follow a change.
 
-use super::{Answer, Dictionary, FIRST_TOLD, NodeEvent, Services, Storage};
+use super::{Answer, Dictionary, FIRST_TOLD, NodeEvent, Services};
 use crate::emcy::ErrorCode;
 use crate::node::index::{
     CONFIGURATION, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE, RPDO, SCET_SET,
     SELF_TEST_START, STORE, UTC_SET,
 };
+use crate::node::stored::Storage;
 use crate::node::{Device, Extension, NodeObjects, Outbox, SelfTest};
 use crate::od::{ObjectAccess, Transfer};
 use crate::store::{Group, Loaded};

@@ -12,7 +12,6 @@ mod pdos;
 mod process_data;
 mod redundancy;
 mod rules;
-mod stored;
 mod time;
 
 use self::guarded::Guarded;
@@ -22,6 +21,7 @@ use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, Monitor};
 use crate::link::Stamp;
 use crate::link::port::{ErrorState, Health, LastError};
+use crate::node::stored::Storage;
 use crate::node::{BusHealth, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
@@ -32,7 +32,6 @@ use crate::{sdo, sync};
 use dictionary::Answer;
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
-pub use stored::{NoStore, Storage, Stored};
 pub use time::{Brings, carries_time};
 
 /// Frames, sent and received on a bus, within which a node may have been the first one there.
@@ -188,7 +187,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         let is_news = emcy.raise(code, info);
         if is_news {
-            objects.communication.emcy.show(emcy);
+            emcy.show(&mut objects.communication.emcy);
         }
         is_news
     }
@@ -203,7 +202,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         let is_news = emcy.clear(code, source);
         if is_news {
-            objects.communication.emcy.show(emcy);
+            emcy.show(&mut objects.communication.emcy);
         }
         is_news
     }
@@ -221,7 +220,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Register and history in the dictionary follow.
     fn show_errors(&mut self) {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
-        objects.communication.emcy.show(emcy);
+        emcy.show(&mut objects.communication.emcy);
     }
 
     /// Takes the error state and the counters of a controller.

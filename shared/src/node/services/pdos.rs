@@ -66,7 +66,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     /// A client configured a PDO: what its defaults or its application had wrong is past.
     fn pdo_is_possible(&mut self, direction: Direction, number: usize) {
         self.emcy.clear(ErrorCode::DATA_SET, source_of(direction, number));
-        self.objects.communication.emcy.show(&self.emcy);
+        self.emcy.show(&mut self.objects.communication.emcy);
     }
 
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
@@ -95,7 +95,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     pub(super) fn report_rpdos(&mut self) {
         while let Some((number, event)) = self.rpdos.take_event() {
             note(&mut self.emcy, number, event);
-            self.objects.communication.emcy.show(&self.emcy);
+            self.emcy.show(&mut self.objects.communication.emcy);
         }
     }
 

@@ -7,7 +7,7 @@ use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::Filter;
 use ecss_can::node::{BusCommand, Device, Slave, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE, Objects};
-use ecss_can::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
+use ecss_can::pdo::{Mapping, PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
 use ecss_can::types::{AbortCode, Bus, CobId, NodeId};
 
@@ -57,7 +57,7 @@ fn started(defaults: fn(NodeId) -> PdoObjects) -> TestDevice {
 
 /// TPDO 2, by event, and RPDO 3, of these objects.
 fn mapped(id: NodeId, sent: &[u32], received: &[u32]) -> PdoObjects {
-    let mut objects: PdoObjects = PdoObjects::at_power_on(id, &PdoSet::NONE);
+    let mut objects: PdoObjects = PdoSet::NONE.at_power_on(id);
     objects.tpdos[1].cob_id = NO_REMOTE | 0x285;
     objects.tpdo_mappings[1].map(sent);
     objects.rpdos[2].cob_id = NO_REMOTE | 0x405;

@@ -6,7 +6,7 @@ use crate::instrument::STANDARD;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, Slave, SlaveEvent};
 use ecss_can::od::{Objects, VisibleString, checked};
-use ecss_can::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
+use ecss_can::pdo::{Mapping, PdoObjects, PdoSet};
 use ecss_can::types::AbortCode::{ParameterIncompatible, ReadOnly, TooLong, ValueRange, ValueTooHigh};
 use ecss_can::types::{AbortCode, Address, NodeId};
 
@@ -207,7 +207,7 @@ impl Device for Fixed {
     const PDOS: PdoSet = PdoSet::NONE;
 
     fn pdos(id: NodeId) -> PdoObjects {
-        let mut objects: PdoObjects = PdoObjects::at_power_on(id, &Self::PDOS);
+        let mut objects: PdoObjects = Self::PDOS.at_power_on(id);
         objects.tpdo_mappings[2].map(&[0x6000_0008]);
         objects
     }

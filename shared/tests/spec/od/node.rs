@@ -2,7 +2,7 @@
 
 use ecss_can::node::{Communication, Spacecraft};
 use ecss_can::od::{INVALID, NO_REMOTE, U24};
-use ecss_can::pdo::{Direction, Layout, Mapping, PdoObjects, PdoSet, PdoSlots, StaticMapping};
+use ecss_can::pdo::{Direction, Layout, Mapping, PdoObjects, PdoSet, StaticMapping};
 use ecss_can::time::{ScetGet, ScetSet};
 use ecss_can::types::AbortCode::{ReadOnly, ValueTooHigh, ValueTooLow, WriteOnly};
 use ecss_can::types::{NodeId, Scet};
@@ -12,7 +12,7 @@ use super::{read, write};
 /// Verifies: ECSS 6.10a
 #[test]
 fn node_has_pre_defined_connection_set_until_configured() {
-    let objects = <PdoObjects<6, 5>>::at_power_on(NodeId::of::<5>(), &PdoSet::NONE);
+    let objects = PdoSet::NONE.at_power_on::<PdoObjects<6, 5>>(NodeId::of::<5>());
     assert_eq!(Communication::new(NodeId::of::<5>()).emcy.cob_id, 0x85);
     let ids = |cob_ids: &[u32]| cob_ids.iter().map(|raw| raw & !(INVALID | NO_REMOTE)).collect::<Vec<_>>();
     let received = objects.rpdos.map(|pdo| pdo.cob_id);
@@ -32,7 +32,7 @@ fn node_has_pre_defined_connection_set_until_configured() {
 
 #[test]
 fn a_static_mapping_cannot_be_written() {
-    let mut objects = PdoObjects::<1, 1, StaticMapping>::at_power_on(NodeId::of::<5>(), &PdoSet::NONE);
+    let mut objects = PdoSet::NONE.at_power_on::<PdoObjects<1, 1, StaticMapping>>(NodeId::of::<5>());
     objects.tpdo_mappings[0].map(&[0x1001_0008]);
     assert_eq!(read(&mut objects, 0x1A00, 0), Ok(vec![1]));
     assert_eq!(read(&mut objects, 0x1A00, 1), Ok(vec![0x08, 0x00, 0x01, 0x10]));

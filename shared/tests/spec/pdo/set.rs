@@ -6,9 +6,7 @@ use std::panic::{UnwindSafe, catch_unwind};
 
 use ecss_can::node::NodeObjects;
 use ecss_can::od::{DataType, Field, Fields, NO_REMOTE, Object, Objects};
-use ecss_can::pdo::{
-    CobIdOf, Direction, Layout, PdoObjects, PdoParameters, PdoSet, PdoSlots, Rpdo, Tpdo, rules,
-};
+use ecss_can::pdo::{CobIdOf, Direction, Layout, PdoObjects, PdoParameters, PdoSet, Rpdo, Tpdo, rules};
 use ecss_can::types::{Address, CobId, NodeId};
 
 use super::device::{Device, entry};
@@ -128,7 +126,7 @@ fn timers_of_a_set_are_in_the_objects_at_power_on() {
     let sent = vec![Tpdo::new(2, ID).map(value()).inhibit(100).event_timer(20)];
     let set = PdoSet::new(received.leak(), sent.leak());
     assert_eq!((set.rpdos()[0].slot(), set.tpdos()[0].slot()), (0, 1));
-    let objects: PdoObjects = PdoObjects::at_power_on(NodeId::of::<5>(), &set);
+    let objects: PdoObjects = set.at_power_on(NodeId::of::<5>());
     assert_eq!(objects.rpdos[0].event_timer, 250);
     assert_eq!((objects.tpdos[1].inhibit, objects.tpdos[1].event_timer), (100, 20));
 }

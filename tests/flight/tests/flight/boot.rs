@@ -4,7 +4,7 @@ use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings, State};
 use twin::crystal::Crystal;
 use twin::model::Model;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 

@@ -8,7 +8,7 @@ use can_wire::time::Time;
 use can_wire::transceiver::Transceiver;
 use twin::board::{AccessError, BoardConfig, Fittings};
 use twin::crystal::Crystal;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::pulses::{Errors, Trial};
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 use twin::traffic::Traffic;

@@ -1,7 +1,7 @@
 //! Who a slave is: by its straps, by the Node-ID stored in its flash, and how that is changed in maintenance mode.
 
 use can_wire::frame::WireFrame;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::spacecraft::{Bus, GuestId};
 
 use flight::*;

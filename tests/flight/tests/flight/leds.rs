@@ -1,7 +1,7 @@
 //! LEDs (docs/wiring.md) and statistics of slaves tell heartbeats of the master, SYNC and the spacecraft time apart.
 
 use can_wire::time::Time;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::spacecraft::Bus;
 
 use crate::minimal;

@@ -10,7 +10,7 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings};
 use twin::image::Image;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::spacecraft::Bus;
 
 use flight::*;

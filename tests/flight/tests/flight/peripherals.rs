@@ -5,7 +5,7 @@ use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings, SerialWord}
 use twin::crystal::Crystal;
 use twin::devices::Loopback;
 use twin::model::Model;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 
 use flight::{NUCLEO_F446RE, PYBOARD_V11, parsed};
 

@@ -6,7 +6,7 @@ use can_wire::time::Time;
 use twin::board::{BoardConfig, Edge, EmulatedBoard, Fittings};
 use twin::crystal::Crystal;
 use twin::model::Model;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, parsed};
 

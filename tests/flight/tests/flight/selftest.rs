@@ -9,7 +9,7 @@ use twin::bxcan::StuckBits;
 use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
 

@@ -4,7 +4,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::board::{Fittings, FlashTiming};
 use twin::bxcan::Side;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::spacecraft::Bus;
 
 use flight::*;

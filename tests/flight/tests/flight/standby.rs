@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use can_wire::time::Time;
 use twin::board::BoardConfig;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::spacecraft::{BoardId, Bus};
 
 use flight::*;

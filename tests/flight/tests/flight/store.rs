@@ -10,7 +10,7 @@ use twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, Remains, State};
 use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::{FLASH_BASE, Model};
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, parsed};
 

@@ -10,7 +10,7 @@ use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::{CanPins, Model, Pins};
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, Wiring};
 

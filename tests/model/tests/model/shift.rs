@@ -4,6 +4,7 @@ use ecss_can::redundancy::{RoleChange, SwitchCause};
 use ecss_can::types::{Bus, Frame, NmtState, Rebase};
 use redundancy_model::profile::TICK;
 use redundancy_model::station::Station;
+use redundancy_model::watch::Watched;
 use redundancy_model::world::{Crew, World};
 
 type MasterSeen = (Bus, Option<SwitchCause>, Option<RoleChange>, bool);
@@ -30,12 +31,12 @@ fn a_world_relative_to_now_does_what_an_absolute_one_does() {
         let crews = [Crew::OneMaster, Crew::TwoMasters, Crew::TwoMastersInStep, Crew::TwoMastersUnassigned];
         let crew = crews[(seed % 4) as usize];
         let mut random = fastrand::Rng::with_seed(seed);
-        let (mut relative, mut absolute) = (World::new(crew, 10, None), World::new(crew, 10, None));
+        let (mut relative, mut absolute) = (Watched::new(crew, 10, None), Watched::new(crew, 10, None));
         let mut now = Rebase::ORIGIN;
         for step in 0..200 {
-            if relative.left > 0 && random.u8(..20) == 0 {
+            if relative.world.left > 0 && random.u8(..20) == 0 {
                 let mut faults = Vec::new();
-                relative.faults(&mut faults);
+                relative.world.faults(&mut faults);
                 let fault = faults[random.usize(..faults.len())];
                 relative.suffer(fault);
                 absolute.suffer_at(fault, now);
@@ -46,7 +47,7 @@ fn a_world_relative_to_now_does_what_an_absolute_one_does() {
                 assert_eq!(next, now + TICK.times(ticks), "seed {seed}, step {step}");
                 now = next;
             }
-            assert_eq!(seen(&relative), seen(&absolute), "seed {seed}, step {step}");
+            assert_eq!(seen(&relative.world), seen(&absolute.world), "seed {seed}, step {step}");
             assert_eq!(relative.watch, absolute.watch, "seed {seed}, step {step}");
         }
     }

@@ -1,6 +1,7 @@
 //! Each rule that was missing once is found where it is broken.
 
-use campaign::broken::{Rule, fly};
+use campaign::broken::fly;
+use campaign::rule::Rule;
 use campaign::script::Script;
 use campaign::{World, fly as fly_whole};
 

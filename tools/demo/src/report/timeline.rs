@@ -7,52 +7,17 @@ use can_wire::time::Time;
 use super::axis::{Axis, Layout};
 use super::flags::Flags;
 use super::kind::Kind;
+use super::lanes::{Lanes, ROW, lane, lane_title};
 use super::svg::Svg;
 use crate::change::Since;
 use crate::flight::Flight;
 use crate::record::Bus;
 
-const ROW: f64 = 16.0;
-const TITLE: f64 = 32.0;
 const AXIS: f64 = 26.0;
 
 /// Shown before a fault, and after it beyond the moment in which the first slave works again.
 const BEFORE: Time = Time::from_ms(400);
 const AFTER: Time = Time::from_ms(600);
-
-/// Places of the lanes and their rows.
-pub struct Lanes {
-    rows: Vec<Kind>,
-    /// Tops of the lanes, nominal first.
-    tops: [f64; 2],
-}
-
-impl Lanes {
-    fn new(flight: &Flight, flags: &Flags) -> Lanes {
-        let rows = Kind::rows(flight);
-        let lane = lane(&rows);
-        let [nominal, redundant] = Bus::ALL.map(|bus| TITLE + flags.height(bus));
-        Lanes { rows, tops: [nominal, nominal + lane + redundant] }
-    }
-
-    /// Top of a lane.
-    pub fn top(&self, bus: Bus) -> f64 {
-        self.tops[bus as usize]
-    }
-
-    /// Bottom of a lane.
-    pub fn bottom(&self, bus: Bus) -> f64 {
-        self.top(bus) + lane(&self.rows)
-    }
-
-    fn row_top(&self, bus: Bus, row: usize) -> f64 {
-        self.top(bus) + 5.0 + row as f64 * ROW
-    }
-}
-
-fn lane(rows: &[Kind]) -> f64 {
-    rows.len() as f64 * ROW + 6.0
-}
 
 /// The whole flight.
 pub fn overview(flight: &Flight, layout: Layout) -> Svg {
@@ -82,7 +47,7 @@ pub fn close_up(flight: &Flight, since: Since, layout: Layout) -> Option<Svg> {
 
 fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
     let (layout, flags) = (axis.layout(), Flags::of(flight, &axis));
-    let lanes = Lanes::new(flight, &flags);
+    let lanes = Lanes::new(flight, Bus::ALL.map(|bus| flags.height(bus)));
     let height = lanes.bottom(Bus::Redundant) + AXIS;
     let mut svg = Svg::new(layout.width, height, title);
     let (left, right) = axis.ends();
@@ -113,13 +78,6 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
     }
     flags.draw(&mut svg, &lanes);
     svg
-}
-
-/// Title of a lane.
-pub fn lane_title(bus: Bus) -> String {
-    let mut letters = bus.name().chars();
-    let capital = letters.next().map(|first| first.to_ascii_uppercase());
-    format!("{} bus", capital.into_iter().chain(letters).collect::<String>())
 }
 
 /// The bus on which the master's heartbeat runs has another ground.

@@ -12,7 +12,7 @@ use super::damage::Damage;
 use super::status::Heartbeats;
 use super::{Cable, Command, Level, NoCommand, Switch};
 use crate::load::LoadMeter;
-use support::fleet::Node;
+use support::node::Node;
 
 /// Does to a spacecraft what it is told.
 #[derive(Debug)]

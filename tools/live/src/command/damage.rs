@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use can_wire::frame::WireFrame;
-use support::fleet::Node;
+use support::node::Node;
 
 use super::{Level, Payload};
 

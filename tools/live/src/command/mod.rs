@@ -12,7 +12,7 @@ use std::str::FromStr;
 use can_wire::frame::{WireFrame, WireId};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand, ValueEnum};
-use support::fleet::Node;
+use support::node::Node;
 use twin::spacecraft::Bus;
 
 /// One line.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use can_wire::frame::WireId;
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use support::fleet::Node;
+use support::node::Node;
 use twin::bxcan::Side;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
 

@@ -4,7 +4,8 @@ use can_wire::time::Time;
 
 use super::EmulatedBoard;
 use crate::devices::{I2cDevice, SpiDevice};
-use crate::peripherals::{Pin, Sent};
+use crate::peripherals::Sent;
+use crate::pin::Pin;
 
 /// A word that left a board on TX of a serial port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use can_wire::time::{TICKS_PER_US, Time};
 
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 
 /// A timer changed the level of a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,8 @@ use can_wire::transceiver::Transceiver;
 
 use crate::accelerator::FlashTiming;
 use crate::bxcan::Side;
-use crate::peripherals::{FlashSpeed, Pin};
+use crate::peripherals::FlashSpeed;
+use crate::pin::Pin;
 use crate::wiring::{Bus, Wiring};
 
 /// What a board carries and what it feels.

@@ -5,7 +5,8 @@ use std::ops::RangeInclusive;
 use super::{Description, format};
 use crate::bxcan::Side;
 use crate::model::{CanPins, Leds, Model, Oscillator, Part, Pins, Straps};
-use crate::peripherals::{CAPTURE_PINS, Pin, TIM3_PINS, can_pins};
+use crate::peripherals::{CAPTURE_PINS, TIM3_PINS, can_pins};
+use crate::pin::Pin;
 
 /// Frequencies of a crystal and of a clock from outside, Hz (DS8626 and DS10693, "External clock source characteristics").
 const CRYSTAL: RangeInclusive<f64> = 4e6..=26e6;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::model::{CanPins, Leds, Part, Pins, Straps};
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 
 /// A board with an STM32F407VG, and pins of its own.
 const DISCOVERY: &str = r#"

@@ -1,7 +1,7 @@
 //! Pins of the packages: DS8626, DS8597, DS9405, DS9484, DS10693, DS11189, tables of pins.
 
 use super::Family;
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 
 /// Number of pins by the letter of the package.
 pub(super) const fn pins(package: char) -> u32 {

@@ -1,9 +1,10 @@
 //! The pins that carry CAN_RX and CAN_TX: DS8626 table 9, DS10693 table 11; DS9405 and DS11189, tables of alternate functions.
 
-use super::gpio::{Gpio, Pin};
+use super::gpio::Gpio;
 use crate::bxcan::Side;
 use crate::model::CanPins;
 use crate::part::Part;
+use crate::pin::Pin;
 
 /// Alternate function of both controllers at all their pins.
 const CAN_AF: u32 = 9;

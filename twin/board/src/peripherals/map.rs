@@ -1,14 +1,11 @@
 //! Where the blocks stand in the address space, and what clocks them.
 
-use super::rcc::Gate;
+use super::rcc::{AHB1, AHB2, APB1, APB2, Gate};
 use super::timer::{CCR1, CCR4};
 use super::timers;
 use crate::mmio::{Refusal, Width};
 use crate::part::{Lines, Part};
 
-pub(super) const AHB1: u32 = 0x00;
-pub(super) const APB1: u32 = 0x10;
-pub(super) const APB2: u32 = 0x14;
 pub(super) const TIM2_BIT: u32 = 0;
 pub(super) const TIM3_BIT: u32 = 1;
 pub(super) const TIM5_BIT: u32 = 3;
@@ -17,7 +14,6 @@ pub(super) const DMA_BITS: [u32; 2] = [21, 22];
 pub(super) const I2C_BITS: [u32; 3] = [21, 22, 23];
 pub(super) const CRC_BIT: u32 = 12;
 pub(super) const RNG_BIT: u32 = 6;
-pub(super) const AHB2: u32 = 0x04;
 /// USART1 to USART6, SPI1 to SPI3.
 pub(super) const USART_GATES: [Gate; 6] =
     [gate(APB2, 4), gate(APB1, 17), gate(APB1, 18), gate(APB1, 19), gate(APB1, 20), gate(APB2, 5)];

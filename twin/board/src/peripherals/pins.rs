@@ -2,10 +2,11 @@
 
 use super::gpio::Gpio;
 use super::interfaces::{Interfaces, Sent};
-use super::{Peripherals, Pin, can_pins};
+use super::{Peripherals, can_pins};
 use crate::bxcan::Side;
 use crate::devices::{I2cDevice, SpiDevice};
 use crate::part::{Lines, Part};
+use crate::pin::Pin;
 
 /// A pin, its alternate function, and the lines that have it.
 type Route = (Pin, u32, Lines);

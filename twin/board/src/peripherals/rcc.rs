@@ -90,10 +90,16 @@ impl ResetCause {
     }
 }
 
+/// Offsets of the registers of a bus from those of AHB1.
+pub(super) const AHB1: u32 = 0x00;
+pub(super) const AHB2: u32 = 0x04;
+pub(super) const APB1: u32 = 0x10;
+pub(super) const APB2: u32 = 0x14;
+
 /// A clock gate and the reset of the same peripheral: register by bus, and bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gate {
-    /// Offset from AHB1ENR: 0 AHB1, 10h APB1, 14h APB2.
+    /// Offset from AHB1ENR: [`AHB1`], [`AHB2`], [`APB1`] or [`APB2`].
     pub bus: u32,
     /// Bit in ENR and RSTR.
     pub bit: u32,

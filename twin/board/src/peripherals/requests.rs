@@ -2,8 +2,8 @@
 
 use super::Peripherals;
 use super::dma::Transfer;
-use super::map::{AHB1, DMA_BITS};
-use super::rcc::Gate;
+use super::map::DMA_BITS;
+use super::rcc::{AHB1, Gate};
 use crate::mmio::{Now, Width};
 
 /// Memory that DMA reaches.

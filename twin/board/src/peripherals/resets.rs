@@ -4,6 +4,7 @@ use super::Peripherals;
 use super::exti::Syscfg;
 use super::map::*;
 use super::numbers::Crc;
+use super::rcc::{AHB1, AHB2, APB1, APB2};
 use super::system::Pwr;
 use crate::bxcan::Side;
 

@@ -3,8 +3,7 @@
 //! RM0090 chapters 17 to 20, RM0390 chapters 16 to 19. They are counters with compare and interrupts; their inputs and
 //! outputs reach no pin, and an output that is switched on is refused.
 
-use super::map::{APB1, APB2};
-use super::rcc::Gate;
+use super::rcc::{APB1, APB2, Gate};
 use super::timer::{Kind, Timer};
 use super::{Clocks, TIM2};
 

@@ -14,8 +14,7 @@ mod multiply;
 mod single;
 mod thumb16;
 
-use crate::cache::Decoded;
-use crate::instruction::{Instruction, Reg, Shift, ShiftKind};
+use crate::instruction::{Decoded, Instruction, Reg, Shift, ShiftKind};
 
 /// Returns whether the first half-word begins a 32-bit instruction (A5.1).
 pub fn is_wide(first: u16) -> bool {

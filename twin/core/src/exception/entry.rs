@@ -1,15 +1,13 @@
 //! Exception entry: stacking, late arrival of a fault on the way, and the vector (B1.5.6, B1.5.7, B1.5.11).
 
-use super::fault::{MSTKERR, STKERR};
-use super::{BUS_FAULT, HARD_FAULT, MEM_MANAGE, USAGE_FAULT};
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
 use crate::cycles;
-use crate::exception::Trap;
-use crate::execute::fpu::FRAME_WORDS;
+use crate::fpu::FRAME_WORDS;
 use crate::registers::EPSR_T;
 use crate::system::mpu::Access;
 use crate::system::scb::{CCR_STKALIGN, HFSR_VECTTBL};
+use crate::trap::{BUS_FAULT, HARD_FAULT, MEM_MANAGE, MSTKERR, STKERR, Trap, USAGE_FAULT};
 
 /// Bytes of a frame without and with FPU registers.
 pub const BASIC_FRAME: u32 = 0x20;

@@ -1,16 +1,14 @@
 //! Exception return: EXC_RETURN, tail-chaining and unstacking (B1.5.8, B1.5.12).
 
 use super::entry::{BASIC_FRAME, EXTENDED_FRAME, NO_FP, PADDED};
-use super::fault::{INVPC, MUNSTKERR, UNSTKERR};
-use super::{BUS_FAULT, MEM_MANAGE, NMI, Sleep, USAGE_FAULT};
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
 use crate::cycles;
-use crate::exception::Trap;
-use crate::execute::fpu::FRAME_WORDS;
+use crate::fpu::FRAME_WORDS;
 use crate::registers::IPSR;
 use crate::system::mpu::Access;
 use crate::system::scb::{CCR_NONBASETHRDENA, CCR_STKALIGN, SCR_SLEEPONEXIT};
+use crate::trap::{BUS_FAULT, INVPC, MEM_MANAGE, MUNSTKERR, NMI, Sleep, Trap, UNSTKERR, USAGE_FAULT};
 
 /// Mode and stack after a return, from the low four bits of EXC_RETURN.
 #[derive(Clone, Copy, PartialEq, Eq)]

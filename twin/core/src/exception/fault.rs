@@ -1,74 +1,18 @@
 //! Faults, calls and stops that end an instruction early, and the exceptions that they become (B1.5.14, B1.5.15).
 
-use super::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, MEM_MANAGE, SV_CALL, USAGE_FAULT};
 use crate::bus::Bus;
 use crate::core::{Core, Raised, Stop, Unpredictable};
 use crate::cycles;
 use crate::registers::EPSR_T;
 use crate::system::debug::DFSR_BKPT;
 use crate::system::scb::{HFSR_DEBUGEVT, HFSR_FORCED};
-
-/// Bits of CFSR (B3.2.15).
-const IACCVIOL: u32 = 1;
-const DACCVIOL: u32 = 1 << 1;
-pub const MUNSTKERR: u32 = 1 << 3;
-pub const MSTKERR: u32 = 1 << 4;
-pub const MLSPERR: u32 = 1 << 5;
-const MMARVALID: u32 = 1 << 7;
-const IBUSERR: u32 = 1 << 8;
-const PRECISERR: u32 = 1 << 9;
-pub const UNSTKERR: u32 = 1 << 11;
-pub const STKERR: u32 = 1 << 12;
-pub const LSPERR: u32 = 1 << 13;
-const BFARVALID: u32 = 1 << 15;
-const UNDEFINSTR: u32 = 1 << 16;
-const INVSTATE: u32 = 1 << 17;
-pub const INVPC: u32 = 1 << 18;
-const NOCP: u32 = 1 << 19;
-const UNALIGNED: u32 = 1 << 24;
-const DIVBYZERO: u32 = 1 << 25;
+use crate::trap::{
+    BFARVALID, BUS_FAULT, DACCVIOL, DEBUG_MONITOR, HARD_FAULT, IACCVIOL, IBUSERR, MEM_MANAGE, MMARVALID,
+    PRECISERR, SV_CALL, Trap, UNDEFINSTR, USAGE_FAULT,
+};
 
 /// PC of a locked-up core (B1.5.15).
 const LOCK_UP_ADDRESS: u32 = 0xFFFF_FFFE;
-
-/// Cause that ends an instruction before its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Trap {
-    /// UsageFault with these bits of CFSR.
-    Usage(u32),
-    /// The bus refused a fetch.
-    FetchBus,
-    /// Execute-never, or the MPU refused a fetch.
-    FetchAccess,
-    /// The bus refused a load or store at this address.
-    DataBus(u32),
-    /// The MPU refused a load or store at this address.
-    DataAccess(u32),
-    /// A store of FPU registers that entry had left out raised this exception. `None`: the core locks up.
-    Deferred(Option<u16>),
-    /// SVC. The instruction is complete.
-    SupervisorCall,
-    /// SVC at a priority that its exception cannot preempt.
-    RefusedCall,
-    /// BKPT with its constant.
-    Breakpoint(u8),
-    Unpredictable,
-    /// The instruction, a store to AIRCR, is complete.
-    ResetRequest,
-    /// A system register that is not modelled.
-    Unmodelled {
-        address: u32,
-        write: bool,
-    },
-}
-
-impl Trap {
-    pub const UNDEFINED: Trap = Trap::Usage(UNDEFINSTR);
-    pub const INVALID_STATE: Trap = Trap::Usage(INVSTATE);
-    pub const NO_COPROCESSOR: Trap = Trap::Usage(NOCP);
-    pub const UNALIGNED: Trap = Trap::Usage(UNALIGNED);
-    pub const DIVIDE_BY_ZERO: Trap = Trap::Usage(DIVBYZERO);
-}
 
 impl Core {
     /// Turns the cause that ended the instruction at `pc` into an exception or a stop.

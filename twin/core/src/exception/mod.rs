@@ -4,35 +4,12 @@ mod entry;
 mod exit;
 mod fault;
 
-pub use fault::{LSPERR, MLSPERR, Trap};
-
 use crate::core::Core;
 use crate::system::scb::{SCR_SEVONPEND, SCR_SLEEPDEEP};
-
-pub const NMI: u16 = 2;
-pub const HARD_FAULT: u16 = 3;
-pub const MEM_MANAGE: u16 = 4;
-pub const BUS_FAULT: u16 = 5;
-pub const USAGE_FAULT: u16 = 6;
-pub const SV_CALL: u16 = 11;
-pub const DEBUG_MONITOR: u16 = 12;
-pub const PEND_SV: u16 = 14;
-pub const SYSTICK: u16 = 15;
-/// Number of interrupt 0.
-pub const INTERRUPTS: u16 = 16;
+use crate::trap::{INTERRUPTS, NMI, Sleep};
 
 /// Execution priority without exceptions and masks: lower than any other (B1.5.4).
 const LOWEST: i16 = 256;
-
-/// Kind of sleep (B1.5.17, B1.5.18).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sleep {
-    Awake,
-    /// WFE.
-    ForEvent,
-    /// WFI, or SLEEPONEXIT.
-    ForInterrupt,
-}
 
 impl Core {
     /// Drives the input of interrupt `irq`, 0 to 96. Level-sensitive; a rising edge while the interrupt is active also counts.

@@ -2,8 +2,8 @@
 
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
-use crate::exception::Trap;
 use crate::registers::EPSR_T;
+use crate::trap::Trap;
 
 /// Bits of EXC_RETURN that are ones, below its upper four.
 const EXC_RETURN_ONES: u32 = 0x0FFF_FFE0;

@@ -2,8 +2,8 @@
 
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
-use crate::exception::Trap;
 use crate::instruction::{Index, Size};
+use crate::trap::Trap;
 
 const PC: u8 = 15;
 

@@ -4,7 +4,7 @@ mod bits;
 mod branch;
 mod data;
 mod dsp;
-pub mod fpu;
+mod fpu;
 mod load_store;
 mod multiple;
 mod multiply;
@@ -13,8 +13,8 @@ mod special;
 use crate::bus::Bus;
 use crate::core::{Core, Raised};
 use crate::cycles;
-use crate::exception::Trap;
 use crate::instruction::Instruction as I;
+use crate::trap::Trap;
 
 impl Core {
     /// Runs one instruction whose condition holds. `next` already holds its successor.

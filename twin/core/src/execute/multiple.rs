@@ -5,7 +5,7 @@
 
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Raised};
-use crate::exception::Trap;
+use crate::trap::Trap;
 
 impl Core {
     /// Lowest address, and what the base holds afterwards.

@@ -2,9 +2,9 @@
 
 use crate::core::{Core, Raised};
 use crate::cycles;
-use crate::exception::Trap;
 use crate::instruction::LongMultiply;
 use crate::system::scb::CCR_DIV_0_TRP;
+use crate::trap::Trap;
 
 /// A register and which of its halves.
 type Half = (u8, bool);

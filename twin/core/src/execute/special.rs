@@ -1,10 +1,10 @@
 //! Special registers, CPS and hints (B5.2, A7.7).
 
 use crate::core::Core;
-use crate::exception::Sleep;
 use crate::instruction::Hint;
 use crate::registers::Flags;
 use crate::system::nvic::PRIORITY_BITS;
+use crate::trap::Sleep;
 
 impl Core {
     /// MRS. Unprivileged code reads flags and CONTROL; everything else reads as zero (B5.2.2).

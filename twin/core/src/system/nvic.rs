@@ -1,6 +1,6 @@
 //! State and priority of each exception, and the registers of the NVIC (B1.5.4, B3.4).
 
-use crate::exception::{DEBUG_MONITOR, HARD_FAULT, INTERRUPTS, NMI, PEND_SV, SV_CALL, SYSTICK};
+use crate::trap::{DEBUG_MONITOR, HARD_FAULT, INTERRUPTS, NMI, PEND_SV, SV_CALL, SYSTICK};
 
 /// Interrupt lines.
 pub const LINES: u16 = 97;

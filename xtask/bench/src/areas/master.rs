@@ -18,7 +18,7 @@ use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use demo::plan::BoardPlan;
 use support::board::Profile;
-use support::fleet;
+use support::{fleet, node};
 
 pub const AREA: Area =
     Area { name: "master", about: "model cycles of the master per heartbeat", needs: &[], steps: 1, measure };
@@ -101,7 +101,7 @@ impl Network {
             let fittings = Fittings { flash_timing: FlashTiming::Ideal, ..Fittings::default() };
             Ok(spacecraft.add_board(twin::board::BoardConfig { fittings, ..config }))
         };
-        let master = board(fleet::MASTER, &images.master)?;
+        let master = board(node::MASTER, &images.master)?;
         board(2, &images.slave)?;
         let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
         let mut network = Network { spacecraft, master, guests };

@@ -6,7 +6,7 @@
 
 use crate::devices::{SpiDevice, SpiMode};
 use crate::mmio::Refusal;
-use crate::peripherals::Pin;
+use crate::pin::Pin;
 
 const CR1: u32 = 0x00;
 const CR2: u32 = 0x04;

@@ -9,7 +9,8 @@ use twin::crystal::Crystal;
 use twin::image::Symbol;
 use twin::mmio::Refusal;
 use twin::model::Model;
-use twin::peripherals::{Pin, PinChange};
+use twin::peripherals::PinChange;
+use twin::pin::Pin;
 
 fn flown(config: BoardConfig, until: Time) -> EmulatedBoard {
     let mut board = EmulatedBoard::new(config, 0);

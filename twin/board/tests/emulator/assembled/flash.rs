@@ -9,7 +9,8 @@ use twin::board::{BoardConfig, EmulatedBoard, Fittings, Remains, State};
 use twin::bxcan::Side;
 use twin::image::Image;
 use twin::mmio::Refusal;
-use twin::peripherals::{FlashSpeed, Pin};
+use twin::peripherals::FlashSpeed;
+use twin::pin::Pin;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
 
 const FLASH: u32 = 0x4002_3C00;

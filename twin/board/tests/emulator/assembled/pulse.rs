@@ -5,7 +5,7 @@ use can_wire::time::Time;
 use twin::board::{BoardConfig, Edge, EmulatedBoard};
 use twin::crystal::Crystal;
 use twin::mmio::Refusal;
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 
 const TIM3: u32 = 0x4000_0400;
 const TIM5: u32 = 0x4000_0C00;

@@ -10,7 +10,7 @@ use twin::bxcan::Side;
 use twin::guest::GuestEvent;
 use twin::image::{Image, Symbol};
 use twin::model::{CanPins, Model, Oscillator, Part};
-use twin::peripherals::Pin;
+use twin::pin::Pin;
 use twin::spacecraft::{BoardId, Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
 
 use super::programs::*;

@@ -3,13 +3,14 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use can_wire::controller::Controllers;
 use can_wire::controller::{Attachment, Controller, NodeIndex, WireEvent};
 use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::station::Station;
 use can_wire::time::Time;
-use can_wire::wire::{Controllers, Wire, WireConfig};
+use can_wire::wire::{Wire, WireConfig};
 use twin::bxcan::{Activity, BxcanPair, IrqLines, PclkTick, Side, Stats};
 
 pub const MCR: u32 = 0x000;

@@ -1,12 +1,7 @@
-//! The modules of the crate are layers: each names only those below it. Each object is declared in one of them.
+//! The modules of the protocol crate are layers: each names only those below it.
 
-mod arrows;
-mod indices;
-
-use std::path::Path;
-
-use arrows::{Source, offences};
-use indices::repeated;
+use crate::paths::Source;
+use crate::workspace;
 
 /// From the ground floor up.
 const LAYERS: [&str; 18] = [
@@ -30,9 +25,10 @@ const LAYERS: [&str; 18] = [
     "mock",
 ];
 
-fn sources() -> Vec<Source> {
+/// Files of the crate, by their names below `src`.
+pub fn sources() -> Vec<Source> {
     let mut found = Vec::new();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let root = workspace().join("shared/src");
     let mut folders = vec![root.clone()];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -41,10 +37,43 @@ fn sources() -> Vec<Source> {
                 folders.push(path);
             } else {
                 let name = path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned();
-                found.push(Source::new(&name, &std::fs::read_to_string(&path).unwrap()));
+                found.push(source(&name, &std::fs::read_to_string(&path).unwrap()));
             }
         }
     }
+    found
+}
+
+/// `name`: below `src`, with slashes.
+pub fn source(name: &str, text: &str) -> Source {
+    let mut module: Vec<String> = name.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
+    if module.last().is_some_and(|last| last == "mod" || last == "lib") {
+        module.pop();
+    }
+    Source::new(name, module, text)
+}
+
+/// Paths of `source` that break the rules, each with file and line. The root of the crate may name all.
+fn offences(source: &Source) -> Vec<String> {
+    let Some(own) = source.module.first() else { return Vec::new() };
+    let layer = |name: &String| LAYERS.iter().position(|layer| layer == name);
+    let Some(height) = layer(own) else { return vec![format!("{}:1: {own} has no layer", source.name)] };
+    let mut found = Vec::new();
+    for path in source.read(Some("ecss_can")).paths.into_iter().filter(|path| !path.is_relative) {
+        let reason = match path.segments.first() {
+            None => "the root of the crate is no module".to_owned(),
+            Some(target) => match layer(target) {
+                None => format!("{target} is no module"),
+                Some(other) if other > height => format!("{own} names {target}, which is above it"),
+                Some(other) if other < height && path.is_exported && own != "prelude" => {
+                    format!("a name of {target} is exported once more")
+                }
+                Some(_) => continue,
+            },
+        };
+        found.push(format!("{}:{}: {reason}", source.name, path.line));
+    }
+    found.dedup();
     found
 }
 
@@ -52,7 +81,7 @@ fn sources() -> Vec<Source> {
 fn modules_name_only_modules_below_them() {
     let sources = sources();
     assert!(sources.len() > 100, "the sources are not where they are expected");
-    let offences: Vec<String> = sources.iter().flat_map(|source| offences(source, &LAYERS)).collect();
+    let offences: Vec<String> = sources.iter().flat_map(offences).collect();
     assert!(offences.is_empty(), "{}", offences.join("\n"));
 }
 
@@ -82,7 +111,7 @@ fn every_form_of_an_upward_arrow_is_found() {
         "mod inner { use super::super::super::node::Slave; }",
     ];
     for form in forms {
-        let found = offences(&Source::new("pdo/mapping.rs", form), &LAYERS);
+        let found = offences(&source("pdo/mapping.rs", form));
         assert_eq!(found, ["pdo/mapping.rs:1: pdo names node, which is above it"], "{form}");
     }
 }
@@ -102,7 +131,7 @@ fn names_without_a_module_are_refused() {
         ("pub use crate::{od::Run};", "a name of od is exported once more"),
     ];
     for (form, reason) in forms {
-        let found = offences(&Source::new("pdo/mapping.rs", form), &LAYERS);
+        let found = offences(&source("pdo/mapping.rs", form));
         assert_eq!(found, [format!("pdo/mapping.rs:1: {reason}")], "{form}");
     }
 }
@@ -111,14 +140,13 @@ fn names_without_a_module_are_refused() {
 #[test]
 fn a_circle_is_found() {
     let circle = [("sdo/mod.rs", "use crate::pdo::Layout;"), ("pdo/mod.rs", "use crate::sdo::Client;")];
-    let found: Vec<String> =
-        circle.iter().flat_map(|(name, text)| offences(&Source::new(name, text), &LAYERS)).collect();
+    let found: Vec<String> = circle.iter().flat_map(|(name, text)| offences(&source(name, text))).collect();
     assert_eq!(found, ["sdo/mod.rs:1: sdo names pdo, which is above it"]);
 }
 
 #[test]
 fn a_module_without_a_layer_is_refused() {
-    let found = offences(&Source::new("attic.rs", ""), &LAYERS);
+    let found = offences(&source("attic.rs", ""));
     assert_eq!(found, ["attic.rs:1: attic has no layer"]);
 }
 
@@ -135,50 +163,5 @@ fn arrows_down_comments_and_strings_are_no_offences() {
         fn f() { crate::link::queue::depth(); println!("crate::node::Slave") }
         mod inner { use super::super::receive::X; use crate::types::Bus; }
     "#;
-    assert_eq!(offences(&Source::new("pdo/transmit.rs", text), &LAYERS), [""; 0]);
-}
-
-#[test]
-fn each_index_is_written_once() {
-    let offences = repeated(&sources());
-    assert!(offences.is_empty(), "{}", offences.join("\n"));
-}
-
-/// Given an object and its row, when another file repeats the index in any form that code has, then that is found.
-#[test]
-fn every_form_of_a_repeated_index_is_found() {
-    let home = "struct S { #[object(0x1016, array, rw)] a: [u32; 8], #[object(0x1400.., record)] b: [R; 4] }";
-    let forms = [
-        ("const AT: u16 = 0x1016;", 0x1016),
-        ("const AT: u32 = 0x1016_u32;", 0x1016),
-        ("const AT: Address = Address::new(0x10_16, 3);", 0x1016),
-        ("fn f() { match index { 0x1000..=0x1016 => {} } }", 0x1016),
-        ("fn f() { assert!(index == 0x1016, \"other\") }", 0x1016),
-        ("const WORD: u32 = 0x1016_0120;", 0x1016),
-        ("const RPDO: u16 = 0x1400;", 0x1400),
-        ("struct T { #[object(0x1016, ro)] a: u8 }", 0x1016),
-        ("struct T { #[object(0x6000, rw, default = 0x1016)] a: u16 }", 0x1016),
-        ("macro_rules! m { () => { 0x1016 } }", 0x1016),
-    ];
-    for (form, index) in forms {
-        let sources = [Source::new("heartbeat/objects.rs", home), Source::new("node/rules.rs", form)];
-        let expected = format!("node/rules.rs:1: {index:04X}h has its home in heartbeat/objects.rs:1");
-        assert_eq!(repeated(&sources), [expected], "{form}");
-    }
-}
-
-#[test]
-fn other_numbers_and_words_in_comments_are_no_indices() {
-    let home = Source::new("heartbeat/objects.rs", "struct S { #[object(0x1016, rw)] a: u32 }");
-    let text = r#"
-        //! Object 0x1016.
-        /// Nor here: 0x1016.
-        const FLAG: u32 = 0x1016_0000;
-        const OTHER: [u32; 3] = [0x1017, 0x3016, 4118];
-        fn f(object: u8) { println!("0x1016 {object}") }
-    "#;
-    assert_eq!(repeated(&[home, Source::new("node/rules.rs", text)]), [""; 0]);
-    let home = Source::new("node/objects.rs", "struct S { #[object(0x1000, ro)] a: u32 }");
-    let codes = Source::new("emcy/code.rs", "enum ErrorCode { Generic = 0x1000 }");
-    assert_eq!(repeated(&[home, codes]), [""; 0]);
+    assert_eq!(offences(&source("pdo/transmit.rs", text)), [""; 0]);
 }

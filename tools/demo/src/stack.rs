@@ -2,9 +2,9 @@
 
 use anyhow::Context;
 use twin::board::EmulatedBoard;
-
 /// Every byte of RAM that the program has not written since power-on.
-use crate::diagnostics::RAM_AT_POWER_ON as UNTOUCHED;
+use twin::model::RAM_AT_POWER_ON as UNTOUCHED;
+
 /// No board has more.
 const MOST: u32 = 64 * 1024;
 /// So much untouched memory is no hole in a stack frame, but the end of the stack.

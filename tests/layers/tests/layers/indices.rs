@@ -8,7 +8,8 @@ use std::collections::btree_map::Entry;
 
 use proc_macro2::{Delimiter, Literal, TokenStream, TokenTree};
 
-use crate::arrows::Source;
+use crate::paths::Source;
+use crate::protocol::{source, sources};
 
 /// Communication profile and the objects of the ECSS standard.
 const INDICES: std::ops::RangeInclusive<u32> = 0x1000..=0x2FFF;
@@ -26,7 +27,7 @@ struct Place<'a> {
 
 /// Each literal that repeats the index of an object, with file and line: another declaration, the number itself, or a word
 /// for a PDO mapping.
-pub fn repeated(sources: &[Source]) -> Vec<String> {
+fn repeated(sources: &[Source]) -> Vec<String> {
     let mut homes = BTreeMap::<u32, Place<'_>>::new();
     let mut others = Vec::new();
     for source in sources {
@@ -98,4 +99,49 @@ fn index(literal: &Literal) -> Option<u32> {
     let is_word = number > 0xFFFF && (1..=64).contains(&(number & 0xFF));
     let index = if is_word { number >> 16 } else { number };
     Some(index).filter(|index| INDICES.contains(index))
+}
+
+#[test]
+fn each_index_is_written_once() {
+    let offences = repeated(&sources());
+    assert!(offences.is_empty(), "{}", offences.join("\n"));
+}
+
+/// Given an object and its row, when another file repeats the index in any form that code has, then that is found.
+#[test]
+fn every_form_of_a_repeated_index_is_found() {
+    let home = "struct S { #[object(0x1016, array, rw)] a: [u32; 8], #[object(0x1400.., record)] b: [R; 4] }";
+    let forms = [
+        ("const AT: u16 = 0x1016;", 0x1016),
+        ("const AT: u32 = 0x1016_u32;", 0x1016),
+        ("const AT: Address = Address::new(0x10_16, 3);", 0x1016),
+        ("fn f() { match index { 0x1000..=0x1016 => {} } }", 0x1016),
+        ("fn f() { assert!(index == 0x1016, \"other\") }", 0x1016),
+        ("const WORD: u32 = 0x1016_0120;", 0x1016),
+        ("const RPDO: u16 = 0x1400;", 0x1400),
+        ("struct T { #[object(0x1016, ro)] a: u8 }", 0x1016),
+        ("struct T { #[object(0x6000, rw, default = 0x1016)] a: u16 }", 0x1016),
+        ("macro_rules! m { () => { 0x1016 } }", 0x1016),
+    ];
+    for (form, index) in forms {
+        let sources = [source("heartbeat/objects.rs", home), source("node/rules.rs", form)];
+        let expected = format!("node/rules.rs:1: {index:04X}h has its home in heartbeat/objects.rs:1");
+        assert_eq!(repeated(&sources), [expected], "{form}");
+    }
+}
+
+#[test]
+fn other_numbers_and_words_in_comments_are_no_indices() {
+    let home = source("heartbeat/objects.rs", "struct S { #[object(0x1016, rw)] a: u32 }");
+    let text = r#"
+        //! Object 0x1016.
+        /// Nor here: 0x1016.
+        const FLAG: u32 = 0x1016_0000;
+        const OTHER: [u32; 3] = [0x1017, 0x3016, 4118];
+        fn f(object: u8) { println!("0x1016 {object}") }
+    "#;
+    assert_eq!(repeated(&[home, source("node/rules.rs", text)]), [""; 0]);
+    let home = source("node/objects.rs", "struct S { #[object(0x1000, ro)] a: u32 }");
+    let codes = source("emcy/code.rs", "enum ErrorCode { Generic = 0x1000 }");
+    assert_eq!(repeated(&[home, codes]), [""; 0]);
 }

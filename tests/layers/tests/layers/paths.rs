@@ -1,0 +1,288 @@
+//! Paths of a source file that lead into a module of its own crate.
+//!
+//! Reads tokens, not items: a path in a macro or in an attribute is a path like any other.
+
+use std::iter::Peekable;
+
+use proc_macro2::token_stream::IntoIter;
+use proc_macro2::{Delimiter, Group, Spacing, TokenStream, TokenTree};
+
+type Tokens = Peekable<IntoIter>;
+
+/// A file of a crate.
+pub struct Source {
+    /// Shown in findings.
+    pub name: String,
+    /// Module that the file is, from the root of the crate.
+    pub module: Vec<String>,
+    pub tokens: TokenStream,
+}
+
+impl Source {
+    /// `module`: from the root of the crate.
+    pub fn new(name: &str, module: Vec<String>, text: &str) -> Source {
+        let tokens = text.parse().unwrap_or_else(|error| panic!("{name}: {error}"));
+        Source { name: name.to_owned(), module, tokens }
+    }
+
+    /// Paths and modules of the file; `own_name`: name by which the crate names itself, besides `crate`.
+    pub fn read(&self, own_name: Option<&str>) -> Reading {
+        let mut reader = Reader { own_name, found: Reading::default() };
+        reader.read(self.tokens.clone(), &self.module, false);
+        reader.found
+    }
+}
+
+/// What a file has.
+#[derive(Default)]
+pub struct Reading {
+    pub paths: Vec<Path>,
+    pub modules: Vec<Module>,
+}
+
+/// `mod name;` or `mod name { .. }`
+pub struct Module {
+    /// From the root of the crate.
+    pub path: Vec<String>,
+    pub has_file: bool,
+    /// Compiled for unit tests alone.
+    pub is_test: bool,
+    /// File by a `path` attribute.
+    pub file: Option<String>,
+}
+
+/// A path from the root of the crate.
+pub struct Path {
+    pub line: usize,
+    /// Module that the path stands in.
+    pub module: Vec<String>,
+    /// Empty: the root itself, or all that it has.
+    pub segments: Vec<String>,
+    /// Part of a `pub use`, whatever its visibility.
+    pub is_exported: bool,
+    /// Begins with neither `crate`, `self` nor `super`: the name of a child module or of another crate.
+    pub is_relative: bool,
+    /// Compiled for unit tests alone.
+    pub is_test: bool,
+    pub binds: Binds,
+}
+
+/// Name that a `use` declares.
+#[derive(Clone, PartialEq, Eq)]
+pub enum Binds {
+    /// Not a `use`.
+    Nothing,
+    Name(String),
+    /// `*`
+    All,
+}
+
+/// Where a path stands.
+#[derive(Clone, Copy)]
+struct Context<'a> {
+    line: usize,
+    module: &'a [String],
+    is_use: bool,
+    is_exported: bool,
+    is_relative: bool,
+    is_test: bool,
+}
+
+struct Reader<'a> {
+    own_name: Option<&'a str>,
+    found: Reading,
+}
+
+impl Reader<'_> {
+    /// Reads tokens that stand in `module`.
+    fn read(&mut self, tokens: TokenStream, module: &[String], is_test: bool) {
+        let mut tokens = tokens.into_iter().peekable();
+        let plain =
+            Context { line: 0, module, is_use: false, is_exported: false, is_relative: false, is_test };
+        let mut context = plain;
+        let (mut is_public, mut inner, mut file) = (false, None, None);
+        while let Some(token) = tokens.next() {
+            match token {
+                TokenTree::Group(group) => {
+                    let mut nested = module.to_vec();
+                    if group.delimiter() == Delimiter::Brace {
+                        nested.extend(inner.take());
+                    }
+                    file = path_attribute(&group).or(file);
+                    context.is_test |= is_cfg_test(&group);
+                    self.read(group.stream(), &nested, context.is_test);
+                    // `pub(crate) use` is public here, too.
+                    is_public &= group.delimiter() == Delimiter::Parenthesis;
+                    if group.delimiter() == Delimiter::Brace {
+                        context.is_test = is_test;
+                    }
+                }
+                TokenTree::Ident(ident) => {
+                    let name = ident.to_string();
+                    context.line = ident.span().start().line;
+                    match name.as_str() {
+                        "use" => {
+                            (context.is_use, context.is_exported) = (true, is_public);
+                            self.relative(&mut tokens, context);
+                        }
+                        "mod" => inner = self.declared(&mut tokens, context, file.take()),
+                        _ => {
+                            if let Some(path) = self.root(&name, module) {
+                                self.follow(&mut tokens, path, context);
+                            }
+                        }
+                    }
+                    is_public = name == "pub";
+                }
+                TokenTree::Punct(punct) if punct.as_char() == ';' => {
+                    (context, inner, file) = (plain, None, None);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Module that the first segment of a path is, unless the path is relative.
+    fn root(&self, name: &str, module: &[String]) -> Option<Vec<String>> {
+        match name {
+            "crate" => Some(Vec::new()),
+            "self" => Some(module.to_vec()),
+            "super" => Some(parent(module)),
+            _ => (self.own_name == Some(name)).then(Vec::new),
+        }
+    }
+
+    /// Reads a `use` whose path is relative to the module.
+    fn relative(&mut self, tokens: &mut Tokens, context: Context<'_>) {
+        let context = Context { is_relative: true, ..context };
+        match tokens.peek() {
+            Some(TokenTree::Ident(ident)) if self.root(&ident.to_string(), context.module).is_none() => {
+                let mut path = context.module.to_vec();
+                step(&mut path, &ident.to_string());
+                tokens.next();
+                self.follow(tokens, path, context);
+            }
+            Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
+                let group = group.clone();
+                tokens.next();
+                self.branches(&group, context.module, context);
+            }
+            _ => {}
+        }
+    }
+
+    /// Reads on behind `mod`, and returns the name of the module.
+    fn declared(
+        &mut self,
+        tokens: &mut Tokens,
+        context: Context<'_>,
+        file: Option<String>,
+    ) -> Option<String> {
+        let name = next_ident(tokens)?;
+        let has_file = tokens.peek().is_some_and(|token| token.to_string() == ";");
+        let path = context.module.iter().cloned().chain([name.clone()]).collect();
+        self.found.modules.push(Module { path, has_file, is_test: context.is_test, file });
+        Some(name)
+    }
+
+    /// Reads on behind the root of a path, which is `path` so far.
+    fn follow(&mut self, tokens: &mut Tokens, mut path: Vec<String>, context: Context<'_>) {
+        let mut is_path = context.is_use;
+        while skip_colons(tokens) {
+            is_path = true;
+            match tokens.peek() {
+                Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
+                    let group = group.clone();
+                    tokens.next();
+                    return self.branches(&group, &path, context);
+                }
+                Some(TokenTree::Ident(ident)) => {
+                    step(&mut path, &ident.to_string());
+                    tokens.next();
+                }
+                // `*`, or the generic arguments of a path.
+                _ => break,
+            }
+        }
+        if is_path {
+            let binds = if context.is_use { binds(tokens, &path) } else { Binds::Nothing };
+            let Context { line, is_exported, is_relative, is_test, .. } = context;
+            let module = context.module.to_vec();
+            self.found.paths.push(Path {
+                line,
+                module,
+                segments: path,
+                is_exported,
+                is_relative,
+                is_test,
+                binds,
+            });
+        }
+    }
+
+    /// Reads the branches of a `use` tree behind `path`.
+    fn branches(&mut self, group: &Group, path: &[String], context: Context<'_>) {
+        let mut tokens = group.stream().into_iter().peekable();
+        while let Some(token) = tokens.peek() {
+            let mut context = Context { line: token.span().start().line, is_use: true, ..context };
+            let mut branch = path.to_vec();
+            if let Some(name) = next_ident(&mut tokens) {
+                // `use {crate::a, b}`: each branch has a root of its own.
+                let is_first = context.is_relative && path == context.module;
+                match self.root(&name, context.module).filter(|_| is_first) {
+                    Some(root) => (branch, context.is_relative) = (root, false),
+                    None => step(&mut branch, &name),
+                }
+            }
+            self.follow(&mut tokens, branch, context);
+            while tokens.next().is_some_and(|token| token.to_string() != ",") {}
+        }
+    }
+}
+
+/// Name that the `use` of `path` declares; `tokens` are behind the path.
+fn binds(tokens: &mut Tokens, path: &[String]) -> Binds {
+    if tokens.peek().is_some_and(|token| token.to_string() == "*") {
+        return Binds::All;
+    }
+    let is_renamed = tokens.next_if(|token| token.to_string() == "as").is_some();
+    let name = if is_renamed { next_ident(tokens) } else { path.last().cloned() };
+    name.map_or(Binds::Nothing, Binds::Name)
+}
+
+/// Value of `[path = ".."]`.
+fn path_attribute(group: &Group) -> Option<String> {
+    let mut tokens = group.stream().into_iter();
+    let is_path = group.delimiter() == Delimiter::Bracket && tokens.next()?.to_string() == "path";
+    let is_value =
+        is_path && matches!(tokens.next()?, TokenTree::Punct(punct) if punct.spacing() == Spacing::Alone);
+    is_value.then(|| tokens.next().map(|literal| literal.to_string().trim_matches('"').to_owned()))?
+}
+
+/// Whether it is `[cfg(test)]`.
+fn is_cfg_test(group: &Group) -> bool {
+    group.delimiter() == Delimiter::Bracket && group.stream().to_string().replace(' ', "") == "cfg(test)"
+}
+
+/// One segment further.
+fn step(path: &mut Vec<String>, segment: &str) {
+    match segment {
+        "self" => {}
+        "super" => *path = parent(path),
+        name => path.push(name.to_owned()),
+    }
+}
+
+fn parent(path: &[String]) -> Vec<String> {
+    path.split_last().map_or(Vec::new(), |(_, parent)| parent.to_vec())
+}
+
+fn next_ident(tokens: &mut Tokens) -> Option<String> {
+    tokens.next_if(|token| matches!(token, TokenTree::Ident(_))).map(|ident| ident.to_string())
+}
+
+/// Whether a `::` was next.
+fn skip_colons(tokens: &mut Tokens) -> bool {
+    let mut is_colon = || tokens.next_if(|token| token.to_string() == ":").is_some();
+    is_colon() && is_colon()
+}

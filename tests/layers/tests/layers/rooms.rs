@@ -1,0 +1,194 @@
+//! Dependencies between packages lead to the same room of the workspace or to a lower one.
+//!
+//! A *room* is a folder of packages. Dev-dependencies are tests, and tests may name everything.
+
+use std::path::{Path, PathBuf};
+
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
+
+/// Each room with the rooms below it. The longest folder that fits is the room of a package.
+const ROOMS: [(&str, &[&str]); 8] = [
+    ("shared", &[]),
+    ("boards", &["shared"]),
+    ("firmware", &["boards", "shared"]),
+    // The emulated board is told of a board by an ELF file and a description, not by a package.
+    ("twin", &["shared"]),
+    // Images on boards.
+    ("twin/foreign", &["boards", "shared"]),
+    ("tools", &["twin", "firmware", "boards", "shared"]),
+    ("xtask", &["tools", "twin", "firmware", "boards", "shared"]),
+    ("tests", &["xtask", "tools", "twin/foreign", "twin", "firmware", "boards", "shared"]),
+];
+
+/// Rooms of images. Only a package with an image may depend on a board.
+const ROOMS_OF_IMAGES: [&str; 2] = ["firmware", "twin/foreign"];
+
+pub fn metadata(folder: &Path) -> Metadata {
+    let manifest = folder.join("Cargo.toml");
+    MetadataCommand::new()
+        .manifest_path(manifest)
+        .no_deps()
+        .other_options(["--offline".to_owned()])
+        .exec()
+        .unwrap()
+}
+
+/// A package, by its folder from the root of the workspace.
+struct Place {
+    folder: String,
+    /// Where a board is described, there is its package.
+    is_board: bool,
+}
+
+impl Place {
+    fn new(folder: &Path, workspace: &Path) -> Place {
+        let is_board = folder.join("board.toml").exists();
+        Place {
+            folder: folder.strip_prefix(workspace).unwrap().to_str().unwrap().replace('\\', "/"),
+            is_board,
+        }
+    }
+
+    /// Its room, with the rooms below.
+    fn room(&self) -> Option<(&'static str, &'static [&'static str])> {
+        let folder = Path::new(&self.folder);
+        ROOMS.into_iter().filter(|(room, _)| folder.starts_with(room)).max_by_key(|(room, _)| room.len())
+    }
+}
+
+/// Dependencies that break the rules, and packages outside of all rooms.
+fn offences(workspace: &Metadata) -> Vec<String> {
+    workspace
+        .packages
+        .iter()
+        .flat_map(|package| offences_of(package, workspace.workspace_root.as_std_path()))
+        .collect()
+}
+
+fn offences_of(package: &Package, workspace: &Path) -> Vec<String> {
+    let place = Place::new(package.manifest_path.parent().unwrap().as_std_path(), workspace);
+    let Some((room, below)) = place.room() else { return vec![format!("{} is in no room", place.folder)] };
+    let is_image = ROOMS_OF_IMAGES.contains(&room)
+        && package.targets.iter().any(|target| target.is_kind(TargetKind::Bin));
+    let needed =
+        package.dependencies.iter().filter(|dependency| dependency.kind != DependencyKind::Development);
+    let folders = needed.filter_map(|dependency| dependency.path.as_ref()).map(PathBuf::from);
+    let reason = |other: &Place| {
+        let other_room = other.room()?.0;
+        if other_room != room && !below.contains(&other_room) {
+            return Some(format!("{room} is not above {other_room}"));
+        }
+        let is_allowed = !other.is_board || is_image || room == "boards" || room == "tests";
+        (!is_allowed).then(|| "only an image depends on a board".to_owned())
+    };
+    let others = folders.map(|folder| Place::new(&folder, workspace));
+    let mut found: Vec<String> = others
+        .filter_map(|other| {
+            Some(format!("{} depends on {}: {}", place.folder, other.folder, reason(&other)?))
+        })
+        .collect();
+    found.dedup();
+    found
+}
+
+#[test]
+fn dependencies_lead_to_the_same_room_or_a_lower_one() {
+    let workspace = metadata(&crate::workspace());
+    assert!(workspace.packages.len() > 40, "the packages are not where they are expected");
+    let offences = offences(&workspace);
+    assert!(offences.is_empty(), "{}", offences.join("\n"));
+}
+
+/// Workspace of two packages, of which the first has `section` with the second as dependency; both are libraries and, with
+/// `has_image`, the first has a program as well.
+fn pair(one: &str, other: &str, section: &str, has_image: bool) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(file, text).unwrap();
+    };
+    write("Cargo.toml", &format!("[workspace]\nresolver = \"3\"\nmembers = [\"{one}\", \"{other}\"]"));
+    let path = folder.path().join(other);
+    let dependency = format!("[{section}]\nother = {{ path = {path:?} }}\n");
+    for (place, name, rest) in [(one, "one", dependency.as_str()), (other, "other", "")] {
+        write(
+            &format!("{place}/Cargo.toml"),
+            &format!("[package]\nname = \"{name}\"\nedition = \"2024\"\n{rest}"),
+        );
+        write(&format!("{place}/src/lib.rs"), "");
+    }
+    if has_image {
+        write(&format!("{one}/src/main.rs"), "");
+    }
+    if other.starts_with("boards/") && !other.ends_with("stm32f4") {
+        write(&format!("{other}/board.toml"), "");
+    }
+    folder
+}
+
+/// Given two packages, when one depends on the other from a lower room, then that is found.
+#[test]
+fn a_dependency_on_a_higher_room_is_found() {
+    let pairs = [
+        ("shared/eds", "boards/stm32f4"),
+        ("shared/eds", "twin/wire"),
+        ("boards/stm32f4", "firmware/mission"),
+        ("boards/stm32f4", "twin/wire"),
+        ("twin/board", "boards/stm32f4"),
+        ("twin/board", "firmware/mission"),
+        ("twin/foreign/bxcan", "firmware/mission"),
+        ("twin/board", "twin/foreign/bxcan"),
+        ("firmware/slave", "twin/wire"),
+        ("firmware/slave", "tools/demo"),
+        ("tools/demo", "xtask/bench"),
+        ("tools/demo", "twin/foreign/bxcan"),
+        ("tools/demo", "tests/flight"),
+        ("xtask", "tests/flight"),
+    ];
+    for (one, other) in pairs {
+        for section in
+            ["dependencies", "build-dependencies", "target.'cfg(target_os = \"none\")'.dependencies"]
+        {
+            let folder = pair(one, other, section, true);
+            let found = offences(&metadata(&folder.path().canonicalize().unwrap()));
+            assert_eq!(found.len(), 1, "{one} {other} {section}");
+            assert!(found[0].starts_with(&format!("{one} depends on {other}: ")), "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_board_is_found_where_no_image_is() {
+    for (one, has_image) in [("tools/images", true), ("xtask", true), ("firmware/mission", false)] {
+        let folder = pair(one, "boards/pyboard", "dependencies", has_image);
+        let found = offences(&metadata(&folder.path().canonicalize().unwrap()));
+        assert_eq!(found, [format!("{one} depends on boards/pyboard: only an image depends on a board")]);
+    }
+}
+
+#[test]
+fn a_package_outside_of_all_rooms_is_found() {
+    let folder = pair("attic/eds", "shared/other", "dependencies", false);
+    let found = offences(&metadata(&folder.path().canonicalize().unwrap()));
+    assert_eq!(found, ["attic/eds is in no room"]);
+}
+
+#[test]
+fn dependencies_downward_and_of_tests_are_no_offences() {
+    let pairs = [
+        ("shared/eds", "shared/other", "dependencies"),
+        ("firmware/slave", "boards/pyboard", "dependencies"),
+        ("twin/foreign/bxcan", "boards/pyboard", "dependencies"),
+        ("tools/demo", "twin/board", "dependencies"),
+        ("xtask", "tools/demo", "dependencies"),
+        ("tests/flight", "xtask", "dependencies"),
+        ("tests/page", "tests/flight", "dependencies"),
+        ("shared/eds", "firmware/mission", "dev-dependencies"),
+        ("tools/images", "boards/pyboard", "dev-dependencies"),
+    ];
+    for (one, other, section) in pairs {
+        let folder = pair(one, other, section, true);
+        assert_eq!(offences(&metadata(&folder.path().canonicalize().unwrap())), [""; 0], "{one} {other}");
+    }
+}
