@@ -19,8 +19,16 @@ pub fn run() -> ExitCode {
             }
             let cables: &'static Cables = Box::leak(Box::new(Cables::new()));
             spacecraft.spawn(cables.run(master));
-            spacecraft
-                .spawn(Application::new(master, events, console.lamps(), cables, PROFILE.minimal).run());
+            spacecraft.spawn(
+                Application::new(
+                    master,
+                    events,
+                    host::PrintedIndicators::new(console),
+                    cables,
+                    PROFILE.minimal,
+                )
+                .run(),
+            );
         },
     )
 }

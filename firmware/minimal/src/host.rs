@@ -27,7 +27,7 @@ pub fn run() -> ExitCode {
             host::slave(spacecraft, WITH_MINIMAL, SLAVE);
             let numbers = Numbers::of(WITH_MINIMAL, NODE);
             let (slave, events) = spacecraft.power_on(|| MinimalSlave::new(NODE, numbers, Shipped::new()));
-            spacecraft.spawn(Application::new(slave, events, console.lamps()).run());
+            spacecraft.spawn(Application::new(slave, events, host::PrintedIndicators::new(console)).run());
         },
     )
 }

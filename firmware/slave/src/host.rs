@@ -15,7 +15,7 @@ pub fn run() -> ExitCode {
         |spacecraft, console| {
             host::master(spacecraft, PROFILE, NODE, console);
             let (slave, events) = spacecraft.power_on(|| mission::slave(NODE, PROFILE, host::memory()));
-            spacecraft.spawn(Application::new(slave, events, console.lamps()).run());
+            spacecraft.spawn(Application::new(slave, events, host::PrintedIndicators::new(console)).run());
         },
     )
 }

@@ -10,8 +10,6 @@ use ecss_can::types::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 use log::{LevelFilter, Log, Metadata, Record};
 
-use super::Lamps;
-
 /// The reader of stdout has left: 128 + SIGPIPE.
 const PIPE_CLOSED: u8 = 141;
 
@@ -40,11 +38,6 @@ impl Console {
             log::set_max_level(LevelFilter::Info);
         }
         console
-    }
-
-    /// Returns the indicators of a board, as lines.
-    pub fn lamps(&self) -> Lamps {
-        Lamps::new(self)
     }
 
     /// Prints what `source` does: a node, a bus or a part of a board.

@@ -18,7 +18,7 @@
 
 mod console;
 mod frames;
-mod lamps;
+mod indicators;
 mod options;
 mod partner;
 
@@ -32,7 +32,7 @@ use ecss_can::mock::MockSpacecraft;
 use ecss_can::types::{Bus, Instant};
 
 pub use console::Console;
-pub use lamps::Lamps;
+pub use indicators::PrintedIndicators;
 pub use partner::{master, memory, slave};
 
 use frames::Frames;

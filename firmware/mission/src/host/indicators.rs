@@ -5,12 +5,12 @@ use ecss_can::types::{Duration, Instant};
 use super::Console;
 use crate::Indicators;
 
-/// How often a lamp that toggles has a line, at most.
+/// Least time between two lines of an LED that toggles.
 const PERIOD: Duration = Duration::from_millis(1_000);
 
 /// The LEDs and the reset of a board, as lines of a [`Console`].
 #[derive(Debug)]
-pub struct Lamps {
+pub struct PrintedIndicators {
     console: Console,
     sync: Blinking,
     heartbeat: Blinking,
@@ -26,10 +26,10 @@ struct Blinking {
     next: Instant,
 }
 
-impl Lamps {
-    /// All LEDs are dark.
-    pub(super) fn new(console: &Console) -> Lamps {
-        Lamps {
+impl PrintedIndicators {
+    /// Makes the indicators of a board. All LEDs are dark.
+    pub fn new(console: &Console) -> PrintedIndicators {
+        PrintedIndicators {
             console: console.clone(),
             sync: Blinking::default(),
             heartbeat: Blinking::default(),
@@ -49,7 +49,7 @@ impl Blinking {
     }
 }
 
-impl Indicators for Lamps {
+impl Indicators for PrintedIndicators {
     fn sync(&mut self) {
         self.sync.toggle("SYNC", &self.console);
     }
