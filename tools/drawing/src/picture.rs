@@ -1,35 +1,37 @@
-//! A picture of the report: elements with classes, painted by their attributes.
+//! A picture: elements with classes, painted by their attributes.
 
 use std::fmt::Write;
 
-use maud::PreEscaped;
-use svg::node::element::{Element, Line, Path, Rectangle, Style, Text, Title};
+use svg::node::element::{Circle, Element, Line, Path, Rectangle, Style, Text, Title};
 use svg::{Document, Node};
 
-use super::paint::{self, attributes};
+use crate::paint::{self, Palette};
 
-/// A picture under construction.
-#[derive(Clone)]
-pub struct Svg {
-    picture: Document,
+/// A picture under construction. Places and sizes are in SVG units, from the upper left corner.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    frame: Document,
+    palette: Palette,
     /// Behind the title; the style of a file of its own goes before it.
     drawn: Vec<Element>,
 }
 
-impl Svg {
+impl Picture {
     /// An empty picture; the title is for those who cannot see it.
-    pub fn new(width: f64, height: f64, title: &str) -> Self {
-        let mut picture = Document::new()
+    pub fn new(width: f64, height: f64, title: &str, palette: Palette) -> Self {
+        let mut frame = Document::new()
             .set("class", "chart")
             .set("width", width)
             .set("height", height)
             .set("viewBox", (0, 0, width, height))
-            .set("role", "img")
-            .add(Title::new(title));
+            .set("role", "img");
         for (name, value) in paint::FONT {
-            picture.assign(name, value);
+            frame.assign(name, value);
         }
-        Svg { picture, drawn: Vec::new() }
+        if !title.is_empty() {
+            frame.append(Title::new(title));
+        }
+        Picture { frame, palette, drawn: Vec::new() }
     }
 
     /// A filled rectangle.
@@ -37,9 +39,14 @@ impl Svg {
         self.add(class, rectangle([x, y, width, height]));
     }
 
-    /// A rectangle with a text that appears when pointed at.
+    /// A rectangle at x, y with width and height, and a text that appears when pointed at.
     pub fn rect_with_hint(&mut self, class: &str, place: [f64; 4], hint: &str) {
         self.add(class, rectangle(place).add(Title::new(hint)));
+    }
+
+    /// A circle about `(x, y)`.
+    pub fn circle(&mut self, class: &str, x: f64, y: f64, radius: f64) {
+        self.add(class, Circle::new().set("cx", tenth(x)).set("cy", tenth(y)).set("r", tenth(radius)));
     }
 
     /// A straight line.
@@ -51,6 +58,12 @@ impl Svg {
     /// Text, its baseline at `(x, y)`; classes `end` and `middle` align it.
     pub fn text(&mut self, class: &str, x: f64, y: f64, text: &str) {
         self.add(class, Text::new(text).set("x", tenth(x)).set("y", tenth(y)));
+    }
+
+    /// Text that reads upwards, its baseline at `(x, y)`.
+    pub fn text_upwards(&mut self, class: &str, x: f64, y: f64, text: &str) {
+        let turn = format!("rotate(-90 {} {})", tenth(x), tenth(y));
+        self.add(class, Text::new(text).set("x", tenth(x)).set("y", tenth(y)).set("transform", turn));
     }
 
     /// Vertical ticks of one height at many places, in tenths of a unit; one element for all.
@@ -77,26 +90,26 @@ impl Svg {
 
     fn add(&mut self, class: &str, element: impl Into<Element>) {
         let mut element = element.into();
-        for (name, value) in attributes(class) {
+        for (name, value) in paint::attributes(self.palette, class) {
             element.assign(name, value);
         }
         self.drawn.push(element);
     }
 
-    /// To be placed into a page that has `paint::dark`.
-    pub fn inline(&self) -> PreEscaped<String> {
-        PreEscaped(self.render(None))
+    /// SVG for a page that has [`paint::dark`] of the same palette.
+    pub fn inline(&self) -> String {
+        self.render(String::new())
     }
 
-    /// To be a file of its own.
+    /// SVG for a file of its own.
     pub fn standalone(&self) -> String {
-        self.render(Some(Style::new(paint::dark())))
+        self.render(paint::dark(self.palette))
     }
 
-    fn render(&self, style: Option<Style>) -> String {
-        let mut picture = self.picture.clone();
-        if let Some(style) = style {
-            picture.append(style);
+    fn render(&self, style: String) -> String {
+        let mut picture = self.frame.clone();
+        if !style.is_empty() {
+            picture.append(Style::new(style));
         }
         for element in &self.drawn {
             picture.append(element.clone());
@@ -121,9 +134,9 @@ mod tests {
 
     #[test]
     fn text_cannot_break_out() {
-        let mut svg = Svg::new(10.0, 10.0, "a < b");
-        svg.text("label", 1.0, 2.0, "</text><script>");
-        let drawn = svg.inline().into_string();
+        let mut picture = Picture::new(10.0, 10.0, "a < b", &[paint::BASE]);
+        picture.text("label", 1.0, 2.0, "</text><script>");
+        let drawn = picture.inline();
         assert!(drawn.contains("&lt;/text&gt;&lt;script&gt;"), "{drawn}");
         assert!(drawn.contains("a &lt; b"), "{drawn}");
     }

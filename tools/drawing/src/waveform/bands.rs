@@ -1,11 +1,10 @@
 //! Runs of bits that belong together, with the names that text books give them.
 
-use super::{Bit, Lane};
-use crate::field::Field;
-use crate::mac::{DOMINANT, RECESSIVE};
-use crate::time::Time;
+use can_wire::field::Field;
+use can_wire::time::Time;
+use can_wire::waveform::{Bit, Lane};
 
-/// What a band is about; its name is its class in the picture.
+/// The part of a frame, or of what is between frames, that a band shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Sof,
@@ -88,11 +87,12 @@ fn kind_of(bit: &Bit, before: Option<Kind>) -> Kind {
         Field::Eof(_) => Kind::Eof,
         Field::Intermission(_) => Kind::Intermission,
         Field::Suspend(_) => Kind::Suspend,
-        Field::ErrorFlag(_) if bit.driven == DOMINANT => Kind::ActiveFlag,
-        Field::ErrorFlag(_) => Kind::PassiveFlag,
+        // A passive flag is recessive.
+        Field::ErrorFlag(_) if bit.driven => Kind::PassiveFlag,
+        Field::ErrorFlag(_) => Kind::ActiveFlag,
         Field::OverloadFlag(_) => Kind::OverloadFlag,
         // The first recessive bit after the flags is the first of the delimiter.
-        Field::Superposition(_) if bit.sampled == RECESSIVE => Kind::Delimiter,
+        Field::Superposition(_) if bit.sampled => Kind::Delimiter,
         Field::Superposition(_) => Kind::Superposition,
         Field::Delimiter(_) => Kind::Delimiter,
         Field::Idle => Kind::Waiting,
@@ -140,7 +140,7 @@ impl Band {
         }
     }
 
-    /// Its class in the style sheet.
+    /// Its class in the picture.
     pub(super) fn class(&self) -> &'static str {
         match self.kind {
             Kind::Sof => "sof",

@@ -1,8 +1,8 @@
 //! What happened to a node, in words at their places.
 
-use super::Lane;
-use crate::controller::{ErrorCounters, ErrorKind, WireEvent};
-use crate::time::{TICKS_PER_US, Time};
+use can_wire::controller::{ErrorCounters, ErrorKind, WireEvent};
+use can_wire::time::{TICKS_PER_US, Time};
+use can_wire::waveform::Lane;
 
 /// A remark about an instant.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,12 +21,12 @@ pub(super) enum Class {
 }
 
 impl Class {
-    /// In the style sheet.
-    pub(super) fn name(self) -> &'static str {
+    /// Classes of its line and of its words in the picture.
+    pub(super) fn names(self) -> (&'static str, &'static str) {
         match self {
-            Class::Plain => "",
-            Class::Resynchronised => " shift",
-            Class::Error => " error",
+            Class::Plain => ("leader", "note"),
+            Class::Resynchronised => ("leader leader-shift", "note note-shift"),
+            Class::Error => ("leader leader-error", "note note-error"),
         }
     }
 }
