@@ -1,119 +1,85 @@
 //! Colours, lines and letters of the pictures, by class.
 //!
+//! A [`Sheet`] has a class per line, `name { attribute: value; ... }`, with the names and values of SVG. A colour on
+//! light ground has that on dark ground behind it, `light / dark`, where that is another one.
+//!
 //! Each element carries its paint as attributes, on light ground: that is what every renderer of SVG understands. Style
 //! sheets with variables or media queries are for browsers alone, so the only one ([`dark`]) repeats colours for dark
 //! ground, and a renderer that skips it still draws the picture as it should be.
 
 use std::fmt::Write;
 
-use Look::{Fill, Is, Stroke};
-
 /// Letters of all pictures: attributes of the whole.
-pub const FONT: [(&str, &str); 2] =
+pub(crate) const FONT: [(&str, &str); 2] =
     [("font-family", "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"), ("font-size", "13")];
 
-/// A colour on light and on dark ground.
-#[derive(Clone, Copy, Debug)]
-pub struct Ink(pub &'static str, pub &'static str);
-
-/// The ground of a picture.
-const PAPER: Ink = Ink("#ffffff", "#161b22");
-/// Letters.
-pub const BLACK: Ink = Ink("#1b2330", "#e6eaf0");
-/// Letters of secondary importance.
-pub const GREY: Ink = Ink("#667085", "#98a3b3");
-/// Bars.
-pub const BLUE: Ink = Ink("#2563b0", "#6aa9f0");
-
-/// A property of a class.
-#[derive(Clone, Copy, Debug)]
-pub enum Look {
-    /// Colour of an area or of letters.
-    Fill(Ink),
-    /// Colour of a line.
-    Stroke(Ink),
-    /// An attribute of SVG and its value, the same on each ground.
-    Is(&'static str, &'static str),
-}
-
-/// Nothing is filled.
-const LINE: Look = Is("fill", "none");
-/// Width of thin lines.
-const THIN: Look = Is("stroke-width", "1");
-
-/// A class and its properties.
-pub type Class = (&'static str, &'static [Look]);
+/// Classes and their looks.
+pub type Sheet = &'static str;
 
 /// Classes that pictures of any subject use. Colours of lines have their names.
-pub const BASE: &[Class] = &[
-    ("paper", &[Fill(PAPER)]),
-    ("lane", &[Fill(Ink("#f5f7fa", "#1b212a"))]),
-    ("grid", &[Stroke(Ink("#e4e7ec", "#2b323c")), THIN]),
-    ("label", &[Fill(BLACK)]),
-    ("soft", &[Fill(GREY), Is("font-size", "12")]),
-    ("end", &[Is("text-anchor", "end")]),
-    ("middle", &[Is("text-anchor", "middle")]),
-    ("bar", &[Fill(BLUE)]),
-    ("black", &[LINE, Stroke(Ink("#1b2330", "#f0f3f7")), THIN]),
-    ("cyan", &[LINE, Stroke(Ink("#0b7fab", "#4cc3f0")), THIN]),
-    ("orange", &[LINE, Stroke(Ink("#d9480f", "#ff8f4d")), THIN]),
-    ("pink", &[LINE, Stroke(Ink("#a8326e", "#e884b4")), THIN]),
-    ("blue", &[LINE, Stroke(Ink("#1d6fd8", "#5ea6ff")), THIN]),
-    ("sky", &[LINE, Stroke(Ink("#6aa5e8", "#3a6ea8")), THIN]),
-    ("amber", &[LINE, Stroke(Ink("#b9770e", "#e5a83b")), THIN]),
-    ("teal", &[LINE, Stroke(Ink("#0f8577", "#35b8a6")), THIN]),
-    ("violet", &[LINE, Stroke(Ink("#9a5fc9", "#b98be0")), THIN]),
-    ("green", &[LINE, Stroke(Ink("#4c9a2a", "#79c257")), THIN]),
-    ("grey", &[LINE, Stroke(Ink("#98a2b3", "#667085")), THIN]),
-    ("thick", &[Is("stroke-width", "2")]),
-    ("dashed", &[Is("stroke-dasharray", "5 3")]),
-];
+pub const BASE: Sheet = "
+paper { fill: #ffffff / #161b22 }
+lane { fill: #f5f7fa / #1b212a }
+grid { stroke: #e4e7ec / #2b323c; stroke-width: 1 }
+label { fill: #1b2330 / #e6eaf0 }
+soft { fill: #667085 / #98a3b3; font-size: 12 }
+end { text-anchor: end }
+middle { text-anchor: middle }
+bar { fill: #2563b0 / #6aa9f0 }
+black { fill: none; stroke: #1b2330 / #f0f3f7; stroke-width: 1 }
+cyan { fill: none; stroke: #0b7fab / #4cc3f0; stroke-width: 1 }
+orange { fill: none; stroke: #d9480f / #ff8f4d; stroke-width: 1 }
+pink { fill: none; stroke: #a8326e / #e884b4; stroke-width: 1 }
+blue { fill: none; stroke: #1d6fd8 / #5ea6ff; stroke-width: 1 }
+sky { fill: none; stroke: #6aa5e8 / #3a6ea8; stroke-width: 1 }
+amber { fill: none; stroke: #b9770e / #e5a83b; stroke-width: 1 }
+teal { fill: none; stroke: #0f8577 / #35b8a6; stroke-width: 1 }
+violet { fill: none; stroke: #9a5fc9 / #b98be0; stroke-width: 1 }
+green { fill: none; stroke: #4c9a2a / #79c257; stroke-width: 1 }
+grey { fill: none; stroke: #98a2b3 / #667085; stroke-width: 1 }
+thick { stroke-width: 2 }
+dashed { stroke-dasharray: 5,3 }
+";
 
-impl Look {
-    /// Name and value of its attribute.
-    fn attribute(self) -> (&'static str, &'static str) {
-        match self {
-            Fill(Ink(light, _)) => ("fill", light),
-            Stroke(Ink(light, _)) => ("stroke", light),
-            Is(name, value) => (name, value),
-        }
-    }
+/// An attribute: name, value on light ground, value on dark ground where that is another one.
+type Look = (&'static str, &'static str, Option<&'static str>);
 
-    /// Its property on dark ground, where that is another one.
-    fn dark(self) -> Option<(&'static str, &'static str)> {
-        match self {
-            Fill(Ink(_, dark)) => Some(("fill", dark)),
-            Stroke(Ink(_, dark)) => Some(("stroke", dark)),
-            Is(..) => None,
-        }
-    }
+/// The classes of sheets, and their looks.
+fn classes(sheets: &[Sheet]) -> impl Iterator<Item = (&'static str, Vec<Look>)> {
+    let lines = sheets.iter().flat_map(|sheet| sheet.lines()).filter(|line| !line.is_empty());
+    lines.map(|line| {
+        class(line).unwrap_or_else(|| panic!("`{line}`: expected `class {{ attribute: value }}`"))
+    })
 }
 
-/// The classes of a picture, in lists.
-pub type Palette = &'static [&'static [Class]];
+fn class(line: &'static str) -> Option<(&'static str, Vec<Look>)> {
+    let (class, looks) = line.strip_suffix(" }")?.split_once(" { ")?;
+    let look = |look: &'static str| {
+        let (name, value) = look.split_once(": ")?;
+        Some(value.split_once(" / ").map_or((name, value, None), |(light, dark)| (name, light, Some(dark))))
+    };
+    Some((class, looks.split("; ").map(look).collect::<Option<_>>()?))
+}
 
 /// Attributes of an element with these classes, `class` among them; of two classes the later wins.
-pub fn attributes(palette: Palette, classes: &str) -> Vec<(&'static str, String)> {
-    let mut found = vec![("class", classes.to_owned())];
-    for class in classes.split_whitespace() {
-        let looks = palette.iter().copied().flatten().find(|(name, _)| *name == class);
-        for (name, value) in looks.into_iter().flat_map(|(_, looks)| *looks).map(|look| look.attribute()) {
+pub(crate) fn attributes(sheets: &[Sheet], names: &str) -> Vec<(&'static str, String)> {
+    let mut found = vec![("class", names.to_owned())];
+    for class in names.split_whitespace() {
+        let looks = classes(sheets).find(|(name, _)| *name == class).map(|(_, looks)| looks);
+        for (name, light, _) in looks.unwrap_or_default() {
             found.retain(|(before, _)| *before != name);
-            found.push((name, value.to_owned()));
+            found.push((name, light.to_owned()));
         }
     }
     found
 }
 
 /// A style sheet for browsers that want dark ground; empty where no class has another colour on it.
-pub fn dark(palette: Palette) -> String {
+pub fn dark(sheets: &[Sheet]) -> String {
     let mut rules = String::new();
-    for (class, looks) in palette.iter().copied().flatten() {
-        let colours: String = looks
-            .iter()
-            .filter_map(|look| look.dark())
-            .map(|(name, value)| format!(" {name}: {value};"))
-            .collect();
+    for (class, looks) in classes(sheets) {
+        let dark = looks.into_iter().filter_map(|(name, _, dark)| Some(format!(" {name}: {};", dark?)));
+        let colours: String = dark.collect();
         if !colours.is_empty() {
             let _ = writeln!(rules, "  svg.chart .{class} {{{colours} }}");
         }

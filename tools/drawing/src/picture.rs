@@ -5,20 +5,20 @@ use std::fmt::Write;
 use svg::node::element::{Circle, Element, Line, Path, Rectangle, Style, Text, Title};
 use svg::{Document, Node};
 
-use crate::paint::{self, Palette};
+use crate::paint::{self, Sheet};
 
 /// A picture under construction. Places and sizes are in SVG units, from the upper left corner.
 #[derive(Clone, Debug)]
 pub struct Picture {
     frame: Document,
-    palette: Palette,
+    sheets: &'static [Sheet],
     /// Behind the title; the style of a file of its own goes before it.
     drawn: Vec<Element>,
 }
 
 impl Picture {
     /// An empty picture; the title is for those who cannot see it.
-    pub fn new(width: f64, height: f64, title: &str, palette: Palette) -> Self {
+    pub fn new(width: f64, height: f64, title: &str, sheets: &'static [Sheet]) -> Self {
         let mut frame = Document::new()
             .set("class", "chart")
             .set("width", width)
@@ -31,7 +31,7 @@ impl Picture {
         if !title.is_empty() {
             frame.append(Title::new(title));
         }
-        Picture { frame, palette, drawn: Vec::new() }
+        Picture { frame, sheets, drawn: Vec::new() }
     }
 
     /// A filled rectangle.
@@ -88,22 +88,27 @@ impl Picture {
         }
     }
 
+    /// All elements of another picture, in front.
+    pub fn append(&mut self, other: Picture) {
+        self.drawn.extend(other.drawn);
+    }
+
     fn add(&mut self, class: &str, element: impl Into<Element>) {
         let mut element = element.into();
-        for (name, value) in paint::attributes(self.palette, class) {
+        for (name, value) in paint::attributes(self.sheets, class) {
             element.assign(name, value);
         }
         self.drawn.push(element);
     }
 
-    /// SVG for a page that has [`paint::dark`] of the same palette.
+    /// SVG for a page that has [`paint::dark`] of the same sheets.
     pub fn inline(&self) -> String {
         self.render(String::new())
     }
 
     /// SVG for a file of its own.
     pub fn standalone(&self) -> String {
-        self.render(paint::dark(self.palette))
+        self.render(paint::dark(self.sheets))
     }
 
     fn render(&self, style: String) -> String {

@@ -37,11 +37,6 @@ impl Axis {
         self.scale.place(at.as_secs_f64())
     }
 
-    /// Left and right end of the plot.
-    pub fn ends(&self) -> (f64, f64) {
-        self.scale.ends()
-    }
-
     /// Vertical lines from `top` to `bottom` with their seconds below.
     pub fn draw(&self, picture: &mut Picture, top: f64, bottom: f64) {
         let decimals = if self.scale.marks().all(|(second, _)| second.fract() == 0.0) { 0 } else { 1 };
@@ -57,7 +52,7 @@ mod tests {
     #[test]
     fn places_grow_with_time_and_stay_inside() {
         let axis = Axis::new(Layout::WIDE, Time::from_ms(1000), Time::from_ms(3000));
-        let (left, right) = axis.ends();
+        let (left, right) = Layout::WIDE.plot();
         assert_eq!(axis.x(Time::from_ms(2000)), (left + right) / 2.0);
         assert_eq!(axis.x(Time::ZERO), left);
         assert!(!axis.shows(Time::from_ms(3001)));

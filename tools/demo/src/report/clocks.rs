@@ -9,7 +9,7 @@ use drawing::{chart, key};
 use twin::pulses::{Errors, Sample};
 
 use super::axis::Axis;
-use super::classes::PALETTE;
+use super::classes::SHEETS;
 use super::faults::Marks;
 use crate::flight::Flight;
 use crate::narrator::name;
@@ -40,8 +40,8 @@ pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let bottom = top + f64::from(highest - DECADES.0) * DECADE;
     let scale = Scale::new(Range::Decades(DECADES.0, highest), (bottom, top));
     let title = "Error of the slaves' clocks over time";
-    let mut picture = Picture::new(layout.width, bottom + AXIS, title, PALETTE);
-    let (left, right) = axis.ends();
+    let mut picture = Picture::new(layout.width, bottom + AXIS, title, SHEETS);
+    let (left, right) = layout.plot();
     picture.rect("paper", 0.0, 0.0, layout.width, bottom + AXIS);
     picture.rect("lane", left, top, right - left, bottom - top);
     axis.draw(&mut picture, top, bottom);

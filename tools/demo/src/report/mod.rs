@@ -18,7 +18,7 @@ use crate::meaning::Scope;
 use crate::record::Bus;
 use crate::summary::Summary;
 use crate::track::BusAccess;
-use classes::PALETTE;
+use classes::SHEETS;
 use drawing::layout::Layout;
 use drawing::paint;
 use drawing::picture::Picture;
@@ -47,7 +47,7 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { "A flight on two CAN buses" }
-                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(paint::dark(PALETTE))) }
+                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(paint::dark(SHEETS))) }
             }
             body {
                 main {
@@ -276,7 +276,7 @@ fn states_key() -> Markup {
         ("on-redundant", "on the redundant bus"),
     ];
     let patch = |class| {
-        let mut patch = Picture::new(14.0, 14.0, "", PALETTE);
+        let mut patch = Picture::new(14.0, 14.0, "", SHEETS);
         patch.rect(class, 0.0, 0.0, 14.0, 14.0);
         PreEscaped(patch.inline())
     };

@@ -5,7 +5,7 @@ use drawing::layout::{LETTERS, Layout, text_width};
 use drawing::picture::Picture;
 
 use super::axis::Axis;
-use super::classes::PALETTE;
+use super::classes::SHEETS;
 use super::faults::Marks;
 use crate::flight::Flight;
 use crate::narrator::name;
@@ -25,7 +25,7 @@ pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let marks = Marks::of(flight, &axis);
     let top = TOP + marks.height();
     let bottom = top + nodes.len() as f64 * ROW;
-    let mut picture = Picture::new(whole, bottom + AXIS, "States of all nodes over time", PALETTE);
+    let mut picture = Picture::new(whole, bottom + AXIS, "States of all nodes over time", SHEETS);
     picture.rect("paper", 0.0, 0.0, whole, bottom + AXIS);
     axis.draw(&mut picture, top, bottom);
     for (row, (&node, track)) in nodes.iter().enumerate() {

@@ -7,7 +7,7 @@ use drawing::layout::Layout;
 use drawing::picture::Picture;
 
 use super::axis::Axis;
-use super::classes::PALETTE;
+use super::classes::SHEETS;
 use super::flags::Flags;
 use super::kind::Kind;
 use crate::change::Since;
@@ -86,8 +86,8 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
     let (layout, flags) = (axis.layout(), Flags::of(flight, &axis));
     let lanes = Lanes::new(flight, &flags);
     let height = lanes.bottom(Bus::Redundant) + AXIS;
-    let mut picture = Picture::new(layout.width, height, title, PALETTE);
-    let (left, right) = axis.ends();
+    let mut picture = Picture::new(layout.width, height, title, SHEETS);
+    let (left, right) = layout.plot();
     picture.rect("paper", 0.0, 0.0, layout.width, height);
     for bus in Bus::ALL {
         picture.rect("lane", left, lanes.top(bus), right - left, lane(&lanes.rows));

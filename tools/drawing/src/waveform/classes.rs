@@ -1,80 +1,49 @@
 //! Colours of a waveform's picture. It brings its own paper, so that it looks the same on light and on dark ground.
 
-use crate::paint::Look::{self, Is};
-use crate::paint::{Class, Palette};
-
-const BLACK: Look = Is("fill", "#1b2330");
-const WHITE: &str = "#ffffff";
-const BLUE: &str = "#2563b0";
-const SLATE: &str = "#3b4454";
-const RED: &str = "#c4232f";
-const VIOLET: &str = "#9333ea";
-const LIGHT: &str = "#98a2b3";
-
-const SEMIBOLD: Look = Is("font-weight", "600");
-const ROUND: Look = Is("stroke-linejoin", "round");
-const MIDDLE: Look = Is("text-anchor", "middle");
-const END: Look = Is("text-anchor", "end");
-const LINE: Look = Is("fill", "none");
+use crate::paint::Sheet;
 
 /// Classes of the picture.
-pub(super) const PALETTE: Palette = &[CLASSES, FIELDS];
-
-const CLASSES: &[Class] = &[
-    ("paper", &[Is("fill", WHITE), Is("stroke", "#d0d5dd"), Is("rx", "8")]),
-    ("title", &[BLACK, Is("font-size", "15"), SEMIBOLD]),
-    ("node", &[BLACK, Is("font-size", "13"), SEMIBOLD]),
-    ("soft", &[Is("fill", "#667085"), Is("font-size", "11")]),
-    ("middle", &[MIDDLE]),
-    ("end", &[END]),
-    ("grid", &[Is("stroke", "#e9ecf1")]),
-    ("zero", &[Is("stroke", LIGHT)]),
-    ("name", &[BLACK, Is("font-size", "10.5"), MIDDLE]),
-    ("narrow", &[BLACK, Is("font-size", "8.5"), MIDDLE]),
-    ("stuff", &[Is("fill", "#f59e0b"), Is("fill-opacity", "0.3")]),
-    ("digit", &[Is("fill", "#475467"), Is("font-size", "9"), MIDDLE]),
-    ("stuffed", &[Is("fill", "#b45309"), Is("font-weight", "bold")]),
-    ("tx", &[LINE, Is("stroke", BLUE), Is("stroke-width", "1.8"), ROUND]),
-    ("rx", &[LINE, Is("stroke", SLATE), Is("stroke-width", "1.5"), ROUND]),
-    ("sends", &[Is("fill", BLUE), Is("font-size", "10"), END]),
-    ("sees", &[Is("fill", SLATE), Is("font-size", "10"), END]),
-    ("drives", &[Is("fill", BLUE), Is("fill-opacity", "0.13")]),
-    ("sample", &[Is("fill", "#0f8577")]),
-    ("flip", &[LINE, Is("stroke", RED), Is("stroke-width", "1.8")]),
-    ("resync", &[Is("fill", VIOLET), Is("fill-opacity", "0.55")]),
-    ("leader", &[Is("stroke", LIGHT), Is("stroke-dasharray", "2 2")]),
-    ("leader-error", &[Is("stroke", RED)]),
-    ("leader-shift", &[Is("stroke", VIOLET)]),
-    (
-        "note",
-        &[
-            Is("fill", "#344054"),
-            Is("font-size", "11"),
-            Is("stroke", WHITE),
-            Is("stroke-width", "3"),
-            ROUND,
-            Is("paint-order", "stroke"),
-        ],
-    ),
-    ("note-error", &[Is("fill", "#b01c28"), SEMIBOLD]),
-    ("note-shift", &[Is("fill", "#7e22ce")]),
-];
-
-/// Fields of a frame, and what is between frames.
-const FIELDS: &[Class] = &[
-    ("band", &[Is("stroke", WHITE), Is("stroke-width", "1")]),
-    ("sof", &[Is("fill", "#c9ced8")]),
-    ("id", &[Is("fill", "#c7dcfa")]),
-    ("control", &[Is("fill", "#ddd7f6")]),
-    ("dlc", &[Is("fill", "#c6e8e2")]),
-    ("data", &[Is("fill", "#fdecb8")]),
-    ("crc", &[Is("fill", "#d7e8bd")]),
-    ("fixed", &[Is("fill", "#e6e9ee")]),
-    ("ack", &[Is("fill", "#a9dfb8")]),
-    ("between", &[Is("fill", "#f2f4f7")]),
-    ("flag", &[Is("fill", "#f2918a")]),
-    ("passive", &[Is("fill", "#fbd3cf")]),
-    ("overload", &[Is("fill", "#eeb2dd")]),
-    ("superposition", &[Is("fill", "#f9c29b")]),
-    ("delimiter", &[Is("fill", "#f6e0da")]),
-];
+pub(super) const SHEETS: &[Sheet] = &["
+paper { fill: #ffffff; stroke: #d0d5dd; rx: 8 }
+title { fill: #1b2330; font-size: 15; font-weight: 600 }
+node { fill: #1b2330; font-size: 13; font-weight: 600 }
+soft { fill: #667085; font-size: 11 }
+middle { text-anchor: middle }
+end { text-anchor: end }
+grid { stroke: #e9ecf1 }
+zero { stroke: #98a2b3 }
+name { fill: #1b2330; font-size: 10.5; text-anchor: middle }
+narrow { fill: #1b2330; font-size: 8.5; text-anchor: middle }
+stuff { fill: #f59e0b; fill-opacity: 0.3 }
+digit { fill: #475467; font-size: 9; text-anchor: middle }
+stuffed { fill: #b45309; font-weight: bold }
+tx { fill: none; stroke: #2563b0; stroke-width: 1.8; stroke-linejoin: round }
+rx { fill: none; stroke: #3b4454; stroke-width: 1.5; stroke-linejoin: round }
+sends { fill: #2563b0; font-size: 10; text-anchor: end }
+sees { fill: #3b4454; font-size: 10; text-anchor: end }
+drives { fill: #2563b0; fill-opacity: 0.13 }
+sample { fill: #0f8577 }
+flip { fill: none; stroke: #c4232f; stroke-width: 1.8 }
+resync { fill: #9333ea; fill-opacity: 0.55 }
+leader { stroke: #98a2b3; stroke-dasharray: 2,2 }
+leader-error { stroke: #c4232f; stroke-dasharray: 2,2 }
+leader-shift { stroke: #9333ea; stroke-dasharray: 2,2 }
+note { fill: #344054; font-size: 11; stroke: #ffffff; stroke-width: 3; stroke-linejoin: round; paint-order: stroke }
+note-error { fill: #b01c28; font-weight: 600; font-size: 11; stroke: #ffffff; stroke-width: 3; stroke-linejoin: round; paint-order: stroke }
+note-shift { fill: #7e22ce; font-size: 11; stroke: #ffffff; stroke-width: 3; stroke-linejoin: round; paint-order: stroke }
+band { stroke: #ffffff; stroke-width: 1 }
+sof { fill: #c9ced8 }
+id { fill: #c7dcfa }
+control { fill: #ddd7f6 }
+dlc { fill: #c6e8e2 }
+data { fill: #fdecb8 }
+crc { fill: #d7e8bd }
+fixed { fill: #e6e9ee }
+ack { fill: #a9dfb8 }
+between { fill: #f2f4f7 }
+flag { fill: #f2918a }
+passive { fill: #fbd3cf }
+overload { fill: #eeb2dd }
+superposition { fill: #f9c29b }
+delimiter { fill: #f6e0da }
+"];

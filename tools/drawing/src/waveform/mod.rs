@@ -25,7 +25,7 @@ use can_wire::waveform::{Bit, Waveform};
 
 use crate::key;
 use crate::picture::Picture;
-use classes::PALETTE;
+use classes::SHEETS;
 use ruler::Ruler;
 use sheet::Sheet;
 
@@ -60,27 +60,23 @@ impl Default for Options<'_> {
 pub fn draw(waveform: &Waveform, options: Options) -> Picture {
     let ruler = Ruler::new(waveform, options.bit_width);
     let top = EDGE + if options.title.is_empty() { 0.0 } else { TITLE } + AXIS;
-    let mut y = top;
-    let mut sheets = Vec::new();
+    let width = (ruler.right() + EDGE).ceil();
+    let (mut lanes, mut y) = (Picture::new(width, 0.0, "", SHEETS), top);
     for lane in &waveform.lanes {
-        let sheet = Sheet::new(lane, &ruler, y);
-        y += sheet.height + SPACE;
-        sheets.push(sheet);
+        let name = options.names.get(lane.node).copied();
+        y += Sheet { lane, ruler: &ruler, y }.draw(&mut lanes, name) + SPACE;
     }
-    let entries = legend(waveform);
-    let words: Vec<&str> = entries.iter().map(|(_, words)| *words).collect();
+    let (marks, words): (Vec<Mark>, Vec<&str>) = legend(waveform).into_iter().unzip();
     let places = key::places(&words, 11.0, (EDGE, ruler.right()));
-    let (width, height) = ((ruler.right() + EDGE).ceil(), (y + key::height(&places) + LEGEND).ceil());
-    let mut picture = Picture::new(width, height, options.title, PALETTE);
+    let height = (y + key::height(&places) + LEGEND).ceil();
+    let mut picture = Picture::new(width, height, options.title, SHEETS);
     picture.rect("paper", 0.5, 0.5, width - 1.0, height - 1.0);
     if !options.title.is_empty() {
         picture.text("title", EDGE, EDGE + 13.0, options.title);
     }
     ruler.draw(&mut picture, top, y - SPACE);
-    for sheet in &sheets {
-        sheet.draw(&mut picture, options.names.get(sheet.lane.node).copied());
-    }
-    for ((mark, words), (x, row)) in entries.iter().zip(places) {
+    picture.append(lanes);
+    for ((mark, words), (x, row)) in marks.iter().zip(words).zip(places) {
         mark(&mut picture, x, y + 4.0 + row);
         picture.text("soft", x + key::MARK, y + 8.0 + row, words);
     }

@@ -21,12 +21,12 @@ pub(super) enum Class {
 }
 
 impl Class {
-    /// Classes of its line and of its words in the picture.
-    pub(super) fn names(self) -> (&'static str, &'static str) {
+    /// End of the names of its classes in the picture: of `leader`, its line, and of `note`, its words.
+    pub(super) fn name(self) -> &'static str {
         match self {
-            Class::Plain => ("leader", "note"),
-            Class::Resynchronised => ("leader leader-shift", "note note-shift"),
-            Class::Error => ("leader leader-error", "note note-error"),
+            Class::Plain => "",
+            Class::Resynchronised => "-shift",
+            Class::Error => "-error",
         }
     }
 }

@@ -19,50 +19,39 @@ const GAP: f64 = 9.0;
 const DIGITS: f64 = 14.0;
 const NOTE: f64 = 15.0;
 
-/// A lane and its places.
+/// A lane and its top.
 pub(super) struct Sheet<'a> {
     pub(super) lane: &'a Lane,
-    ruler: &'a Ruler,
-    /// Tops of the bands and of the traces; the bottom of the digits.
-    top: f64,
-    tx: f64,
-    rx: f64,
-    digits: f64,
-    notes: Vec<Placed>,
-    pub(super) height: f64,
+    pub(super) ruler: &'a Ruler,
+    pub(super) y: f64,
 }
 
-impl<'a> Sheet<'a> {
-    pub(super) fn new(lane: &'a Lane, ruler: &'a Ruler, top: f64) -> Self {
-        let tx = top + BAND + GAP;
+impl Sheet<'_> {
+    /// Draws the lane and returns its height.
+    pub(super) fn draw(&self, picture: &mut Picture, name: Option<&str>) -> f64 {
+        let Sheet { lane, ruler, y } = *self;
+        let tx = y + BAND + GAP;
         let rx = tx + SWING + GAP;
         let digits = rx + SWING + if ruler.is_detailed { DIGITS } else { 0.0 };
-        let (notes, rows) = arrange(lane, ruler);
-        let height = digits + GAP / 2.0 + rows as f64 * NOTE - top;
-        Sheet { lane, ruler, top, tx, rx, digits, notes, height }
-    }
-
-    pub(super) fn draw(&self, picture: &mut Picture, name: Option<&str>) {
-        let Sheet { lane, ruler, top, tx, rx, digits, .. } = *self;
         let number = format!("node {}", lane.node);
-        picture.text("node", EDGE, top + 12.0, name.unwrap_or(&number));
-        picture.text("soft", EDGE, top + 26.0, &format!("at {} m", lane.position_m));
+        picture.text("node", EDGE, y + 12.0, name.unwrap_or(&number));
+        picture.text("soft", EDGE, y + 26.0, &format!("at {} m", lane.position_m));
         picture.text("sends", MARGIN - 8.0, tx + SWING / 2.0 + 4.0, "sends");
         picture.text("sees", MARGIN - 8.0, rx + SWING / 2.0 + 4.0, "sees");
         let bands = bands(lane);
         for band in &bands {
             let (from, to) = (ruler.x(band.from), ruler.x(band.to));
             let hint = band.names().swap_remove(0);
-            picture.rect_with_hint(&format!("band {}", band.class()), [from, top, to - from, BAND], &hint);
+            picture.rect_with_hint(&format!("band {}", band.class()), [from, y, to - from, BAND], &hint);
         }
         for bit in lane.bits.iter().filter(|bit| bit.field == Field::Stuff) {
             let (from, to) = (ruler.x(bit.start), ruler.x(bit.end));
-            picture.rect("stuff", from, top, to - from, digits - top);
+            picture.rect("stuff", from, y, to - from, digits - y);
         }
         for band in &bands {
             self.name(picture, band);
         }
-        self.notes(picture);
+        let rows = self.notes(picture, digits + GAP / 2.0, rx);
         for (from, to, _) in spans(&lane.driver, ruler.to).filter(|(.., recessive)| !recessive) {
             let (from, to) = (ruler.x(from), ruler.x(to));
             picture.rect("drives", from, tx, to - from, SWING);
@@ -70,14 +59,15 @@ impl<'a> Sheet<'a> {
         self.trace(picture, "tx", &lane.driver, tx);
         self.trace(picture, "rx", &lane.line, rx);
         for bit in lane.bits.iter().filter(|bit| bit.field != Field::Idle) {
-            self.sample(picture, bit);
+            self.sample(picture, bit, rx);
         }
+        digits + GAP / 2.0 + rows as f64 * NOTE - y
     }
 
     /// As much of the name of a field as it has room for.
     fn name(&self, picture: &mut Picture, band: &Band) {
         let (from, to) = (self.ruler.x(band.from), self.ruler.x(band.to));
-        let (room, x, y) = (to - from, (from + to) / 2.0, self.top + BAND / 2.0);
+        let (room, x, y) = (to - from, (from + to) / 2.0, self.y + BAND / 2.0);
         let names = band.names();
         if let Some(name) = names.iter().find(|name| text_width(name, 10.5) + 2.0 <= room) {
             picture.text("name", x, y + 4.0, name);
@@ -97,8 +87,8 @@ impl<'a> Sheet<'a> {
     }
 
     /// Sample point of a bit, its value, and what changed its length or its value.
-    fn sample(&self, picture: &mut Picture, bit: &Bit) {
-        let Sheet { ruler, rx, digits, .. } = *self;
+    fn sample(&self, picture: &mut Picture, bit: &Bit, rx: f64) {
+        let ruler = self.ruler;
         let x = ruler.x(bit.sample);
         let level = if bit.sampled != bit.flipped { rx } else { rx + SWING };
         picture.circle("sample", x, level, if ruler.is_detailed { 2.3 } else { 1.5 });
@@ -113,51 +103,33 @@ impl<'a> Sheet<'a> {
         if ruler.is_detailed {
             let class = if bit.field == Field::Stuff { "digit stuffed" } else { "digit" };
             let x = (ruler.x(bit.start) + ruler.x(bit.end)) / 2.0;
-            picture.text(class, x, digits - 2.0, if bit.sampled { "1" } else { "0" });
+            picture.text(class, x, rx + SWING + DIGITS - 2.0, if bit.sampled { "1" } else { "0" });
         }
     }
 
-    /// Notes below the digits, each with a line from the trace that it is about.
-    fn notes(&self, picture: &mut Picture) {
-        let base = |row: usize| self.digits + GAP / 2.0 + row as f64 * NOTE + 11.0;
-        for Placed { x, row, note, .. } in &self.notes {
-            picture.line(note.class.names().0, (*x, self.rx), (*x, base(*row)));
+    /// Notes below `y`, each in the first row that has room, with a line from `from`. Returns the number of rows.
+    fn notes(&self, picture: &mut Picture, y: f64, from: f64) -> usize {
+        let mut words = Vec::new();
+        // Up to where each row is taken.
+        let mut rows: Vec<f64> = Vec::new();
+        for Note { at, text, class } in notes(self.lane) {
+            let (x, room) = (self.ruler.x(at), text_width(&text, 11.0) + 8.0);
+            let is_left = x + room > self.ruler.right();
+            let (begin, end) = if is_left { (x - room, x) } else { (x, x + room) };
+            let row = rows.iter().position(|&taken| taken <= begin).unwrap_or(rows.len());
+            rows.resize(rows.len().max(row + 1), 0.0);
+            rows[row] = end;
+            let base = y + row as f64 * NOTE + 11.0;
+            let class = class.name();
+            picture.line(&format!("leader{class}"), (x, from), (x, base));
+            let (x, align) = if is_left { (x - 4.0, " end") } else { (x + 4.0, "") };
+            words.push((format!("note{class}{align}"), x, base, text));
         }
-        for Placed { x, row, is_left, note } in &self.notes {
-            let class = note.class.names().1;
-            if *is_left {
-                picture.text(&format!("{class} end"), x - 4.0, base(*row), &note.text);
-            } else {
-                picture.text(class, x + 4.0, base(*row), &note.text);
-            }
+        for (class, x, y, text) in words {
+            picture.text(&class, x, y, &text);
         }
+        rows.len()
     }
-}
-
-/// A note and its place.
-struct Placed {
-    note: Note,
-    x: f64,
-    row: usize,
-    /// The text is on the left of its line.
-    is_left: bool,
-}
-
-/// Places the notes of a lane in as many rows as they need: the first row that has room. Returns the number of rows.
-fn arrange(lane: &Lane, ruler: &Ruler) -> (Vec<Placed>, usize) {
-    // Up to where each row is taken.
-    let mut rows: Vec<f64> = Vec::new();
-    let mut placed = Vec::new();
-    for note in notes(lane) {
-        let (x, room) = (ruler.x(note.at), text_width(&note.text, 11.0) + 8.0);
-        let is_left = x + room > ruler.right();
-        let (begin, end) = if is_left { (x - room, x) } else { (x, x + room) };
-        let row = rows.iter().position(|&taken| taken <= begin).unwrap_or(rows.len());
-        rows.resize(rows.len().max(row + 1), 0.0);
-        rows[row] = end;
-        placed.push(Placed { note, x, row, is_left });
-    }
-    (placed, rows.len())
 }
 
 /// Levels with their begin and end, up to `to`.
