@@ -46,7 +46,6 @@ pub fn curves(title: &str, layout: Layout, [across, up]: [Quantity; 2], curves: 
     let bottom = top + (up.range.marks().len() - 1) as f64 * STEP;
     let (left, right) = layout.plot();
     let mut picture = Picture::new(layout.width, bottom + AXIS, title, &[BASE]);
-    picture.rect("paper", 0.0, 0.0, layout.width, bottom + AXIS);
     picture.rect("lane", left, top, right - left, bottom - top);
     let x = Scale::new(across.range, (left, right));
     let y = Scale::new(up.range, (bottom, top));

@@ -33,7 +33,6 @@ pub fn draw(title: &str, layout: Layout, what: &str, rows: &[Row]) -> Picture {
     let (left, right) = layout.plot();
     let scale = Scale::new(Range::Linear(-limit, limit, step), (left, right));
     let mut picture = Picture::new(layout.width, bottom + AXIS, title, &[BASE]);
-    picture.rect("paper", 0.0, 0.0, layout.width, bottom + AXIS);
     for (place, row) in rows.iter().enumerate() {
         let top = place as f64 * (ROW + GAP) + GAP / 2.0;
         picture.rect("lane", left, top, right - left, ROW);

@@ -1,8 +1,8 @@
 //! Pictures as SVG files, and as parts of a page.
 //!
-//! A [`Picture`](picture::Picture) is a list of elements, each painted by its classes ([`paint`]). [`scale`] maps
-//! values to places, and [`labels`] keeps labels apart. [`chart`] and [`histogram`] draw measurements of any origin,
-//! and [`waveform`] draws what a simulated bus recorded.
+//! A [`Picture`] is a list of elements, each painted by its classes ([`paint`]). A [`Scale`] maps values to places, and
+//! [`labels`] keeps labels apart. [`chart`] and [`histogram`] draw measurements of any origin, and [`waveform`] draws
+//! what a simulated bus recorded.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -11,8 +11,12 @@ pub mod chart;
 pub mod histogram;
 pub mod key;
 pub mod labels;
-pub mod layout;
+mod layout;
 pub mod paint;
-pub mod picture;
-pub mod scale;
+mod picture;
+mod scale;
 pub mod waveform;
+
+pub use layout::{LETTERS, Layout, text_width};
+pub use picture::Picture;
+pub use scale::{Range, Scale};

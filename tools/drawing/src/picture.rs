@@ -10,14 +10,14 @@ use crate::paint::{self, Sheet};
 /// A picture under construction. Places and sizes are in SVG units, from the upper left corner.
 #[derive(Clone, Debug)]
 pub struct Picture {
+    /// With title and paper; the style of a file of its own comes next.
     frame: Document,
     sheets: &'static [Sheet],
-    /// Behind the title; the style of a file of its own goes before it.
     drawn: Vec<Element>,
 }
 
 impl Picture {
-    /// An empty picture; the title is for those who cannot see it.
+    /// A picture with paper only; the title is for those who cannot see it.
     pub fn new(width: f64, height: f64, title: &str, sheets: &'static [Sheet]) -> Self {
         let mut frame = Document::new()
             .set("class", "chart")
@@ -31,7 +31,10 @@ impl Picture {
         if !title.is_empty() {
             frame.append(Title::new(title));
         }
-        Picture { frame, sheets, drawn: Vec::new() }
+        let mut picture = Picture { frame, sheets, drawn: Vec::new() };
+        picture.rect("paper", 0.0, 0.0, width, height);
+        picture.frame.append(picture.drawn.remove(0));
+        picture
     }
 
     /// A filled rectangle.
@@ -72,9 +75,7 @@ impl Picture {
         for x in tenths {
             let _ = write!(path, "M{}.{} {y:.1}v{height:.1}", x / 10, x % 10);
         }
-        if !path.is_empty() {
-            self.add(class, Path::new().set("d", path));
-        }
+        self.shape(class, path);
     }
 
     /// Straight lines from point to point.
@@ -83,6 +84,10 @@ impl Picture {
         for (number, (x, y)) in points.iter().enumerate() {
             let _ = write!(path, "{}{x:.1} {y:.1}", if number == 0 { 'M' } else { 'L' });
         }
+        self.shape(class, path);
+    }
+
+    fn shape(&mut self, class: &str, path: String) {
         if !path.is_empty() {
             self.add(class, Path::new().set("d", path));
         }

@@ -18,17 +18,6 @@ impl Range {
         Range::Linear(from, to, round_up((to - from) / marks, &[1.0, 2.0, 5.0]))
     }
 
-    /// Place of a value, 0 at the beginning and 1 at the end; values outside stand at the border.
-    fn place(self, value: f64) -> f64 {
-        let place = match self {
-            Range::Decades(from, to) => {
-                (value.max(f64::MIN_POSITIVE).log10() - f64::from(from)) / f64::from(to - from)
-            }
-            Range::Linear(from, to, _) => (value - from) / (to - from),
-        };
-        place.clamp(0.0, 1.0)
-    }
-
     /// Values with a mark.
     pub fn marks(self) -> Vec<f64> {
         match self {
@@ -54,14 +43,15 @@ impl Scale {
         Scale { range, ends }
     }
 
-    /// Places of the first and the last value.
-    pub fn ends(&self) -> (f64, f64) {
-        self.ends
-    }
-
     /// Place of a value; values outside the range stand at its border.
     pub fn place(&self, value: f64) -> f64 {
-        self.ends.0 + self.range.place(value) * (self.ends.1 - self.ends.0)
+        let share = match self.range {
+            Range::Decades(from, to) => {
+                (value.max(f64::MIN_POSITIVE).log10() - f64::from(from)) / f64::from(to - from)
+            }
+            Range::Linear(from, to, _) => (value - from) / (to - from),
+        };
+        self.ends.0 + share.clamp(0.0, 1.0) * (self.ends.1 - self.ends.0)
     }
 
     /// Values with a mark, and their places.

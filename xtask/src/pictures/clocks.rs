@@ -4,8 +4,7 @@ use can_wire::time::Time;
 use clock_worlds::trials::STEADY;
 use clock_worlds::{Sample, Scenario, Stamps};
 use drawing::chart::{Curve, Quantity, curves, duration};
-use drawing::layout::Layout;
-use drawing::scale::Range;
+use drawing::{Layout, Range};
 use ecss_can::time::LocalClock;
 use twin::crystal::Crystal;
 

@@ -2,8 +2,7 @@
 
 use campaign::failover::times;
 use drawing::chart::{Curve, Quantity, curves};
-use drawing::layout::Layout;
-use drawing::scale::Range;
+use drawing::{Layout, Range};
 
 /// Runs of each kind of cut.
 const RUNS: u64 = 100;

@@ -7,8 +7,8 @@ use demo::flight::Flight;
 use demo::mission;
 use demo::plan::Plan;
 use demo::report;
+use drawing::Layout;
 use drawing::histogram::{self, Row};
-use drawing::layout::Layout;
 
 /// Quantity of the histogram.
 const WHAT: &str = "error of the clock against the master's; each row has its own height";

@@ -1,9 +1,7 @@
 //! The time axis that all pictures of a flight share.
 
 use can_wire::time::Time;
-use drawing::layout::Layout;
-use drawing::picture::Picture;
-use drawing::scale::{Range, Scale};
+use drawing::{Layout, Picture, Range, Scale};
 
 /// Maps a window of virtual time to places in a picture.
 #[derive(Clone, Copy, Debug)]

@@ -2,10 +2,7 @@
 
 use can_wire::time::Time;
 use drawing::histogram::{self, Row};
-use drawing::layout::Layout;
-use drawing::picture::Picture;
-use drawing::scale::{Range, Scale};
-use drawing::{chart, key};
+use drawing::{Layout, Picture, Range, Scale, chart, key};
 use twin::pulses::{Errors, Sample};
 
 use super::axis::Axis;
@@ -42,7 +39,6 @@ pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let title = "Error of the slaves' clocks over time";
     let mut picture = Picture::new(layout.width, bottom + AXIS, title, SHEETS);
     let (left, right) = layout.plot();
-    picture.rect("paper", 0.0, 0.0, layout.width, bottom + AXIS);
     picture.rect("lane", left, top, right - left, bottom - top);
     axis.draw(&mut picture, top, bottom);
     scale.draw_up(&mut picture, (left, right), chart::duration);

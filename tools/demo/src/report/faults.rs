@@ -1,7 +1,7 @@
 //! Marks of the faults that the demo caused, in a picture of one plot.
 
+use drawing::Picture;
 use drawing::labels::{self, Label};
-use drawing::picture::Picture;
 
 use super::axis::Axis;
 use crate::flight::Flight;

@@ -2,8 +2,7 @@
 
 use can_wire::time::Time;
 use drawing::labels::{self, Label};
-use drawing::layout::text_width;
-use drawing::picture::Picture;
+use drawing::{Picture, text_width};
 
 use super::axis::Axis;
 use super::kind::Kind;

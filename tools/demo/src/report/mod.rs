@@ -19,9 +19,7 @@ use crate::record::Bus;
 use crate::summary::Summary;
 use crate::track::BusAccess;
 use classes::SHEETS;
-use drawing::layout::Layout;
-use drawing::paint;
-use drawing::picture::Picture;
+use drawing::{Layout, Picture, paint};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use support::board::Profile;
 

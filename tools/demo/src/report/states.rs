@@ -1,8 +1,7 @@
 //! States of all nodes over time: a bar per node, coloured by state, underlined by bus.
 
 use can_wire::time::Time;
-use drawing::layout::{LETTERS, Layout, text_width};
-use drawing::picture::Picture;
+use drawing::{LETTERS, Layout, Picture, text_width};
 
 use super::axis::Axis;
 use super::classes::SHEETS;
@@ -26,7 +25,6 @@ pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let top = TOP + marks.height();
     let bottom = top + nodes.len() as f64 * ROW;
     let mut picture = Picture::new(whole, bottom + AXIS, "States of all nodes over time", SHEETS);
-    picture.rect("paper", 0.0, 0.0, whole, bottom + AXIS);
     axis.draw(&mut picture, top, bottom);
     for (row, (&node, track)) in nodes.iter().enumerate() {
         let y = top + row as f64 * ROW + 6.0;

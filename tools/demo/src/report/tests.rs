@@ -3,7 +3,7 @@ use crate::pdos::Sheets;
 use crate::sample;
 use crate::verdict::{Outcome, Verdict};
 use can_wire::time::Time;
-use drawing::picture::Picture;
+use drawing::Picture;
 
 fn rendered(flight: &Flight) -> String {
     page(flight, &Summary::of(flight, sample::origin(), &Sheets::default()))

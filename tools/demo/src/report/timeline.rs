@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use can_wire::time::Time;
-use drawing::layout::Layout;
-use drawing::picture::Picture;
+use drawing::{Layout, Picture};
 
 use super::axis::Axis;
 use super::classes::SHEETS;
@@ -88,7 +87,6 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
     let height = lanes.bottom(Bus::Redundant) + AXIS;
     let mut picture = Picture::new(layout.width, height, title, SHEETS);
     let (left, right) = layout.plot();
-    picture.rect("paper", 0.0, 0.0, layout.width, height);
     for bus in Bus::ALL {
         picture.rect("lane", left, lanes.top(bus), right - left, lane(&lanes.rows));
     }
@@ -110,12 +108,8 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
                 .filter(|(at, seen)| seen.bus == bus && axis.shows(*at) && Kind::of(seen) == kind)
                 .map(|(at, _)| (axis.x(at) * 5.0).round() as i64 * 2)
                 .collect();
-            picture.ticks(
-                &format!("{}{tick_class}", kind.class()),
-                places,
-                lanes.row_top(bus, row),
-                ROW - 4.0,
-            );
+            let class = format!("{}{tick_class}", kind.class());
+            picture.ticks(&class, places, lanes.row_top(bus, row), ROW - 4.0);
         }
     }
     flags.draw(&mut picture, &lanes);

@@ -9,9 +9,7 @@ use can_wire::waveform::{Bit, Lane};
 pub(super) enum Kind {
     Sof,
     Identifier,
-    Rtr {
-        extended: bool,
-    },
+    Rtr,
     Ide,
     Reserved(u8),
     Dlc,
@@ -72,9 +70,8 @@ fn kind_of(bit: &Bit, before: Option<Kind>) -> Kind {
     match bit.field {
         Field::Sof => Kind::Sof,
         Field::Identifier(_) | Field::Extension(_) => Kind::Identifier,
-        Field::Rtr => Kind::Rtr { extended: false },
+        Field::Rtr | Field::ExtendedRtr => Kind::Rtr,
         Field::Ide => Kind::Ide,
-        Field::ExtendedRtr => Kind::Rtr { extended: true },
         Field::Reserved(bit) => Kind::Reserved(bit),
         Field::Dlc(_) => Kind::Dlc,
         Field::Data(bit) => Kind::Data(bit / 8),
@@ -100,8 +97,8 @@ fn kind_of(bit: &Bit, before: Option<Kind>) -> Kind {
 }
 
 impl Band {
-    /// Its name: the longest first, for as much room as there is.
-    pub(super) fn names(&self) -> Vec<String> {
+    /// Its class in the picture, and its names: the longest first, for as much room as there is.
+    pub(super) fn look(&self) -> (&'static str, Vec<String>) {
         let fixed = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
         let hex = |name: &str, short: &str, width: usize, of: u32| {
             let mut names = vec![name.to_owned(), short.to_owned()];
@@ -113,50 +110,28 @@ impl Band {
             names
         };
         match self.kind {
-            Kind::Sof => fixed(&["SOF"]),
-            Kind::Identifier if self.bits == 29 => hex("identifier", "ID", 8, 29),
-            Kind::Identifier => hex("identifier", "ID", 3, 11),
-            Kind::Rtr { .. } => fixed(&["RTR"]),
-            Kind::Ide => fixed(&["IDE"]),
-            Kind::Reserved(bit) => vec![format!("r{}", 1 - bit.min(1))],
-            Kind::Dlc => {
-                let dlc = format!("DLC {}", self.value);
-                if self.bits == 4 { vec![dlc, "DLC".to_owned()] } else { fixed(&["DLC"]) }
-            }
-            Kind::Data(byte) => hex(&format!("data {byte}:"), &format!("D{byte}"), 2, 8),
-            Kind::Crc => hex("CRC", "CRC", 4, 15),
-            Kind::CrcDelimiter => fixed(&["CRC delimiter", "del"]),
-            Kind::Ack => fixed(&["ACK"]),
-            Kind::AckDelimiter => fixed(&["ACK delimiter", "del"]),
-            Kind::Eof => fixed(&["end of frame", "EOF"]),
-            Kind::Intermission => fixed(&["intermission", "IFS"]),
-            Kind::Suspend => fixed(&["suspend transmission", "suspend", "SUS"]),
-            Kind::ActiveFlag => fixed(&["active error flag", "error flag", "flag"]),
-            Kind::PassiveFlag => fixed(&["passive error flag", "passive flag", "pasv"]),
-            Kind::OverloadFlag => fixed(&["overload flag", "overload", "OVL"]),
-            Kind::Superposition => fixed(&["superposition", "superpos.", "sup"]),
-            Kind::Delimiter => fixed(&["delimiter", "del"]),
-            Kind::Waiting => fixed(&["not on the bus", "off"]),
-        }
-    }
-
-    /// Its class in the picture.
-    pub(super) fn class(&self) -> &'static str {
-        match self.kind {
-            Kind::Sof => "sof",
-            Kind::Identifier => "id",
-            Kind::Rtr { .. } | Kind::Ide | Kind::Reserved(_) => "control",
-            Kind::Dlc => "dlc",
-            Kind::Data(_) => "data",
-            Kind::Crc => "crc",
-            Kind::Ack => "ack",
-            Kind::CrcDelimiter | Kind::AckDelimiter | Kind::Eof => "fixed",
-            Kind::Intermission | Kind::Suspend | Kind::Waiting => "between",
-            Kind::ActiveFlag => "flag",
-            Kind::PassiveFlag => "passive",
-            Kind::OverloadFlag => "overload",
-            Kind::Superposition => "superposition",
-            Kind::Delimiter => "delimiter",
+            Kind::Sof => ("sof", fixed(&["SOF"])),
+            Kind::Identifier if self.bits == 29 => ("id", hex("identifier", "ID", 8, 29)),
+            Kind::Identifier => ("id", hex("identifier", "ID", 3, 11)),
+            Kind::Rtr => ("control", fixed(&["RTR"])),
+            Kind::Ide => ("control", fixed(&["IDE"])),
+            Kind::Reserved(bit) => ("control", vec![format!("r{}", 1 - bit.min(1))]),
+            Kind::Dlc if self.bits == 4 => ("dlc", vec![format!("DLC {}", self.value), "DLC".to_owned()]),
+            Kind::Dlc => ("dlc", fixed(&["DLC"])),
+            Kind::Data(byte) => ("data", hex(&format!("data {byte}:"), &format!("D{byte}"), 2, 8)),
+            Kind::Crc => ("crc", hex("CRC", "CRC", 4, 15)),
+            Kind::CrcDelimiter => ("fixed", fixed(&["CRC delimiter", "del"])),
+            Kind::Ack => ("ack", fixed(&["ACK"])),
+            Kind::AckDelimiter => ("fixed", fixed(&["ACK delimiter", "del"])),
+            Kind::Eof => ("fixed", fixed(&["end of frame", "EOF"])),
+            Kind::Intermission => ("between", fixed(&["intermission", "IFS"])),
+            Kind::Suspend => ("between", fixed(&["suspend transmission", "suspend", "SUS"])),
+            Kind::ActiveFlag => ("flag", fixed(&["active error flag", "error flag", "flag"])),
+            Kind::PassiveFlag => ("passive", fixed(&["passive error flag", "passive flag", "pasv"])),
+            Kind::OverloadFlag => ("overload", fixed(&["overload flag", "overload", "OVL"])),
+            Kind::Superposition => ("superposition", fixed(&["superposition", "superpos.", "sup"])),
+            Kind::Delimiter => ("delimiter", fixed(&["delimiter", "del"])),
+            Kind::Waiting => ("between", fixed(&["not on the bus", "off"])),
         }
     }
 }

@@ -4,7 +4,8 @@ use crate::paint::Sheet;
 
 /// Classes of the picture.
 pub(super) const SHEETS: &[Sheet] = &["
-paper { fill: #ffffff; stroke: #d0d5dd; rx: 8 }
+paper { fill: #ffffff; rx: 8 }
+border { fill: none; stroke: #d0d5dd; rx: 8 }
 title { fill: #1b2330; font-size: 15; font-weight: 600 }
 node { fill: #1b2330; font-size: 13; font-weight: 600 }
 soft { fill: #667085; font-size: 11 }

@@ -1,19 +1,4 @@
 //! The picture of a waveform: for every node its fields, what it sends, what it sees and samples, and its events.
-//!
-//! ```
-//! use can_wire::frame::WireFrame;
-//! use can_wire::station::{Bench, Station};
-//! use can_wire::time::Time;
-//! use drawing::waveform::{self, Options};
-//!
-//! let sender = Station::default().sending(Time::from_us(20), WireFrame::standard(0x080, &[]));
-//! let mut bench = Bench::together(vec![sender, Station::default()]);
-//! bench.wire.record_waveform(Time::from_us(15), Time::from_us(75));
-//! bench.leap(Time::from_us(75));
-//! let waveform = bench.wire.take_waveform().expect("the span is over");
-//! let picture = waveform::draw(&waveform, Options { names: &["master"], ..Options::default() });
-//! assert!(picture.standalone().contains("identifier 080h"));
-//! ```
 
 mod bands;
 mod classes;
@@ -70,7 +55,7 @@ pub fn draw(waveform: &Waveform, options: Options) -> Picture {
     let places = key::places(&words, 11.0, (EDGE, ruler.right()));
     let height = (y + key::height(&places) + LEGEND).ceil();
     let mut picture = Picture::new(width, height, options.title, SHEETS);
-    picture.rect("paper", 0.5, 0.5, width - 1.0, height - 1.0);
+    picture.rect("border", 0.5, 0.5, width - 1.0, height - 1.0);
     if !options.title.is_empty() {
         picture.text("title", EDGE, EDGE + 13.0, options.title);
     }

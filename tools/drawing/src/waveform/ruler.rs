@@ -42,7 +42,7 @@ impl Ruler {
     }
 
     pub(super) fn right(&self) -> f64 {
-        self.scale.ends().1
+        self.x(self.to)
     }
 
     /// Grid and axis: bit times from the first SOF, and microseconds.

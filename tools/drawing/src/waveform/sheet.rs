@@ -41,8 +41,8 @@ impl Sheet<'_> {
         let bands = bands(lane);
         for band in &bands {
             let (from, to) = (ruler.x(band.from), ruler.x(band.to));
-            let hint = band.names().swap_remove(0);
-            picture.rect_with_hint(&format!("band {}", band.class()), [from, y, to - from, BAND], &hint);
+            let (class, names) = band.look();
+            picture.rect_with_hint(&format!("band {class}"), [from, y, to - from, BAND], &names[0]);
         }
         for bit in lane.bits.iter().filter(|bit| bit.field == Field::Stuff) {
             let (from, to) = (ruler.x(bit.start), ruler.x(bit.end));
@@ -68,7 +68,7 @@ impl Sheet<'_> {
     fn name(&self, picture: &mut Picture, band: &Band) {
         let (from, to) = (self.ruler.x(band.from), self.ruler.x(band.to));
         let (room, x, y) = (to - from, (from + to) / 2.0, self.y + BAND / 2.0);
-        let names = band.names();
+        let (_, names) = band.look();
         if let Some(name) = names.iter().find(|name| text_width(name, 10.5) + 2.0 <= room) {
             picture.text("name", x, y + 4.0, name);
         } else if let Some(name) = names.iter().find(|name| text_width(name, 8.5) <= BAND && room >= 8.0) {
