@@ -41,15 +41,15 @@ pub struct Curve {
 /// Draws curves over two axes.
 pub fn curves(title: &str, layout: Layout, [across, up]: [Quantity; 2], curves: &[Curve]) -> Picture {
     let names: Vec<&str> = curves.iter().filter_map(|curve| curve.name.as_deref()).collect();
-    let key = key::of_curves(&names, layout);
-    let top = TOP + key::height(&key);
+    let (key, rows) = key::of_curves(&names, layout);
+    let top = TOP + rows;
     let bottom = top + (up.range.marks().len() - 1) as f64 * STEP;
     let (left, right) = layout.plot();
     let mut picture = Picture::new(layout.width, bottom + AXIS, title, &[BASE]);
     picture.rect("lane", left, top, right - left, bottom - top);
     let x = Scale::new(across.range, (left, right));
     let y = Scale::new(up.range, (bottom, top));
-    x.draw_across(&mut picture, layout, (top, bottom), across.text);
+    x.draw_across(&mut picture, (top, bottom), across.text);
     picture.text("soft middle", (left + right) / 2.0, bottom + 36.0, across.title);
     y.draw_up(&mut picture, (left, right), up.text);
     picture.text("soft", left, top - 10.0, up.title);

@@ -4,7 +4,7 @@ use crate::chart::{AXIS, duration};
 use crate::layout::Layout;
 use crate::paint::BASE;
 use crate::picture::Picture;
-use crate::scale::{Range, Scale, number_below, round_up};
+use crate::scale::{Range, Scale, round_up};
 
 /// A row of a histogram and the space below it.
 const ROW: f64 = 64.0;
@@ -50,7 +50,7 @@ pub fn draw(title: &str, layout: Layout, what: &str, rows: &[Row]) -> Picture {
         }
     }
     for (value, x) in scale.marks() {
-        number_below(&mut picture, layout, (x, bottom), &duration(value));
+        picture.number_below((x, bottom), &duration(value));
     }
     picture.text("soft middle", (left + right) / 2.0, bottom + 36.0, what);
     picture

@@ -10,8 +10,9 @@ const APART: f64 = 16.0;
 /// Height of a row.
 const ROW: f64 = 18.0;
 
-/// Places of marks whose names have letters of a height, in rows from the top. A row is from `left` to `right`.
-pub(crate) fn places(names: &[&str], letters: f64, (left, right): (f64, f64)) -> Vec<(f64, f64)> {
+/// Places of marks whose names have letters of a height, in rows from `left` to `right`, the first one at 0. Returns the
+/// height of the other rows as well.
+pub(crate) fn places(names: &[&str], letters: f64, (left, right): (f64, f64)) -> (Vec<(f64, f64)>, f64) {
     let (mut x, mut y) = (left, 0.0);
     let mut places = Vec::new();
     for name in names {
@@ -22,18 +23,13 @@ pub(crate) fn places(names: &[&str], letters: f64, (left, right): (f64, f64)) ->
         places.push((x, y));
         x += width + APART;
     }
-    places
+    (places, y)
 }
 
-/// Places of the names of curves above a plot.
-pub fn of_curves(names: &[&str], layout: Layout) -> Vec<(f64, f64)> {
+/// Places of the names of curves above a plot, in rows from the top, and the height of the rows below the first one.
+pub fn of_curves(names: &[&str], layout: Layout) -> (Vec<(f64, f64)>, f64) {
     let left = if layout.brief { 0.0 } else { layout.left };
     places(names, LETTERS, (left, layout.width))
-}
-
-/// Height of the rows below the first one.
-pub fn height(places: &[(f64, f64)]) -> f64 {
-    places.last().map_or(0.0, |(_, y)| *y)
 }
 
 /// Draws line and name of a curve at its place.
@@ -48,7 +44,7 @@ mod tests {
 
     #[test]
     fn names_of_many_curves_stand_in_rows() {
-        let places = of_curves(&["node 2"; 14], Layout::NARROW);
+        let (places, _) = of_curves(&["node 2"; 14], Layout::NARROW);
         assert_eq!((places[0], places[3].1, places[4]), ((0.0, 0.0), 0.0, (0.0, 18.0)));
         assert!(places.iter().all(|(x, _)| *x + 24.0 + 45.0 <= Layout::NARROW.width), "{places:?}");
     }

@@ -38,5 +38,5 @@ impl Layout {
 
 /// About the width of a text in bold letters of a height, in SVG units.
 pub fn text_width(text: &str, letters: f64) -> f64 {
-    text.chars().count() as f64 * letters * 0.57
+    text.chars().count() as f64 * letters * 0.58
 }

@@ -9,10 +9,6 @@
 
 use std::fmt::Write;
 
-/// Letters of all pictures: attributes of the whole.
-pub(crate) const FONT: [(&str, &str); 2] =
-    [("font-family", "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"), ("font-size", "13")];
-
 /// Classes and their looks.
 pub type Sheet = &'static str;
 

@@ -5,11 +5,15 @@ use std::fmt::Write;
 use svg::node::element::{Circle, Element, Line, Path, Rectangle, Style, Text, Title};
 use svg::{Document, Node};
 
+use crate::layout::{LETTERS, text_width};
 use crate::paint::{self, Sheet};
+
+const FONT: &str = "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif";
 
 /// A picture under construction. Places and sizes are in SVG units, from the upper left corner.
 #[derive(Clone, Debug)]
 pub struct Picture {
+    width: f64,
     /// With title and paper; the style of a file of its own comes next.
     frame: Document,
     sheets: &'static [Sheet],
@@ -24,17 +28,14 @@ impl Picture {
             .set("width", width)
             .set("height", height)
             .set("viewBox", (0, 0, width, height))
-            .set("role", "img");
-        for (name, value) in paint::FONT {
-            frame.assign(name, value);
-        }
+            .set("role", "img")
+            .set("font-family", FONT)
+            .set("font-size", LETTERS);
         if !title.is_empty() {
             frame.append(Title::new(title));
         }
-        let mut picture = Picture { frame, sheets, drawn: Vec::new() };
-        picture.rect("paper", 0.0, 0.0, width, height);
-        picture.frame.append(picture.drawn.remove(0));
-        picture
+        frame.append(painted(sheets, "paper", rectangle([0.0, 0.0, width, height])));
+        Picture { width, frame, sheets, drawn: Vec::new() }
     }
 
     /// A filled rectangle.
@@ -61,6 +62,12 @@ impl Picture {
     /// Text, its baseline at `(x, y)`; classes `end` and `middle` align it.
     pub fn text(&mut self, class: &str, x: f64, y: f64, text: &str) {
         self.add(class, Text::new(text).set("x", tenth(x)).set("y", tenth(y)));
+    }
+
+    /// The number of a mark below a plot: about the middle of `x`, and inside the picture.
+    pub(crate) fn number_below(&mut self, (x, bottom): (f64, f64), number: &str) {
+        let x = x.min(self.width - text_width(number, LETTERS) / 2.0);
+        self.text("soft middle", x, bottom + 16.0, number);
     }
 
     /// Text that reads upwards, its baseline at `(x, y)`.
@@ -99,11 +106,7 @@ impl Picture {
     }
 
     fn add(&mut self, class: &str, element: impl Into<Element>) {
-        let mut element = element.into();
-        for (name, value) in paint::attributes(self.sheets, class) {
-            element.assign(name, value);
-        }
-        self.drawn.push(element);
+        self.drawn.push(painted(self.sheets, class, element));
     }
 
     /// SVG for a page that has [`paint::dark`] of the same sheets.
@@ -126,6 +129,14 @@ impl Picture {
         }
         format!("{picture}\n")
     }
+}
+
+fn painted(sheets: &[Sheet], class: &str, element: impl Into<Element>) -> Element {
+    let mut element = element.into();
+    for (name, value) in paint::attributes(sheets, class) {
+        element.assign(name, value);
+    }
+    element
 }
 
 fn rectangle([x, y, width, height]: [f64; 4]) -> Rectangle {

@@ -1,6 +1,5 @@
 //! Scales: values as places in a picture, with marks at round values.
 
-use crate::layout::{LETTERS, Layout, text_width};
 use crate::picture::Picture;
 
 /// Values of a scale.
@@ -63,13 +62,12 @@ impl Scale {
     pub fn draw_across(
         &self,
         picture: &mut Picture,
-        layout: Layout,
         (top, bottom): (f64, f64),
         text: impl Fn(f64) -> String,
     ) {
         for (value, x) in self.marks() {
             picture.line("grid", (x, top), (x, bottom));
-            number_below(picture, layout, (x, bottom), &text(value));
+            picture.number_below((x, bottom), &text(value));
         }
     }
 
@@ -80,12 +78,6 @@ impl Scale {
             picture.text("soft end", left - 12.0, y + 4.0, &text(value));
         }
     }
-}
-
-/// The number of a mark below the plot, inside the picture.
-pub(crate) fn number_below(picture: &mut Picture, layout: Layout, (x, bottom): (f64, f64), number: &str) {
-    let x = x.min(layout.width - text_width(number, LETTERS) / 2.0);
-    picture.text("soft middle", x, bottom + 16.0, number);
 }
 
 /// The least of the factors times a power of ten that is not below the value; ten is a factor as well.
@@ -101,10 +93,7 @@ mod tests {
 
     #[test]
     fn marks_stand_at_round_values() {
-        let step = |span: f64, marks| match Range::with_marks(0.0, span, marks) {
-            Range::Linear(_, _, step) => step,
-            Range::Decades(..) => panic!("not linear"),
-        };
+        let step = |span: f64, marks| Range::with_marks(0.0, span, marks).marks()[1];
         assert_eq!(step(40.0, 10.0), 5.0);
         assert_eq!(step(1.0, 10.0), 0.1);
         assert_eq!(step(3600.0, 10.0), 500.0);

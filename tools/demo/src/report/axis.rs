@@ -6,7 +6,8 @@ use drawing::{Layout, Picture, Range, Scale};
 /// Maps a window of virtual time to places in a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
-    layout: Layout,
+    /// Of its picture.
+    pub layout: Layout,
     from: Time,
     to: Time,
     /// Seconds.
@@ -18,11 +19,6 @@ impl Axis {
     pub fn new(layout: Layout, from: Time, to: Time) -> Self {
         let range = Range::with_marks(from.as_secs_f64(), to.as_secs_f64(), layout.marks);
         Axis { layout, from, to, scale: Scale::new(range, layout.plot()) }
-    }
-
-    /// Of its picture.
-    pub fn layout(&self) -> Layout {
-        self.layout
     }
 
     /// Whether the window contains `at`.
@@ -38,8 +34,7 @@ impl Axis {
     /// Vertical lines from `top` to `bottom` with their seconds below.
     pub fn draw(&self, picture: &mut Picture, top: f64, bottom: f64) {
         let decimals = if self.scale.marks().all(|(second, _)| second.fract() == 0.0) { 0 } else { 1 };
-        self.scale
-            .draw_across(picture, self.layout, (top, bottom), |second| format!("{second:.decimals$} s"));
+        self.scale.draw_across(picture, (top, bottom), |second| format!("{second:.decimals$} s"));
     }
 }
 

@@ -31,9 +31,9 @@ pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let largest = errors.map(|sample| sample.error_ns.abs()).fold(1.0, f64::max);
     let highest = DECADES.1.max(largest.log10().ceil() as i32);
     let names: Vec<String> = flight.clocks.iter().map(|clock| name(clock.node)).collect();
-    let key = key::of_curves(&names.iter().map(String::as_str).collect::<Vec<_>>(), layout);
+    let (key, rows) = key::of_curves(&names.iter().map(String::as_str).collect::<Vec<_>>(), layout);
     let marks = Marks::of(flight, &axis);
-    let top = TOP + key::height(&key) + marks.height();
+    let top = TOP + rows + marks.height();
     let bottom = top + f64::from(highest - DECADES.0) * DECADE;
     let scale = Scale::new(Range::Decades(DECADES.0, highest), (bottom, top));
     let title = "Error of the slaves' clocks over time";

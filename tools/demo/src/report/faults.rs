@@ -18,7 +18,7 @@ impl Marks {
         let (names, mut labels): (Vec<_>, Vec<_>) = flight
             .faults()
             .into_iter()
-            .map(|(name, at)| (name, Label::above(axis.layout(), axis.x(at), name)))
+            .map(|(name, at)| (name, Label::above(axis.layout, axis.x(at), name)))
             .unzip();
         let rows = labels::arrange(&mut labels, 0.0);
         Marks { marks: names.into_iter().zip(labels).collect(), rows }

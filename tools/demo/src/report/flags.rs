@@ -36,7 +36,7 @@ pub struct Flags {
 impl Flags {
     /// The flags that an axis shows.
     pub fn of(flight: &Flight, axis: &Axis) -> Flags {
-        let layout = axis.layout();
+        let layout = axis.layout;
         let all = [of_cut(flight, axis), of_loss(flight, axis)].concat();
         let mut flags = Vec::new();
         let heights = Bus::ALL.map(|bus| {
@@ -75,7 +75,7 @@ impl Flags {
 fn of_cut(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     let mut flags = Vec::new();
     let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return flags };
-    let brief = axis.layout().brief;
+    let brief = axis.layout.brief;
     let place = flight
         .plan
         .cut
@@ -100,7 +100,7 @@ fn of_cut(flight: &Flight, axis: &Axis) -> Vec<Flag> {
 fn of_loss(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     let mut flags = Vec::new();
     let Some((lost, board)) = flight.loss().filter(|(at, _)| axis.shows(*at)) else { return flags };
-    let brief = axis.layout().brief;
+    let brief = axis.layout.brief;
     let text = if brief {
         "off".into()
     } else {

@@ -82,7 +82,7 @@ pub fn close_up(flight: &Flight, since: Since, layout: Layout) -> Option<Picture
 }
 
 fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
-    let (layout, flags) = (axis.layout(), Flags::of(flight, &axis));
+    let (layout, flags) = (axis.layout, Flags::of(flight, &axis));
     let lanes = Lanes::new(flight, &flags);
     let height = lanes.bottom(Bus::Redundant) + AXIS;
     let mut picture = Picture::new(layout.width, height, title, SHEETS);

@@ -3,16 +3,17 @@
 mod bands;
 mod classes;
 mod notes;
-mod ruler;
-mod sheet;
+mod strip;
 
+use can_wire::controller::WireEvent;
+use can_wire::time::{TICKS_PER_US, Time};
 use can_wire::waveform::{Bit, Waveform};
 
 use crate::key;
 use crate::picture::Picture;
+use crate::scale::{Range, Scale};
 use classes::SHEETS;
-use ruler::Ruler;
-use sheet::Sheet;
+use strip::Strip;
 
 /// Left of the traces: names.
 const MARGIN: f64 = 116.0;
@@ -23,6 +24,8 @@ const AXIS: f64 = 38.0;
 /// Between two nodes.
 const SPACE: f64 = 18.0;
 const LEGEND: f64 = 26.0;
+/// Narrowest bit with digits and resynchronisations in numbers, in SVG units.
+const DETAILED: f64 = 9.0;
 
 /// How a waveform is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +44,7 @@ impl Default for Options<'_> {
     }
 }
 
-/// Draws a lane for each node.
+/// Draws a strip for each node.
 pub fn draw(waveform: &Waveform, options: Options) -> Picture {
     let ruler = Ruler::new(waveform, options.bit_width);
     let top = EDGE + if options.title.is_empty() { 0.0 } else { TITLE } + AXIS;
@@ -49,11 +52,11 @@ pub fn draw(waveform: &Waveform, options: Options) -> Picture {
     let (mut lanes, mut y) = (Picture::new(width, 0.0, "", SHEETS), top);
     for lane in &waveform.lanes {
         let name = options.names.get(lane.node).copied();
-        y += Sheet { lane, ruler: &ruler, y }.draw(&mut lanes, name) + SPACE;
+        y += Strip { lane, ruler: &ruler, y }.draw(&mut lanes, name) + SPACE;
     }
     let (marks, words): (Vec<Mark>, Vec<&str>) = legend(waveform).into_iter().unzip();
-    let places = key::places(&words, 11.0, (EDGE, ruler.right()));
-    let height = (y + key::height(&places) + LEGEND).ceil();
+    let (places, rows) = key::places(&words, 11.0, (EDGE, ruler.right()));
+    let height = (y + rows + LEGEND).ceil();
     let mut picture = Picture::new(width, height, options.title, SHEETS);
     picture.rect("border", 0.5, 0.5, width - 1.0, height - 1.0);
     if !options.title.is_empty() {
@@ -88,4 +91,56 @@ fn legend(waveform: &Waveform) -> Vec<(Mark, &'static str)> {
         entries.push((|picture, x, y| picture.circle("flip", x + 8.0, y, 5.0), "sample flipped by a fault"));
     }
     entries
+}
+
+/// Times as places, with marks at bit times from the first SOF.
+struct Ruler {
+    scale: Scale,
+    /// SOF of the first frame.
+    zero: Time,
+    /// End of the span.
+    to: Time,
+    bit: Time,
+    is_detailed: bool,
+}
+
+impl Ruler {
+    fn new(waveform: &Waveform, bit_width: f64) -> Self {
+        let starts = waveform.lanes.iter().flat_map(|lane| &lane.events);
+        let starts = starts.filter(|(at, event)| *event == WireEvent::Started && *at >= waveform.from);
+        let zero = starts.map(|&(at, _)| at).min().unwrap_or(waveform.from);
+        let bit = waveform.lanes.iter().map(|lane| lane.bit_time).min().unwrap_or(Time::from_us(1));
+        let [from, to] = [waveform.from, waveform.to].map(|at| bits(at, zero, bit));
+        let is_detailed = bit_width >= DETAILED;
+        let every = if is_detailed { 5.0 } else { 10.0 * (DETAILED / bit_width).ceil() };
+        let ends = (MARGIN, MARGIN + (to - from) * bit_width);
+        let scale = Scale::new(Range::Linear(from, to, every), ends);
+        Ruler { scale, zero, to: waveform.to, bit, is_detailed }
+    }
+
+    /// Place of an instant; those outside the span stand at its border.
+    fn x(&self, at: Time) -> f64 {
+        self.scale.place(bits(at, self.zero, self.bit))
+    }
+
+    fn right(&self) -> f64 {
+        self.x(self.to)
+    }
+
+    /// Grid and axis: bit times from the first SOF, and microseconds.
+    fn draw(&self, picture: &mut Picture, top: f64, bottom: f64) {
+        picture.text("soft", EDGE, top - 20.0, "bit times");
+        picture.text("soft", EDGE, top - 7.0, "µs");
+        for (bit, x) in self.scale.marks() {
+            picture.line(if bit == 0.0 { "grid zero" } else { "grid" }, (x, top - 4.0), (x, bottom));
+            picture.text("soft middle", x, top - 20.0, &format!("{bit:.0}"));
+            let us = (self.zero.0 as f64 + bit * self.bit.0 as f64) / TICKS_PER_US as f64;
+            picture.text("soft middle", x, top - 7.0, &((us * 10.0).round() / 10.0).to_string());
+        }
+    }
+}
+
+/// Bit times from `zero` to an instant.
+fn bits(at: Time, zero: Time, bit: Time) -> f64 {
+    (at.0 as f64 - zero.0 as f64) / bit.0 as f64
 }

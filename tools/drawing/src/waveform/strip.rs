@@ -1,4 +1,4 @@
-//! One node of a waveform.
+//! The strip of one node in a waveform.
 
 use can_wire::field::Field;
 use can_wire::time::Time;
@@ -6,8 +6,7 @@ use can_wire::waveform::{Bit, Lane};
 
 use super::bands::{Band, bands};
 use super::notes::{Note, notes};
-use super::ruler::Ruler;
-use super::{EDGE, MARGIN};
+use super::{EDGE, MARGIN, Ruler};
 use crate::layout::text_width;
 use crate::picture::Picture;
 
@@ -19,17 +18,17 @@ const GAP: f64 = 9.0;
 const DIGITS: f64 = 14.0;
 const NOTE: f64 = 15.0;
 
-/// A lane and its top.
-pub(super) struct Sheet<'a> {
+/// A lane and the top of its strip.
+pub(super) struct Strip<'a> {
     pub(super) lane: &'a Lane,
     pub(super) ruler: &'a Ruler,
     pub(super) y: f64,
 }
 
-impl Sheet<'_> {
-    /// Draws the lane and returns its height.
+impl Strip<'_> {
+    /// Draws the strip and returns its height.
     pub(super) fn draw(&self, picture: &mut Picture, name: Option<&str>) -> f64 {
-        let Sheet { lane, ruler, y } = *self;
+        let Strip { lane, ruler, y } = *self;
         let tx = y + BAND + GAP;
         let rx = tx + SWING + GAP;
         let digits = rx + SWING + if ruler.is_detailed { DIGITS } else { 0.0 };
