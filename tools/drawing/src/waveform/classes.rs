@@ -17,7 +17,7 @@ name { fill: #1b2330; font-size: 10.5; text-anchor: middle }
 narrow { fill: #1b2330; font-size: 8.5; text-anchor: middle }
 stuff { fill: #f59e0b; fill-opacity: 0.3 }
 digit { fill: #475467; font-size: 9; text-anchor: middle }
-stuffed { fill: #b45309; font-weight: bold }
+stuffed { font-weight: bold }
 tx { fill: none; stroke: #2563b0; stroke-width: 1.8; stroke-linejoin: round }
 rx { fill: none; stroke: #3b4454; stroke-width: 1.5; stroke-linejoin: round }
 sends { fill: #2563b0; font-size: 10; text-anchor: end }
