@@ -1,7 +1,8 @@
 //! Colours, lines and letters of the pictures, by class.
 //!
 //! A [`Sheet`] has a class per line, `name { attribute: value; ... }`, with the names and values of SVG. A colour on
-//! light ground has that on dark ground behind it, `light / dark`, where that is another one.
+//! light ground has that on dark ground behind it, `light / dark`, where that is another one. Drawing panics
+//! at a line of another shape.
 //!
 //! Each element carries its paint as attributes, on light ground: that is what every renderer of SVG understands. Style
 //! sheets with variables or media queries are for browsers alone, so the only one ([`dark`]) repeats colours for dark
@@ -99,5 +100,11 @@ mod tests {
         let sheet = dark(&[BASE]);
         assert!(sheet.contains("  svg.chart .blue { stroke: #5ea6ff; }\n"), "{sheet}");
         assert!(!sheet.contains("thick") && !sheet.contains("var("), "{sheet}");
+    }
+
+    #[test]
+    #[should_panic(expected = "`paper fill: red`: expected `class { attribute: value }`")]
+    fn line_of_another_shape_panics() {
+        attributes(&["paper fill: red"], "paper");
     }
 }
