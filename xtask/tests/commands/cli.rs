@@ -109,7 +109,8 @@ fn an_image_without_counters_is_refused_by_the_demo() {
     let shipped = firmware_images::build("pyboard-v11", "librecube").expect("images");
     let mut elf = std::fs::read(shipped.slave).expect("an image");
     // Names of symbols, mangled or not, and of debug information.
-    while let Some(name) = elf.windows(8).position(|bytes| bytes == b"DIAGNOSTICS") {
+    let symbol = b"DIAGNOSTICS";
+    while let Some(name) = elf.windows(symbol.len()).position(|bytes| bytes == symbol) {
         elf[name] = b'X';
     }
     let here = tempfile::tempdir().expect("a temporary directory");
