@@ -3,8 +3,8 @@
 use can_wire::time::Time;
 use clock_worlds::trials::STEADY;
 use clock_worlds::{Sample, Scenario, Stamps};
-use demo::report::axis::Layout;
-use demo::report::chart::{Curve, Range, Scale, curves, duration};
+use drawing::chart::{Curve, Quantity, curves, duration};
+use drawing::{Layout, Range};
 use ecss_can::time::LocalClock;
 use twin::crystal::Crystal;
 
@@ -55,12 +55,12 @@ fn curve(name: &str, class: &str, points: Vec<(f64, f64)>) -> Curve {
 }
 
 /// Errors from 1 ns to 100 us.
-const ERROR: Scale =
-    Scale { title: "error of the clock, without sign", range: Range::Decades(0, 5), text: duration };
+const ERROR: Quantity =
+    Quantity { title: "error of the clock, without sign", range: Range::Decades(0, 5), text: duration };
 
 /// Errors and bounds without SYNC, from 1 ns to 10 ms.
-const HELD: Scale =
-    Scale { title: "error of the clock, without sign", range: Range::Decades(0, 7), text: duration };
+const HELD: Quantity =
+    Quantity { title: "error of the clock, without sign", range: Range::Decades(0, 7), text: duration };
 
 fn seconds(value: f64) -> String {
     format!("{value} s")
@@ -81,17 +81,17 @@ fn holdover() -> String {
         .iter()
         .map(|samples| {
             let points = samples.iter().map(|sample| (sample.time - SILENT, sample.error.abs())).collect();
-            Curve { name: None, class: "slave thin".into(), points }
+            Curve { name: None, class: "sky".into(), points }
         })
         .collect();
     drawn[0].name = Some(format!("error, {SHOWN} seeds"));
-    drawn.push(curve("largest error of 100 seeds", "master close-up", over_time(&shown, SILENT, worst)));
+    drawn.push(curve("largest error of 100 seeds", "blue thick", over_time(&shown, SILENT, worst)));
     drawn.push(curve(
         "median of the reported bounds",
-        "time close-up",
+        "amber thick",
         over_time(&shown, SILENT, median_bound),
     ));
-    let across = Scale {
+    let across = Quantity {
         title: "time since the last SYNC",
         range: Range::Linear(-10.0, HOLDOVER, 10.0),
         text: seconds,
@@ -103,7 +103,7 @@ fn holdover() -> String {
 fn wires() -> String {
     let mut drawn = Vec::new();
     for (name, class, stamps) in
-        [("with capture wires", "master", Stamps::Capture), ("without", "time", Stamps::Interrupt)]
+        [("with capture wires", "blue", Stamps::Capture), ("without", "amber", Stamps::Interrupt)]
     {
         let mut runs = runs(|seed| Scenario {
             stamps: [stamps; 2],
@@ -113,11 +113,11 @@ fn wires() -> String {
         });
         // The first pair arrives at 1 s.
         runs.iter_mut().for_each(|samples| samples.retain(|sample| sample.time >= 1.2));
-        drawn.push(curve(&format!("{name}: rms"), &format!("{class} close-up"), over_time(&runs, 0.0, rms)));
-        let class = format!("{class} thin dashed");
+        drawn.push(curve(&format!("{name}: rms"), &format!("{class} thick"), over_time(&runs, 0.0, rms)));
+        let class = format!("{class} dashed");
         drawn.push(curve(&format!("{name}: largest"), &class, over_time(&runs, 0.0, worst)));
     }
-    let across = Scale {
+    let across = Quantity {
         title: "time since the slave came up; the first SYNC is at 1 s",
         range: Range::Linear(0.0, 60.0, 5.0),
         text: seconds,
@@ -143,19 +143,15 @@ fn crystals() -> String {
     };
     let formula = |of: fn(f64) -> f64| [0.005, 100.0].map(|tau| (tau, of(tau))).to_vec();
     let drawn = [
-        curve("white noise by formula", "reply thin dashed", formula(|tau| WHITE * 1e-9 / tau.sqrt())),
-        curve(
-            "random walk by formula",
-            "request thin dashed",
-            formula(|tau| WALK * 1e-9 * (tau / 3.0).sqrt()),
-        ),
-        curve("drift by formula", "network thin dashed", formula(|tau| DRIFT * 1e-6 * tau / 2.0_f64.sqrt())),
-        curve("white noise and random walk", "master close-up", measured(noisy)),
-        curve("with drift", "time close-up", measured(Crystal { drift_ppm_per_s: DRIFT, ..noisy })),
+        curve("white noise by formula", "green dashed", formula(|tau| WHITE * 1e-9 / tau.sqrt())),
+        curve("random walk by formula", "violet dashed", formula(|tau| WALK * 1e-9 * (tau / 3.0).sqrt())),
+        curve("drift by formula", "black dashed", formula(|tau| DRIFT * 1e-6 * tau / 2.0_f64.sqrt())),
+        curve("white noise and random walk", "blue thick", measured(noisy)),
+        curve("with drift", "amber thick", measured(Crystal { drift_ppm_per_s: DRIFT, ..noisy })),
     ];
     let scales = [
-        Scale { title: "averaging time", range: Range::Decades(-3, 2), text: |tau| duration(tau * 1e9) },
-        Scale {
+        Quantity { title: "averaging time", range: Range::Decades(-3, 2), text: |tau| duration(tau * 1e9) },
+        Quantity {
             title: "Allan deviation of the frequency",
             range: Range::Decades(-10, -5),
             text: |deviation| format!("1e{:.0}", deviation.log10()),

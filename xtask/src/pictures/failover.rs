@@ -1,8 +1,8 @@
 //! Fail-over times of a fixed share of the campaign of faults.
 
 use campaign::failover::times;
-use demo::report::axis::Layout;
-use demo::report::chart::{Curve, Range, Scale, curves};
+use drawing::chart::{Curve, Quantity, curves};
+use drawing::{Layout, Range};
 
 /// Runs of each kind of cut.
 const RUNS: u64 = 100;
@@ -12,9 +12,9 @@ const END: f64 = 1_200.0;
 
 /// Where the cable is cut, metres: node n sits at 2 n.
 const CUTS: [(u32, &str, &str); 3] = [
-    (3, "the master alone is cut off", "master close-up"),
-    (5, "three of four slaves are cut off", "time close-up"),
-    (9, "one of four slaves is cut off", "command close-up"),
+    (3, "the master alone is cut off", "blue thick"),
+    (5, "three of four slaves are cut off", "amber thick"),
+    (9, "one of four slaves is cut off", "teal thick"),
 ];
 
 /// Names and contents of all.
@@ -28,12 +28,12 @@ fn histogram() -> String {
         let name = format!("{name}: {} of {RUNS} runs changed the bus", ends.len());
         Curve { name: Some(name), class: class.into(), points: stairs(&ends) }
     });
-    let across = Scale {
+    let across = Quantity {
         title: "from the cut until all slaves are Operational on the other bus",
         range: Range::Linear(0.0, END, 100.0),
         text: |value| format!("{value} ms"),
     };
-    let up = Scale {
+    let up = Quantity {
         title: "runs in 20 ms",
         range: Range::Linear(0.0, 40.0, 10.0),
         text: |value| format!("{value}"),

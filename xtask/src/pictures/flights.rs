@@ -7,8 +7,8 @@ use demo::flight::Flight;
 use demo::mission;
 use demo::plan::Plan;
 use demo::report;
-use demo::report::axis::Layout;
-use demo::report::chart::{self, Row};
+use drawing::Layout;
+use drawing::histogram::{self, Row};
 
 /// Quantity of the histogram.
 const WHAT: &str = "error of the clock against the master's; each row has its own height";
@@ -45,9 +45,9 @@ fn histogram() -> anyhow::Result<Vec<(&'static str, String)>> {
     let rows: Vec<Row> = bench::clock_errors()?
         .iter()
         .zip(2..)
-        .map(|(errors, node)| Row::of(format!("node {node}"), errors))
+        .map(|(errors, node)| report::clocks::row(format!("node {node}"), errors))
         .collect();
     let title = "Histograms of the errors of three clocks, 30 s to 60 s, 100 pulses each second";
-    let picture = chart::histogram(title, Layout::WIDE, WHAT, &rows);
+    let picture = histogram::draw(title, Layout::WIDE, WHAT, &rows);
     Ok(vec![("clock-histogram.svg", picture.standalone())])
 }

@@ -6,6 +6,7 @@ use can_wire::frame::WireFrame;
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
+use drawing::waveform::{Options, draw};
 
 /// SOF of the first frame.
 const SOF: Time = Time::from_us(20);
@@ -25,7 +26,7 @@ struct Scene {
     /// Bit times from SOF to the end of the picture, which begins 3 µs before SOF.
     bits: u64,
     /// Width of a bit.
-    bit_px: f64,
+    bit_width: f64,
 }
 
 fn scenes() -> [Scene; 3] {
@@ -37,7 +38,7 @@ fn scenes() -> [Scene; 3] {
             frames: vec![(0, WireFrame::standard(0x302, &[0x02, 0x00, 0x29, 0, 0, 0, 0, 0x29]))],
             fault: None,
             bits: 124,
-            bit_px: 12.0,
+            bit_width: 12.0,
         },
         Scene {
             file: "waveform-error.svg",
@@ -45,7 +46,7 @@ fn scenes() -> [Scene; 3] {
             frames: vec![(0, WireFrame::standard(0x080, &[]))],
             fault: Some(Fault::Flip(Flip::new(Place::Bit(16), Nodes::of(&[2])))),
             bits: 98,
-            bit_px: 12.0,
+            bit_width: 12.0,
         },
         Scene {
             file: "waveform-arbitration.svg",
@@ -53,7 +54,7 @@ fn scenes() -> [Scene; 3] {
             frames: vec![(1, heartbeat(2)), (2, heartbeat(3))],
             fault: None,
             bits: 80,
-            bit_px: 14.0,
+            bit_width: 14.0,
         },
     ]
 }
@@ -75,7 +76,8 @@ impl Scene {
         bench.wire.record_waveform(SOF - Time::from_us(3), to);
         bench.leap(to);
         let waveform = bench.wire.take_waveform().context("the span of the waveform is over")?;
-        Ok(waveform.picture().title(self.title).names(&NAMES).bit_px(self.bit_px).render())
+        let options = Options { title: self.title, names: &NAMES, bit_width: self.bit_width };
+        Ok(draw(&waveform, options).standalone())
     }
 }
 

@@ -1,11 +1,13 @@
 //! How far the slaves' clocks were from the master's: a line for each slave over time, and a histogram for each.
 
 use can_wire::time::Time;
+use drawing::histogram::{self, Row};
+use drawing::{Layout, Picture, Range, Scale, chart, key};
+use twin::pulses::{Errors, Sample};
 
-use super::axis::{Axis, Layout};
-use super::chart::{self, CURVES, Row};
+use super::axis::Axis;
+use super::classes::SHEETS;
 use super::faults::Marks;
-use super::svg::Svg;
 use crate::flight::Flight;
 use crate::narrator::name;
 
@@ -23,56 +25,54 @@ const WHAT: &str = "error of the clock against the master's, without sign";
 const SIGNED: &str = "error of the clock against the master's, positive where the slave's pulse is late; each row has its own height";
 
 /// Errors of all slaves over the whole flight; those below a nanosecond stand at the lower border.
-pub fn draw(flight: &Flight, layout: Layout) -> Svg {
+pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let axis = Axis::new(layout, Time::ZERO, flight.end);
     let errors = flight.clocks.iter().flat_map(|clock| &clock.errors.samples);
     let largest = errors.map(|sample| sample.error_ns.abs()).fold(1.0, f64::max);
-    let (lowest, highest) = (DECADES.0, DECADES.1.max(largest.log10().ceil() as i32));
+    let highest = DECADES.1.max(largest.log10().ceil() as i32);
     let names: Vec<String> = flight.clocks.iter().map(|clock| name(clock.node)).collect();
-    let key = chart::key(&names.iter().map(String::as_str).collect::<Vec<_>>(), layout);
+    let (key, rows) = key::of_curves(&names.iter().map(String::as_str).collect::<Vec<_>>(), layout);
     let marks = Marks::of(flight, &axis);
-    let top = TOP + key.last().map_or(0.0, |(_, y)| *y) + marks.height();
-    let bottom = top + f64::from(highest - lowest) * DECADE;
-    let height = |error_ns: f64| bottom - (error_ns.abs().max(1.0).log10() - f64::from(lowest)) * DECADE;
-    let mut svg = Svg::new(layout.width, bottom + AXIS, "Error of the slaves' clocks over time");
-    let (left, right) = axis.ends();
-    svg.rect("paper", 0.0, 0.0, layout.width, bottom + AXIS);
-    svg.rect("lane", left, top, right - left, bottom - top);
-    axis.draw(&mut svg, top, bottom);
-    for exponent in lowest..=highest {
-        let y = height(10_f64.powi(exponent));
-        svg.line("grid", (left, y), (right, y));
-        svg.text("soft end", left - 12.0, y + 4.0, &chart::duration(10_f64.powi(exponent)));
-    }
-    marks.draw(&mut svg, top, bottom, 8.0);
-    for (place, (clock, &at)) in flight.clocks.iter().zip(&key).enumerate() {
-        let dashed = if place < CURVES.len() { "" } else { " dashed" };
-        let class = format!("{} close-up{dashed}", CURVES[place % CURVES.len()]);
-        let points: Vec<(f64, f64)> = clock
-            .errors
-            .samples
-            .iter()
-            .map(|sample| (axis.x(Time::from_us((sample.at * 1e6) as u64)), height(sample.error_ns)))
-            .collect();
-        svg.path(&class, &points);
-        chart::draw_key(&mut svg, &class, at, &names[place]);
+    let top = TOP + rows + marks.height();
+    let bottom = top + f64::from(highest - DECADES.0) * DECADE;
+    let scale = Scale::new(Range::Decades(DECADES.0, highest), (bottom, top));
+    let title = "Error of the slaves' clocks over time";
+    let mut picture = Picture::new(layout.width, bottom + AXIS, title, SHEETS);
+    let (left, right) = layout.plot();
+    picture.rect("lane", left, top, right - left, bottom - top);
+    axis.draw(&mut picture, top, bottom);
+    scale.draw_up(&mut picture, (left, right), chart::duration);
+    marks.draw(&mut picture, top, bottom, 8.0);
+    for (number, (clock, &at)) in flight.clocks.iter().zip(&key).enumerate() {
+        let at_us = |sample: &Sample| Time::from_us((sample.at * 1e6) as u64);
+        let place = |sample| (axis.x(at_us(sample)), scale.place(sample.error_ns.abs()));
+        let points: Vec<(f64, f64)> = clock.errors.samples.iter().map(place).collect();
+        let class = chart::class(number);
+        picture.path(&class, &points);
+        key::draw_curve(&mut picture, &class, at, &names[number]);
     }
     if !layout.brief && key.len() <= 4 {
-        svg.text("soft end", right, 14.0, WHAT);
+        picture.text("soft end", right, 14.0, WHAT);
     }
     if flight.clocks.is_empty() {
-        svg.text("soft", left + 8.0, top + 20.0, "no pulses to compare");
+        picture.text("soft", left + 8.0, top + 20.0, "no pulses to compare");
     }
-    svg
+    picture
+}
+
+/// A row of a histogram, with the root of the mean square as its note.
+pub fn row(name: String, errors: &Errors) -> Row {
+    let note = format!("rms {}", chart::duration(errors.rms_ns()));
+    Row { name, note, errors: errors.samples.iter().map(|sample| sample.error_ns).collect() }
 }
 
 /// A histogram of the settled errors of each slave; `None` when no clock has settled.
-pub fn histogram(flight: &Flight, layout: Layout) -> Option<Svg> {
+pub fn histogram(flight: &Flight, layout: Layout) -> Option<Picture> {
     let settled = flight.clocks.iter().filter_map(|clock| Some((clock.node, clock.settled()?)));
-    let rows: Vec<Row> = settled.map(|(node, errors)| Row::of(name(node), &errors)).collect();
+    let rows: Vec<Row> = settled.map(|(node, errors)| row(name(node), &errors)).collect();
     let what = if layout.brief { "error of the clock" } else { SIGNED };
     (!rows.is_empty())
-        .then(|| chart::histogram("Histograms of the errors of the slaves' clocks", layout, what, &rows))
+        .then(|| histogram::draw("Histograms of the errors of the slaves' clocks", layout, what, &rows))
 }
 
 #[cfg(test)]
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn the_histogram_is_of_what_has_settled() {
         let flight = sample::flight();
-        let drawn = histogram(&flight, Layout::WIDE).expect("it has settled").inline().into_string();
+        let drawn = histogram(&flight, Layout::WIDE).expect("it has settled").inline();
         assert_eq!(drawn.matches("class=\"bar\"").count(), 2);
         for expected in [">-40 ns<", ">40 ns<", ">node 2<", ">rms 35 ns<"] {
             assert!(drawn.contains(expected), "{expected}");

@@ -1,8 +1,9 @@
 //! Marks of the faults that the demo caused, in a picture of one plot.
 
+use drawing::Picture;
+use drawing::labels::{self, Label};
+
 use super::axis::Axis;
-use super::labels::{self, Label};
-use super::svg::Svg;
 use crate::flight::Flight;
 
 /// Lines of the faults and their names above the plot.
@@ -17,7 +18,7 @@ impl Marks {
         let (names, mut labels): (Vec<_>, Vec<_>) = flight
             .faults()
             .into_iter()
-            .map(|(name, at)| (name, Label::above(axis.layout(), axis.x(at), name)))
+            .map(|(name, at)| (name, Label::above(axis.layout, axis.x(at), name)))
             .unzip();
         let rows = labels::arrange(&mut labels, 0.0);
         Marks { marks: names.into_iter().zip(labels).collect(), rows }
@@ -29,11 +30,11 @@ impl Marks {
     }
 
     /// Draws them over a plot; `gap` is the space between the plot and the names.
-    pub fn draw(&self, svg: &mut Svg, top: f64, bottom: f64, gap: f64) {
+    pub fn draw(&self, picture: &mut Picture, top: f64, bottom: f64, gap: f64) {
         for (name, label) in &self.marks {
             let up = label.row as f64 * labels::ROW;
-            svg.line("cut", (label.line, top - 4.0 - up), (label.line, bottom));
-            svg.text("cut-label middle", label.middle(), top - gap - up, name);
+            picture.line("cut", (label.line, top - 4.0 - up), (label.line, bottom));
+            picture.text("cut-label middle", label.middle(), top - gap - up, name);
         }
     }
 }

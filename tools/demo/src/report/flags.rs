@@ -1,18 +1,18 @@
 //! Flags of a timeline: lines through the lanes at a cut, at the loss of a master and at what followed, with words above them.
 
 use can_wire::time::Time;
+use drawing::labels::{self, Label};
+use drawing::{Picture, text_width};
 
-use super::axis::{Axis, text_width};
+use super::axis::Axis;
 use super::kind::Kind;
-use super::labels::{self, Label};
 use super::lanes::{Lanes, lane_title};
-use super::svg::Svg;
 use crate::flight::Flight;
 use crate::narrator::name;
 use crate::record::{Bus, MASTER, Node};
 
-/// Letters of the title of a lane are wider than those of a label by this factor.
-const TITLE_SIZE: f64 = 1.35;
+/// Height of letters that are as wide as those of the title of a lane.
+const TITLE: f64 = 17.5;
 
 /// A line through a lane, and words.
 #[derive(Clone)]
@@ -36,7 +36,7 @@ pub struct Flags {
 impl Flags {
     /// The flags that an axis shows.
     pub fn of(flight: &Flight, axis: &Axis) -> Flags {
-        let layout = axis.layout();
+        let layout = axis.layout;
         let all = [of_cut(flight, axis), of_loss(flight, axis)].concat();
         let mut flags = Vec::new();
         let heights = Bus::ALL.map(|bus| {
@@ -44,8 +44,7 @@ impl Flags {
             let mut labels: Vec<Label> =
                 mine.iter().map(|flag| Label::beside(layout, axis.x(flag.at), &flag.text)).collect();
             // Where there is little room the title of the lane reaches over the plot.
-            let title =
-                if layout.brief { TITLE_SIZE * text_width(&lane_title(bus)) + labels::APART } else { 0.0 };
+            let title = if layout.brief { text_width(&lane_title(bus), TITLE) + labels::APART } else { 0.0 };
             let rows = labels::arrange(&mut labels, title);
             flags.extend(mine.into_iter().zip(labels));
             rows as f64 * labels::ROW
@@ -59,15 +58,15 @@ impl Flags {
     }
 
     /// Draws lines and words.
-    pub fn draw(&self, svg: &mut Svg, lanes: &Lanes) {
+    pub fn draw(&self, picture: &mut Picture, lanes: &Lanes) {
         for (Flag { bus, words, class, text, .. }, label) in &self.flags {
             let (x, top, up) = (label.line, lanes.top(*words), label.row as f64 * labels::ROW);
             if bus != words {
-                svg.line(class, (x, lanes.top(*bus) - 8.0), (x, lanes.bottom(*bus)));
+                picture.line(class, (x, lanes.top(*bus) - 8.0), (x, lanes.bottom(*bus)));
             }
-            svg.line(class, (x, top - 8.0 - up), (x, lanes.bottom(*words)));
+            picture.line(class, (x, top - 8.0 - up), (x, lanes.bottom(*words)));
             let (end, x) = if label.is_right() { ("", label.left) } else { (" end", label.right) };
-            svg.text(&format!("{class}-label{end}"), x, top - 9.0 - up, text);
+            picture.text(&format!("{class}-label{end}"), x, top - 9.0 - up, text);
         }
     }
 }
@@ -76,7 +75,7 @@ impl Flags {
 fn of_cut(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     let mut flags = Vec::new();
     let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return flags };
-    let brief = axis.layout().brief;
+    let brief = axis.layout.brief;
     let place = flight
         .plan
         .cut
@@ -101,7 +100,7 @@ fn of_cut(flight: &Flight, axis: &Axis) -> Vec<Flag> {
 fn of_loss(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     let mut flags = Vec::new();
     let Some((lost, board)) = flight.loss().filter(|(at, _)| axis.shows(*at)) else { return flags };
-    let brief = axis.layout().brief;
+    let brief = axis.layout.brief;
     let text = if brief {
         "off".into()
     } else {

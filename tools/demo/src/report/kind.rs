@@ -94,20 +94,20 @@ impl Kind {
         }
     }
 
-    /// Its class in the pictures.
+    /// Its classes in the pictures.
     pub fn class(self) -> &'static str {
         match self {
-            Kind::Nmt => "network",
-            Kind::BootUp => "boot-up",
-            Kind::Emergency => "emergency",
-            Kind::Sdo => "sdo",
-            Kind::Master => "master",
-            Kind::Slave => "slave",
-            Kind::Time => "time",
-            Kind::Command | Kind::MasterPdo => "command",
-            Kind::Request => "request",
-            Kind::Reply | Kind::SlavePdo => "reply",
-            Kind::Claim | Kind::Other => "other",
+            Kind::Nmt => "black thick",
+            Kind::BootUp => "cyan thick",
+            Kind::Emergency => "orange thick",
+            Kind::Sdo => "pink",
+            Kind::Master => "blue",
+            Kind::Slave => "sky",
+            Kind::Time => "amber",
+            Kind::Command | Kind::MasterPdo => "teal",
+            Kind::Request => "violet",
+            Kind::Reply | Kind::SlavePdo => "green",
+            Kind::Claim | Kind::Other => "grey",
         }
     }
 }

@@ -1,18 +1,15 @@
 //! The report of a flight: one HTML file that needs nothing else.
 
-pub mod axis;
-pub mod chart;
-mod clocks;
+mod axis;
+mod classes;
+pub mod clocks;
 mod events;
 mod faults;
 mod flags;
 mod header;
 mod kind;
-mod labels;
 mod lanes;
-mod paint;
 mod states;
-pub mod svg;
 mod tables;
 mod timeline;
 
@@ -22,10 +19,10 @@ use crate::flight::Flight;
 use crate::meaning::Scope;
 use crate::record::Bus;
 use crate::summary::Summary;
-use axis::Layout;
+use classes::SHEETS;
+use drawing::{Layout, Picture, paint};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use support::board::Profile;
-use svg::Svg;
 
 const PAGE_STYLE: &str = include_str!("page.css");
 
@@ -49,7 +46,7 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { "A flight on two CAN buses" }
-                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(paint::dark())) }
+                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(paint::dark(SHEETS))) }
             }
             body {
                 main {
@@ -244,14 +241,14 @@ fn how_to_read(flight: &Flight) -> Markup {
 }
 
 /// A picture for wide pages and one for narrow ones; the style sheet shows one of them.
-fn both(draw: impl Fn(Layout) -> Svg) -> Markup {
+fn both(draw: impl Fn(Layout) -> Picture) -> Markup {
     each(&draw(Layout::WIDE), Some(&draw(Layout::NARROW)))
 }
 
-fn each(wide: &Svg, narrow: Option<&Svg>) -> Markup {
+fn each(wide: &Picture, narrow: Option<&Picture>) -> Markup {
     html! {
-        .wide { (wide.inline()) }
-        .narrow { @if let Some(narrow) = narrow { (narrow.inline()) } }
+        .wide { (PreEscaped(wide.inline())) }
+        .narrow { @if let Some(narrow) = narrow { (PreEscaped(narrow.inline())) } }
     }
 }
 
@@ -278,9 +275,9 @@ fn states_key() -> Markup {
         ("on-redundant", "on the redundant bus"),
     ];
     let patch = |class| {
-        let mut patch = Svg::new(14.0, 14.0, "");
+        let mut patch = Picture::new(14.0, 14.0, "", SHEETS);
         patch.rect(class, 0.0, 0.0, 14.0, 14.0);
-        patch.inline()
+        PreEscaped(patch.inline())
     };
     html! {
         .key { @for (class, name) in entries { span { (patch(class)) (name) } } }

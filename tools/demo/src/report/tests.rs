@@ -3,6 +3,7 @@ use crate::pdos::Sheets;
 use crate::sample;
 use crate::verdict::{Outcome, Verdict};
 use can_wire::time::Time;
+use drawing::Picture;
 
 fn rendered(flight: &Flight) -> String {
     page(flight, &Summary::of(flight, sample::origin(), &Sheets::default()))
@@ -126,12 +127,12 @@ fn page_of_two_masters_shows_faults_and_roles() {
 /// Pictures of a flight for narrow pages.
 fn narrow(flight: &Flight) -> Vec<String> {
     let close_ups = [Since::Cut, Since::Loss].map(|since| timeline::close_up(flight, since, Layout::NARROW));
-    let mut pictures: Vec<Svg> = close_ups.into_iter().flatten().collect();
+    let mut pictures: Vec<Picture> = close_ups.into_iter().flatten().collect();
     pictures.push(timeline::overview(flight, Layout::NARROW));
     pictures.push(states::draw(flight, Layout::NARROW));
     pictures.push(clocks::draw(flight, Layout::NARROW));
     pictures.extend(clocks::histogram(flight, Layout::NARROW));
-    pictures.iter().map(|picture| picture.inline().into_string()).collect()
+    pictures.iter().map(|picture| picture.inline()).collect()
 }
 
 fn number(element: &str, name: &str) -> Option<f64> {

@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use can_wire::time::Time;
+use drawing::{Layout, Picture};
 
-use super::axis::{Axis, Layout};
+use super::axis::Axis;
+use super::classes::SHEETS;
 use super::flags::Flags;
 use super::kind::Kind;
 use super::lanes::{Lanes, ROW, lane, lane_title};
-use super::svg::Svg;
 use crate::change::Since;
 use crate::flight::Flight;
 use crate::record::Bus;
@@ -20,7 +21,7 @@ const BEFORE: Time = Time::from_ms(400);
 const AFTER: Time = Time::from_ms(600);
 
 /// The whole flight.
-pub fn overview(flight: &Flight, layout: Layout) -> Svg {
+pub fn overview(flight: &Flight, layout: Layout) -> Picture {
     draw(
         flight,
         Axis::new(layout, Time::ZERO, flight.end),
@@ -30,7 +31,7 @@ pub fn overview(flight: &Flight, layout: Layout) -> Svg {
 }
 
 /// The moments around a fault, until the first slave works again; `None` in a flight without this fault.
-pub fn close_up(flight: &Flight, since: Since, layout: Layout) -> Option<Svg> {
+pub fn close_up(flight: &Flight, since: Since, layout: Layout) -> Option<Picture> {
     let (fault, title) = match since {
         Since::Cut => (flight.cut()?.0, "Frames around the cut"),
         Since::Loss => (flight.loss()?.0, "Frames around the takeover"),
@@ -42,29 +43,28 @@ pub fn close_up(flight: &Flight, since: Since, layout: Layout) -> Option<Svg> {
     let switch = flight.switch().filter(|at| *at >= fault).map(|at| at.since(fault));
     let after = times.min().or(switch).unwrap_or_default() + AFTER;
     let until = (fault + after).min(flight.end);
-    (until > fault).then(|| draw(flight, Axis::new(layout, fault - BEFORE, until), " close-up", title))
+    (until > fault).then(|| draw(flight, Axis::new(layout, fault - BEFORE, until), " thick", title))
 }
 
-fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
-    let (layout, flags) = (axis.layout(), Flags::of(flight, &axis));
+fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
+    let (layout, flags) = (axis.layout, Flags::of(flight, &axis));
     let lanes = Lanes::new(flight, Bus::ALL.map(|bus| flags.height(bus)));
     let height = lanes.bottom(Bus::Redundant) + AXIS;
-    let mut svg = Svg::new(layout.width, height, title);
-    let (left, right) = axis.ends();
-    svg.rect("paper", 0.0, 0.0, layout.width, height);
+    let mut picture = Picture::new(layout.width, height, title, SHEETS);
+    let (left, right) = layout.plot();
     for bus in Bus::ALL {
-        svg.rect("lane", left, lanes.top(bus), right - left, lane(&lanes.rows));
+        picture.rect("lane", left, lanes.top(bus), right - left, lane(&lanes.rows));
     }
-    shade_active(flight, &axis, &lanes, &mut svg);
-    axis.draw(&mut svg, lanes.top(Bus::Nominal), lanes.bottom(Bus::Redundant));
+    shade_active(flight, &axis, &lanes, &mut picture);
+    axis.draw(&mut picture, lanes.top(Bus::Nominal), lanes.bottom(Bus::Redundant));
     for bus in Bus::ALL {
         // Wider than the names of the rows where there is little room, so it begins at the border.
         let (anchor, x) = if layout.brief { ("", 0.0) } else { (" end", left - 12.0) };
-        svg.text(&format!("bus-{}{anchor}", bus.name()), x, lanes.top(bus) - 9.0, &lane_title(bus));
+        picture.text(&format!("bus-{}{anchor}", bus.name()), x, lanes.top(bus) - 9.0, &lane_title(bus));
         for (row, kind) in lanes.rows.iter().enumerate() {
             let y = lanes.row_top(bus, row);
             let name = if layout.brief { kind.brief() } else { kind.name() };
-            svg.text("soft end", left - 12.0, y + 11.0, name);
+            picture.text("soft end", left - 12.0, y + 11.0, name);
         }
         let others = Kind::OTHERS.iter().map(|kind| (0, kind));
         for (row, &kind) in lanes.rows.iter().enumerate().chain(others) {
@@ -73,18 +73,19 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
                 .filter(|(at, seen)| seen.bus == bus && axis.shows(*at) && Kind::of(seen) == kind)
                 .map(|(at, _)| (axis.x(at) * 5.0).round() as i64 * 2)
                 .collect();
-            svg.ticks(&format!("{}{tick_class}", kind.class()), places, lanes.row_top(bus, row), ROW - 4.0);
+            let class = format!("{}{tick_class}", kind.class());
+            picture.ticks(&class, places, lanes.row_top(bus, row), ROW - 4.0);
         }
     }
-    flags.draw(&mut svg, &lanes);
-    svg
+    flags.draw(&mut picture, &lanes);
+    picture
 }
 
 /// The bus on which the master's heartbeat runs has another ground.
-fn shade_active(flight: &Flight, axis: &Axis, lanes: &Lanes, svg: &mut Svg) {
+fn shade_active(flight: &Flight, axis: &Axis, lanes: &Lanes, picture: &mut Picture) {
     for (bus, begin, end) in active_spans(flight) {
         let (x, until) = (axis.x(begin), axis.x(end));
-        svg.rect("active", x, lanes.top(bus), until - x, lanes.bottom(bus) - lanes.top(bus));
+        picture.rect("active", x, lanes.top(bus), until - x, lanes.bottom(bus) - lanes.top(bus));
     }
 }
 

@@ -1,15 +1,10 @@
 //! What an oscilloscope with a protocol decoder on every node would show.
 //!
 //! [`Wire::record_waveform`](crate::wire::Wire::record_waveform) switches it on for a span of time; meanwhile every
-//! bit is computed. [`Waveform::picture`] draws it as SVG. Off it costs nothing.
+//! bit is computed. Off it costs nothing.
 
-mod bands;
-mod notes;
-mod picture;
 mod recorder;
-mod style;
 
-pub use picture::Picture;
 pub(crate) use recorder::Recorder;
 
 use crate::controller::{ErrorCounters, NodeIndex, WireEvent};

@@ -17,6 +17,7 @@ use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use can_wire::wire::WireConfig;
+use drawing::waveform::{Options, draw};
 
 const NODES: usize = 8;
 const SCRIPTS: u64 = 1000;
@@ -82,7 +83,8 @@ impl Script {
         bench.leap(at + us(60));
         let waveform = bench.wire.take_waveform().expect("the span is over");
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("script-{name}.svg"));
-        std::fs::write(&path, waveform.picture().render()).expect("a file in target/tmp");
+        std::fs::write(&path, draw(&waveform, Options::default()).standalone())
+            .expect("a file in target/tmp");
         path
     }
 

@@ -1,4 +1,4 @@
-//! What a waveform shows, counted on paper, and its picture.
+//! What a waveform shows, counted on paper.
 
 use crate::common::*;
 use can_wire::controller::{ErrorKind, WireEvent};
@@ -7,7 +7,6 @@ use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::waveform::{Lane, Waveform};
 use can_wire::wire::WireConfig;
-use svg::parser::Event;
 
 fn record(bench: &mut Bench, from: u64, to: u64) -> Waveform {
     bench.wire.record_waveform(us(from), us(to));
@@ -148,58 +147,4 @@ fn the_past_cannot_be_recorded() {
     let mut bench = sender_and(1);
     bench.leap(us(50));
     bench.wire.record_waveform(us(49), us(75));
-}
-
-/// Elements of the picture by class, and its texts.
-fn contents(picture: &str) -> (Vec<String>, Vec<String>) {
-    let (mut classes, mut texts) = (Vec::new(), Vec::new());
-    for event in svg::read(picture).unwrap() {
-        match event {
-            Event::Tag(_, _, attributes) => classes.extend(attributes.get("class").map(ToString::to_string)),
-            Event::Text(words) => texts.push(words.to_owned()),
-            Event::Error(error) => panic!("{error}"),
-            _ => {}
-        }
-    }
-    (classes, texts)
-}
-
-#[test]
-fn a_picture_shows_every_bit_and_what_happened() {
-    let waveform = record(&mut disturbed(), 15, 115);
-    let picture = waveform.picture().title("before < after & more").names(&["sender"]).render();
-    let (classes, texts) = contents(&picture);
-    let count = |class: &str| classes.iter().filter(|&has| has == class).count();
-    let all = |is: fn(&can_wire::waveform::Bit) -> bool| {
-        waveform.lanes.iter().flat_map(|lane| &lane.bits).filter(|&bit| is(bit)).count()
-    };
-    // The legend shows each mark once more.
-    assert_eq!(count("sample"), all(|_| true) + 1);
-    assert_eq!(count("stuff"), all(|bit| bit.field == Field::Stuff) + 1);
-    assert_eq!(count("flip"), 1 + 1);
-    assert_eq!((count("band flag"), count("band superposition"), count("band ack")), (3, 1, 3));
-    for words in [
-        "before &lt; after &amp; more",
-        "sender",
-        "node 2",
-        "identifier 080h",
-        "DLC 0",
-        "end of frame",
-        "flipped: reads 0",
-        "bit error: sent 1, saw 0, TEC 8",
-        "stuff error, REC 1",
-        "REC 9",
-        "sent, TEC 7",
-    ] {
-        assert!(texts.iter().any(|text| text == words), "{words}: {texts:?}");
-    }
-}
-
-/// A long span is drawn with narrow bits, without digits.
-#[test]
-fn narrow_bits_have_no_digits() {
-    let waveform = record(&mut disturbed(), 15, 115);
-    let (classes, _) = contents(&waveform.picture().bit_px(3.0).render());
-    assert!(!classes.iter().any(|class| class.starts_with("digit")));
-    assert!(classes.iter().any(|class| class == "band crc"));
 }

@@ -1,18 +1,15 @@
 //! Runs of bits that belong together, with the names that text books give them.
 
-use super::{Bit, Lane};
-use crate::field::Field;
-use crate::mac::{DOMINANT, RECESSIVE};
-use crate::time::Time;
+use can_wire::field::Field;
+use can_wire::time::Time;
+use can_wire::waveform::{Bit, Lane};
 
-/// What a band is about; its name is its class in the picture.
+/// The part of a frame, or of what is between frames, that a band shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Sof,
     Identifier,
-    Rtr {
-        extended: bool,
-    },
+    Rtr,
     Ide,
     Reserved(u8),
     Dlc,
@@ -73,9 +70,8 @@ fn kind_of(bit: &Bit, before: Option<Kind>) -> Kind {
     match bit.field {
         Field::Sof => Kind::Sof,
         Field::Identifier(_) | Field::Extension(_) => Kind::Identifier,
-        Field::Rtr => Kind::Rtr { extended: false },
+        Field::Rtr | Field::ExtendedRtr => Kind::Rtr,
         Field::Ide => Kind::Ide,
-        Field::ExtendedRtr => Kind::Rtr { extended: true },
         Field::Reserved(bit) => Kind::Reserved(bit),
         Field::Dlc(_) => Kind::Dlc,
         Field::Data(bit) => Kind::Data(bit / 8),
@@ -88,11 +84,12 @@ fn kind_of(bit: &Bit, before: Option<Kind>) -> Kind {
         Field::Eof(_) => Kind::Eof,
         Field::Intermission(_) => Kind::Intermission,
         Field::Suspend(_) => Kind::Suspend,
-        Field::ErrorFlag(_) if bit.driven == DOMINANT => Kind::ActiveFlag,
-        Field::ErrorFlag(_) => Kind::PassiveFlag,
+        // A passive flag is recessive.
+        Field::ErrorFlag(_) if bit.driven => Kind::PassiveFlag,
+        Field::ErrorFlag(_) => Kind::ActiveFlag,
         Field::OverloadFlag(_) => Kind::OverloadFlag,
         // The first recessive bit after the flags is the first of the delimiter.
-        Field::Superposition(_) if bit.sampled == RECESSIVE => Kind::Delimiter,
+        Field::Superposition(_) if bit.sampled => Kind::Delimiter,
         Field::Superposition(_) => Kind::Superposition,
         Field::Delimiter(_) => Kind::Delimiter,
         Field::Idle => Kind::Waiting,
@@ -100,8 +97,8 @@ fn kind_of(bit: &Bit, before: Option<Kind>) -> Kind {
 }
 
 impl Band {
-    /// Its name: the longest first, for as much room as there is.
-    pub(super) fn names(&self) -> Vec<String> {
+    /// Its class in the picture, and its names: the longest first, for as much room as there is.
+    pub(super) fn look(&self) -> (&'static str, Vec<String>) {
         let fixed = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
         let hex = |name: &str, short: &str, width: usize, of: u32| {
             let mut names = vec![name.to_owned(), short.to_owned()];
@@ -113,50 +110,28 @@ impl Band {
             names
         };
         match self.kind {
-            Kind::Sof => fixed(&["SOF"]),
-            Kind::Identifier if self.bits == 29 => hex("identifier", "ID", 8, 29),
-            Kind::Identifier => hex("identifier", "ID", 3, 11),
-            Kind::Rtr { .. } => fixed(&["RTR"]),
-            Kind::Ide => fixed(&["IDE"]),
-            Kind::Reserved(bit) => vec![format!("r{}", 1 - bit.min(1))],
-            Kind::Dlc => {
-                let dlc = format!("DLC {}", self.value);
-                if self.bits == 4 { vec![dlc, "DLC".to_owned()] } else { fixed(&["DLC"]) }
-            }
-            Kind::Data(byte) => hex(&format!("data {byte}:"), &format!("D{byte}"), 2, 8),
-            Kind::Crc => hex("CRC", "CRC", 4, 15),
-            Kind::CrcDelimiter => fixed(&["CRC delimiter", "del"]),
-            Kind::Ack => fixed(&["ACK"]),
-            Kind::AckDelimiter => fixed(&["ACK delimiter", "del"]),
-            Kind::Eof => fixed(&["end of frame", "EOF"]),
-            Kind::Intermission => fixed(&["intermission", "IFS"]),
-            Kind::Suspend => fixed(&["suspend transmission", "suspend", "SUS"]),
-            Kind::ActiveFlag => fixed(&["active error flag", "error flag", "flag"]),
-            Kind::PassiveFlag => fixed(&["passive error flag", "passive flag", "pasv"]),
-            Kind::OverloadFlag => fixed(&["overload flag", "overload", "OVL"]),
-            Kind::Superposition => fixed(&["superposition", "superpos.", "sup"]),
-            Kind::Delimiter => fixed(&["delimiter", "del"]),
-            Kind::Waiting => fixed(&["not on the bus", "off"]),
-        }
-    }
-
-    /// Its class in the style sheet.
-    pub(super) fn class(&self) -> &'static str {
-        match self.kind {
-            Kind::Sof => "sof",
-            Kind::Identifier => "id",
-            Kind::Rtr { .. } | Kind::Ide | Kind::Reserved(_) => "control",
-            Kind::Dlc => "dlc",
-            Kind::Data(_) => "data",
-            Kind::Crc => "crc",
-            Kind::Ack => "ack",
-            Kind::CrcDelimiter | Kind::AckDelimiter | Kind::Eof => "fixed",
-            Kind::Intermission | Kind::Suspend | Kind::Waiting => "between",
-            Kind::ActiveFlag => "flag",
-            Kind::PassiveFlag => "passive",
-            Kind::OverloadFlag => "overload",
-            Kind::Superposition => "superposition",
-            Kind::Delimiter => "delimiter",
+            Kind::Sof => ("sof", fixed(&["SOF"])),
+            Kind::Identifier if self.bits == 29 => ("id", hex("identifier", "ID", 8, 29)),
+            Kind::Identifier => ("id", hex("identifier", "ID", 3, 11)),
+            Kind::Rtr => ("control", fixed(&["RTR"])),
+            Kind::Ide => ("control", fixed(&["IDE"])),
+            Kind::Reserved(bit) => ("control", vec![format!("r{}", 1 - bit.min(1))]),
+            Kind::Dlc if self.bits == 4 => ("dlc", vec![format!("DLC {}", self.value), "DLC".to_owned()]),
+            Kind::Dlc => ("dlc", fixed(&["DLC"])),
+            Kind::Data(byte) => ("data", hex(&format!("data {byte}:"), &format!("D{byte}"), 2, 8)),
+            Kind::Crc => ("crc", hex("CRC", "CRC", 4, 15)),
+            Kind::CrcDelimiter => ("fixed", fixed(&["CRC delimiter", "del"])),
+            Kind::Ack => ("ack", fixed(&["ACK"])),
+            Kind::AckDelimiter => ("fixed", fixed(&["ACK delimiter", "del"])),
+            Kind::Eof => ("fixed", fixed(&["end of frame", "EOF"])),
+            Kind::Intermission => ("between", fixed(&["intermission", "IFS"])),
+            Kind::Suspend => ("between", fixed(&["suspend transmission", "suspend", "SUS"])),
+            Kind::ActiveFlag => ("flag", fixed(&["active error flag", "error flag", "flag"])),
+            Kind::PassiveFlag => ("passive", fixed(&["passive error flag", "passive flag", "pasv"])),
+            Kind::OverloadFlag => ("overload", fixed(&["overload flag", "overload", "OVL"])),
+            Kind::Superposition => ("superposition", fixed(&["superposition", "superpos.", "sup"])),
+            Kind::Delimiter => ("delimiter", fixed(&["delimiter", "del"])),
+            Kind::Waiting => ("between", fixed(&["not on the bus", "off"])),
         }
     }
 }

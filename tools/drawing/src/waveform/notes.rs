@@ -1,8 +1,8 @@
 //! What happened to a node, in words at their places.
 
-use super::Lane;
-use crate::controller::{ErrorCounters, ErrorKind, WireEvent};
-use crate::time::{TICKS_PER_US, Time};
+use can_wire::controller::{ErrorCounters, ErrorKind, WireEvent};
+use can_wire::time::{TICKS_PER_US, Time};
+use can_wire::waveform::Lane;
 
 /// A remark about an instant.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,12 +21,12 @@ pub(super) enum Class {
 }
 
 impl Class {
-    /// In the style sheet.
+    /// End of the names of its classes in the picture: of `leader`, its line, and of `note`, its words.
     pub(super) fn name(self) -> &'static str {
         match self {
             Class::Plain => "",
-            Class::Resynchronised => " shift",
-            Class::Error => " error",
+            Class::Resynchronised => "-shift",
+            Class::Error => "-error",
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A label stands in a *row*: row 0 is next to the picture, the others are above it. The line of a label reaches up to its row.
 
-use super::axis::{Layout, text_width};
+use crate::layout::{LETTERS, Layout, text_width};
 
 /// Height of a row.
 pub const ROW: f64 = 15.0;
@@ -29,14 +29,14 @@ pub struct Label {
 impl Label {
     /// Right of its line; left of it where there is no room.
     pub fn beside(layout: Layout, line: f64, text: &str) -> Label {
-        let width = text_width(text);
+        let width = text_width(text, LETTERS);
         let left = if layout.has_room(line + GAP + APART, text) { line + GAP } else { line - GAP - width };
         Label { line, left, right: left + width, row: 0 }
     }
 
     /// Above its line, inside the picture.
     pub fn above(layout: Layout, line: f64, text: &str) -> Label {
-        let half = text_width(text) / 2.0;
+        let half = text_width(text, LETTERS) / 2.0;
         let middle = line.min(layout.width - half);
         Label { line, left: middle - half, right: middle + half, row: 0 }
     }

@@ -1,0 +1,110 @@
+//! Colours, lines and letters of the pictures, by class.
+//!
+//! A [`Sheet`] has a class per line, `name { attribute: value; ... }`, with the names and values of SVG. A colour on
+//! light ground has that on dark ground behind it, `light / dark`, where that is another one. Drawing panics
+//! at a line of another shape.
+//!
+//! Each element carries its paint as attributes, on light ground: that is what every renderer of SVG understands. Style
+//! sheets with variables or media queries are for browsers alone, so the only one ([`dark`]) repeats colours for dark
+//! ground, and a renderer that skips it still draws the picture as it should be.
+
+use std::fmt::Write;
+
+/// Classes and their looks.
+pub type Sheet = &'static str;
+
+/// Classes that pictures of any subject use. Colours of lines have their names.
+pub const BASE: Sheet = "
+paper { fill: #ffffff / #161b22 }
+lane { fill: #f5f7fa / #1b212a }
+grid { stroke: #e4e7ec / #2b323c; stroke-width: 1 }
+label { fill: #1b2330 / #e6eaf0 }
+soft { fill: #667085 / #98a3b3; font-size: 12 }
+end { text-anchor: end }
+middle { text-anchor: middle }
+bar { fill: #2563b0 / #6aa9f0 }
+black { fill: none; stroke: #1b2330 / #f0f3f7; stroke-width: 1 }
+cyan { fill: none; stroke: #0b7fab / #4cc3f0; stroke-width: 1 }
+orange { fill: none; stroke: #d9480f / #ff8f4d; stroke-width: 1 }
+pink { fill: none; stroke: #a8326e / #e884b4; stroke-width: 1 }
+blue { fill: none; stroke: #1d6fd8 / #5ea6ff; stroke-width: 1 }
+sky { fill: none; stroke: #6aa5e8 / #3a6ea8; stroke-width: 1 }
+amber { fill: none; stroke: #b9770e / #e5a83b; stroke-width: 1 }
+teal { fill: none; stroke: #0f8577 / #35b8a6; stroke-width: 1 }
+violet { fill: none; stroke: #9a5fc9 / #b98be0; stroke-width: 1 }
+green { fill: none; stroke: #4c9a2a / #79c257; stroke-width: 1 }
+grey { fill: none; stroke: #98a2b3 / #667085; stroke-width: 1 }
+thick { stroke-width: 2 }
+dashed { stroke-dasharray: 5,3 }
+";
+
+/// An attribute: name, value on light ground, value on dark ground where that is another one.
+type Look = (&'static str, &'static str, Option<&'static str>);
+
+/// The classes of sheets, and their looks.
+fn classes(sheets: &[Sheet]) -> impl Iterator<Item = (&'static str, Vec<Look>)> {
+    let lines = sheets.iter().flat_map(|sheet| sheet.lines()).filter(|line| !line.is_empty());
+    lines.map(|line| {
+        class(line).unwrap_or_else(|| panic!("`{line}`: expected `class {{ attribute: value }}`"))
+    })
+}
+
+fn class(line: &'static str) -> Option<(&'static str, Vec<Look>)> {
+    let (class, looks) = line.strip_suffix(" }")?.split_once(" { ")?;
+    let look = |look: &'static str| {
+        let (name, value) = look.split_once(": ")?;
+        Some(value.split_once(" / ").map_or((name, value, None), |(light, dark)| (name, light, Some(dark))))
+    };
+    Some((class, looks.split("; ").map(look).collect::<Option<_>>()?))
+}
+
+/// Attributes of an element with these classes, `class` among them; of two classes the later wins.
+pub(crate) fn attributes(sheets: &[Sheet], names: &str) -> Vec<(&'static str, String)> {
+    let mut found = vec![("class", names.to_owned())];
+    for class in names.split_whitespace() {
+        let looks = classes(sheets).find(|(name, _)| *name == class).map(|(_, looks)| looks);
+        for (name, light, _) in looks.unwrap_or_default() {
+            found.retain(|(before, _)| *before != name);
+            found.push((name, light.to_owned()));
+        }
+    }
+    found
+}
+
+/// A style sheet for browsers that want dark ground; empty where no class has another colour on it.
+pub fn dark(sheets: &[Sheet]) -> String {
+    let mut rules = String::new();
+    for (class, looks) in classes(sheets) {
+        let dark = looks.into_iter().filter_map(|(name, _, dark)| Some(format!(" {name}: {};", dark?)));
+        let colours: String = dark.collect();
+        if !colours.is_empty() {
+            let _ = writeln!(rules, "  svg.chart .{class} {{{colours} }}");
+        }
+    }
+    if rules.is_empty() { rules } else { format!("@media (prefers-color-scheme: dark) {{\n{rules}}}\n") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn later_class_wins() {
+        let expected =
+            [("class", "blue thick"), ("fill", "none"), ("stroke", "#1d6fd8"), ("stroke-width", "2")];
+        assert_eq!(attributes(&[BASE], "blue thick"), expected.map(|(name, value)| (name, value.to_owned())));
+    }
+
+    #[test]
+    fn dark_sheet_has_colours_only() {
+        let sheet = dark(&[BASE]);
+        assert!(sheet.contains("  svg.chart .blue { stroke: #5ea6ff; }\n"), "{sheet}");
+        assert!(!sheet.contains("thick") && !sheet.contains("var("), "{sheet}");
+    }
+
+    #[test]
+    #[should_panic(expected = "`paper fill: red`: expected `class { attribute: value }`")]
+    fn line_of_another_shape_panics() {
+        attributes(&["paper fill: red"], "paper");
+    }
+}
