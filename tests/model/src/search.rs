@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use ecss_can::redundancy::Broken;
+use judge::Bounds;
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
 use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
@@ -12,17 +13,6 @@ use crate::world::{Crew, Fault, World};
 
 /// Most faults of a search.
 pub const MOST_FAULTS: u8 = 3;
-
-/// Changes of the bus that no unserved slave asks for: where each bus serves one slave, a try from each bus, and at most one
-/// return from each.
-const NEEDLESS: u8 = 4;
-
-/// Ticks in which two active masters may hear each other: two heartbeat periods.
-const RIVALLING: u8 = 4;
-
-/// Changes of role after the last fault: both become active where they do not hear each other, and one yields where they do;
-/// once more where nobody acknowledges the heartbeat of the one that stays.
-const HANDED_OVER: u8 = 6;
 
 /// What happens next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -72,15 +62,8 @@ pub struct Spacecraft {
     longest: Longest,
 }
 
-/// Ticks in which every slave in reach becomes operational: (Ttoggle + 2) consumer times and a hold time, and two dwells where
-/// the master hears no slave. Where no master is active, a board listens first.
-fn service_bound() -> u8 {
-    agreement_bound() + 2 * ticks(PARAMETERS.dwell(DWELL)) + ticks(PAIR.second_listens)
-}
-
-/// Ticks in which a slave that hears the master is on its bus: (Ttoggle + 2) consumer times and a hold time.
-fn agreement_bound() -> u8 {
-    ticks(PARAMETERS.toggling_time() + PARAMETERS.consumer.times(2) + PARAMETERS.hold_time())
+fn bounds() -> Bounds {
+    Bounds::new(&PARAMETERS, DWELL, &PAIR)
 }
 
 fn ticks(span: ecss_can::types::Duration) -> u8 {
@@ -123,19 +106,19 @@ impl Model for Spacecraft {
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
             Property::always(property::SERVED, |model: &Spacecraft, world: &World| {
-                note(&model.longest.unserved, world.watch.unserved) <= service_bound()
+                note(&model.longest.unserved, world.watch.unserved) <= ticks(bounds().service)
             }),
             Property::always(property::AGREED, |model: &Spacecraft, world: &World| {
-                note(&model.longest.disagreeing, world.watch.disagreeing) <= agreement_bound()
+                note(&model.longest.disagreeing, world.watch.disagreeing) <= ticks(bounds().agreement)
             }),
             Property::always(property::SETTLED, |model: &Spacecraft, world: &World| {
-                note(&model.longest.needless, world.watch.needless) <= NEEDLESS
+                note(&model.longest.needless, world.watch.needless) <= Bounds::NEEDLESS
             }),
             Property::always(property::ONE_ACTIVE, |model: &Spacecraft, world: &World| {
-                note(&model.longest.rivalling, world.watch.rivalling) <= RIVALLING
+                note(&model.longest.rivalling, world.watch.rivalling) <= ticks(bounds().rivalry)
             }),
             Property::always(property::ROLES, |model: &Spacecraft, world: &World| {
-                note(&model.longest.handed_over, world.watch.handed_over) <= HANDED_OVER
+                note(&model.longest.handed_over, world.watch.handed_over) <= Bounds::HANDED_OVER
             }),
             Property::always(property::CTOGGLE, |_, world: &World| !world.watch.is_toggled_too_often),
             Property::always(property::BDEFAULT, |_, world: &World| !world.watch.has_wrong_bdefault),

@@ -6,12 +6,13 @@ use ecss_can::heartbeat;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::redundancy::{Broken, BusAccess, Strap};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Rebase};
+use judge::Watch;
 
 use crate::master::Master;
 use crate::profile::{PARALLEL, SELECTIVE, TICK};
 use crate::slave::Slave;
 use crate::station::Station;
-use crate::watch::Watch;
+use crate::watch;
 
 /// The most nodes: the master, two slaves, and the second master.
 pub const STATIONS: usize = 4;
@@ -251,7 +252,7 @@ impl World {
 
     fn restart_watch(&mut self) {
         let mut watch = self.watch;
-        watch.restart(self);
+        watch::restart(&mut watch, self);
         self.watch = watch;
     }
 
@@ -289,7 +290,7 @@ impl World {
         }
         self.settle(now);
         let mut watch = self.watch;
-        watch.look(self, ticks);
+        watch::look(&mut watch, self, ticks);
         self.watch = watch;
         now
     }
