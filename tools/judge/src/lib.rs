@@ -29,14 +29,15 @@
 //! | active masters that hear each other | [`View::are_rivals_on`] | campaign, model |
 //! | changes that no node asks for | [`View::has_moved`], [`View::role_changes`] | campaign, model |
 //! | Ctoggle and Bdefault (ECSS 8.3.3h, k, l) | [`selector`] | campaign, model, fuzz |
+//! | SDO transfers (CiA 301 7.2.4.3) | [`sdo`] | fuzz, tests of `shared` |
 //! | bounds in time | [`Bounds`] | campaign, model |
 //! | how long a rule has not held | [`Watch`] | model |
 //!
 //! # Limits
 //!
 //! - A view has at most [`MASTERS`] masters.
-//! - What only one search can see stays with it: executed commands, clocks and frames of a left bus (campaign), states of a single
-//!   slave and the contents of SDO transfers (fuzz).
+//! - What only one search can see stays with it: executed commands, clocks and frames of a left bus (campaign), states of a
+//!   single slave, an SDO client and PDO mappings (fuzz).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -44,6 +45,7 @@
 mod bounds;
 mod command;
 mod reach;
+pub mod sdo;
 pub mod selector;
 mod service;
 mod view;
