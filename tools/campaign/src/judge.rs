@@ -182,13 +182,13 @@ impl<'a> Judge<'a> {
         Outcome { violations: self.violations, effective, detections }
     }
 
-    /// The master boards. Changes in the last seconds count, but for those of a bus with bit errors.
+    /// The master boards. A change of the bus counts in the last seconds, but not from a bus with bit errors.
     fn masters(&self, scene: &impl Scene) -> Vec<Master> {
         let master = |board: &MasterBoard| Master {
             is_powered: scene.is_powered(board.key),
             bus: board.bus(),
             has_switched: self.late_switch(board).is_some(),
-            has_changed_role: self.late_role(board).is_some(),
+            ..Master::default()
         };
         self.boards.iter().map(master).collect()
     }
@@ -214,12 +214,6 @@ impl<'a> Judge<'a> {
         board.switches.iter().find(|switch| switch.at > calm && !self.is_noisy(switch.from)).copied()
     }
 
-    fn late_role(&self, board: &MasterBoard) -> Option<Time> {
-        let calm = self.end().since(CALM);
-        let is_noisy = Bus::ALL.into_iter().any(|bus| self.is_noisy(bus));
-        board.roles.last().filter(|at| **at > calm && !is_noisy).copied()
-    }
-
     /// One of two masters is active; where no bus joins them, both are.
     fn judge_pair(&mut self, view: &View) {
         let (powered, active) = (view.powered().count(), view.active().count());
@@ -231,8 +225,13 @@ impl<'a> Judge<'a> {
             let (from, until) = (from.as_us(), until.as_us());
             self.complain(format!("two masters that hear each other are active, {from} to {until} us"));
         }
-        let late = self.boards.iter().find_map(|board| Some((board.name(), self.late_role(board)?)));
-        if let Some((name, at)) = late {
+        let calm = self.end().since(CALM);
+        let late = self.boards.iter().find_map(|board| {
+            let at = board.roles.last().filter(|at| **at > calm)?;
+            Some((board.name(), *at))
+        });
+        let is_noisy = Bus::ALL.into_iter().any(|bus| self.is_noisy(bus));
+        if let Some((name, at)) = late.filter(|_| !is_noisy) {
             let (calm, at) = (CALM.as_secs_f64(), at.as_us());
             self.complain(format!("{name} changed its role in the last {calm} s, {at} us"));
         }

@@ -248,3 +248,21 @@ async fn obey(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Given a fault late in a run of any profile. Then the run goes on for as long as recovery may take.
+    #[test]
+    fn a_run_leaves_time_for_every_recovery() {
+        for masters in [1, 2] {
+            for options in ["", " selective=1", " assigned=1"] {
+                let text = format!("run masters={masters} slaves=3{options}\ncut at=50000000 place=3\n");
+                let script: Script = text.parse().unwrap();
+                let left = script.shortest_length() - 50_000_000;
+                assert!(left > bounds(&script).service.as_micros(), "{text}{left} us");
+            }
+        }
+    }
+}

@@ -27,11 +27,11 @@
 //! | a slave is served, nodes agree on the bus (ECSS 8.3.3) | [`View::serves`], [`View::is_agreed`] | campaign, model |
 //! | one bus serves all, or the network is split | [`View::serves_all`], [`View::is_split`] | campaign, model |
 //! | active masters that hear each other | [`View::are_rivals_on`] | campaign, model |
-//! | changes that no node asks for | [`View::has_moved`], [`View::role_changes`] | campaign, model |
+//! | changes of the bus that no node asks for | [`View::has_moved`] | campaign, model |
 //! | Ctoggle and Bdefault (ECSS 8.3.3h, k, l) | [`selector`] | campaign, model, fuzz |
 //! | SDO transfers (CiA 301 7.2.4.3) | [`sdo`] | fuzz, tests of `shared` |
 //! | bounds in time | [`Bounds`] | campaign, model |
-//! | how long a rule has not held | [`Watch`] | model |
+//! | how long a rule has not held, changes of role | [`Watch`] | model |
 //!
 //! # Limits
 //!

@@ -352,6 +352,9 @@ mod tests {
 
     use super::*;
 
+    /// A request and its answers.
+    type Exchange<'a> = (&'a str, &'a [&'a str]);
+
     const AT: Address = Address::new(0x2000, 0);
     const NINE: [u8; 9] = *b"123456789";
 
@@ -364,7 +367,7 @@ mod tests {
     }
 
     /// Exchanges of request and answers. The last value whose download ended.
-    fn seen(exchanges: &[(&str, &[&str])]) -> Option<(Address, Vec<u8>)> {
+    fn seen(exchanges: &[Exchange]) -> Option<(Address, Vec<u8>)> {
         let mut transfer = Transfer::default();
         let mut arrived = None;
         for (request, answers) in exchanges {
@@ -375,18 +378,18 @@ mod tests {
         arrived
     }
 
-    const SEGMENTED: [(&str, &[&str]); 3] =
+    const SEGMENTED: [Exchange; 3] =
         [("21 00 20 00 09", &["60 00 20 00"]), ("00 31 32 33 34 35 36 37", &["20"]), ("1B 38 39", &["30"])];
     /// The checksum of these nine bytes is that of CiA 301 7.2.4.3.16.
-    const BLOCK: [(&str, &[&str]); 4] = [
+    const BLOCK: [Exchange; 4] = [
         ("C6 00 20 00 09", &["A4 00 20 00 7F"]),
         ("01 31 32 33 34 35 36 37", &[]),
         ("82 38 39", &["A2 02 7F"]),
         ("D5 C3 31", &["A1"]),
     ];
-    const UPLOAD: [(&str, &[&str]); 3] =
+    const UPLOAD: [Exchange; 3] =
         [("40 00 20 00", &["41 00 20 00 09"]), ("60", &["00 31 32 33 34 35 36 37"]), ("70", &["1B 38 39"])];
-    const BLOCK_UPLOAD: [(&str, &[&str]); 3] = [
+    const BLOCK_UPLOAD: [Exchange; 3] = [
         ("A4 00 20 00 7F", &["C6 00 20 00 09"]),
         ("A3", &["01 31 32 33 34 35 36 37", "82 38 39"]),
         ("A2 02 7F", &["D5 C3 31"]),
@@ -406,7 +409,7 @@ mod tests {
     /// Given a transfer up to an exchange. When that has a wrong answer, then it is found.
     #[test]
     fn a_wrong_answer_is_found() {
-        let cases: [(&str, &[(&str, &[&str])], &str); 13] = [
+        let cases: [(&str, &[Exchange], &str); 13] = [
             ("another object", &SEGMENTED[..1], "60 01 20 00"),
             ("a toggle bit", &SEGMENTED[..2], "30"),
             ("the toggle bit of the second segment", &SEGMENTED[..3], "20"),
@@ -425,7 +428,7 @@ mod tests {
             let ((request, _), early) = exchanges.split_last().unwrap();
             assert!(catch_unwind(|| seen(early)).is_ok(), "before {what}");
             let answers = [wrong];
-            let all: Vec<(&str, &[&str])> = early.iter().copied().chain([(*request, &answers[..])]).collect();
+            let all: Vec<Exchange> = early.iter().copied().chain([(*request, &answers[..])]).collect();
             assert!(catch_unwind(|| seen(&all)).is_err(), "not found: {what}");
         }
     }

@@ -139,6 +139,12 @@ mod tests {
         assert_eq!((watch.was_split, watch.unserved), (false, 3));
     }
 
+    /// Each state of the model keeps a watch.
+    #[test]
+    fn a_watch_is_eight_bytes() {
+        assert_eq!(size_of::<Watch>(), 8);
+    }
+
     /// Verifies: ECSS 8.3.3h
     #[test]
     fn one_switch_too_many_is_never_forgotten() {
