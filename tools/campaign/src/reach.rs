@@ -175,10 +175,11 @@ mod tests {
             was_split(&script, 0)
         };
         assert!(!was("cut at=1 place=5"));
-        assert!(was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=3"));
-        assert!(!was("cut at=1 lasts=8 place=5\ndisconnect at=9 bus=redundant node=3"));
+        assert!(was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=2"));
+        assert!(!was("cut at=1 lasts=8 place=5\ndisconnect at=9 bus=redundant node=2"));
         assert!(!was("cut at=1 place=5\nreset-slave at=9 node=3"));
-        // Slave 3 is on no bus, all others are on both.
+        // Slave 3 is on no bus, and the redundant one, or each, serves all others.
+        assert!(!was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=3"));
         assert!(!was("disconnect at=1 node=3\ndisconnect at=9 bus=redundant node=3"));
     }
 
