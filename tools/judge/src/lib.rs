@@ -24,11 +24,13 @@
 //! | --- | --- | --- |
 //! | who manages the network (ECSS 8.1a) | [`View::command`], [`View::managers_expected`] | campaign, model |
 //! | which slaves a master has to serve | [`View::is_in_reach`], [`View::is_contested`] | campaign, model |
-//! | a slave is served, nodes agree on the bus (ECSS 8.3.3) | [`View::serves`], [`View::is_agreed`] | campaign, model |
+//! | a slave is served (ECSS 8.3.3) | [`View::serves`] | campaign, model |
+//! | nodes agree on the bus (ECSS 8.3.3) | [`View::is_agreed`] | model; the campaign asks more of each slave to serve |
 //! | one bus serves all, or the network is split | [`View::serves_all`], [`View::is_split`] | campaign, model |
 //! | active masters that hear each other | [`View::are_rivals_on`] | campaign, model |
 //! | changes of the bus that no node asks for | [`View::has_moved`] | campaign, model |
-//! | Ctoggle and Bdefault (ECSS 8.3.3h, k, l) | [`selector`] | campaign, model, fuzz |
+//! | Ctoggle is at most Ntoggle (ECSS 8.3.3h) | [`selector::is_toggled_too_often`] | model, fuzz |
+//! | Bdefault follows (ECSS 8.3.3k, l) | [`selector::is_bdefault_right`], [`View::wrong_bdefault`] | model, campaign |
 //! | SDO transfers (CiA 301 7.2.4.3) | [`sdo`] | fuzz, tests of `shared` |
 //! | bounds in time | [`Bounds`] | campaign, model |
 //! | how long a rule has not held, changes of role | [`Watch`] | model |
