@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use ecss_can::redundancy::Broken;
+use judge::Bounds;
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
 use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
@@ -14,17 +15,6 @@ use crate::world::Crew;
 
 /// Most faults of a search.
 pub const MOST_FAULTS: u8 = 3;
-
-/// Changes of the bus that no unserved slave asks for: where each bus serves one slave, a try from each bus, and at most one
-/// return from each.
-const NEEDLESS: u8 = 4;
-
-/// Ticks in which two active masters may hear each other: two heartbeat periods.
-const RIVALLING: u8 = 4;
-
-/// Changes of role after the last fault: both become active where they do not hear each other, and one yields where they do;
-/// once more where nobody acknowledges the heartbeat of the one that stays.
-const HANDED_OVER: u8 = 6;
 
 /// Names of the properties.
 pub mod property {
@@ -63,15 +53,8 @@ pub struct Spacecraft {
     longest: Longest,
 }
 
-/// Ticks in which every slave in reach becomes operational: (Ttoggle + 2) consumer times and a hold time, and two dwells where
-/// the master hears no slave. Where no master is active, a board listens first.
-fn service_bound() -> u8 {
-    agreement_bound() + 2 * ticks(PARAMETERS.dwell(DWELL)) + ticks(PAIR.second_listens)
-}
-
-/// Ticks in which a slave that hears the master is on its bus: (Ttoggle + 2) consumer times and a hold time.
-fn agreement_bound() -> u8 {
-    ticks(PARAMETERS.toggling_time() + PARAMETERS.consumer.times(2) + PARAMETERS.hold_time())
+fn bounds() -> Bounds {
+    Bounds::new(&PARAMETERS, DWELL, &PAIR)
 }
 
 fn ticks(span: ecss_can::types::Duration) -> u8 {
@@ -114,19 +97,19 @@ impl Model for Spacecraft {
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
             Property::always(property::SERVED, |model: &Spacecraft, state: &Watched| {
-                note(&model.longest.unserved, state.watch.unserved) <= service_bound()
+                note(&model.longest.unserved, state.watch.unserved) <= ticks(bounds().service)
             }),
             Property::always(property::AGREED, |model: &Spacecraft, state: &Watched| {
-                note(&model.longest.disagreeing, state.watch.disagreeing) <= agreement_bound()
+                note(&model.longest.disagreeing, state.watch.disagreeing) <= ticks(bounds().agreement)
             }),
             Property::always(property::SETTLED, |model: &Spacecraft, state: &Watched| {
-                note(&model.longest.needless, state.watch.needless) <= NEEDLESS
+                note(&model.longest.needless, state.watch.needless) <= Bounds::NEEDLESS
             }),
             Property::always(property::ONE_ACTIVE, |model: &Spacecraft, state: &Watched| {
-                note(&model.longest.rivalling, state.watch.rivalling) <= RIVALLING
+                note(&model.longest.rivalling, state.watch.rivalling) <= ticks(bounds().rivalry)
             }),
             Property::always(property::ROLES, |model: &Spacecraft, state: &Watched| {
-                note(&model.longest.handed_over, state.watch.handed_over) <= HANDED_OVER
+                note(&model.longest.handed_over, state.watch.handed_over) <= Bounds::HANDED_OVER
             }),
             Property::always(property::CTOGGLE, |_, state: &Watched| !state.watch.is_toggled_too_often),
             Property::always(property::BDEFAULT, |_, state: &Watched| !state.watch.has_wrong_bdefault),

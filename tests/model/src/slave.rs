@@ -4,6 +4,7 @@ use ecss_can::heartbeat::{self, Producer};
 use ecss_can::nmt::{Command, NmtMessage, NmtSlave, Reaction, ResetGuard, ResetVerdict};
 use ecss_can::redundancy::{Broken, BusAccess, MasterMessage, Selection, Selector};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Rebase, earliest};
+use judge::selector::is_bdefault_right;
 
 use crate::profile::PARAMETERS;
 use crate::station::{Outgoing, Station};
@@ -12,7 +13,8 @@ use crate::station::{Outgoing, Station};
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Slave {
     id: NodeId,
-    access: BusAccess,
+    /// How it accesses its buses.
+    pub access: BusAccess,
     broken: Option<Broken>,
     /// Decides which bus is active.
     pub selector: Selector,
@@ -104,15 +106,9 @@ impl Slave {
         }
     }
 
-    /// ECSS 8.3.3k, l: Bdefault changes with a find or a follow, to the active bus, and when one of these is taken back.
     fn judge(&mut self, before: Bus, selection: Option<Selection>) {
         let after = self.selector.parameters().bdefault;
-        let is_right = match selection {
-            Some(Selection::Found { bus, .. } | Selection::Followed { to: bus }) => after == bus,
-            Some(Selection::Contradicted { moved: true, .. } | Selection::Unconfirmed { .. }) => true,
-            _ => after == before,
-        };
-        self.has_wrong_bdefault |= !is_right;
+        self.has_wrong_bdefault |= !is_bdefault_right(before, after, selection);
     }
 
     fn apply(&mut self, selection: Selection, now: Instant) {

@@ -2,16 +2,17 @@
 
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
-use ecss_can::types::Bus;
+use ecss_can::types::{Bus, PerBus};
 use host_worlds::NodeKey;
+use judge::{Master, View};
 
+use crate::nodes;
 use crate::reach;
 use crate::scene::{News, Noted};
-use crate::script::{SPARE, Script};
+use crate::script::Script;
 
-/// Two masters that hear each other are both active for two heartbeat periods at most (docs/decisions/standby-master.md), and for
-/// as long as their frames collide. A controller that is bus-off hears nothing.
-const MEETING: Time = Time::from_ms(220);
+/// As long as frames of two masters that hear each other may collide. A controller that is bus-off hears nothing.
+const COLLISIONS: Time = Time::from_ms(20);
 
 /// A board between two changes.
 #[derive(Clone, Copy)]
@@ -49,11 +50,6 @@ pub struct Boards {
 }
 
 impl MasterBoard {
-    /// Number of the board in a script.
-    pub fn number(&self) -> u8 {
-        if self.key == NodeKey::SECOND_MASTER { SPARE } else { 1 }
-    }
-
     /// Its name in a complaint.
     pub fn name(&self) -> &'static str {
         if self.key == NodeKey::SECOND_MASTER { "the second master" } else { "the master" }
@@ -67,6 +63,12 @@ impl MasterBoard {
     /// What it did at an instant; `None` before its power-on.
     pub fn at(&self, at: Time) -> Option<Stay> {
         self.stays.iter().rfind(|stay| stay.from <= at).copied()
+    }
+
+    /// What it was at an instant. A board that is off manages no bus.
+    fn seen_at(&self, at: Time) -> Master {
+        let bus = self.at(at).and_then(|stay| stay.bus);
+        Master { is_powered: true, bus, ..Master::default() }
     }
 
     /// When the answers of [`MasterBoard::at`] and [`MasterBoard::hears`] changed.
@@ -141,11 +143,6 @@ impl Boards {
         self.all.iter().find(|board| board.key == key)
     }
 
-    /// Boards that manage a bus now.
-    pub fn active(&self) -> impl Iterator<Item = (&MasterBoard, Bus)> {
-        self.all.iter().filter_map(|board| Some((board, board.bus()?)))
-    }
-
     /// From when to when two masters were active for too long although they heard each other: each says on both buses that it is.
     pub fn meeting(&self, script: &Script) -> Option<(Time, Time)> {
         let [one, two] = self.all.as_slice() else { return None };
@@ -158,16 +155,19 @@ impl Boards {
         instants.sort();
         instants.dedup();
         let meet = |at| {
-            let are_active = boards.iter().all(|board| board.at(at).is_some_and(|stay| stay.bus.is_some()));
-            let is_shared = |bus| boards.iter().all(|board| board.hears(bus, at));
-            let mut buses = Bus::ALL.into_iter();
-            are_active && buses.any(|bus| is_shared(bus) && reach::surely_joins_masters(script, bus, at))
+            let masters = boards.map(|board| board.seen_at(at));
+            let hear = |bus| boards.iter().all(|board| board.hears(bus, at));
+            let joins_masters =
+                PerBus::from_fn(|bus| hear(bus) && reach::surely_joins_masters(script, bus, at));
+            let view = View { masters: &masters, slaves: &[], joins_masters };
+            Bus::ALL.into_iter().any(|bus| view.are_rivals_on(bus))
         };
+        let longest = Time::from_us(nodes::bounds(script).rivalry.as_micros()) + COLLISIONS;
         let mut since = None;
         for (index, &at) in instants.iter().enumerate() {
             let until = instants.get(index + 1).copied().unwrap_or(end);
             since = if meet(at) { since.or(Some(at)) } else { None };
-            if let Some(from) = since.filter(|from| until > *from + MEETING) {
+            if let Some(from) = since.filter(|from| until > *from + longest) {
                 return Some((from, until));
             }
         }

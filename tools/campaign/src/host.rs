@@ -8,7 +8,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::link::port::ErrorState;
 use ecss_can::node::{MasterEvent, SlaveEvent};
-use ecss_can::redundancy::Role;
+use ecss_can::redundancy::{Parameters, Role};
 use ecss_can::types::{Bus, NodeId, PerBus};
 use host_worlds::log::NodeEvent;
 use host_worlds::{NodeKey, World};
@@ -129,8 +129,8 @@ impl Scene for Host {
         powered.filter(|node| nodes::is_assigned(&self.script, *node)).filter(lacks).collect()
     }
 
-    fn bdefault(&self, node: NodeId) -> Option<Bus> {
-        self.world.is_powered(node).then(|| self.world.status(node).redundancy.bdefault)
+    fn parameters(&self, node: NodeId) -> Option<Parameters> {
+        self.world.is_powered(node).then(|| self.world.status(node).redundancy)
     }
 
     fn disturbance(&self, bus: Bus) -> u64 {

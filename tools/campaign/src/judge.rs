@@ -6,13 +6,14 @@ use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
 use host_worlds::NodeKey;
+use judge::{Master, View};
 
-use crate::boards::{Boards, Stay, Switch};
+use crate::boards::{Boards, MasterBoard, Stay, Switch};
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::reach;
 use crate::scene::{News, Noted, Scene, Seen, Sent};
-use crate::script::{Fault, SELECTIVE, SPARE, Script};
+use crate::script::{Fault, SELECTIVE, Script};
 
 /// What is left at the end must have held for this long.
 const CALM: Time = Time::from_ms(3_000);
@@ -43,6 +44,8 @@ pub struct Judge<'a> {
     news: usize,
     frames: PerBus<usize>,
     slaves: BTreeMap<NodeId, Slave>,
+    /// Slaves in the order of a view.
+    nodes: Vec<NodeId>,
     boards: Boards,
     /// Nodes that reported another one with their Node-ID.
     collisions: Vec<NodeId>,
@@ -57,6 +60,7 @@ impl<'a> Judge<'a> {
             news: 0,
             frames: PerBus::default(),
             slaves: BTreeMap::new(),
+            nodes: script.nodes().collect(),
             boards: Boards::new(script),
             collisions: Vec::new(),
             violations: Vec::new(),
@@ -166,29 +170,54 @@ impl<'a> Judge<'a> {
     /// At the end: the network works as well as what is left of it allows.
     pub fn finish(mut self, scene: &mut impl Scene, seen: &Seen, effective: Vec<bool>) -> Outcome {
         self.look(scene, seen);
-        if self.script.masters == 2 {
-            self.judge_pair(scene);
-        }
-        let active: Vec<(u8, Bus)> = self.boards.active().map(|(board, bus)| (board.number(), bus)).collect();
-        for &(master, here) in &active {
-            let key = if master == SPARE { NodeKey::SECOND_MASTER } else { NodeKey::MASTER };
-            if scene.is_powered(key) {
-                let rival = active.iter().copied().find(|(other, _)| *other != master);
-                self.judge_network(scene, master, here, rival);
-            }
-        }
+        let (masters, slaves) = (self.masters(scene), self.slaves(scene));
+        let joins_masters = PerBus::from_fn(|bus| reach::joins_masters(self.script, bus));
+        let view = View { masters: &masters, slaves: &slaves, joins_masters };
+        self.judge_pair(&view);
+        let unconfigured = scene.unconfigured();
+        view.active().for_each(|(master, here)| self.judge_network(&view, master, here, &unconfigured));
         self.judge_innocence();
         self.judge_collisions(&effective);
         let detections = self.detections();
         Outcome { violations: self.violations, effective, detections }
     }
 
+    /// The master boards. A change of the bus counts in the last seconds, but not from a bus with bit errors.
+    fn masters(&self, scene: &impl Scene) -> Vec<Master> {
+        let master = |board: &MasterBoard| Master {
+            is_powered: scene.is_powered(board.key),
+            bus: board.bus(),
+            has_switched: self.late_switch(board).is_some(),
+            ..Master::default()
+        };
+        self.boards.iter().map(master).collect()
+    }
+
+    /// The slaves, as the wires and their own events show them.
+    fn slaves(&self, scene: &impl Scene) -> Vec<judge::Slave> {
+        let mut slaves = reach::slaves(self.script);
+        for (slave, node) in slaves.iter_mut().zip(&self.nodes) {
+            let shown = self.shown(*node);
+            slave.state = shown.state.unwrap_or(NmtState::Initialising);
+            slave.bus = shown.bus;
+            slave.parameters = scene.parameters(*node);
+        }
+        slaves
+    }
+
+    fn shown(&self, node: NodeId) -> Slave {
+        self.slaves.get(&node).copied().unwrap_or_default()
+    }
+
+    fn late_switch(&self, board: &MasterBoard) -> Option<Switch> {
+        let calm = self.end().since(CALM);
+        board.switches.iter().find(|switch| switch.at > calm && !self.is_noisy(switch.from)).copied()
+    }
+
     /// One of two masters is active; where no bus joins them, both are.
-    fn judge_pair(&mut self, scene: &impl Scene) {
-        let powered = self.boards.iter().filter(|board| scene.is_powered(board.key)).count();
-        let are_joined = Bus::ALL.into_iter().any(|bus| reach::joins_masters(self.script, bus));
-        let expected = if powered == 2 && are_joined { 1 } else { powered };
-        let active = self.boards.active().count();
+    fn judge_pair(&mut self, view: &View) {
+        let (powered, active) = (view.powered().count(), view.active().count());
+        let expected = view.managers_expected();
         if active != expected {
             self.complain(format!("{active} of {powered} masters are active, expected {expected}"));
         }
@@ -199,11 +228,11 @@ impl<'a> Judge<'a> {
         let calm = self.end().since(CALM);
         let late = self.boards.iter().find_map(|board| {
             let at = board.roles.last().filter(|at| **at > calm)?;
-            Some((board.name(), at.as_us()))
+            Some((board.name(), *at))
         });
         let is_noisy = Bus::ALL.into_iter().any(|bus| self.is_noisy(bus));
         if let Some((name, at)) = late.filter(|_| !is_noisy) {
-            let calm = CALM.as_secs_f64();
+            let (calm, at) = (CALM.as_secs_f64(), at.as_us());
             self.complain(format!("{name} changed its role in the last {calm} s, {at} us"));
         }
     }
@@ -227,55 +256,44 @@ impl<'a> Judge<'a> {
             && faults.any(|fault| fault.kind == Kind::ForeignMaster && fault.bus != here && to_the_end(fault))
     }
 
-    /// An active master, its bus, and what it can reach. `rival`: another active one with its bus, which it does not hear.
-    fn judge_network(&mut self, scene: &impl Scene, master: u8, here: Bus, rival: Option<(u8, Bus)>) {
-        let alive = reach::alive(self.script);
-        let reached = |bus| reach::reached(self.script, master, bus);
-        let is_whole = |bus| reached(bus).len() == alive.len();
-        // A slave that hears both, each on another bus, cannot know which one to follow.
-        let contested =
-            rival.map_or_else(Vec::new, |(rival, there)| reach::reached(self.script, rival, there));
-        let work = reached(here).into_iter().filter(|node| !contested.contains(node));
-        let work: Vec<NodeId> = work.filter_map(NodeId::new).collect();
-        let unconfigured = scene.unconfigured();
-        for &node in &work {
-            let Slave { state, bus, .. } = self.slaves.get(&node).copied().unwrap_or_default();
-            let (slave, bdefault) = (node.get(), scene.bdefault(node));
+    /// An active master on its bus, and the slaves that it has to serve.
+    fn judge_network(&mut self, view: &View, master: usize, here: Bus, unconfigured: &[NodeId]) {
+        for index in view.to_serve(master) {
+            let node = self.nodes[index];
+            let (slave, Slave { state, bus, .. }) = (node.get(), self.shown(node));
             if self.is_deceived(node, here) {
                 continue;
             }
-            if state != Some(NmtState::Operational) || bus != Some(here) {
+            if !view.serves(master, index) {
                 self.complain(format!("slave {slave} is {state:?} on {bus:?}, the master on {here:?}"));
-            } else if bdefault.is_some_and(|bus| bus != here) {
-                self.complain(format!("Bdefault of slave {slave} is {bdefault:?}, its master on {here:?}"));
+            } else if let wrong @ Some(_) = view.wrong_bdefault(master, index) {
+                self.complain(format!("Bdefault of slave {slave} is {wrong:?}, its master on {here:?}"));
             } else if unconfigured.contains(&node) {
                 self.complain(format!("slave {slave} is operational without its configuration"));
             }
         }
-        if !contested.is_empty() {
+        if (0..view.slaves.len()).any(|slave| view.is_contested(master, slave)) {
             return;
         }
+        let Some(board) = self.boards.iter().nth(master) else { return };
+        let late = self.late_switch(board).filter(|_| view.has_moved(master) && !view.is_split(master));
         // A master that was restarted has forgotten slaves that are not assigned. It cannot ask them on the other bus, so they
         // do not count (docs/decisions/master-bus-choice.md).
-        let is_first_life = self.boards.iter().any(|board| board.number() == master && board.lives <= 1);
+        let is_first_life = board.lives <= 1;
         // After a split a master may stay where it serves a part, also when the other bus serves all again
         // (docs/decisions/master-bus-choice.md).
         let is_known = is_first_life && !reach::was_split(self.script, master);
-        if is_known && !is_whole(here) && is_whole(here.other()) {
+        if is_known && !view.serves_all(master, here) && view.serves_all(master, here.other()) {
             self.complain(format!("the master is on {here:?}, all slaves are reached on the other bus"));
         }
-        if work.is_empty() {
+        if view.to_serve(master).next().is_none() {
             // It alternates; with somebody there it would stay.
-            if Bus::ALL.into_iter().any(|bus| !reached(bus).is_empty()) {
+            if view.has_slaves(master) {
                 self.complain(format!("the master is on {here:?}, slaves are reached on the other bus only"));
             }
             return;
         }
-        let calm = self.end().since(CALM);
-        let board = self.boards.iter().find(|board| board.number() == master);
-        let is_late = |switch: &&Switch| switch.at > calm && !self.is_noisy(switch.from);
-        let late = board.and_then(|board| board.switches.iter().find(is_late)).copied();
-        if let Some(Switch { at, from, cause }) = late.filter(|_| Bus::ALL.into_iter().any(is_whole)) {
+        if let Some(Switch { at, from, cause }) = late {
             let (calm, at) = (CALM.as_secs_f64(), at.as_us());
             self.complain(format!("the master left {from:?} ({cause:?}) in the last {calm} s, {at} us"));
         }

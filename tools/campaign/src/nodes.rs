@@ -11,6 +11,7 @@ use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Broken, Role, Strap};
 use ecss_can::types::{Address, Bus, Instant, NodeId};
 use host_worlds::{Events, Handle, NodeKey, Time, World};
+use judge::Bounds;
 use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
 };
@@ -120,6 +121,12 @@ pub fn profile(script: &Script) -> &'static Profile {
     if script.masters == 1 { one } else { &PAIRS[nth] }
 }
 
+/// How long a rule may not hold after the last fault of a script.
+pub fn bounds(script: &Script) -> Bounds {
+    let profile = profile(script);
+    Bounds::new(&profile.redundancy(), profile.dwell, &profile.standby.unwrap_or(Profile::PAIR))
+}
+
 /// How long after its making a command may be executed.
 pub fn lifetime(script: &Script) -> Time {
     Time::from_us(profile(script).event.as_micros()) + SLACK
@@ -140,7 +147,7 @@ pub fn is_configured(slave: &CampaignSlave) -> bool {
 pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
     let of_core = broken.and_then(Rule::of_core);
     let (notes, profile) = (Rc::<Notes>::default(), profile(script));
-    let ids: Vec<NodeId> = (2..=script.slaves + 1).filter_map(NodeId::new).collect();
+    let ids: Vec<NodeId> = script.nodes().collect();
     let mut builder = if script.masters == 1 {
         let (all, theirs) = (ids.clone(), notes.clone());
         World::builder().master(
@@ -238,6 +245,24 @@ async fn obey(
             }
             SlaveEvent::ResetNode => events.reset(),
             _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Given a fault late in a run of any profile. Then the run goes on for as long as recovery may take.
+    #[test]
+    fn a_run_leaves_time_for_every_recovery() {
+        for masters in [1, 2] {
+            for options in ["", " selective=1", " assigned=1"] {
+                let text = format!("run masters={masters} slaves=3{options}\ncut at=50000000 place=3\n");
+                let script: Script = text.parse().unwrap();
+                let left = script.shortest_length() - 50_000_000;
+                assert!(left > bounds(&script).service.as_micros(), "{text}{left} us");
+            }
         }
     }
 }

@@ -11,6 +11,7 @@ use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
+use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, NodeId, PerBus, Scet};
 use host_worlds::NodeKey;
 use twin::guest::Presence;
@@ -156,7 +157,7 @@ impl Scene for Twin {
         Vec::new()
     }
 
-    fn bdefault(&self, _: NodeId) -> Option<Bus> {
+    fn parameters(&self, _: NodeId) -> Option<Parameters> {
         None
     }
 

@@ -1,10 +1,12 @@
 //! What faults leave of the network.
 
 use can_wire::time::Time;
-use ecss_can::types::Bus;
+use ecss_can::redundancy::BusAccess;
+use ecss_can::types::{Bus, PerBus};
+use judge::{MASTERS, Master, Slave, View};
 
 use crate::kind::Kind;
-use crate::script::{Fault, SPARE, Script};
+use crate::script::{Fault, SELECTIVE, SPARE, Script};
 
 /// Babble with a higher priority than this leaves no room for the network.
 const URGENT: u32 = 0x100;
@@ -13,30 +15,32 @@ const UNSURE_US: u64 = 300_000;
 /// A frame of a foreign node that sends them back to back, with what it makes others wait for.
 const FOREIGN_FRAME_US: u64 = 300;
 
-/// Slaves with power at the end.
-pub fn alive(script: &Script) -> Vec<u8> {
+/// Slaves at the end, with the buses that join them to the first master board and to the second one.
+pub fn slaves(script: &Script) -> Vec<Slave> {
+    slaves_with(script, &PerBus::from_fn(|bus| staying_on(script, bus)))
+}
+
+/// Whether at some time no bus served all slaves in reach of a master board.
+pub fn was_split(script: &Script, master: usize) -> bool {
+    script.faults.iter().any(|fault| {
+        let slaves = slaves_with(script, &PerBus::from_fn(|bus| lasting_on(script, bus, fault.at)));
+        let masters = [Master { is_powered: true, ..Master::default() }; MASTERS];
+        View { masters: &masters, slaves: &slaves, joins_masters: PerBus::default() }.is_split(master)
+    })
+}
+
+/// Slaves where these faults are on the buses. What a slave shows is left out.
+fn slaves_with(script: &Script, here: &PerBus<Vec<Fault>>) -> Vec<Slave> {
     let is_off = |node| staying(script).any(|fault| fault.kind == Kind::PowerSlave && fault.node == node);
-    (2..=script.slaves + 1).filter(|&node| !is_off(node)).collect()
-}
-
-/// Slaves with power that a bus joins to a master board at the end: 1, or [`SPARE`].
-pub fn reached(script: &Script, master: u8, bus: Bus) -> Vec<u8> {
-    let here = staying_on(script, bus);
-    alive(script).into_iter().filter(|&node| is_joined(script, &here, master, node)).collect()
-}
-
-/// Whether at some time no bus joined all slaves to a master board.
-pub fn was_split(script: &Script, master: u8) -> bool {
-    let alive = alive(script);
-    let is_whole = |bus, at| {
-        let is_there = |fault: &&Fault| {
-            let is_over = fault.end().is_some_and(|end| end <= at);
-            fault.bus == bus && fault.kind.lasts() && !fault.kind.is_of_node() && fault.at <= at && !is_over
-        };
-        let here: Vec<Fault> = script.faults.iter().filter(is_there).copied().collect();
-        alive.iter().all(|&node| is_joined(script, &here, master, node))
+    let is_selective = |node| script.selective && node == SELECTIVE.get();
+    let wired = |master, node| PerBus::from_fn(|bus| is_joined(script, &here[bus], master, node));
+    let slave = |node| Slave {
+        is_powered: !is_off(node),
+        access: if is_selective(node) { BusAccess::Selective } else { BusAccess::Parallel },
+        wired: [1, SPARE].map(|master| wired(master, node)),
+        ..Slave::default()
     };
-    script.faults.iter().any(|fault| !Bus::ALL.into_iter().any(|bus| is_whole(bus, fault.at)))
+    (2..=script.slaves + 1).map(slave).collect()
 }
 
 /// Whether a bus joins both master boards at the end.
@@ -77,6 +81,15 @@ fn load_us(fault: &Fault) -> u64 {
 /// Faults of the end of a run.
 fn staying(script: &Script) -> impl Iterator<Item = Fault> {
     script.faults.iter().copied().filter(|fault| fault.kind.lasts() && fault.lasts.is_none())
+}
+
+/// Faults of a bus that last at an instant, microseconds.
+fn lasting_on(script: &Script, bus: Bus, at: u64) -> Vec<Fault> {
+    let is_there = |fault: &&Fault| {
+        let is_over = fault.end().is_some_and(|end| end <= at);
+        fault.bus == bus && fault.kind.lasts() && !fault.kind.is_of_node() && fault.at <= at && !is_over
+    };
+    script.faults.iter().filter(is_there).copied().collect()
 }
 
 /// Those of a bus.
@@ -121,9 +134,18 @@ fn is_same_place(here: &[Fault], one: u32, other: u32) -> bool {
 mod tests {
     use super::*;
 
+    /// Slaves with power that a bus joins to a master board.
+    fn reached(script: &Script, master: usize, bus: Bus) -> Vec<u8> {
+        let slaves = slaves(script).into_iter().zip(2..);
+        slaves
+            .filter(|(slave, _)| slave.is_powered && slave.wired[master][bus])
+            .map(|(_, node)| node)
+            .collect()
+    }
+
     fn left(faults: &str) -> [Vec<u8>; 2] {
         let script: Script = format!("run slaves=3\n{faults}").parse().unwrap();
-        Bus::ALL.map(|bus| reached(&script, 1, bus))
+        Bus::ALL.map(|bus| reached(&script, 0, bus))
     }
 
     #[test]
@@ -150,12 +172,15 @@ mod tests {
     fn a_split_is_when_faults_of_both_buses_meet() {
         let was = |faults: &str| {
             let script: Script = format!("run slaves=3\n{faults}").parse().unwrap();
-            was_split(&script, 1)
+            was_split(&script, 0)
         };
         assert!(!was("cut at=1 place=5"));
-        assert!(was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=3"));
-        assert!(!was("cut at=1 lasts=8 place=5\ndisconnect at=9 bus=redundant node=3"));
+        assert!(was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=2"));
+        assert!(!was("cut at=1 lasts=8 place=5\ndisconnect at=9 bus=redundant node=2"));
         assert!(!was("cut at=1 place=5\nreset-slave at=9 node=3"));
+        // Slave 3 is on no bus, and the redundant one, or each, serves all others.
+        assert!(!was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=3"));
+        assert!(!was("disconnect at=1 node=3\ndisconnect at=9 bus=redundant node=3"));
     }
 
     /// Master at 2 m, slaves 2 to 4 at 4 to 8 m, second master at 10 m.
@@ -163,10 +188,10 @@ mod tests {
     fn second_master_is_at_the_other_end() {
         let pair = |faults: &str| -> Script { format!("run masters=2 slaves=3\n{faults}").parse().unwrap() };
         let script = pair("cut at=9 place=5");
-        assert_eq!([1, SPARE].map(|master| reached(&script, master, Bus::Nominal)), [vec![2], vec![3, 4]]);
+        assert_eq!([0, 1].map(|master| reached(&script, master, Bus::Nominal)), [vec![2], vec![3, 4]]);
         assert_eq!(Bus::ALL.map(|bus| joins_masters(&script, bus)), [false, true]);
         let script = pair("disconnect at=9 node=128");
-        assert_eq!([1, SPARE].map(|master| reached(&script, master, Bus::Nominal)), [vec![2, 3, 4], vec![]]);
+        assert_eq!([0, 1].map(|master| reached(&script, master, Bus::Nominal)), [vec![2, 3, 4], vec![]]);
         assert!(!joins_masters(&pair("short at=9 place=10"), Bus::Nominal));
         assert!(joins_masters(&pair("disconnect at=9 node=3\ncut at=9 lasts=9 place=5"), Bus::Nominal));
     }

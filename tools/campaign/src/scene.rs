@@ -3,7 +3,7 @@
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use ecss_can::redundancy::SwitchCause;
+use ecss_can::redundancy::{Parameters, SwitchCause};
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
 use host_worlds::NodeKey;
 
@@ -30,8 +30,8 @@ pub trait Scene {
     /// Slaves that do not have the configuration that the master gave them.
     fn unconfigured(&self) -> Vec<NodeId>;
 
-    /// Bdefault of a slave; `None` where it cannot be seen.
-    fn bdefault(&self, node: NodeId) -> Option<Bus>;
+    /// Object 2000h of a slave with power; `None` where it cannot be seen.
+    fn parameters(&self, node: NodeId) -> Option<Parameters>;
 
     /// Frames of a bus so far that were destroyed or that nobody acknowledged.
     fn disturbance(&self, bus: Bus) -> u64;

@@ -184,6 +184,11 @@ impl Script {
         SPACING * u32::from(if node == SPARE { self.slaves + 2 } else { node })
     }
 
+    /// Node-IDs of the slaves, ascending.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeId> {
+        (2..=self.slaves + 1).filter_map(NodeId::new)
+    }
+
     /// Length that leaves room for recovery. A foreign node that goes on for more than 16 s does so to the end.
     pub fn shortest_length(&self) -> u64 {
         let ends = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at));

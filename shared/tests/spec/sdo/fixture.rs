@@ -88,6 +88,12 @@ impl Objects {
         &self.entries[&at].1
     }
 
+    /// A value that can be read and is as long as it says.
+    pub fn readable(&self, at: Address) -> Option<Vec<u8>> {
+        let (kind, value) = self.entries.get(&at)?;
+        (!matches!(kind, Kind::WriteOnly | Kind::Short(_) | Kind::NoData)).then(|| value.clone())
+    }
+
     pub fn set(&mut self, at: Address, value: &[u8]) {
         self.entries.get_mut(&at).unwrap().1 = value.to_vec();
     }
@@ -208,10 +214,15 @@ impl Bench {
 
     /// What it answers to a frame.
     pub fn ask(&mut self, payload: Payload) -> Vec<Payload> {
+        self.request(payload).1
+    }
+
+    /// Whether a frame is of use, and what it answers.
+    pub fn request(&mut self, payload: Payload) -> (bool, Vec<Payload>) {
         let mut sent = vec![];
         let Bench { server, objects, now } = self;
-        server.on_request(&payload, *now, objects, &mut |payload| sent.push(payload));
-        sent
+        let used = server.on_request(&payload, *now, objects, &mut |payload| sent.push(payload));
+        (used, sent)
     }
 
     /// A frame that is not of use; nothing is sent.

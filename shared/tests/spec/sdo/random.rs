@@ -2,10 +2,10 @@
 
 use ecss_can::sdo::{Client, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
+use judge::sdo::{Transfer, checksum, is_written};
 use proptest::prelude::*;
 
 use super::fixture::{Bench, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame};
-use super::server_blocks::checksum;
 use crate::random::cases;
 
 const COMMANDS: [u8; 16] =
@@ -97,97 +97,42 @@ fn acts() -> impl Strategy<Value = Vec<Act>> {
     )
 }
 
-/// A second opinion of what has been downloaded, from the frames alone.
-#[derive(Default)]
-struct Observer {
-    at: Option<Address>,
-    bytes: Vec<u8>,
-    toggle: u8,
-    next: u8,
-    in_blocks: bool,
-    checked: bool,
-}
-
-impl Observer {
-    /// The request, what was answered. The value that has arrived with it, if one has.
-    fn see(&mut self, request: Payload, answers: &[Payload]) -> Option<(Address, Vec<u8>)> {
-        let command = request[0];
-        let answer = answers.first().map(|answer| answer[0]);
-        let at = Address::new(u16::from_le_bytes([request[1], request[2]]), request[3]);
-        if command == 0x80 {
-            self.in_blocks = false;
-            return None;
+/// The frames of an act, as they continue a transfer.
+fn frames(transfer: &Transfer, act: &Act) -> Vec<Payload> {
+    match *act {
+        Act::Any(payload) => vec![payload],
+        Act::Known(command, at, [four, five, six, seven]) => {
+            let [low, high] = at.index.to_le_bytes();
+            vec![[command, low, high, at.sub, four, five, six, seven]]
         }
-        if self.in_blocks && (answer == Some(0xA2) || answers.is_empty()) {
-            if command & 0x7F == self.next {
-                self.bytes.extend(&request[1..]);
-                self.next += 1;
-            }
-            if answer == Some(0xA2) {
-                assert_eq!(answers[0][1], self.next - 1, "acknowledged is what came in order");
-                self.next = 1;
-            }
-            return None;
+        Act::Segment { unused, last } => {
+            vec![[
+                transfer.toggle() | unused << 1 | u8::from(last),
+                1,
+                2,
+                3,
+                4,
+                5,
+                6,
+                transfer.bytes().len() as u8,
+            ]]
         }
-        match (command, answer) {
-            (0x22, Some(0x60)) => return Some((at, request[4..].to_vec())),
-            (0x20..0x40, Some(0x60)) if command & 2 != 0 => {
-                return Some((at, request[4..8 - usize::from(command >> 2 & 3)].to_vec()));
+        Act::SubBlock { count, skipped, last } => {
+            let first = transfer.next() + skipped;
+            let seqnos = (first..=127).take(usize::from(count));
+            let mut frames: Vec<_> = seqnos.map(|seqno| [seqno, seqno, 2, 3, 4, 5, 6, 7]).collect();
+            if let (true, Some(frame)) = (last, frames.last_mut()) {
+                frame[0] |= 0x80;
             }
-            (0x20..0x40, Some(0x60)) => *self = Observer { at: Some(at), ..Observer::default() },
-            (0xC0..0xE0, Some(0xA0 | 0xA4)) => {
-                let checked = command & 4 != 0;
-                assert_eq!(answer == Some(0xA4), checked, "a checksum is offered to those who ask for it");
-                *self = Observer { at: Some(at), in_blocks: true, next: 1, checked, ..Observer::default() };
-            }
-            (0xC0..0xE0, Some(0xA1)) => {
-                let len = self.bytes.len() - usize::from(command >> 2 & 7);
-                self.bytes.truncate(len);
-                let sum = u16::from_le_bytes([request[1], request[2]]);
-                assert!(!self.checked || sum == checksum(&self.bytes), "a wrong checksum was accepted");
-                return Some((self.at.take()?, std::mem::take(&mut self.bytes)));
-            }
-            (0x00..0x20, Some(0x20 | 0x30)) => {
-                assert_eq!(command & 0x10, self.toggle);
-                assert_eq!(answer, Some(0x20 | self.toggle));
-                self.toggle ^= 0x10;
-                self.bytes.extend(&request[1..8 - usize::from(command >> 1 & 7)]);
-                if command & 1 != 0 {
-                    return Some((self.at.take()?, std::mem::take(&mut self.bytes)));
-                }
-            }
-            _ => {}
+            frames
         }
-        None
-    }
-
-    /// The frames of an act.
-    fn frames(&self, act: &Act) -> Vec<Payload> {
-        match *act {
-            Act::Any(payload) => vec![payload],
-            Act::Known(command, at, [four, five, six, seven]) => {
-                let [low, high] = at.index.to_le_bytes();
-                vec![[command, low, high, at.sub, four, five, six, seven]]
-            }
-            Act::Segment { unused, last } => {
-                vec![[self.toggle | unused << 1 | u8::from(last), 1, 2, 3, 4, 5, 6, self.bytes.len() as u8]]
-            }
-            Act::SubBlock { count, skipped, last } => {
-                let first = self.next.max(1) + skipped;
-                let seqnos = (first..=127).take(usize::from(count));
-                let mut frames: Vec<_> = seqnos.map(|seqno| [seqno, seqno, 2, 3, 4, 5, 6, 7]).collect();
-                if let (true, Some(frame)) = (last, frames.last_mut()) {
-                    frame[0] |= 0x80;
-                }
-                frames
-            }
-            Act::End { unused, wrong } => {
-                let len = self.bytes.len().saturating_sub(usize::from(unused));
-                let [low, high] = (checksum(&self.bytes[..len]) ^ wrong).to_le_bytes();
-                vec![[0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0]]
-            }
-            Act::Wait(_) | Act::Left(_) | Act::Reset => vec![],
+        Act::End { unused, wrong } => {
+            let bytes = transfer.bytes();
+            let len = bytes.len().saturating_sub(usize::from(unused));
+            let [low, high] = (checksum(&bytes[..len]) ^ wrong).to_le_bytes();
+            vec![[0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0]]
         }
+        Act::Wait(_) | Act::Left(_) | Act::Reset => vec![],
     }
 }
 
@@ -198,39 +143,24 @@ proptest! {
     #[test]
     fn a_server_writes_what_was_downloaded_and_nothing_else(acts in prop::collection::vec(acts(), 1..12)) {
         let mut bench = Bench::new();
-        let mut observer = Observer::default();
+        let mut transfer = Transfer::default();
         for act in acts.iter().flatten() {
             match act {
-                Act::Wait(span) => {
-                    let sent = bench.wait(*span);
-                    if sent.iter().any(|payload| payload[0] == 0xA2) {
-                        observer.next = 1;
-                    }
-                    if sent.iter().any(|payload| payload[0] == 0x80) {
-                        observer.in_blocks = false;
-                    }
-                }
-                Act::Left(frames) => drop(bench.left(*frames)),
+                Act::Wait(span) => bench.wait(*span).chunks(1).for_each(|sent| transfer.see_unasked(sent)),
+                Act::Left(frames) => transfer.see_unasked(&bench.left(*frames)),
                 Act::Reset => {
                     bench.server.reset(&mut bench.objects);
-                    observer.in_blocks = false;
+                    transfer = Transfer::default();
                 }
                 _ => {}
             }
-            for request in observer.frames(act) {
+            for request in frames(&transfer, act) {
                 let before = bench.objects.changes.len();
-                let answers = bench.ask(request);
+                let (used, answers) = bench.request(request);
                 prop_assert!(answers.len() <= 10);
-                let arrived = observer.see(request, &answers);
-                let change = bench.objects.changes.get(before).cloned();
-                match (arrived, change) {
-                    // Expedited without a size: as many bytes as the object has.
-                    (Some((at, value)), Some((changed, new))) if request[0] == 0x22 => {
-                        prop_assert_eq!(at, changed);
-                        prop_assert!(value.starts_with(&new));
-                    }
-                    (arrived, change) => prop_assert_eq!(arrived, change, "{:02X?}", request),
-                }
+                let arrived = transfer.see(&request, used, &answers, &|at| bench.objects.readable(at));
+                let change = bench.objects.changes.get(before);
+                prop_assert!(is_written(&request, arrived.as_ref(), change), "{:02X?}", request);
                 prop_assert_eq!(bench.objects.is_open() && !bench.server.is_busy(), false, "a stream is left");
             }
         }

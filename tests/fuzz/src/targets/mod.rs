@@ -7,6 +7,5 @@ pub mod pdo_mapping;
 mod pdo_reference;
 pub mod sdo_client;
 mod sdo_objects;
-mod sdo_reference;
 pub mod sdo_server;
 pub mod slave;

@@ -3,6 +3,7 @@
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Duration, Instant, NmtState};
+use judge::selector::is_toggled_too_often;
 
 use super::node::{Bench, ID, bus, frame, profile};
 use crate::{Input, Signature};
@@ -107,6 +108,7 @@ impl Model {
     fn check(&mut self, before: NmtState, bench: &Bench, signature: &mut Signature) {
         let now = bench.slave.status(bench.now);
         assert_eq!(now.state, self.state, "the state at {:?}", bench.now);
+        assert!(!is_toggled_too_often(&now.redundancy), "{:?}", now.redundancy);
         signature.note(u32::from(before.byte()) << 8 | u32::from(now.state.byte()));
         signature
             .note(now.active as u32 | (bench.sent.len() as u32) << 8 | (bench.events.len() as u32) << 16);

@@ -12,10 +12,13 @@ pub const ID: NodeId = NodeId::of::<5>();
 
 pub type TestSlave = Slave<Instrument>;
 
+/// Switches of a search: few, so that searches end.
+const NTOGGLE: u8 = 2;
+
 /// The profile that a byte chooses: whether the slave starts by itself, and its access to the buses.
 pub fn profile(options: u8) -> Profile {
     let selective: &[_] = if options & 2 != 0 { &[ID] } else { &[] };
-    Profile { autostart: options & 1 != 0, selective, ..Profile::DEFAULT }
+    Profile { autostart: options & 1 != 0, selective, ntoggle: NTOGGLE, ..Profile::DEFAULT }
 }
 
 /// The slave, the time, and what it did in the last step.

@@ -2,8 +2,8 @@
 
 use ecss_can::sdo::{Client, Error, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
+use judge::sdo::checksum;
 
-use super::sdo_reference::checksum;
 use crate::{Input, Signature};
 
 const TIMEOUT: Duration = Duration::from_millis(400);

@@ -22,7 +22,7 @@ const FOUND: [(Rule, &str, &str); 11] = [
         Rule::UnknownNode,
         "the master left Nominal (Tried) for a fault that hurts nobody",
         "run seed=1 slaves=2 length=60000000\n\
-         foreign_node at=17000000 bus=redundant node=127 value=5 times=2 every=1000000\n",
+         unknown-node at=17000000 bus=redundant node=127 value=5 times=2 every=1000000\n",
     ),
     (
         Rule::Repeats,

@@ -1,8 +1,9 @@
 //! Block downloads: segments that are lost, repeated or late, and refusals.
 
 use ecss_can::types::Duration;
+use judge::sdo::checksum;
 
-use super::{answers, checksum, downloading, end, segment};
+use super::{answers, downloading, end, segment};
 use crate::sdo::fixture::{Bench, DOMAIN, PAUSE, TIMEOUT, frame, hex, pattern};
 
 #[test]

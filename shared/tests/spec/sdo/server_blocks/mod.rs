@@ -4,6 +4,7 @@ mod downloads;
 mod uploads;
 
 use ecss_can::sdo::Payload;
+use judge::sdo::checksum;
 
 use super::fixture::{Bench, DOMAIN, DOMAIN_MOST, TEXT, frame, hex, pattern};
 
@@ -13,16 +14,6 @@ fn segment(seqno: u8, last: bool, data: &[u8]) -> Payload {
     payload[0] = seqno | if last { 0x80 } else { 0 };
     payload[1..=data.len()].copy_from_slice(data);
     payload
-}
-
-/// The checksum, bit by bit as the standard has it.
-pub fn checksum(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0, |crc, byte| {
-        (0..8).rev().fold(crc, |crc: u16, bit| {
-            let feedback = (crc >> 15) ^ u16::from(byte >> bit & 1);
-            (crc << 1) ^ (feedback * 0x1021)
-        })
-    })
 }
 
 fn end(unused: u8, crc: u16) -> Payload {

@@ -1,8 +1,9 @@
 //! Block uploads: their pace, segments that are sent again, and failures.
 
 use ecss_can::sdo::WINDOW;
+use judge::sdo::checksum;
 
-use super::{answers, checksum, end, segments, uploading};
+use super::{answers, end, segments, uploading};
 use crate::sdo::fixture::{Bench, DOMAIN, PAUSE, TIMEOUT, frame, hex, pattern};
 
 #[test]
