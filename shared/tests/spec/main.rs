@@ -57,6 +57,7 @@ mod selector;
 mod slave;
 mod slave_bus;
 mod slave_search;
+mod stamp;
 mod standby;
 mod store;
 mod sync;

@@ -188,3 +188,32 @@ fn wrong_numbers_are_refused() {
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert!(stderr.contains("--shard") && stderr.contains("--at-least"), "{stderr}");
 }
+
+/// Given the configurations of cargo-mutants, then each package whose tests they run exists: without its tests every mutant would
+/// count as caught.
+#[test]
+fn packages_that_test_mutants_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1"])
+        .current_dir(root)
+        .output();
+    let metadata: serde_json::Value =
+        serde_json::from_slice(&output.expect("cargo runs").stdout).expect("JSON");
+    let known: Vec<&str> = metadata["packages"]
+        .as_array()
+        .expect("packages")
+        .iter()
+        .filter_map(|package| package["name"].as_str())
+        .collect();
+    for name in ["mutants.toml", "mutants-all.toml", "mutants-applications.toml"] {
+        let text = fs::read_to_string(root.join(".cargo").join(name)).expect(name);
+        let config: toml::Table = text.parse().expect(name);
+        let packages = config["test_package"].as_array().expect("a list");
+        let missing: Vec<_> = packages
+            .iter()
+            .filter(|package| !known.iter().any(|one| package.as_str() == Some(one)))
+            .collect();
+        assert!(!packages.is_empty() && missing.is_empty(), "{name}: {missing:?}");
+    }
+}
