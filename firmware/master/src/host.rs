@@ -19,16 +19,8 @@ pub fn run() -> ExitCode {
             }
             let cables: &'static Cables = Box::leak(Box::new(Cables::new()));
             spacecraft.spawn(cables.run(master));
-            spacecraft.spawn(
-                Application::new(
-                    master,
-                    events,
-                    host::PrintedIndicators::new(console),
-                    cables,
-                    PROFILE.minimal,
-                )
-                .run(),
-            );
+            let indicators = host::PrintedIndicators::new(console);
+            spacecraft.spawn(Application::new(master, events, indicators, cables, PROFILE.minimal).run());
         },
     )
 }

@@ -49,7 +49,7 @@ impl Program {
         }
     }
 
-    /// Runs to the end with a stdout that nobody reads. Returns exit code and stderr.
+    /// Runs to the end with a stdout whose reader has left. Returns exit code and stderr.
     ///
     /// # Panics
     /// When the program does not start, or prints no UTF-8.
@@ -71,7 +71,7 @@ impl Program {
     }
 }
 
-/// Returns the writing end of a pipe that nobody reads.
+/// Returns the writing end of a pipe whose reader has left.
 ///
 /// # Panics
 /// When the system has no pipe left.

@@ -12,7 +12,7 @@ pub struct Layout {
     pub left: f64,
     /// Room right of the plot.
     margin: f64,
-    /// Marks of an axis across the picture, at most about so many.
+    /// Greatest number of marks on an axis across the picture, approximately.
     pub marks: f64,
     /// Short names instead of long ones.
     pub brief: bool,

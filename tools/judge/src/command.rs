@@ -88,7 +88,7 @@ mod tests {
         }
     }
 
-    /// Given the power of two boards, and whether a bus joins them. Then so many have to be active.
+    /// Given the power of two boards, and whether a bus joins them, then this number of boards has to be active.
     ///
     /// Verifies: ECSS 8.1a
     #[test]

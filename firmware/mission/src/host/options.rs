@@ -5,8 +5,8 @@ use ecss_can::types::{Duration, Instant};
 
 const LONGEST: u32 = 86_400;
 
-const EXIT_CODES: &str = "Exit codes: 0 end of the run, 1 something failed, 2 wrong command line, 130 Ctrl-C, 141 nobody reads \
-    stdout any more.\nTo flash a board: cargo slave, cargo minimal, cargo master. The images on emulated boards: cargo demo.";
+const EXIT_CODES: &str = "Exit codes: 0 end of the run, 1 something failed, 2 wrong command line, 130 Ctrl-C, 141 the reader of \
+    stdout has left.\nTo flash a board: cargo slave, cargo minimal, cargo master. The images on emulated boards: cargo demo.";
 
 /// How a spacecraft runs.
 #[derive(Clone, Debug, PartialEq, Eq, Parser)]

@@ -1,4 +1,4 @@
-//! Heartbeats that no slave of the master sends: they are reported and move nobody.
+//! Heartbeats of nodes that do not count: the master reports them, and no node changes its bus.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;

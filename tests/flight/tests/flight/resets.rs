@@ -91,13 +91,13 @@ fn a_slave_that_starts_again_is_taken_back() {
     }
 }
 
-/// A module control command of a foreign controller to node 3, and what node 3 says from then on.
+/// A flight with a module control command of a foreign controller to node 3: when it was sent, and the states that node 3 then reports.
 fn commanded(command: u8) -> (Flight, Time, Vec<u8>) {
-    told(WireFrame::standard(0x000, &[command, 3]))
+    after(WireFrame::standard(0x000, &[command, 3]))
 }
 
-/// A frame of a foreign controller, and what node 3 says from then on.
-fn told(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
+/// The same with any frame of a foreign controller.
+fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
     let mut flight = Flight::new(&MASTER_AND_THREE);
     let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     flight.twin.inject(guest, ms(1050), frame);
@@ -141,7 +141,7 @@ fn reset_communication_starts_over_without_resetting_the_chip() {
 /// Verifies: ECSS 6.5.1a.2
 #[test]
 fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
-    let (flight, sent, states) = told(WireFrame::standard(0x601, &[0x2F, 0x82, 0x1F, 3, 4, 0, 0, 0]));
+    let (flight, sent, states) = after(WireFrame::standard(0x601, &[0x2F, 0x82, 0x1F, 3, 4, 0, 0, 0]));
     assert!(states.len() >= 3 && states.iter().all(|state| *state == STOPPED), "{states:?}");
     let others = flight.frames.iter().filter(|seen| seen.sender == 2 && seen.end > sent);
     assert!(others.into_iter().all(|seen| seen.id() == Some(0x703)));

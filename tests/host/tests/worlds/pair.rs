@@ -214,7 +214,7 @@ fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
     }
 }
 
-/// Given a standby alone with a foreign node, when the foreign node sends, then nobody acknowledges: silent mode drives no bit. Then
+/// Given a standby alone with a foreign node, when the foreign node sends, then no node acknowledges: silent mode drives no bit. Then
 /// a slave is there.
 ///
 /// Verifies: ECSS 8.1a

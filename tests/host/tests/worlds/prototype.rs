@@ -1,6 +1,6 @@
 //! A minimal slave of profile `librecube` and the frames of the LibreCube prototype, byte by byte.
 //!
-//! Nobody but node 2 and a foreign node are on the buses: the foreign node sends what the prototype's master sends. Identifiers are those of
+//! Only node 2 and a foreign node are on the buses. The foreign node sends what the prototype's master sends. Identifiers are those of
 //! the table of objects in the prototype's slides (CAN in Space workshop, June 2017), contents those of its listing of a slave.
 
 use can_wire::time::Time;

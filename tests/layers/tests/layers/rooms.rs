@@ -11,7 +11,7 @@ const ROOMS: [(&str, &[&str]); 8] = [
     ("shared", &[]),
     ("boards", &["shared"]),
     ("firmware", &["boards", "shared"]),
-    // The emulated board is told of a board by an ELF file and a description, not by a package.
+    // The emulated board reads an ELF file and a description of a board, no package.
     ("twin", &["shared"]),
     // Images on boards.
     ("twin/foreign", &["boards", "shared"]),
