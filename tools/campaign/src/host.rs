@@ -13,7 +13,8 @@ use ecss_can::types::{Bus, NodeId, PerBus};
 use host_worlds::log::NodeEvent;
 use host_worlds::{NodeKey, World};
 
-use crate::nodes::{self, CampaignSlave, Notes};
+use crate::nodes;
+use crate::notes::{self, Notes};
 use crate::rule::Rule;
 use crate::scene::{News, Noted, Reading, Scene, Sent};
 use crate::script::Script;
@@ -92,7 +93,7 @@ impl Scene for Host {
         let at = self.world.now();
         let powered = self.world.slaves().into_iter().filter(|node| self.world.is_powered(*node));
         let read = |node| {
-            let scet = self.world.slave(node).with(|slave: &mut CampaignSlave, now| slave.scet(now));
+            let scet = self.world.slave(node).with(|slave: &mut slave::Node, now| slave.scet(now));
             Reading { at, node, scet }
         };
         powered.map(read).collect()
@@ -105,7 +106,7 @@ impl Scene for Host {
         let lifetime = nodes::lifetime(&self.script);
         for execution in &executions[std::mem::replace(&mut self.executions, executions.len())..] {
             let (node, at) = (execution.node.get(), execution.at.as_us());
-            let life = if self.script.masters == 1 { 0 } else { nodes::life(execution.value) };
+            let life = if self.script.masters == 1 { 0 } else { notes::life(execution.value) };
             let last = self.last.insert((execution.node, life), execution.value).unwrap_or(0);
             if execution.value <= last {
                 wrongs
@@ -124,7 +125,7 @@ impl Scene for Host {
     fn unconfigured(&self) -> Vec<NodeId> {
         let powered = self.world.slaves().into_iter().filter(|node| self.world.is_powered(*node));
         let lacks = |node: &NodeId| {
-            self.world.slave(*node).with(|slave: &mut CampaignSlave, _| !nodes::is_configured(slave))
+            self.world.slave(*node).with(|slave: &mut slave::Node, _| !nodes::is_configured(slave))
         };
         powered.filter(|node| nodes::is_assigned(&self.script, *node)).filter(lacks).collect()
     }

@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod application;
 mod boards;
 pub mod broken;
 pub mod failover;
@@ -18,6 +19,7 @@ mod host;
 pub mod judge;
 pub mod kind;
 mod nodes;
+mod notes;
 mod on_twin;
 mod options;
 pub mod outcome;

@@ -1,27 +1,19 @@
-//! Nodes of the demonstration mission in a world of the host, and what their applications do.
+//! Nodes of the demonstration mission in a world of the host.
 
-use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::rc::Rc;
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
-use ecss_can::node::{Device, Master, MasterBoards, MasterEvent, Slave, SlaveEvent};
-use ecss_can::pdo::Sequence;
+use ecss_can::node::{Device, Master, MasterBoards};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Broken, Role, Strap};
-use ecss_can::types::{Address, Bus, Instant, NodeId};
-use host_worlds::{Events, Handle, NodeKey, Time, World};
+use ecss_can::redundancy::{Broken, Strap};
+use ecss_can::types::{Address, NodeId};
+use host_worlds::{NodeKey, Time, World};
 use judge::Bounds;
-use mission::{
-    COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
-};
 
+use crate::application;
+use crate::notes::Notes;
 use crate::rule::Rule;
 use crate::script::{SELECTIVE, Script};
-
-/// A slave without data store.
-pub type CampaignSlave = Slave<MissionObjects<Vec<u8>>>;
-type CampaignMaster<B> = Master<CommanderObjects, B>;
 
 /// Slaves that the master configures in a script with `assigned`.
 const ASSIGNED: [NodeId; 3] = [NodeId::of::<2>(), NodeId::of::<3>(), NodeId::of::<4>()];
@@ -59,55 +51,8 @@ const fn assigned(profile: Profile) -> Profile {
     }
 }
 
-/// Commands of one life of a master: their values begin at a multiple of it.
-const LIFE: u32 = 1 << 16;
 /// From its making a command may wait for its bus as long as the profile allows, and for its bus task.
 const SLACK: Time = Time::from_ms(5);
-
-/// A command that a slave executed.
-#[derive(Clone, Copy, Debug)]
-pub struct Execution {
-    /// When.
-    pub at: Time,
-    /// By whom.
-    pub node: NodeId,
-    /// Rises with every command to this slave, also over resets of a master. No two masters give the same one.
-    pub value: u32,
-}
-
-/// What the applications know of each other.
-#[derive(Default)]
-pub struct Notes {
-    /// In the order of time.
-    pub executions: RefCell<Vec<Execution>>,
-    /// Where one of two masters became active, the next one first.
-    pub takeovers: RefCell<VecDeque<Bus>>,
-    /// Power-ons of the masters.
-    lives: RefCell<Vec<NodeKey>>,
-}
-
-impl Notes {
-    /// Who made a command, and when by its clock; `None` in another life of it.
-    pub fn made(&self, value: u32) -> Option<(NodeKey, Instant)> {
-        let lives = self.lives.borrow();
-        let index = life(value).checked_sub(1)? as usize;
-        let key = *lives.get(index)?;
-        let is_this_life = !lives[index + 1..].contains(&key);
-        is_this_life.then(|| (key, Instant::ZERO + COMMAND_PERIOD.times(value % LIFE)))
-    }
-
-    /// A master begins another life. First value of its commands.
-    fn begin(&self, key: NodeKey) -> u32 {
-        let mut lives = self.lives.borrow_mut();
-        lives.push(key);
-        lives.len() as u32 * LIFE
-    }
-}
-
-/// Number of the life of a master that made a command, from 1.
-pub fn life(value: u32) -> u32 {
-    value / LIFE
-}
 
 /// The profile of a script.
 pub fn profile(script: &Script) -> &'static Profile {
@@ -138,7 +83,7 @@ pub fn is_assigned(script: &Script, node: NodeId) -> bool {
 }
 
 /// Whether a slave has the value that the master writes.
-pub fn is_configured(slave: &CampaignSlave) -> bool {
+pub fn is_configured(slave: &slave::Node) -> bool {
     slave.objects().communication.nmt.error_behaviour == [SET]
 }
 
@@ -152,12 +97,14 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
         let (all, theirs) = (ids.clone(), notes.clone());
         World::builder().master(
             move |_| unruly(mission::master(profile, None), of_core),
-            move |master, events| command(master, events, NodeKey::MASTER, all.clone(), theirs.clone()),
+            move |master, events| {
+                application::master(master, events, NodeKey::MASTER, all.clone(), theirs.clone())
+            },
         )
     } else {
         let [first, second] = [NodeKey::MASTER, NodeKey::SECOND_MASTER].map(|key| {
             let (all, theirs) = (ids.clone(), notes.clone());
-            move |master, events| command(master, events, key, all.clone(), theirs.clone())
+            move |master, events| application::master(master, events, key, all.clone(), theirs.clone())
         });
         let of_two = move |strap| unruly(mission::master_of_two(profile, strap, None), of_core);
         let both = World::builder().master(move |_| of_two(Strap::Prime), first);
@@ -168,12 +115,14 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
         builder = builder.slave(
             id,
             move |board| {
-                let slave = mission::slave(board.node_id, profile, Vec::new());
+                let slave = mission::slave(board.node_id, profile, Default::default());
                 let mut slave = slave.with_retained(board.retained).with_store(board.store);
                 slave.break_rule(of_core);
                 slave
             },
-            move |slave, events| obey(slave, events, id, theirs.clone(), broken == Some(Rule::Repeats)),
+            move |slave, events| {
+                application::slave(slave, events, id, theirs.clone(), broken == Some(Rule::Repeats))
+            },
         );
     }
     (builder.seed(script.seed).build(), notes)
@@ -182,71 +131,6 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
 fn unruly<D: Device, B: MasterBoards>(mut master: Master<D, B>, broken: Option<Broken>) -> Master<D, B> {
     master.break_rule(broken);
     master
-}
-
-/// The application of a master.
-async fn command<B: MasterBoards>(
-    master: Handle<CampaignMaster<B>>,
-    mut events: Events<CampaignMaster<B>>,
-    key: NodeKey,
-    slaves: Vec<NodeId>,
-    notes: Rc<Notes>,
-) {
-    let first = notes.begin(key);
-    let begin =
-        |now| -> Vec<Sequence> { slaves.iter().map(|_| Sequence::new(now, COMMAND_PERIOD)).collect() };
-    let sequences = RefCell::new(begin(Instant::ZERO));
-    let watch = async {
-        loop {
-            let MasterEvent::Role(change) = events.next().await else { continue };
-            if change.role == Role::Active {
-                let active = master.with(|master, now| master.status(now).active);
-                notes.takeovers.borrow_mut().push_back(active);
-                *sequences.borrow_mut() = begin(master.now());
-            }
-        }
-    };
-    let traffic = async {
-        let mut due = Instant::ZERO;
-        for round in 1.. {
-            due += COMMAND_PERIOD;
-            master.wait_until(due).await;
-            for (&node, sequence) in slaves.iter().zip(&mut *sequences.borrow_mut()) {
-                if let Some(sequence) = sequence.step(master.now()) {
-                    let message = Command::SetValue(first + round).encode(sequence);
-                    // One that is not Operational has to do without.
-                    let _ = master.with(|master, now| mission::command(master, node, &message, now));
-                }
-            }
-        }
-    };
-    futures_util::future::join(watch, traffic).await;
-}
-
-/// The application of a slave: executes commands; `repeats`: also those that CAN delivers twice.
-async fn obey(
-    slave: Handle<CampaignSlave>,
-    mut events: Events<CampaignSlave>,
-    node: NodeId,
-    notes: Rc<Notes>,
-    repeats: bool,
-) {
-    let mut record = SlaveRecord::new();
-    loop {
-        match events.next().await {
-            SlaveEvent::Pdo { number, data, .. } if usize::from(number) == TELECOMMAND_RPDO => {
-                let Some(message) = Message::from_payload(&data) else { continue };
-                if repeats {
-                    record = SlaveRecord::new();
-                }
-                if let Ok(Command::SetValue(value)) = record.take(&message, slave.now()) {
-                    notes.executions.borrow_mut().push(Execution { at: events.world_time(), node, value });
-                }
-            }
-            SlaveEvent::ResetNode => events.reset(),
-            _ => {}
-        }
-    }
 }
 
 #[cfg(test)]

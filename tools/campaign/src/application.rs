@@ -1,0 +1,124 @@
+//! Applications of the nodes of a world.
+//!
+//! A slave runs the application of its image. The master runs one that numbers its commands over all power-ons of all masters: the
+//! number says who made a command and when, and whether a slave has executed it before. Commands of the image have no such number.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use can_wire::time::Time;
+use ecss_can::node::{Master, MasterBoards, MasterEvent, SlaveEvent};
+use ecss_can::pdo::Sequence;
+use ecss_can::redundancy::Role;
+use ecss_can::runner::EventSource;
+use ecss_can::types::{Instant, NodeId};
+use host_worlds::{Events, Handle, NodeKey, ResetLine};
+use mission::{COMMAND_PERIOD, Command, CommanderObjects, Indicators, TELECOMMAND_RPDO};
+
+use crate::notes::{Execution, Notes};
+
+/// Place of the sequence in a command.
+const SEQUENCE: usize = 7;
+
+/// Commands all slaves each period while its master is active.
+pub async fn master<B: MasterBoards>(
+    master: Handle<Master<CommanderObjects, B>>,
+    mut events: Events<Master<CommanderObjects, B>>,
+    key: NodeKey,
+    slaves: Vec<NodeId>,
+    notes: Rc<Notes>,
+) {
+    let first = notes.begin(key);
+    let begin =
+        |now| -> Vec<Sequence> { slaves.iter().map(|_| Sequence::new(now, COMMAND_PERIOD)).collect() };
+    let sequences = RefCell::new(begin(Instant::ZERO));
+    let watch = async {
+        loop {
+            let MasterEvent::Role(change) = events.next().await else { continue };
+            if change.role == Role::Active {
+                let active = master.with(|master, now| master.status(now).active);
+                notes.takeovers.borrow_mut().push_back(active);
+                *sequences.borrow_mut() = begin(master.now());
+            }
+        }
+    };
+    let traffic = async {
+        let mut due = Instant::ZERO;
+        for round in 1.. {
+            due += COMMAND_PERIOD;
+            master.wait_until(due).await;
+            for (&node, sequence) in slaves.iter().zip(&mut *sequences.borrow_mut()) {
+                if let Some(sequence) = sequence.step(master.now()) {
+                    let message = Command::SetValue(first + round).encode(sequence);
+                    // One that is not Operational has to do without.
+                    let _ = master.with(|master, now| mission::command(master, node, &message, now));
+                }
+            }
+        }
+    };
+    futures_util::future::join(watch, traffic).await;
+}
+
+/// Runs the application of the image of a slave, and notes the commands that it executes. `repeats`: a command that CAN delivers
+/// twice has another sequence the second time.
+pub async fn slave(
+    node: Handle<slave::Node>,
+    events: Events<slave::Node>,
+    id: NodeId,
+    notes: Rc<Notes>,
+    repeats: bool,
+) {
+    let (reset, at) = (Reset(events.reset_line()), Rc::<Cell<Time>>::default());
+    let events = Observed { events, at: at.clone(), sequence: repeats.then_some(0) };
+    let mut application = slave::Application::new(node, events, reset);
+    loop {
+        let before = application.record().executed;
+        application.step().await;
+        let after = application.record();
+        if after.executed != before {
+            notes.executions.borrow_mut().push(Execution { at: at.get(), node: id, value: after.value });
+        }
+    }
+}
+
+/// Events of a slave, and when its application took the last one.
+struct Observed {
+    events: Events<slave::Node>,
+    at: Rc<Cell<Time>>,
+    /// Sequence of the last command, where all commands shall seem new.
+    sequence: Option<u8>,
+}
+
+impl EventSource for Observed {
+    type Event = SlaveEvent;
+
+    async fn next(&mut self) -> SlaveEvent {
+        let mut event = self.events.next().await;
+        self.at.set(self.events.world_time());
+        if let SlaveEvent::Pdo { number, data, .. } = &mut event
+            && usize::from(*number) == TELECOMMAND_RPDO
+            && let Some(last) = &mut self.sequence
+        {
+            *last = last.wrapping_add(1);
+            data[SEQUENCE] = *last;
+        }
+        event
+    }
+}
+
+/// Indicators of which only the reset has an effect.
+struct Reset(ResetLine);
+
+impl Indicators for Reset {
+    fn sync(&mut self) {}
+
+    fn heartbeat(&mut self) {}
+
+    fn time(&mut self) {}
+
+    fn state(&mut self, _on: bool) {}
+
+    fn reset(&mut self) {
+        self.0.reset();
+    }
+}
