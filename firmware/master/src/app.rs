@@ -2,7 +2,7 @@
 
 use board::Spec;
 use boards_runtime::Irqs;
-use boards_stm32f4::{DIAGNOSTICS, supervised};
+use boards_stm32f4::{DIAGNOSTICS, Leds, supervised};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use master::{Application, Cables, pulses_per_second};
@@ -20,6 +20,18 @@ boards_runtime::pulse_task!(Board, Node, pulses_per_second);
 #[embassy_executor::task]
 fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
     supervised("cables", CABLES.run(master))
+}
+
+// A task of its own: `main` has its deepest stack while it makes the master (row `size.pyboard-v11.master.stack`).
+#[embassy_executor::task]
+fn application(
+    master: Handle<Board, Node>,
+    events: Events<Board, Node>,
+    leds: Leds,
+) -> impl Future<Output = ()> {
+    supervised("application", async move {
+        Application::new(master, events, leds, &CABLES, PROFILE.minimal).run().await
+    })
 }
 
 #[embassy_executor::main]
@@ -41,6 +53,5 @@ async fn main(spawner: Spawner) {
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, master);
     spawner.spawn(cables(master).unwrap());
-    let application = Application::new(master, events, board.leds, &CABLES, PROFILE.minimal);
-    supervised("application", application.run()).await
+    spawner.spawn(application(master, events, board.leds).unwrap());
 }

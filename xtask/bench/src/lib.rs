@@ -16,6 +16,7 @@ mod shards;
 mod share;
 mod stored;
 mod summary;
+mod sweep;
 mod table;
 mod update;
 

@@ -7,11 +7,7 @@
 //! between, other interrupts included, is in the figure. Measured with zero wait states, as boards fly, and without the
 //! accelerator of the flash.
 //!
-//! Whether one of these commands meets the board while it does what is due by time (looks at its controllers, sends its
-//! heartbeat, arms its timers) is chance. A sweep aims at it: commands arrive at a certain distance from the instants at
-//! which the board wakes up by itself. The distance grows by a microsecond every 100 ms. The worst of both is the figure.
-
-use std::ops::Range;
+//! A [`sweep`](crate::sweep) adds commands that arrive while the board does what is due by time. The worst of both is the figure.
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
@@ -23,6 +19,7 @@ use super::Area;
 use crate::context::Context;
 use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::row::Row;
+use crate::sweep::{BREAK, sweep};
 use support::board::Profile;
 
 pub const AREA: Area = Area {
@@ -39,29 +36,8 @@ const COMMANDS: u32 = 1_000;
 /// Between two commands: a prime number of microseconds meets the board's timers at ever other moments.
 const SPACING: Time = Time::from_us(7_919);
 
-/// From what was before to the heartbeat of the master that comes before each command.
-const BREAK: Time = Time::from_us(500);
-
 /// From SOF to the last bit but one of EOF of a frame of eight bytes without stuff bits, and a little less.
 const ON_THE_WIRE: Time = Time::from_us(104);
-
-/// How long the sweep keeps a distance: what is due ten times a second is due once.
-const PERIOD: Time = Time::from_ms(100);
-
-/// Distances of the sweep, microseconds, counted from [`BEFORE`]. The last command arrives when all is done.
-const DISTANCES: Range<u64> = 0..50;
-
-/// The first command arrives so long before the board wakes up, and is not yet with the node then.
-const BEFORE: Time = Time::from_us(5);
-
-/// Times that the distances are gone through.
-const PASSES: usize = 2;
-
-/// Before a pass. Frames shift looks: another one is then the first of those that follow closely upon each other.
-const PAUSE: Time = Time::from_ms(37);
-
-/// Between heartbeats of the master in the sweep.
-const BEAT: Time = Time::from_ms(50);
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
@@ -108,7 +84,14 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
         rig.send(Bus::Nominal, rig.spacecraft.now() + BREAK, MASTER_BEATS);
         latencies.push(command(&mut rig, at, value)?);
     }
-    let inside_look = sweep(&mut rig)?;
+    let mut inside_look = Latency { node: 0, application: 0 };
+    let duration_of = |number| duration(COMMANDS + number);
+    sweep(&mut rig, duration_of, |rig, at, number| {
+        let Latency { node, application } = command(rig, at, COMMANDS + number)?;
+        inside_look.node = inside_look.node.max(node);
+        inside_look.application = inside_look.application.max(application);
+        Ok(())
+    })?;
     let [node, application] = [|it: &Latency| it.node, |it: &Latency| it.application].map(|part| {
         let mut cycles: Vec<u64> = latencies.iter().map(part).collect();
         cycles.sort_unstable();
@@ -121,44 +104,12 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
     };
     let targets = targets(timing);
     Ok(vec![
-        within(row("interrupt_to_dictionary", node.0.max(inside_look)), targets.worst),
+        within(row("interrupt_to_dictionary", node.0.max(inside_look.node)), targets.worst),
         within(row("interrupt_to_dictionary_median", node.1), targets.median),
-        row("inside_look", inside_look),
-        row("interrupt_to_application", application.0),
+        row("inside_look", inside_look.node),
+        row("interrupt_to_application", application.0.max(inside_look.application)),
         row("interrupt_to_application_median", application.1),
     ])
-}
-
-/// Sends commands that arrive while the board does what is due by time. Returns the most cycles to the node.
-fn sweep(rig: &mut Rig) -> anyhow::Result<u64> {
-    let mut worst = 0;
-    let mut value = COMMANDS;
-    let mut beat = rig.spacecraft.now();
-    for distance in (0..PASSES).flat_map(|_| DISTANCES) {
-        if distance == DISTANCES.start {
-            rig.run_until(rig.spacecraft.now() + PAUSE)?;
-        }
-        let end = rig.spacecraft.now() + PERIOD;
-        while rig.spacecraft.now() < end {
-            let now = rig.spacecraft.now();
-            let wakes = rig.board().next_event();
-            let at = (wakes + Time::from_us(distance)).since(BEFORE + duration(value));
-            if wakes == Time::ZERO {
-                rig.run_until(now + Time::from_us(10))?;
-            } else if now + BREAK + BREAK < at && beat + BEAT < now {
-                beat = now;
-                rig.send(Bus::Nominal, now + Time::from_us(1), MASTER_BEATS);
-                rig.run_until(now + BREAK)?;
-            } else if at <= now {
-                // Something else was going on shortly before.
-                rig.run_until(wakes + Time::from_us(1))?;
-            } else {
-                worst = worst.max(command(rig, at, value)?.node);
-                value += 1;
-            }
-        }
-    }
-    Ok(worst)
 }
 
 /// A command with a value of its own.
