@@ -111,4 +111,3 @@ pub mod redundancy;
 pub mod runner;
 pub mod store;
 pub mod time;
-

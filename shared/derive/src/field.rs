@@ -218,8 +218,7 @@ pub fn set_run_bits(
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
     let krate = path::canopen();
     let same_error = same_error(of);
-    let write =
-        quote!(::core::option::Option::Some(<#of as #krate::od::Variable>::set_bits(#value, bits)));
+    let write = quote!(::core::option::Option::Some(<#of as #krate::od::Variable>::set_bits(#value, bits)));
     if !attribute.is_limited() {
         return quote!({
             #same_error

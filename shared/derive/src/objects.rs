@@ -120,25 +120,17 @@ fn implementation(
     let constants: Vec<_> =
         (0..).zip(objects).filter_map(|(nth, object)| constant(input, nth, object)).collect();
     let constants = instance::constants(input, &constants);
-    let (mut asserted, mut in_default) = instance::assertion(
-        input,
-        ident.span(),
-        |this| {
-            let krate = path::canopen_at(ident.span());
-            quote_spanned!(ident.span()=> <#this as #krate::od::Objects>::DECLARED.assert_distinct())
-        },
-    );
+    let (mut asserted, mut in_default) = instance::assertion(input, ident.span(), |this| {
+        let krate = path::canopen_at(ident.span());
+        quote_spanned!(ident.span()=> <#this as #krate::od::Objects>::DECLARED.assert_distinct())
+    });
     let mut marked = TokenStream::new();
     if let Some(span) = options.device {
         marked = device(input);
-        let (beside, inside) = instance::assertion(
-            input,
-            span,
-            |this| {
-                let ecss = path::ecss_at(span);
-                quote_spanned!(span=> #ecss::node::assert_device::<#this>())
-            },
-        );
+        let (beside, inside) = instance::assertion(input, span, |this| {
+            let ecss = path::ecss_at(span);
+            quote_spanned!(span=> #ecss::node::assert_device::<#this>())
+        });
         asserted.extend(beside);
         in_default.extend(inside);
     }

@@ -174,8 +174,9 @@ impl Range {
 /// Ranges of the timing registers of a controller. Those of FDCAN, for example:
 ///
 /// ```
-/// use async_canopen::link::bit_timing::{BitTiming, Hertz, Limits, Range};
-/// use async_canopen::profile::Profile;
+/// use async_canopen::link::bit_timing::{
+///     BitRate, BitTiming, Hertz, Limits, Metres, Network, PartsPerMillion, Range,
+/// };
 ///
 /// const FDCAN: Limits = Limits {
 ///     prescaler: Range::new(1, 512),
@@ -183,7 +184,14 @@ impl Range {
 ///     segment2: Range::new(2, 128),
 ///     jump_width: 128,
 /// };
-/// let timing = BitTiming::new(&FDCAN, Hertz(80_000_000), &Profile::DEFAULT.network).unwrap();
+/// const NETWORK: Network = Network {
+///     bit_rate: BitRate::MBIT_1,
+///     length: Metres(40),
+///     node_delay: Network::NODE_DELAY,
+///     oscillator_tolerance: PartsPerMillion(1_000),
+///     jump_width: Network::JUMP_WIDTH,
+/// };
+/// let timing = BitTiming::new(&FDCAN, Hertz(80_000_000), &NETWORK).unwrap();
 /// assert_eq!((timing.prescaler(), timing.quanta()), (4, 20));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -93,12 +93,12 @@ mod times;
 mod variable;
 
 pub use access::{ObjectAccess, Transfer, WHOLE};
+pub use async_canopen_derive::{Objects, Record};
 pub use cob_id_entry::{CobIdEntry, EntryUse, INVALID, NO_REMOTE};
 pub use data_type::DataType;
 pub use declared::{Declared, assert_entries};
 pub use dictionary::{Objects, Place, Record};
 pub use domain::Domain;
-pub use async_canopen_derive::{Objects, Record};
 pub use field::{Field, Fields, SubIndex};
 pub use initial::{Initial, NoNumbers, Numbers, Unwritten};
 pub use limits::Limits;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use async_canopen::store::{
-    Content, Group, LOAD, Loaded, MAX_VALUE, NoNotes, ParameterStore, Parameters, Row, SAVE, Save, StoreError,
-    StoreRequest, load,
+    Content, Group, LOAD, Loaded, MAX_VALUE, NoNotes, ParameterStore, Parameters, Row, SAVE, Save,
+    StoreError, StoreRequest, load,
 };
 use async_canopen::types::{AbortCode, Address, NodeId};
 

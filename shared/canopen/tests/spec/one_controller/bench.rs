@@ -122,8 +122,12 @@ pub const MEASURED: Stamp = Stamp::interrupt(Instant::from_micros(7));
 pub const REPORTED: Stamp = Stamp::interrupt(Instant::from_micros(9));
 pub const FAILED: PortEvent = PortEvent::Failed { mailbox: Mailbox(0) };
 pub const OFF: Health = Health { state: ErrorState::BusOff, ..PASSIVE };
-pub const PASSIVE: Health =
-    Health { state: ErrorState::Passive, tec: 128, rec: 3, last_error: async_canopen::link::port::LastError::Ack };
+pub const PASSIVE: Health = Health {
+    state: ErrorState::Passive,
+    tec: 128,
+    rec: 3,
+    last_error: async_canopen::link::port::LastError::Ack,
+};
 
 /// A task that was woken.
 #[derive(Default)]
