@@ -63,7 +63,7 @@
 //!
 //! # Modules
 //!
-//! A module uses only modules above it in this table.
+//! A module uses only modules above it in this table. Those of CANopen are of the crate [`async_canopen`], which stands alone.
 //!
 //! | module | contents |
 //! | --- | --- |
