@@ -9,7 +9,8 @@ use quote::quote_spanned;
 const CANOPEN: &str = "async-canopen";
 const ECSS: &str = "ecss-can";
 
-/// Returns the path to the modules of CANopen.
+/// Returns the path to the modules of CANopen. A package of CANopen may depend on `ecss-can` for its tests alone, so that name
+/// comes second.
 pub fn canopen() -> TokenStream {
     canopen_at(Span::call_site())
 }
