@@ -63,7 +63,7 @@
 //!
 //! # Modules
 //!
-//! A module uses only modules above it in this table.
+//! A module uses only modules above it in this table. Those of CANopen are of the crate [`async_canopen`], which stands alone.
 //!
 //! | module | contents |
 //! | --- | --- |
@@ -94,27 +94,20 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-// The derive macros name this crate from outside, also in here.
 #[cfg(feature = "mock")]
 extern crate alloc;
+// The derive macros name this crate from outside, also in here.
 extern crate self as ecss_can;
 
-pub mod boot;
-pub mod emcy;
-pub mod heartbeat;
-pub mod link;
+// Users name one crate.
+pub use async_canopen::{boot, emcy, heartbeat, link, nmt, od, pdo, sdo, sync, types};
+
 #[cfg(feature = "mock")]
 pub mod mock;
-pub mod nmt;
 pub mod node;
-pub mod od;
-pub mod pdo;
 pub mod prelude;
 pub mod profile;
 pub mod redundancy;
 pub mod runner;
-pub mod sdo;
 pub mod store;
-pub mod sync;
 pub mod time;
-pub mod types;

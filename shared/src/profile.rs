@@ -172,8 +172,8 @@ impl Profile {
         consumer: Duration::from_millis(400),
         prime_listens: Duration::from_millis(700),
         second_listens: Duration::from_millis(1_000),
-        prime_claims: CobId::low_bits(0x680),
-        second_claims: CobId::low_bits(0x681),
+        prime_claims: CobId::new(0x680).unwrap(),
+        second_claims: CobId::new(0x681).unwrap(),
     };
 
     /// Returns the same profile at another bit rate. Times that depend on the bus become longer at a lower rate:

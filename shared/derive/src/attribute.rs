@@ -7,6 +7,7 @@ use syn::parse::{Parse, ParseStream};
 use syn::{Error, Expr, Ident, LitInt, Token, Type};
 
 use crate::errors::Errors;
+use crate::path;
 
 /// Every word that may follow the number.
 const KNOWN: &str =
@@ -64,6 +65,7 @@ impl Attribute {
 
     /// Returns the limits as an expression.
     pub fn limits(&self) -> TokenStream {
+        let krate = path::canopen();
         let bound = |bound: &Option<Expr>| match bound {
             Some(value) => quote!(::core::option::Option::Some(#value)),
             None => quote!(::core::option::Option::None),
@@ -72,14 +74,15 @@ impl Attribute {
             return quote!(::core::option::Option::None);
         }
         let (low, high) = (bound(&self.low), bound(&self.high));
-        quote!(::core::option::Option::Some(const { &::ecss_can::od::Limits::new(#low, #high) }))
+        quote!(::core::option::Option::Some(const { &#krate::od::Limits::new(#low, #high) }))
     }
 
     /// Returns the access right of the value as an expression.
     pub fn required_access(&self) -> syn::Result<TokenStream> {
+        let krate = path::canopen();
         let message = "missing access right: add `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`";
         let access = self.access.as_ref().ok_or_else(|| Error::new(self.number.span(), message))?;
-        Ok(quote!(::ecss_can::od::Access::#access))
+        Ok(quote!(#krate::od::Access::#access))
     }
 
     /// Returns whether the value has a least or a greatest one.
@@ -90,33 +93,36 @@ impl Attribute {
     /// Adds to the expression `entry` all that the attribute declares beside type and access right. `of` is the type
     /// of the field.
     pub fn qualified(&self, of: &Type, entry: TokenStream) -> TokenStream {
+        let krate = path::canopen();
         let pdo = match (self.pdo, self.optional) {
             (false, _) => quote!(No),
             (true, false) => quote!(Required),
             (true, true) => quote!(Optional),
         };
-        let mut entry = quote!(#entry.for_pdo(::ecss_can::od::PdoUse::#pdo));
+        let mut entry = quote!(#entry.for_pdo(#krate::od::PdoUse::#pdo));
         // Constants find the errors of these, which stand at the words.
         if self.is_limited() {
             let (low, high, limits) = (&self.low, &self.high, self.limits());
-            let function = quote!(::ecss_can::od::Entry::within);
+            let function = quote!(#krate::od::Entry::within);
             entry = call_at(quote!(#low #high), function, quote!(#entry, #limits));
         }
         if let Some(value) = self.default.as_ref().filter(|_| self.is_limited()) {
             let number = &self.number;
             let range = quote!({
                 #[allow(unused_imports)]
-                use ::ecss_can::od::NoNumbers as _;
-                ::ecss_can::od::Numbers::<#of, Self, #number>::RANGE
+                use #krate::od::NoNumbers as _;
+                #krate::od::Numbers::<#of, Self, #number>::RANGE
             });
-            let function = quote!(::ecss_can::od::Entry::initially);
+            let function = quote!(#krate::od::Entry::initially);
             entry = call_at(quote!(#value), function, quote!(#entry, #range));
         }
         if let Some(word) = self.keep {
-            entry = quote_spanned!(word=> ::ecss_can::od::Entry::keep(#entry));
+            let krate = path::canopen_at(word);
+            entry = quote_spanned!(word=> #krate::od::Entry::keep(#entry));
         }
         if let Some(word) = self.volatile {
-            entry = quote_spanned!(word=> ::ecss_can::od::Entry::volatile(#entry));
+            let krate = path::canopen_at(word);
+            entry = quote_spanned!(word=> #krate::od::Entry::volatile(#entry));
         }
         entry
     }

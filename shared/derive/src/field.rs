@@ -9,6 +9,7 @@ use syn::{Attribute as Syntax, DeriveInput, Error, Expr, ExprLit, Field, Ident, 
 
 use crate::attribute::Attribute;
 use crate::errors::Errors;
+use crate::path;
 use crate::spelling;
 
 /// Returns the attribute with this name, if the field has it.
@@ -116,16 +117,18 @@ pub fn array(field: &Field) -> syn::Result<&TypeArray> {
 
 /// Returns the length of an array as a number of sub-indices. A length above 254 is an error at its place.
 pub fn sub_indices(len: &Expr) -> TokenStream {
-    quote_spanned!(len.span()=> ::ecss_can::od::sub_indices(#len))
+    let krate = path::canopen_at(len.span());
+    quote_spanned!(len.span()=> #krate::od::sub_indices(#len))
 }
 
 /// Returns the value at power-on.
 pub fn initial(field: &Field, declared: Option<&Attribute>) -> TokenStream {
+    let krate = path::canopen();
     let of = &field.ty;
     match (declared.and_then(|attribute| attribute.default.as_ref().map(|value| (attribute, value))), of) {
         (Some((attribute, _)), _) if attribute.is_limited() => {
             let number = &attribute.number;
-            quote!(<Self as ::ecss_can::od::Initial<#of, #number>>::VALUE)
+            quote!(<Self as #krate::od::Initial<#of, #number>>::VALUE)
         }
         (Some((_, value)), _) => quote!(#value),
         (None, _) => unwritten(of),
@@ -134,6 +137,7 @@ pub fn initial(field: &Field, declared: Option<&Attribute>) -> TokenStream {
 
 /// Returns the value at power-on of a field without `default`.
 fn unwritten(of: &Type) -> TokenStream {
+    let krate = path::canopen();
     if let Type::Array(array) = of {
         let element = unwritten(&array.elem);
         return quote!(::core::array::from_fn(|_| #element));
@@ -142,18 +146,19 @@ fn unwritten(of: &Type) -> TokenStream {
     let function = Ident::new("unwritten", of.span());
     quote!({
         #[allow(unused_imports)]
-        use ::ecss_can::od::Unwritten as _;
+        use #krate::od::Unwritten as _;
         <#of>::#function()
     })
 }
 
 /// Returns the value at power-on as a constant, for a value that has limits. Their check reads it.
 pub fn initial_constant(input: &DeriveInput, field: &Field, attribute: &Attribute) -> Option<TokenStream> {
+    let krate = path::canopen();
     let value = attribute.default.as_ref().filter(|_| attribute.is_limited())?;
     let (ident, of, number) = (&input.ident, &field.ty, &attribute.number);
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
     Some(quote! {
-        impl #impl_generics ::ecss_can::od::Initial<#of, #number> for #ident #type_generics #bounds {
+        impl #impl_generics #krate::od::Initial<#of, #number> for #ident #type_generics #bounds {
             const VALUE: #of = #value;
         }
     })
@@ -162,15 +167,17 @@ pub fn initial_constant(input: &DeriveInput, field: &Field, attribute: &Attribut
 /// Returns a statement that asks of a type what its declaration asks. In another function that uses the type, it makes
 /// the error of a wrong type the same one, which the compiler shows once.
 pub fn same_error(of: &Type) -> TokenStream {
-    quote!(let _ = ::ecss_can::od::Entry::of::<#of>;)
+    let krate = path::canopen();
+    quote!(let _ = #krate::od::Entry::of::<#of>;)
 }
 
 /// Returns the expression by which a transmit PDO reads a value of this type.
 pub fn bits(value: &TokenStream, of: &Type) -> TokenStream {
+    let krate = path::canopen();
     let same_error = same_error(of);
     quote!({
         #same_error
-        ::core::option::Option::Some(<#of as ::ecss_can::od::Variable>::bits(#value))
+        ::core::option::Option::Some(<#of as #krate::od::Variable>::bits(#value))
     })
 }
 
@@ -191,6 +198,7 @@ pub fn set_run_bits(
     of: &Type,
     attribute: &Attribute,
 ) -> TokenStream {
+    let krate = path::canopen();
     let same_error = same_error(of);
     if !attribute.is_limited() {
         return quote!({
@@ -201,16 +209,16 @@ pub fn set_run_bits(
     let limits = attribute.limits();
     quote!({
         #same_error
-        const LIMITS: ::core::option::Option<&::ecss_can::od::Limits> = #limits;
+        const LIMITS: ::core::option::Option<&#krate::od::Limits> = #limits;
         run.write_within::<#of>(&mut #values[..], #nth, bits, LIMITS?)
     })
 }
 
 /// Returns the expression by which a receive PDO writes a value. It writes only a value within the limits.
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
+    let krate = path::canopen();
     let same_error = same_error(of);
-    let write =
-        quote!(::core::option::Option::Some(<#of as ::ecss_can::od::Variable>::set_bits(#value, bits)));
+    let write = quote!(::core::option::Option::Some(<#of as #krate::od::Variable>::set_bits(#value, bits)));
     if !attribute.is_limited() {
         return quote!({
             #same_error
@@ -220,8 +228,8 @@ pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenS
     let limits = attribute.limits();
     quote!({
         #same_error
-        const LIMITS: ::core::option::Option<&::ecss_can::od::Limits> = #limits;
-        LIMITS?.check(<#of as ::ecss_can::od::Typed>::TYPE, bits).ok()?;
+        const LIMITS: ::core::option::Option<&#krate::od::Limits> = #limits;
+        LIMITS?.check(<#of as #krate::od::Typed>::TYPE, bits).ok()?;
         #write
     })
 }

@@ -2,7 +2,7 @@
 //!
 //! `#[derive(Objects)]` turns a struct of values into a dictionary, or into a group of objects of a dictionary.
 //! `#[derive(Record)]` turns a struct into a record: several values under one index. Both implement `Default` with
-//! the values of `default = ..`. The module `ecss_can::od` has an example.
+//! the values of `default = ..`. The module `async_canopen::od` has an example.
 //!
 //! | attribute | stands on | meaning |
 //! | --- | --- | --- |
@@ -14,7 +14,7 @@
 //! | `#[record(0x40)]` | a record | index of its structure (DEFSTRUCT) |
 //! | `#[skip]` | a field | no client sees the field; a field with none of these attributes is an error |
 //! | `#[objects(check = function)]` | a struct | the function may refuse a value that a client writes |
-//! | `#[objects(device)]` | a struct | the struct is the application of a `Device`, and is checked with its PDOs |
+//! | `#[objects(device)]` | a struct | the struct is the application of a `Device` of `ecss-can`, and is checked with its PDOs |
 //!
 //! Inside the parentheses stand, separated by commas:
 //!
@@ -25,9 +25,12 @@
 //! - `low = ..` and `high = ..` for an integer: values of its type, `low` at most `high`;
 //! - `default = ..`, the value at power-on. Beside `low` or `high` it is a constant expression within these limits.
 //!
-//! Each field becomes a constant with the name of the field in capitals: `ecss_can::od::Field` or `Fields` for an
+//! Each field becomes a constant with the name of the field in capitals: `async_canopen::od::Field` or `Fields` for an
 //! object, `SubIndex` for an entry of a record. There each type parameter has its default, so that `Device::VALUE`
 //! needs no argument.
+//!
+//! The expanded code names `async-canopen`, or `ecss-can`, which exports the same modules, by the name that the manifest of
+//! the package gives it.
 //!
 //! # Errors
 //!
@@ -41,6 +44,7 @@ mod errors;
 mod field;
 mod instance;
 mod objects;
+mod path;
 mod record;
 mod sketch;
 mod spelling;

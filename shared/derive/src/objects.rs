@@ -8,7 +8,7 @@ use syn::{DeriveInput, Error, Field, Ident, Path, Type};
 use crate::attribute::{Attribute, Shape};
 use crate::errors::Errors;
 use crate::field::{self, Declared};
-use crate::instance;
+use crate::{instance, path};
 
 /// An object, or several in a row.
 pub struct Object<'a> {
@@ -80,6 +80,11 @@ fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
         });
         errors.take(read);
     }
+    if let Some(span) = options.device
+        && path::ecss_at(span).is_none()
+    {
+        errors.add(Error::new(span, "a device needs the crate `ecss-can`"));
+    }
     options
 }
 
@@ -96,6 +101,7 @@ fn implementation(
     initials: &[TokenStream],
     options: Options,
 ) -> TokenStream {
+    let krate = path::canopen();
     let own = objects.len() as u16;
     let declarations = objects.iter().map(|object| &object.declaration);
     let names = objects.iter().map(|object| &object.names);
@@ -114,19 +120,17 @@ fn implementation(
     let constants: Vec<_> =
         (0..).zip(objects).filter_map(|(nth, object)| constant(input, nth, object)).collect();
     let constants = instance::constants(input, &constants);
-    let (mut asserted, mut in_default) = instance::assertion(
-        input,
-        ident.span(),
-        |this| quote_spanned!(ident.span()=> <#this as ::ecss_can::od::Objects>::DECLARED.assert_distinct()),
-    );
+    let (mut asserted, mut in_default) = instance::assertion(input, ident.span(), |this| {
+        let krate = path::canopen_at(ident.span());
+        quote_spanned!(ident.span()=> <#this as #krate::od::Objects>::DECLARED.assert_distinct())
+    });
     let mut marked = TokenStream::new();
     if let Some(span) = options.device {
         marked = device(input);
-        let (beside, inside) = instance::assertion(
-            input,
-            span,
-            |this| quote_spanned!(span=> ::ecss_can::node::assert_device::<#this>()),
-        );
+        let (beside, inside) = instance::assertion(input, span, |this| {
+            let ecss = path::ecss_at(span);
+            quote_spanned!(span=> #ecss::node::assert_device::<#this>())
+        });
         asserted.extend(beside);
         in_default.extend(inside);
     }
@@ -137,38 +141,38 @@ fn implementation(
 
         #constants
 
-        impl #impl_generics ::ecss_can::od::Objects for #ident #type_generics #bounds {
-            const COUNT: u16 = #own #(+ <#types as ::ecss_can::od::Objects>::COUNT)*;
-            const DECLARED: &'static ::ecss_can::od::Declared = &::ecss_can::od::Declared {
+        impl #impl_generics #krate::od::Objects for #ident #type_generics #bounds {
+            const COUNT: u16 = #own #(+ <#types as #krate::od::Objects>::COUNT)*;
+            const DECLARED: &'static #krate::od::Declared = &#krate::od::Declared {
                 objects: &[#(#declarations),*],
-                groups: &[#(<#types as ::ecss_can::od::Objects>::DECLARED),*],
+                groups: &[#(<#types as #krate::od::Objects>::DECLARED),*],
             };
 
             fn describe(
-                visit: &mut dyn FnMut(&'static ::ecss_can::od::Object, &'static ::ecss_can::od::Names),
+                visit: &mut dyn FnMut(&'static #krate::od::Object, &'static #krate::od::Names),
             ) {
-                let names: &'static [::ecss_can::od::Names] = const { &[#(#names),*] };
+                let names: &'static [#krate::od::Names] = const { &[#(#names),*] };
                 for (object, names) in Self::DECLARED.objects.iter().zip(names) {
                     visit(object, names);
                 }
-                #(<#types as ::ecss_can::od::Objects>::describe(visit);)*
+                #(<#types as #krate::od::Objects>::describe(visit);)*
             }
 
             #[allow(unused_variables, unused_mut, unused_assignments)]
             fn variable(
                 &mut self,
-                mut place: ::ecss_can::od::Place,
-            ) -> ::core::option::Option<&mut dyn ::ecss_can::od::Variable> {
+                mut place: #krate::od::Place,
+            ) -> ::core::option::Option<&mut dyn #krate::od::Variable> {
                 match place.object {
                     #(#numbers => return #variables,)*
                     _ => {}
                 }
                 place.object -= #own;
                 #(
-                    if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
-                        return ::ecss_can::od::Objects::variable(&mut self.#group_names, place);
+                    if place.object < <#types as #krate::od::Objects>::COUNT {
+                        return #krate::od::Objects::variable(&mut self.#group_names, place);
                     }
-                    place.object -= <#types as ::ecss_can::od::Objects>::COUNT;
+                    place.object -= <#types as #krate::od::Objects>::COUNT;
                 )*
                 ::core::option::Option::None
             }
@@ -177,11 +181,11 @@ fn implementation(
             #[inline]
             fn check(
                 &self,
-                at: ::ecss_can::types::Address,
+                at: #krate::types::Address,
                 value: &[u8],
-            ) -> ::core::result::Result<(), ::ecss_can::types::AbortCode> {
+            ) -> ::core::result::Result<(), #krate::types::AbortCode> {
                 #check
-                #(<#types as ::ecss_can::od::Objects>::check(&self.#group_names, at, value)?;)*
+                #(<#types as #krate::od::Objects>::check(&self.#group_names, at, value)?;)*
                 ::core::result::Result::Ok(())
             }
 
@@ -189,8 +193,8 @@ fn implementation(
             #[inline]
             fn bits(
                 &self,
-                mut place: ::ecss_can::od::Place,
-                run: ::ecss_can::od::Run,
+                mut place: #krate::od::Place,
+                run: #krate::od::Run,
             ) -> ::core::option::Option<u64> {
                 match place.object {
                     #(#reads)*
@@ -198,10 +202,10 @@ fn implementation(
                 }
                 place.object = place.object.wrapping_sub(#own);
                 #(
-                    if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
-                        return ::ecss_can::od::Objects::bits(&self.#group_names, place, run);
+                    if place.object < <#types as #krate::od::Objects>::COUNT {
+                        return #krate::od::Objects::bits(&self.#group_names, place, run);
                     }
-                    place.object = place.object.wrapping_sub(<#types as ::ecss_can::od::Objects>::COUNT);
+                    place.object = place.object.wrapping_sub(<#types as #krate::od::Objects>::COUNT);
                 )*
                 ::core::option::Option::None
             }
@@ -210,8 +214,8 @@ fn implementation(
             #[inline]
             fn set_bits(
                 &mut self,
-                mut place: ::ecss_can::od::Place,
-                run: ::ecss_can::od::Run,
+                mut place: #krate::od::Place,
+                run: #krate::od::Run,
                 bits: u64,
             ) -> ::core::option::Option<()> {
                 match place.object {
@@ -220,10 +224,10 @@ fn implementation(
                 }
                 place.object = place.object.wrapping_sub(#own);
                 #(
-                    if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
-                        return ::ecss_can::od::Objects::set_bits(&mut self.#group_names, place, run, bits);
+                    if place.object < <#types as #krate::od::Objects>::COUNT {
+                        return #krate::od::Objects::set_bits(&mut self.#group_names, place, run, bits);
                     }
-                    place.object = place.object.wrapping_sub(<#types as ::ecss_can::od::Objects>::COUNT);
+                    place.object = place.object.wrapping_sub(<#types as #krate::od::Objects>::COUNT);
                 )*
                 ::core::option::Option::None
             }
@@ -238,31 +242,34 @@ fn implementation(
     }
 }
 
-/// Returns what makes the declaration that of a device.
+/// Returns what makes the declaration that of a device. Nothing without `ecss-can`, which has the trait.
 pub fn device(input: &DeriveInput) -> TokenStream {
+    let Some(ecss) = path::ecss_at(Span::call_site()) else { return TokenStream::new() };
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
     quote! {
         #[diagnostic::do_not_recommend]
-        impl #impl_generics ::ecss_can::node::DeviceObjects for #ident #type_generics #bounds {}
+        impl #impl_generics #ecss::node::DeviceObjects for #ident #type_generics #bounds {}
     }
 }
 
 /// The constant of the field of an object, the `nth` of those declared.
 pub fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
-    let kind = if object.is_single { quote!(::ecss_can::od::Field) } else { quote!(::ecss_can::od::Fields) };
+    let krate = path::canopen();
+    let kind = if object.is_single { quote!(#krate::od::Field) } else { quote!(#krate::od::Fields) };
     let record = object.record.map(|record| instance::filled(input, record.to_token_stream()));
     let of = match (record, object.is_single) {
         (_, true) => kind.clone(),
         (Some(record), _) => quote!(#kind<#record>),
         (None, _) => quote!(#kind<()>),
     };
-    let value = quote!(#kind::of(&<Self as ::ecss_can::od::Objects>::DECLARED.objects[#nth]));
+    let value = quote!(#kind::of(&<Self as #krate::od::Objects>::DECLARED.objects[#nth]));
     field::constant(object.field, &format!("{:04X}h", object.number), &of, &value)
 }
 
 /// `None` after an error.
 pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object<'a>> {
+    let krate = path::canopen();
     let (title, number) = (field::title(field), attribute.value(u16::MAX));
     let (title, number) = (errors.take(title), errors.take(number));
     // The type of one object of several in a row, how many there are, and the one meant.
@@ -293,10 +300,10 @@ pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) 
         Shape::Var | Shape::Array => attribute.directions(),
     };
     let declaration = quote! {
-        ::ecss_can::od::Object { index: #number, count: #count, entries: #entries }
+        #krate::od::Object { index: #number, count: #count, entries: #entries }
     };
     let names = quote! {
-        ::ecss_can::od::Names { code: #code, object: #title, entries: #names, structure: #structure }
+        #krate::od::Names { code: #code, object: #title, entries: #names, structure: #structure }
     };
     let (bits, set_bits) = (read.then_some(bits), written.then_some(set_bits));
     let record = matches!(attribute.shape, Shape::Record { .. }).then_some(value);
@@ -324,14 +331,15 @@ fn var(
     place_mut: &TokenStream,
     errors: &mut Errors,
 ) -> Option<Parts> {
+    let krate = path::canopen();
     let access = errors.take(attribute.required_access())?;
     let same_error = field::same_error(value);
-    let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(0, 1, #access)));
+    let entry = attribute.qualified(of, quote!(#krate::od::Entry::of::<#value>(0, 1, #access)));
     Some(Parts {
         code: quote! {
-            match ::ecss_can::od::Entry::of::<#value>(0, 1, #access).data_type {
-                ::ecss_can::od::DataType::Domain => ::ecss_can::od::ObjectCode::Domain,
-                _ => ::ecss_can::od::ObjectCode::Var,
+            match #krate::od::Entry::of::<#value>(0, 1, #access).data_type {
+                #krate::od::DataType::Domain => #krate::od::ObjectCode::Domain,
+                _ => #krate::od::ObjectCode::Var,
             }
         },
         entries: quote!(&[#entry]),
@@ -339,7 +347,7 @@ fn var(
         structure: quote!(0),
         variable: quote!({
             #same_error
-            ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(#place_mut))
+            ::core::option::Option::Some(<#value as #krate::od::Typed>::as_variable(#place_mut))
         }),
         bits: field::bits(place, value),
         set_bits: field::set_bits(place_mut, value, attribute),
@@ -355,6 +363,7 @@ fn array(
     place_mut: &TokenStream,
     errors: &mut Errors,
 ) -> Option<Parts> {
+    let krate = path::canopen();
     let access = errors.take(attribute.required_access());
     let Type::Array(array) = value else {
         errors.add(Error::new_spanned(value, "an ARRAY object needs an array"));
@@ -362,14 +371,14 @@ fn array(
     };
     let (value, count) = (&*array.elem, field::sub_indices(&array.len));
     let access = access?;
-    let entry = attribute.qualified(of, quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
+    let entry = attribute.qualified(of, quote!(#krate::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
     let same_error = field::same_error(value);
     // At the place of the type: the error that it is no `Variable` follows from that of its declaration.
     let found = Ident::new("found", value.span());
     Some(Parts {
-        code: quote!(::ecss_can::od::ObjectCode::Array),
-        entries: quote!(&[::ecss_can::od::Entry::highest(#count), #entry]),
+        code: quote!(#krate::od::ObjectCode::Array),
+        entries: quote!(&[#krate::od::Entry::highest(#count), #entry]),
         names: quote!(&["Highest sub-index supported", #title]),
         structure: quote!(0),
         variable: quote!({
@@ -385,14 +394,15 @@ fn array(
 }
 
 fn record(value: &Type, as_array: bool, place: &TokenStream, place_mut: &TokenStream) -> Parts {
+    let krate = path::canopen();
     let code = if as_array { quote!(Array) } else { quote!(Record) };
     Parts {
-        code: quote!(::ecss_can::od::ObjectCode::#code),
-        entries: quote!(<#value as ::ecss_can::od::Record>::ENTRIES),
-        names: quote!(<#value as ::ecss_can::od::Record>::NAMES),
-        structure: quote!(<#value as ::ecss_can::od::Record>::STRUCTURE),
-        variable: quote!(::ecss_can::od::Record::variable(#place_mut, place.sub)),
-        bits: quote!(::ecss_can::od::Record::bits(#place, place.sub, run)),
-        set_bits: quote!(::ecss_can::od::Record::set_bits(#place_mut, place.sub, run, bits)),
+        code: quote!(#krate::od::ObjectCode::#code),
+        entries: quote!(<#value as #krate::od::Record>::ENTRIES),
+        names: quote!(<#value as #krate::od::Record>::NAMES),
+        structure: quote!(<#value as #krate::od::Record>::STRUCTURE),
+        variable: quote!(#krate::od::Record::variable(#place_mut, place.sub)),
+        bits: quote!(#krate::od::Record::bits(#place, place.sub, run)),
+        set_bits: quote!(#krate::od::Record::set_bits(#place_mut, place.sub, run, bits)),
     }
 }

@@ -7,7 +7,7 @@ use syn::{DeriveInput, Error, LitInt};
 use crate::attribute::{Attribute, Shape};
 use crate::errors::Errors;
 use crate::field::{self, Declared};
-use crate::instance;
+use crate::{instance, path};
 
 /// A sub-index, or several in a row.
 pub struct Sub {
@@ -67,9 +67,10 @@ fn implementation(
     initials: &[TokenStream],
     structure: Option<TokenStream>,
 ) -> TokenStream {
+    let krate = path::canopen();
     let last = subs.last().map(|sub| sub.last.clone());
     if subs.first().is_some_and(|first| first.number != 0) {
-        let (entry, title) = (quote!(::ecss_can::od::Entry::highest(#last)), "Highest sub-index supported");
+        let (entry, title) = (quote!(#krate::od::Entry::highest(#last)), "Highest sub-index supported");
         let (title, arm, last) = (title.into(), quote!(), quote!());
         subs.insert(
             0,
@@ -86,20 +87,21 @@ fn implementation(
     let constants: Vec<_> = subs.iter().filter_map(|sub| sub.constant.clone()).collect();
     let constants = instance::constants(input, &constants);
     let (asserted, in_default) = instance::assertion(input, ident.span(), |this| {
-        let entries = quote!(<#this as ::ecss_can::od::Record>::ENTRIES);
-        quote_spanned!(ident.span()=> ::ecss_can::od::assert_entries(#entries))
+        let entries = quote!(<#this as #krate::od::Record>::ENTRIES);
+        let krate = path::canopen_at(ident.span());
+        quote_spanned!(ident.span()=> #krate::od::assert_entries(#entries))
     });
     quote! {
         #asserted
 
         #constants
 
-        impl #impl_generics ::ecss_can::od::Record for #ident #type_generics #bounds {
-            const ENTRIES: &'static [::ecss_can::od::Entry] = &[#(#entries),*];
+        impl #impl_generics #krate::od::Record for #ident #type_generics #bounds {
+            const ENTRIES: &'static [#krate::od::Entry] = &[#(#entries),*];
             const NAMES: &'static [&'static str] = &[#(#titles),*];
             #structure
 
-            fn variable(&mut self, sub: u8) -> ::core::option::Option<&mut dyn ::ecss_can::od::Variable> {
+            fn variable(&mut self, sub: u8) -> ::core::option::Option<&mut dyn #krate::od::Variable> {
                 match sub {
                     #(#arms)*
                     _ => ::core::option::Option::None,
@@ -108,7 +110,7 @@ fn implementation(
 
             #[allow(unused_variables)]
             #[inline]
-            fn bits(&self, sub: u8, run: ::ecss_can::od::Run) -> ::core::option::Option<u64> {
+            fn bits(&self, sub: u8, run: #krate::od::Run) -> ::core::option::Option<u64> {
                 match sub {
                     #(#reads)*
                     _ => ::core::option::Option::None,
@@ -120,7 +122,7 @@ fn implementation(
             fn set_bits(
                 &mut self,
                 sub: u8,
-                run: ::ecss_can::od::Run,
+                run: #krate::od::Run,
                 bits: u64,
             ) -> ::core::option::Option<()> {
                 match sub {
@@ -141,6 +143,7 @@ fn implementation(
 
 /// `None` after an error.
 pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option<Sub> {
+    let krate = path::canopen();
     let name = &field.ident;
     let (title, number) = (errors.take(field::title(field)), errors.take(attribute.value(254)));
     let access = match attribute.shape {
@@ -172,7 +175,7 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
         (field::bits(&quote!(&self.#name), value), field::set_bits(&place_mut, value, attribute))
     };
     let entry =
-        attribute.qualified(&field.ty, quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
+        attribute.qualified(&field.ty, quote!(#krate::od::Entry::of::<#value>(#first, #count, #access)));
     let same_error = field::same_error(value);
     let arm = |value: TokenStream| quote!(#pattern => #value,);
     let (read, written) = attribute.directions();
@@ -183,12 +186,12 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
         constant: field::constant(
             field,
             &format!("sub-index {first}"),
-            &quote!(::ecss_can::od::SubIndex<Self>),
-            &quote!(::ecss_can::od::SubIndex::new(#first, #count)),
+            &quote!(#krate::od::SubIndex<Self>),
+            &quote!(#krate::od::SubIndex::new(#first, #count)),
         ),
         arm: arm(quote!({
             #same_error
-            ::core::option::Option::Some(<#value as ::ecss_can::od::Typed>::as_variable(#place_mut))
+            ::core::option::Option::Some(<#value as #krate::od::Typed>::as_variable(#place_mut))
         })),
         bits: read.then(|| arm(bits)),
         set_bits: written.then(|| arm(set_bits)),

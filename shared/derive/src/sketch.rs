@@ -11,6 +11,7 @@ use crate::attribute::{Attribute, Shape};
 use crate::errors::Errors;
 use crate::field::{self, Declared};
 use crate::objects::{self, Object};
+use crate::path;
 use crate::record::{self, Sub};
 
 /// Returns the objects of a declaration in rising order, and the types of its groups.
@@ -65,6 +66,7 @@ fn row<'a>(field: &'a Field, attribute: &Attribute) -> Option<&'a TypeArray> {
 
 /// An object with an index that no other one has: its own, else one below.
 fn object_of(field: &Field, is_free: impl Fn(u16) -> bool) -> Object<'_> {
+    let krate = path::canopen();
     let attribute = field::sketched(field, "object");
     let mut number = attribute.value(u16::MAX).unwrap_or(u16::MAX);
     while !is_free(number) {
@@ -80,7 +82,7 @@ fn object_of(field: &Field, is_free: impl Fn(u16) -> bool) -> Object<'_> {
     };
     let record = matches!(attribute.shape, Shape::Record { .. }).then_some(value);
     let entries = match record {
-        Some(record) => quote!(<#record as ::ecss_can::od::Record>::ENTRIES),
+        Some(record) => quote!(<#record as #krate::od::Record>::ENTRIES),
         None => {
             let entry = entry(0, quote!(255));
             quote!(&[#entry])
@@ -88,7 +90,7 @@ fn object_of(field: &Field, is_free: impl Fn(u16) -> bool) -> Object<'_> {
     };
     Object {
         number,
-        declaration: quote!(::ecss_can::od::Object { index: #number, count: #count, entries: #entries }),
+        declaration: quote!(#krate::od::Object { index: #number, count: #count, entries: #entries }),
         names: TokenStream::new(),
         field,
         record,
@@ -100,6 +102,7 @@ fn object_of(field: &Field, is_free: impl Fn(u16) -> bool) -> Object<'_> {
 }
 
 fn sub_of(field: &Field) -> Sub {
+    let krate = path::canopen();
     let attribute = field::sketched(field, "sub");
     let number = attribute.value(254).unwrap_or(254);
     let first = number as u8;
@@ -115,8 +118,8 @@ fn sub_of(field: &Field) -> Sub {
         constant: field::constant(
             field,
             "unknown",
-            &quote!(::ecss_can::od::SubIndex<Self>),
-            &quote!(::ecss_can::od::SubIndex::new(#first, #count)),
+            &quote!(#krate::od::SubIndex<Self>),
+            &quote!(#krate::od::SubIndex::new(#first, #count)),
         ),
         arm: TokenStream::new(),
         bits: None,
@@ -127,8 +130,9 @@ fn sub_of(field: &Field) -> Sub {
 
 /// Values that everybody may read, write and map.
 fn entry(first: u8, count: TokenStream) -> TokenStream {
+    let krate = path::canopen();
     quote! {
-        ::ecss_can::od::Entry::of::<::core::primitive::u8>(#first, #count, ::ecss_can::od::Access::Rw)
-            .for_pdo(::ecss_can::od::PdoUse::Required)
+        #krate::od::Entry::of::<::core::primitive::u8>(#first, #count, #krate::od::Access::Rw)
+            .for_pdo(#krate::od::PdoUse::Required)
     }
 }

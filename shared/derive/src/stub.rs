@@ -6,10 +6,11 @@ use quote::quote;
 use syn::DeriveInput;
 
 use crate::objects::{constant, device, may_be_device};
-use crate::{instance, sketch};
+use crate::{instance, path, sketch};
 
 /// Returns an implementation of `Objects` that declares [sketches](sketch) and has no values.
 pub fn objects(input: &DeriveInput) -> TokenStream {
+    let krate = path::canopen();
     let (ident, default) = (&input.ident, default(input));
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
     let (objects, groups) = sketch::objects(input);
@@ -22,37 +23,37 @@ pub fn objects(input: &DeriveInput) -> TokenStream {
 
         #marked
 
-        impl #impl_generics ::ecss_can::od::Objects for #ident #type_generics #bounds {
+        impl #impl_generics #krate::od::Objects for #ident #type_generics #bounds {
             const COUNT: u16 = 0;
-            const DECLARED: &'static ::ecss_can::od::Declared =
-                &::ecss_can::od::Declared {
+            const DECLARED: &'static #krate::od::Declared =
+                &#krate::od::Declared {
                     objects: &[#(#declarations),*],
-                    groups: &[#(<#groups as ::ecss_can::od::Objects>::DECLARED),*],
+                    groups: &[#(<#groups as #krate::od::Objects>::DECLARED),*],
                 };
 
-            fn object(_: u16) -> ::core::option::Option<(&'static ::ecss_can::od::Object, u16, u16)> {
+            fn object(_: u16) -> ::core::option::Option<(&'static #krate::od::Object, u16, u16)> {
                 ::core::option::Option::None
             }
 
-            fn each_object(_: &mut dyn FnMut(&'static ::ecss_can::od::Object)) {}
+            fn each_object(_: &mut dyn FnMut(&'static #krate::od::Object)) {}
 
-            fn describe(_: &mut dyn FnMut(&'static ::ecss_can::od::Object, &'static ::ecss_can::od::Names)) {}
+            fn describe(_: &mut dyn FnMut(&'static #krate::od::Object, &'static #krate::od::Names)) {}
 
             fn variable(
                 &mut self,
-                _: ::ecss_can::od::Place,
-            ) -> ::core::option::Option<&mut dyn ::ecss_can::od::Variable> {
+                _: #krate::od::Place,
+            ) -> ::core::option::Option<&mut dyn #krate::od::Variable> {
                 ::core::option::Option::None
             }
 
-            fn bits(&self, _: ::ecss_can::od::Place, _: ::ecss_can::od::Run) -> ::core::option::Option<u64> {
+            fn bits(&self, _: #krate::od::Place, _: #krate::od::Run) -> ::core::option::Option<u64> {
                 ::core::option::Option::None
             }
 
             fn set_bits(
                 &mut self,
-                _: ::ecss_can::od::Place,
-                _: ::ecss_can::od::Run,
+                _: #krate::od::Place,
+                _: #krate::od::Run,
                 _: u64,
             ) -> ::core::option::Option<()> {
                 ::core::option::Option::None
@@ -65,6 +66,7 @@ pub fn objects(input: &DeriveInput) -> TokenStream {
 
 /// Returns an implementation of `Record` that declares [sketches](sketch) and has no values.
 pub fn record(input: &DeriveInput) -> TokenStream {
+    let krate = path::canopen();
     let (ident, default) = (&input.ident, default(input));
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
     let mut subs = sketch::subs(input);
@@ -74,11 +76,11 @@ pub fn record(input: &DeriveInput) -> TokenStream {
     quote! {
         #constants
 
-        impl #impl_generics ::ecss_can::od::Record for #ident #type_generics #bounds {
-            const ENTRIES: &'static [::ecss_can::od::Entry] = &[#(#entries),*];
+        impl #impl_generics #krate::od::Record for #ident #type_generics #bounds {
+            const ENTRIES: &'static [#krate::od::Entry] = &[#(#entries),*];
             const NAMES: &'static [&'static str] = &[];
 
-            fn variable(&mut self, _: u8) -> ::core::option::Option<&mut dyn ::ecss_can::od::Variable> {
+            fn variable(&mut self, _: u8) -> ::core::option::Option<&mut dyn #krate::od::Variable> {
                 ::core::option::Option::None
             }
         }

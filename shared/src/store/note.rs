@@ -7,15 +7,37 @@
 //!
 //! A note holds for the node that wrote it, as a set does.
 
-use super::{ParameterStore, StoreError};
+use async_canopen::store;
+
+use super::{Apply, Loaded, ParameterStore, StoreError};
 use crate::redundancy::{Redundancy, RedundancyObjects};
 use crate::types::{Address, Bus, NodeId};
 
 /// Most notes that a node may write from power-on to power-off. They must not use up the room for sets.
 pub const MOST_NOTES: u8 = 8;
 
-/// The parameter that a note stands for.
-pub(super) const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
+/// Notes of the Bdefault of a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BdefaultNotes;
+
+impl store::Notes for BdefaultNotes {
+    const PARAMETER: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
+
+    fn noted(store: &dyn ParameterStore, node: NodeId) -> Option<u8> {
+        noted_bdefault(store, node).map(Bus::bdefault)
+    }
+}
+
+/// A save that is running, which keeps the noted Bdefault: [`async_canopen::store::Save`].
+pub type Save = store::Save<BdefaultNotes>;
+
+/// Applies the stored parameters before communication starts. The noted Bdefault comes last.
+///
+/// # Errors
+/// [`StoreError::Hardware`]. Parameters that were applied before stay.
+pub fn load(store: &mut dyn ParameterStore, node: NodeId, apply: &mut Apply) -> Result<Loaded, StoreError> {
+    store::load::<BdefaultNotes>(store, node, apply)
+}
 
 /// Returns the Bdefault that `node` noted, if no newer set replaced it.
 pub fn noted_bdefault(store: &dyn ParameterStore, node: NodeId) -> Option<Bus> {

@@ -2,7 +2,7 @@
 
 use crate::instrument::Instrument;
 use crate::instrument::STANDARD;
-use ecss_can::link::bit_timing::{BitRate, Network};
+use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Limits, Metres, Network, Range};
 use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::node::NodeObjects;
 use ecss_can::od::checked::find;
@@ -34,6 +34,39 @@ fn a_slave_holds_the_objects_of_table_8_1() {
         assert_eq!(&read[..len], value, "{index:04X} sub {sub}");
     }
     assert!(find(&mut objects, Address::new(0x2000, 5)).is_err());
+}
+
+/// Given the rate of the profile that images use, at each rate of the standard and at the slower ones that images have in addition, then
+/// bxCAN at 42 MHz meets it: prescaler, TS1, TS2 and SJW. The line of 40 m and its transceivers fit, as do oscillators of 0.1 %.
+///
+/// Verifies: ECSS 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
+#[test]
+fn profile_of_images_has_a_timing_for_each_rate_they_offer() {
+    const CLOCK: u32 = 42_000_000;
+    /// RM0090 32.9.2.
+    const BXCAN: Limits = Limits {
+        prescaler: Range::new(1, 1024),
+        segment1: Range::new(1, 16),
+        segment2: Range::new(1, 8),
+        jump_width: 4,
+    };
+    for (bit_rate, expected) in [
+        (BitRate::MBIT_1, [3, 11, 2, 1]),
+        (BitRate::KBIT_500, [6, 11, 2, 1]),
+        (BitRate::KBIT_250, [12, 11, 2, 1]),
+        (BitRate::KBIT_125, [21, 13, 2, 1]),
+        (BitRate::KBIT_50, [56, 12, 2, 1]),
+        (BitRate::KBIT_20, [140, 12, 2, 1]),
+        (BitRate::KBIT_10, [280, 12, 2, 1]),
+    ] {
+        let network = STANDARD.at(bit_rate).network;
+        assert_eq!((network.bit_rate, network.length), (bit_rate, Metres(40)));
+        let timing = BitTiming::new(&BXCAN, Hertz(CLOCK), &network).unwrap();
+        let [ts1, ts2, sjw] = [timing.segment1(), timing.segment2(), timing.jump_width()].map(u16::from);
+        assert_eq!([timing.prescaler(), ts1, ts2, sjw], expected, "{} bit/s", bit_rate.get());
+        let quanta = u32::from(1 + ts1 + ts2) * u32::from(timing.prescaler());
+        assert_eq!(quanta * bit_rate.get(), CLOCK);
+    }
 }
 
 #[test]

@@ -206,6 +206,8 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
+    // Without ecss-can, and without the features that images have.
+    job.run(&["clippy", "--package", "async-canopen"], &[], &["--", "-D", "warnings"], run)?;
     // They have a board of their own.
     job.run(&["clippy"], &packages(&EXAMPLES, None, "standard"), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board, or of the log.

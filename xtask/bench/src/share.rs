@@ -1,6 +1,6 @@
 //! What part of the software a symbol of an image belongs to, by its path.
 
-/// Modules of the protocol crate, each a part of its own.
+/// Modules of the protocol crates, each a part of its own.
 pub const PROTOCOL: [&str; 16] = [
     "types",
     "link",
@@ -60,14 +60,14 @@ pub fn part(name: &str) -> &'static str {
     if let Some(task) = name.strip_prefix("<embassy_executor::raw::TaskStorage<") {
         return part(task);
     }
-    if name.contains(" as ecss_can::od::") {
+    if name.contains(" as async_canopen::od::") {
         return "od";
     }
     let path = name.trim_start_matches(['<', '&', '*', '[', '(']);
     let path = path.strip_prefix("mut ").unwrap_or(path);
     let mut words = path.split(['<', '>', ' ', ':', '(', '[']).filter(|word| !word.is_empty());
     let (first, second) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
-    if first == "ecss_can" {
+    if ["async_canopen", "ecss_can"].contains(&first) {
         return PROTOCOL.into_iter().find(|module| *module == second).unwrap_or("others");
     }
     if first.starts_with("embassy_") || first == "stm32_metapac" {
@@ -85,19 +85,19 @@ mod tests {
         for (name, expected) in [
             ("<ecss_can::node::slave::Slave<mission::objects::MissionObjects<&mut [u8]>>>::run_due", "node"),
             (
-                "<ecss_can::sdo::server::Server>::go_on::<ecss_can::node::device::dictionary::Dictionary<A>>",
+                "<async_canopen::sdo::server::Server>::go_on::<ecss_can::node::device::dictionary::Dictionary<A>>",
                 "sdo",
             ),
-            ("ecss_can::pdo::mapping::read::<ecss_can::node::objects::NodeObjects<mission::A>>", "pdo"),
+            ("async_canopen::pdo::mapping::read::<ecss_can::node::objects::NodeObjects<mission::A>>", "pdo"),
             (
-                "<ecss_can::node::objects::NodeObjects<A> as ecss_can::od::dictionary::Objects>::variable",
+                "<ecss_can::node::objects::NodeObjects<A> as async_canopen::od::dictionary::Objects>::variable",
                 "od",
             ),
             (
-                "<boards_stm32f4::bxcan::port::Port<boards_stm32f4::capture::Edges> as ecss_can::link::port::CanPort>::stamp",
+                "<boards_stm32f4::bxcan::port::Port<boards_stm32f4::capture::Edges> as async_canopen::link::port::CanPort>::stamp",
                 "boards",
             ),
-            ("mission::objects::communication::<ecss_can::pdo::parameters::PdoMapping>", "application"),
+            ("mission::objects::communication::<async_canopen::pdo::parameters::PdoMapping>", "application"),
             (
                 "<embassy_executor::raw::TaskStorage<slave::app::____embassy_main_task::f::{closure#0}>>::poll",
                 "application",

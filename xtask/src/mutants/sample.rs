@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// A change of the code, as cargo-mutants names it: `shared/src/nmt/slave.rs:40:9: replace == with != in Slave::on_command`.
+/// A change of the code, as cargo-mutants names it: `shared/canopen/src/nmt/slave.rs:40:9: replace == with != in Slave::on_command`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Mutant<'a> {
     pub file: &'a str,

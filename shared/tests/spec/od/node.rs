@@ -1,13 +1,14 @@
 //! The objects that every node has.
 
-use ecss_can::node::{Communication, Spacecraft};
-use ecss_can::od::{INVALID, NO_REMOTE, U24};
+use ecss_can::node::{Communication, NodeObjects, Spacecraft};
+use ecss_can::od::{INVALID, NO_REMOTE, Objects, U24};
 use ecss_can::pdo::{Direction, Layout, Mapping, PdoObjects, PdoSet, StaticMapping};
 use ecss_can::time::{ScetGet, ScetSet};
 use ecss_can::types::AbortCode::{ReadOnly, ValueTooHigh, ValueTooLow, WriteOnly};
-use ecss_can::types::{NodeId, Scet};
+use ecss_can::types::{Address, NodeId, Scet};
 
 use super::{read, write};
+use crate::instrument::Instrument;
 
 /// Verifies: ECSS 6.10a
 #[test]
@@ -90,4 +91,17 @@ fn the_self_test_is_started_by_one_object_and_told_by_another() {
     assert_eq!(read(&mut objects, 0x2031, 1), Ok(vec![3]));
     assert_eq!(read(&mut objects, 0x2031, 2), Ok(vec![1, 0, 0, 0x80]));
     assert_eq!(write(&mut objects, 0x2031, 1, &[0]), Err(ReadOnly));
+}
+
+/// Constants find in the dictionary of a node what its accesses find.
+#[test]
+fn the_declarations_of_a_node_have_what_an_access_finds() {
+    type Node = NodeObjects<Instrument>;
+    for index in 0..=u16::MAX {
+        for sub in [0, 1, 2, 3, 8, 9, 254, 255] {
+            let at = Address::new(index, sub);
+            let found = Node::find(at).ok().map(|(place, entry)| (place.object, place.instance, entry));
+            assert_eq!(Node::DECLARED.find(at), found, "{at:04X?}");
+        }
+    }
 }

@@ -1,7 +1,13 @@
-//! The modules of the protocol crate are layers: each names only those below it.
+//! The modules of the protocol crates are layers: each names only those below it.
+//!
+//! `ecss-can` exports the modules of `async-canopen`, so both have one order. There a module has the same place under either
+//! name of its crate.
 
 use crate::paths::Source;
 use crate::workspace;
+
+/// Folders and names of the crates.
+const CRATES: [(&str, &str); 2] = [("shared/canopen/src", "async_canopen"), ("shared/src", "ecss_can")];
 
 /// From the ground floor up.
 const LAYERS: [&str; 18] = [
@@ -25,10 +31,15 @@ const LAYERS: [&str; 18] = [
     "mock",
 ];
 
-/// Files of the crate, by their names below `src`.
+/// Files of both crates, by their names below `src`.
 pub fn sources() -> Vec<Source> {
+    CRATES.iter().flat_map(|(folder, _)| sources_of(folder)).collect()
+}
+
+/// Files of the crate in `src`.
+fn sources_of(src: &str) -> Vec<Source> {
     let mut found = Vec::new();
-    let root = workspace().join("shared/src");
+    let root = workspace().join(src);
     let mut folders = vec![root.clone()];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -59,7 +70,8 @@ fn offences(source: &Source) -> Vec<String> {
     let layer = |name: &String| LAYERS.iter().position(|layer| layer == name);
     let Some(height) = layer(own) else { return vec![format!("{}:1: {own} has no layer", source.name)] };
     let mut found = Vec::new();
-    for path in source.read(Some("ecss_can")).paths.into_iter().filter(|path| !path.is_relative) {
+    let paths = CRATES.iter().flat_map(|(_, name)| source.read(Some(name)).paths);
+    for path in paths.filter(|path| !path.is_relative) {
         let reason = match path.segments.first() {
             None => "the root of the crate is no module".to_owned(),
             Some(target) => match layer(target) {
@@ -73,6 +85,7 @@ fn offences(source: &Source) -> Vec<String> {
         };
         found.push(format!("{}:{}: {reason}", source.name, path.line));
     }
+    found.sort();
     found.dedup();
     found
 }
@@ -99,6 +112,7 @@ fn every_form_of_an_upward_arrow_is_found() {
         "use self::super::super::node::Slave;",
         "use ecss_can::node::Slave;",
         "use ::ecss_can::node::Slave;",
+        "use async_canopen::node::Slave;",
         "use ecss_can::{od::Run, node::Slave};",
         "fn f() { crate::node::Slave::new() }",
         "fn f() { ::ecss_can::node::slave() }",
@@ -142,6 +156,20 @@ fn a_circle_is_found() {
     let circle = [("sdo/mod.rs", "use crate::pdo::Layout;"), ("pdo/mod.rs", "use crate::sdo::Client;")];
     let found: Vec<String> = circle.iter().flat_map(|(name, text)| offences(&source(name, text))).collect();
     assert_eq!(found, ["sdo/mod.rs:1: sdo names pdo, which is above it"]);
+}
+
+/// What users name as a module of `ecss-can` is in one of the two crates, but for a module that both have a part of.
+#[test]
+fn each_module_is_in_one_crate() {
+    let modules = |src| {
+        let names = sources_of(src).into_iter().filter_map(|source| source.module.first().cloned());
+        names.collect::<std::collections::BTreeSet<_>>()
+    };
+    let [canopen, ecss] = CRATES.map(|(src, _)| modules(src));
+    assert_eq!(canopen.intersection(&ecss).collect::<Vec<_>>(), ["store"]);
+    let all: Vec<&String> =
+        LAYERS.iter().flat_map(|layer| canopen.union(&ecss).find(|name| name == layer)).collect();
+    assert_eq!(all.len(), LAYERS.len());
 }
 
 #[test]

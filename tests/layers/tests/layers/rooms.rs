@@ -7,8 +7,11 @@ use std::path::{Path, PathBuf};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
 /// Each room with the rooms below it. The longest folder that fits is the room of a package.
-const ROOMS: [(&str, &[&str]); 8] = [
-    ("shared", &[]),
+const ROOMS: [(&str, &[&str]); 10] = [
+    ("shared/derive", &[]),
+    // CANopen without ECSS. Packages above `shared` name `ecss-can` alone, which exports it.
+    ("shared/canopen", &["shared/derive"]),
+    ("shared", &["shared/canopen"]),
     ("boards", &["shared"]),
     ("firmware", &["boards", "shared"]),
     // The emulated board reads an ELF file and a description of a board, no package.
@@ -131,6 +134,9 @@ fn pair(one: &str, other: &str, section: &str, has_image: bool) -> tempfile::Tem
 #[test]
 fn a_dependency_on_a_higher_room_is_found() {
     let pairs = [
+        ("shared/canopen", "shared/eds"),
+        ("shared/derive", "shared/canopen"),
+        ("firmware/slave", "shared/canopen"),
         ("shared/eds", "boards/stm32f4"),
         ("shared/eds", "twin/wire"),
         ("boards/stm32f4", "firmware/mission"),
@@ -178,6 +184,9 @@ fn a_package_outside_of_all_rooms_is_found() {
 fn dependencies_downward_and_of_tests_are_no_offences() {
     let pairs = [
         ("shared/eds", "shared/other", "dependencies"),
+        ("shared/eds", "shared/canopen", "dependencies"),
+        ("shared/canopen", "shared/derive", "dependencies"),
+        ("shared/canopen", "shared/other", "dev-dependencies"),
         ("firmware/slave", "boards/pyboard", "dependencies"),
         ("twin/foreign/bxcan", "boards/pyboard", "dependencies"),
         ("tools/demo", "twin/board", "dependencies"),

@@ -155,10 +155,10 @@ mod tests {
         let facts = Facts {
             size: Size { flash: 100, ram: 7 },
             symbols: vec![
-                symbol(Memory::Flash, "<ecss_can::nmt::slave::Nmt>::on_command", 30),
+                symbol(Memory::Flash, "<async_canopen::nmt::slave::Nmt>::on_command", 30),
                 symbol(Memory::Flash, "slave::application::log", 20),
                 symbol(Memory::Flash, "__INTERRUPTS", 1),
-                symbol(Memory::Ram, "ecss_can::nmt::STATE", 7),
+                symbol(Memory::Ram, "async_canopen::nmt::STATE", 7),
             ],
             compiler: None,
         };

@@ -1,0 +1,55 @@
+//! Emergencies: producer, message, error register, history (CiA 301 7.2.7, ECSS 6.4; objects 1001h, 1003h, 1014h,
+//! 1015h).
+//!
+//! An *emergency* (EMCY) reports that an error appeared or is gone. An error has a *code* and a *source*: the first
+//! byte of the manufacturer-specific field. Two nodes that are missed have the same code, and their Node-IDs as
+//! sources.
+//!
+//! ```
+//! use async_canopen::emcy::{Config, Emergency, ErrorCode, Producer};
+//! use async_canopen::types::{Instant, NmtState};
+//!
+//! let mut producer = Producer::new(Config::new(0x083, 1_000)); // 1014h; 1015h: 100 ms between two messages
+//! assert!(producer.raise(ErrorCode::TEMPERATURE_DEVICE, [1, 0, 0, 0, 0])); // source 1
+//! assert!(!producer.raise(ErrorCode::TEMPERATURE_DEVICE, [1, 0, 0, 0, 0])); // active already
+//!
+//! let frame = producer.poll(Instant::ZERO, NmtState::Operational).unwrap();
+//! let (node, emergency) = Emergency::decode(&frame).unwrap();
+//! assert_eq!((node.get(), emergency.code.get()), (3, 0x4200));
+//!
+//! assert!(producer.clear(ErrorCode::TEMPERATURE_DEVICE, 1));
+//! assert_eq!(producer.register().bits(), 0);
+//! ```
+//!
+//! | type | purpose |
+//! | --- | --- |
+//! | [`Producer`] | errors of a node, and the messages that report them |
+//! | [`Emergency`] | message: error code, error register, five bytes of the manufacturer |
+//! | [`EmcyConsumers`] | object 1028h: the nodes whose emergencies a master consumes |
+//! | [`PostMortem`] | object 2032h: how the previous run of the program ended |
+//!
+//! # Limits
+//!
+//! - A producer has at most 16 active errors, 8 messages that wait, and 8 errors in its history.
+//! - The end of an error is not reported if its beginning was not: "no error" would then seem to mean another
+//!   error.
+
+mod code;
+mod config;
+mod consumers;
+mod history;
+mod message;
+mod objects;
+mod post_mortem;
+mod producer;
+mod register;
+
+pub use code::ErrorCode;
+pub use config::Config;
+pub use consumers::EmcyConsumers;
+pub use history::History;
+pub use message::Emergency;
+pub use objects::{EmcyObjects, ErrorField};
+pub use post_mortem::{PostMortem, PostMortemObjects};
+pub use producer::Producer;
+pub use register::ErrorRegister;

@@ -1,0 +1,26 @@
+//! The services of CANopen against the texts of CiA 301, CiA 302-2 and ECSS-E-ST-50-15C.
+//!
+//! Sans-IO: every test makes its own time. Tests that verify a requirement name it.
+
+mod bench;
+mod bit_timing;
+mod boot;
+mod boot_cob_ids;
+mod boot_running;
+mod cob_id;
+mod emcy;
+mod heartbeat;
+mod link;
+mod nmt;
+mod od;
+mod one_controller;
+mod pdo;
+mod queue;
+mod random;
+mod refused;
+mod reset_guard;
+mod scet;
+mod sdo;
+mod stamp;
+mod store;
+mod sync;

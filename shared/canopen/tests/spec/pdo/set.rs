@@ -1,0 +1,169 @@
+//! Sets of PDOs: the compiler refuses what the rules of run time refuse. Which texts it shows, `shared/tests/refused` holds.
+//!
+//! A constant that is refused stops the build; the same functions called at run time panic.
+
+use std::panic::{UnwindSafe, catch_unwind};
+
+use async_canopen::od::{DataType, Field, Fields, NO_REMOTE, Object, Objects};
+use async_canopen::pdo::{CobIdOf, Direction, Layout, PdoObjects, PdoParameters, PdoSet, Rpdo, Tpdo, rules};
+use async_canopen::types::{Address, CobId, NodeId};
+
+use super::device::{Device, entry};
+
+const ID: CobIdOf = CobIdOf::node(0x280);
+
+fn compiles<T>(constant: impl FnOnce() -> T + UnwindSafe) -> bool {
+    catch_unwind(constant).is_ok()
+}
+
+/// Constants of every value of the device.
+fn fields() -> Vec<Field> {
+    let mut fields = vec![];
+    Device::each_object(&mut |object| {
+        for instance in 0..object.count {
+            for entry in object.entries {
+                let subs = entry.sub..entry.sub + entry.count;
+                fields.extend(subs.map(|sub| Fields::<()>::of(object).nth(instance).sub(sub)));
+            }
+        }
+    });
+    fields
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_constant_maps_what_a_client_may_map() {
+    let fields = fields();
+    assert_eq!(fields.len(), 53);
+    for field in fields {
+        let at = field.address();
+        let word = entry(at.index, at.sub, field.data_type().bits().unwrap_or(0));
+        let both = [
+            (Direction::Receive, compiles(|| Rpdo::new(1, ID).map(field))),
+            (Direction::Transmit, compiles(|| Tpdo::new(1, ID).map(field))),
+        ];
+        for (direction, compiles) in both {
+            assert_eq!(
+                compiles,
+                Layout::new::<Device>(direction, &[word]).is_ok(),
+                "{at:04X?} {direction:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_transmission_type_compiles_when_a_client_may_write_it() {
+    for value in 0..=u8::MAX {
+        let written = |direction, sub| {
+            rules::parameters(direction, &PdoParameters::default(), sub, value.into()).is_ok()
+        };
+        let receive = written(Direction::Receive, 2);
+        let transmit = written(Direction::Transmit, 2);
+        assert_eq!(compiles(|| Rpdo::new(1, ID).transmission(value)), receive, "{value}");
+        assert_eq!(compiles(|| Tpdo::new(1, ID).transmission(value)), transmit, "{value}");
+        let start = written(Direction::Transmit, 6);
+        assert_eq!(compiles(|| Tpdo::new(1, ID).sync_start(value)), start, "{value}");
+    }
+}
+
+/// Verifies: ECSS 6.10b
+#[test]
+fn a_cob_id_compiles_when_a_client_may_write_it() {
+    let is_written =
+        |cob_id| rules::parameters(Direction::Transmit, &PdoParameters::default(), 1, cob_id).is_ok();
+    for raw in 0..=0x7FF_u16 {
+        // SYNC is refused where a PDO becomes valid.
+        let allowed = is_written(NO_REMOTE | u32::from(raw)) && raw != 0x080;
+        assert_eq!(compiles(|| CobIdOf::fixed(raw)), allowed, "{raw:03X}");
+    }
+    assert!(!compiles(|| CobIdOf::fixed(0x800)));
+    let bases = (0..0x800).filter(|base| compiles(|| CobIdOf::node(*base))).collect::<Vec<_>>();
+    // 127 nodes above each.
+    let expected = (0x080..=0x081).chain(0x180..=0x501).collect::<Vec<_>>();
+    assert_eq!(bases, expected);
+}
+
+#[test]
+fn a_cob_id_of_each_node_is_its_base_plus_the_node() {
+    for (node, with_node) in [(1, 0x281), (5, 0x285), (127, 0x2FF)] {
+        let node = NodeId::new(node).unwrap();
+        assert_eq!(CobIdOf::node(0x280).of(node), CobId::new(with_node).unwrap());
+        assert_eq!(CobIdOf::fixed(0x181).of(node), CobId::new(0x181).unwrap());
+    }
+}
+
+/// Constants find in a dictionary what its accesses find.
+#[test]
+fn the_tree_of_declarations_has_what_an_access_finds() {
+    for index in 0..=u16::MAX {
+        for sub in [0, 1, 2, 3, 8, 9, 254, 255] {
+            let at = Address::new(index, sub);
+            let found = Device::find(at).ok().map(|(place, entry)| (place.object, place.instance, entry));
+            assert_eq!(Device::DECLARED.find(at), found, "{at:04X?}");
+        }
+    }
+}
+
+/// Objects in a row at the very end of the indices.
+#[test]
+fn the_last_object_in_a_row_has_index_ffff() {
+    let entries = Fields::<()>::of(&Object { index: 0xFFFE, count: 2, ..*object_6000() });
+    assert_eq!(entries.nth(1).sub(5).address(), Address::new(0xFFFF, 5));
+    assert!(!compiles(move || entries.nth(2)));
+}
+
+fn object_6000() -> &'static Object {
+    Device::object(0x6000).unwrap().0
+}
+
+/// CiA 301 7.5.2.35 and 7.5.2.37: sub 3 of 1800h counts 100 us, sub 5 of both milliseconds.
+#[test]
+fn timers_of_a_set_are_in_the_objects_at_power_on() {
+    let received = vec![Rpdo::new(1, ID).skip(DataType::Unsigned8).event_timer(250)];
+    let sent = vec![Tpdo::new(2, ID).map(value()).inhibit(100).event_timer(20)];
+    let set = PdoSet::new(received.leak(), sent.leak());
+    assert_eq!((set.rpdos()[0].slot(), set.tpdos()[0].slot()), (0, 1));
+    let objects: PdoObjects = set.at_power_on(NodeId::of::<5>());
+    assert_eq!(objects.rpdos[0].event_timer, 250);
+    assert_eq!((objects.tpdos[1].inhibit, objects.tpdos[1].event_timer), (100, 20));
+}
+
+/// ECSS Table 6-1 and CiA 301 7.5.2.36: 512 PDOs each way, of 64 bits in 8 values at most. A transmit PDO is not the EMCY of a node.
+#[test]
+fn a_pdo_beyond_its_limits_does_not_compile() {
+    for number in [0, 1, 512, 513] {
+        assert_eq!(compiles(|| Rpdo::new(number, ID)), matches!(number, 1 | 512), "{number}");
+    }
+    assert!(compiles(|| Rpdo::new(1, CobIdOf::node(0x080))));
+    assert!(!compiles(|| Tpdo::new(1, CobIdOf::node(0x080))));
+    let skips = |data_type, values| {
+        compiles(move || (0..values).fold(Rpdo::new(1, ID), |pdo, _| pdo.skip(data_type)))
+    };
+    assert!(skips(DataType::Unsigned32, 2) && !skips(DataType::Unsigned32, 3));
+    assert!(skips(DataType::Unsigned8, 8) && !skips(DataType::Boolean, 9));
+    assert!(!skips(DataType::Real32, 1), "CiA 301 7.4.8.2 has no dummy of that type");
+}
+
+/// The slots of a device, and the objects of its dictionary, bound its set.
+#[test]
+fn a_set_beyond_its_device_does_not_compile() {
+    let sends = |number, field| {
+        let set = PdoSet::new(&[], vec![Tpdo::new(number, ID).map(field)].leak());
+        compiles(move || set.assert_within::<PdoObjects<1, 2>>(Device::DECLARED))
+    };
+    assert!(sends(2, value()) && !sends(3, value()));
+    let elsewhere = Fields::<()>::of(&Object { index: 0x5FFF, ..*object_6000() }).sub(1);
+    assert!(!sends(1, elsewhere), "5FFFh is not there");
+    let receives = |number| {
+        let set = PdoSet::new(vec![Rpdo::new(number, ID).skip(DataType::Boolean)].leak(), &[]);
+        compiles(move || set.assert_within::<PdoObjects<1, 2>>(Device::DECLARED))
+    };
+    assert!(receives(1) && !receives(2));
+}
+
+/// One that a transmit PDO carries.
+fn value() -> Field {
+    let mut fields = fields().into_iter();
+    fields.find(|field| compiles(|| Tpdo::new(1, ID).map(*field))).expect("there is one")
+}

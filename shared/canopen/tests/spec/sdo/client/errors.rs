@@ -1,0 +1,268 @@
+//! Transfers of the client that fail, are cancelled, or never were.
+
+use async_canopen::sdo::{Client, Error, Mode, WINDOW};
+use async_canopen::types::{AbortCode, Instant};
+
+use super::{AT, Bench, frames};
+use crate::sdo::fixture::{PAUSE, TIMEOUT, frame, hex, pattern};
+
+#[test]
+fn aborts_reach_the_application() {
+    for (response, error) in [
+        ("80 00 20 01 00 00 02 06", Error::Abort(AbortCode::NoObject)),
+        ("80 00 20 01 24 00 00 08", Error::Abort(AbortCode::NoData)),
+        ("80 00 20 01 78 56 34 12", Error::UnknownAbort(0x1234_5678)),
+        ("80 00 00 00 01 00 04 05", Error::Abort(AbortCode::CommandSpecifier)),
+    ] {
+        let mut bench = Bench::uploading(4, Mode::Segmented);
+        bench.exchange("40 00 20 01", &[(response, "")]);
+        assert_eq!(bench.read(), Some(Err(error)));
+        let mut bench = Bench::downloading(&pattern(500), Mode::Block);
+        bench.poll();
+        assert_eq!(bench.answer(frame("A4 00 20 01 7F")).len(), usize::from(WINDOW));
+        bench.go_on(&[(response, "")]);
+        assert_eq!(bench.client.outcome(), Some(Err(error)));
+        let mut bench = Bench::uploading(500, Mode::Block);
+        bench.exchange("A4 00 20 01 7F", &[("C6 00 20 01 64", "A3"), ("01", ""), (response, "")]);
+        assert_eq!(bench.read(), Some(Err(error)));
+    }
+}
+
+#[test]
+fn every_error_has_the_code_that_went_over_the_wire() {
+    for (error, code) in [
+        (Error::Abort(AbortCode::NoObject), 0x0602_0000),
+        (Error::UnknownAbort(0x1234_5678), 0x1234_5678),
+        (Error::Timeout, 0x0504_0000),
+        (Error::Protocol(AbortCode::Crc), 0x0504_0004),
+        (Error::TooLarge, 0x0504_0005),
+        (Error::BusChanged, 0x0800_0022),
+    ] {
+        assert_eq!(error.code(), code);
+    }
+}
+
+#[test]
+fn only_the_first_answer_says_that_a_server_knows_no_blocks() {
+    let mut bench = Bench::uploading(9, Mode::Auto);
+    bench.exchange("A4 00 20 01 7F 1C", &[("C6 00 20 01 09", "A3"), ("80 00 20 01 01 00 04 05", "")]);
+    assert_eq!(bench.read(), Some(Err(Error::Abort(AbortCode::CommandSpecifier))));
+}
+
+#[test]
+fn the_late_abort_of_another_transfer_is_ignored() {
+    let mut bench = Bench::uploading(4, Mode::Segmented);
+    bench.poll();
+    bench.ignores(frame("80 00 20 02 00 00 04 05"));
+    bench.ignores(frame("80 01 20 01 00 00 04 05"));
+    bench.go_on(&[("4F 00 20 01 09", "")]);
+    assert_eq!(bench.read(), Some(Ok(vec![9])));
+}
+
+/// Each script ends with an answer that does not belong; the server is told why.
+///
+/// Verifies: ECSS 6.1a
+#[test]
+fn every_bad_answer_has_its_abort_code() {
+    use AbortCode::{
+        BlockSize, CommandSpecifier, Crc, ParameterIncompatible, SequenceNumber, Toggle, TooLong, TooShort,
+    };
+    let up = || Bench::uploading(20, Mode::Segmented);
+    let down = || Bench::downloading(b"12345", Mode::Segmented);
+    let write = || Bench::downloading(b"1", Mode::Segmented);
+    let block_up = || Bench::uploading(20, Mode::Block);
+    let block_down = || Bench::downloading(b"123456789", Mode::Block);
+    const NINE: &str = "41 00 20 01 09";
+    const SIZE: &str = "C6 00 20 01 09";
+    const OK: &str = "60 00 20 01";
+    const GRANTED: &str = "A4 00 20 01 7F";
+    const ONE: &str = "01 31 32 33 34 35 36 37";
+    const TWO: &str = "82 38 39";
+    const FIRST: &str = "00 31 32 33 34 35 36 37";
+    type Row<'a> = (&'a str, Bench, &'a [&'a str], &'a str, AbortCode);
+    let table: Vec<Row> = vec![
+        ("upload: another object", up(), &[], "43 01 20 01", ParameterIncompatible),
+        ("upload: another sub-index", up(), &[], "43 00 20 02", ParameterIncompatible),
+        ("upload: another object, segmented", up(), &[], "41 01 20 01 09", ParameterIncompatible),
+        ("upload: answer of a download", up(), &[], OK, CommandSpecifier),
+        ("upload: segment at once", up(), &[], "00", CommandSpecifier),
+        ("upload: answer of a block upload", up(), &[], SIZE, CommandSpecifier),
+        ("upload: unknown", up(), &[], "E0", CommandSpecifier),
+        ("upload: toggle", up(), &[NINE], "10", Toggle),
+        ("upload: toggle of the second", up(), &[NINE, FIRST], "0B", Toggle),
+        ("upload: more than told", up(), &[NINE, FIRST], "19", TooLong),
+        ("upload: more than told, not last", up(), &[NINE, FIRST], "18", TooLong),
+        ("upload: less than told", up(), &[NINE], "01", TooShort),
+        ("upload: initiate twice", up(), &[NINE], NINE, CommandSpecifier),
+        ("upload: answer of a download segment", up(), &[NINE], "20", CommandSpecifier),
+        ("download: another object", write(), &[], "60 01 20 01", ParameterIncompatible),
+        ("download: answer of an upload", write(), &[], "43 00 20 01", CommandSpecifier),
+        ("download: answer of a segment", write(), &[], "20", CommandSpecifier),
+        ("download: answer of a block download", down(), &[], GRANTED, CommandSpecifier),
+        ("download: another object, segmented", down(), &[], "60 00 20 02", ParameterIncompatible),
+        ("download: toggle", down(), &[OK], "30", Toggle),
+        ("download: upload segment", down(), &[OK], "00", CommandSpecifier),
+        ("download: acknowledgement", down(), &[OK], "A2 01 7F", CommandSpecifier),
+        ("download: unknown", down(), &[OK], "FF", CommandSpecifier),
+        ("block upload: another object", block_up(), &[], "C6 00 20 02 09", ParameterIncompatible),
+        ("block upload: answer of a download", block_up(), &[], OK, CommandSpecifier),
+        ("block upload: end at once", block_up(), &[], "C1", CommandSpecifier),
+        ("block upload: more than told", block_up(), &[SIZE, ONE], "02", TooLong),
+        ("block upload: checksum", block_up(), &[SIZE, ONE, TWO], "D5 C3 30", Crc),
+        ("block upload: unused one less", block_up(), &[SIZE, ONE, TWO], "D1 C3 31", TooLong),
+        ("block upload: unused one more", block_up(), &[SIZE, ONE, TWO], "D9 C3 31", TooShort),
+        ("block upload: another frame at the end", block_up(), &[SIZE, ONE, TWO], "A1", CommandSpecifier),
+        ("block upload: segment at the end", block_up(), &[SIZE, ONE, TWO], "03", CommandSpecifier),
+        ("block download: another object", block_down(), &[], "A4 00 21 01 7F", ParameterIncompatible),
+        ("block download: answer of a download", block_down(), &[], OK, CommandSpecifier),
+        ("block download: block size 0", block_down(), &[], "A4 00 20 01 00", BlockSize),
+        ("block download: block size 128", block_down(), &[], "A4 00 20 01 80", BlockSize),
+        ("block download: next block size 0", block_down(), &[GRANTED], "A2 01 00", BlockSize),
+        ("block download: next block size 128", block_down(), &[GRANTED], "A2 01 80", BlockSize),
+        ("block download: more acknowledged than sent", block_down(), &[GRANTED], "A2 03 7F", SequenceNumber),
+        ("block download: end before it is acknowledged", block_down(), &[GRANTED], "A1", CommandSpecifier),
+        ("block download: download segment", block_down(), &[GRANTED], "20", CommandSpecifier),
+        ("block download: no end", block_down(), &[GRANTED, "A2 02 7F"], OK, CommandSpecifier),
+        ("block download: unknown sub-command", block_down(), &[GRANTED], "A3", CommandSpecifier),
+        (
+            "block download: granted again later",
+            block_down(),
+            &[GRANTED, "A2 01 7F"],
+            GRANTED,
+            CommandSpecifier,
+        ),
+    ];
+    for (what, mut bench, before, response, code) in table {
+        bench.poll();
+        for response in before {
+            assert!(bench.client.on_response(&frame(response), bench.now, &mut |_| {}), "{what}");
+        }
+        let [low, high, upper, top] = code.code().to_le_bytes();
+        let sent = bench.answer(frame(response));
+        assert_eq!(hex(&sent), hex(&[[0x80, 0x00, 0x20, 0x01, low, high, upper, top]]), "{what}");
+        assert_eq!(bench.client.outcome(), Some(Err(Error::Protocol(code))), "{what}");
+        assert_eq!(bench.client.deadline(), None);
+        assert_eq!(bench.client.pull(&mut [0; 10]), 0);
+    }
+}
+
+#[test]
+fn what_is_too_large_is_refused() {
+    const OUT_OF_MEMORY: &str = "80 00 20 01 05 00 04 05";
+    let mut bench = Bench::uploading(8, Mode::Segmented);
+    bench.exchange("40 00 20 01", &[("41 00 20 01 09", OUT_OF_MEMORY)]);
+    assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
+    let mut bench = Bench::uploading(8, Mode::Segmented);
+    bench.exchange("40 00 20 01", &[("40 00 20 01", "60"), ("00", "70"), ("18", OUT_OF_MEMORY)]);
+    assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
+    let mut bench = Bench::uploading(8, Mode::Block);
+    bench.exchange("A4 00 20 01 7F", &[("C6 00 20 01 09", OUT_OF_MEMORY)]);
+    assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
+    let mut bench = Bench::uploading(8, Mode::Block);
+    bench.exchange("A4 00 20 01 7F", &[("C4 00 20 01", "A3"), ("01", ""), ("02", OUT_OF_MEMORY)]);
+    assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
+    // More than the size field can tell; the server is not asked.
+    #[cfg(target_pointer_width = "64")]
+    {
+        let mut bench = Bench::uploading(0, Mode::Auto);
+        bench.client.start_download(AT, 1 << 32, Mode::Auto);
+        assert!(bench.poll().is_empty());
+        assert_eq!(bench.client.outcome(), Some(Err(Error::TooLarge)));
+    }
+    // The server is done with it already.
+    let mut bench = Bench::uploading(3, Mode::Segmented);
+    bench.exchange("40 00 20 01", &[("43 00 20 01 01 02 03 04", "")]);
+    assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
+}
+
+#[test]
+fn a_server_that_does_not_answer_is_told_so() {
+    let abort = "80 00 20 01 00 00 04 05";
+    let before: [(Bench, &[&str]); 9] = [
+        (Bench::uploading(9, Mode::Segmented), &[]),
+        (Bench::uploading(9, Mode::Segmented), &["41 00 20 01 09"]),
+        (Bench::downloading(b"1", Mode::Auto), &[]),
+        (Bench::downloading(b"12345", Mode::Auto), &["60 00 20 01"]),
+        (Bench::uploading(9, Mode::Block), &[]),
+        (Bench::uploading(9, Mode::Block), &["C6 00 20 01 09"]),
+        (Bench::uploading(9, Mode::Block), &["C6 00 20 01 09", "01", "82"]),
+        (Bench::downloading(b"12345", Mode::Block), &["A4 00 20 01 7F"]),
+        (Bench::downloading(b"12345", Mode::Block), &["A4 00 20 01 7F", "A2 01 7F"]),
+    ];
+    for (at, (mut bench, answers)) in before.into_iter().enumerate() {
+        assert_eq!(bench.client.deadline(), None);
+        bench.poll();
+        for answer in answers {
+            bench.wait(PAUSE);
+            bench.now = bench.client.deadline().unwrap();
+            bench.now = Instant::from_micros(bench.now.as_micros() - 300_000);
+            assert!(!bench.answer(frame(answer)).is_empty() || *answer == "01", "{at}");
+        }
+        assert_eq!(bench.client.deadline(), Some(bench.now + TIMEOUT), "{at}");
+        assert_eq!(hex(&bench.wait(TIMEOUT)), hex(&frames(abort)), "{at}");
+        assert_eq!(bench.client.outcome(), Some(Err(Error::Timeout)));
+        assert_eq!(bench.client.deadline(), None);
+    }
+}
+
+#[test]
+fn an_application_that_gives_no_data_is_a_timeout() {
+    let mut bench = Bench::downloading(&[], Mode::Auto);
+    bench.client.start_download(AT, 9, Mode::Auto);
+    bench.exchange("21 00 20 01 09", &[("60 00 20 01", "")]);
+    bench.client.push(b"12");
+    assert_eq!(hex(&bench.wait(TIMEOUT)), hex(&frames("80 00 20 01 00 00 04 05")));
+    assert_eq!(bench.client.outcome(), Some(Err(Error::Timeout)));
+}
+
+#[test]
+fn a_transfer_may_be_cancelled() {
+    let local_control = "80 00 20 01 21 00 00 08";
+    let mut bench = Bench::uploading(9, Mode::Segmented);
+    let mut sent = vec![];
+    bench.client.cancel(&mut |payload| sent.push(payload));
+    assert!(sent.is_empty(), "the server does not know of it");
+    assert!(bench.poll().is_empty());
+    let mut bench = Bench::uploading(9, Mode::Segmented);
+    bench.exchange("40 00 20 01", &[("41 00 20 01 09", "60")]);
+    bench.client.cancel(&mut |payload| sent.push(payload));
+    assert_eq!(hex(&sent), hex(&frames(local_control)));
+    assert_eq!(bench.client.outcome(), None);
+    bench.ignores(frame("00 31 32 33 34 35 36 37"));
+    assert_eq!(bench.client.pull(&mut [0; 8]), 0);
+}
+
+#[test]
+fn a_change_of_the_bus_ends_a_transfer() {
+    let mut bench = Bench::downloading(b"12345", Mode::Block);
+    bench.exchange("C6 00 20 01 05", &[("A4 00 20 01 7F", "81 31 32 33 34 35")]);
+    let mut sent = vec![];
+    bench.client.bus_changed(&mut |payload| sent.push(payload));
+    assert_eq!(hex(&sent), hex(&frames("80 00 20 01 22 00 00 08")));
+    assert_eq!(bench.client.outcome(), Some(Err(Error::BusChanged)));
+    bench.client.bus_changed(&mut |payload| sent.push(payload));
+    assert_eq!(sent.len(), 1, "there is nothing to end");
+    // What has not begun goes over the new bus.
+    let mut bench = Bench::uploading(9, Mode::Segmented);
+    bench.client.bus_changed(&mut |_| panic!("sent"));
+    bench.exchange("40 00 20 01", &[("4F 00 20 01 07", "")]);
+    assert_eq!(bench.read(), Some(Ok(vec![7])));
+}
+
+#[test]
+fn frames_without_a_transfer_are_ignored() {
+    let mut bench = Bench { client: Client::new(TIMEOUT), now: Instant::ZERO };
+    for payload in ["43 00 20 01", "60 00 20 01", "00", "80 00 20 01 00 00 04 05", "A1", "E0"] {
+        bench.ignores(frame(payload));
+    }
+    bench.client.start_upload(AT, 4, Mode::Auto);
+    bench.ignores(frame("43 00 20 01"));
+}
+
+/// A server that sends nothing but empty segments would hold the client for ever.
+#[test]
+fn an_empty_segment_that_is_not_the_last_ends_an_upload() {
+    let mut bench = Bench::uploading(100, Mode::Segmented);
+    bench.exchange("40 00 20 01", &[("41 00 20 01 09", "60"), ("0E", "80 00 20 01 13 00 07 06")]);
+    assert_eq!(bench.client.outcome(), Some(Err(Error::Protocol(AbortCode::TooShort))));
+}

@@ -1,0 +1,102 @@
+//! Packages that derive a dictionary: each depends on `async-canopen` or on `ecss-can`, or on both, by their own or by other
+//! names.
+//!
+//! A workspace of such packages is made and checked by cargo. The derive macros find the name in the manifest of the package.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A dependency: name in the manifest, package.
+type Dependency = (&'static str, &'static str);
+
+const CANOPEN: &str = "async-canopen";
+const ECSS: &str = "ecss-can";
+
+/// Each package: its name, its dependencies, and whether its struct is a device, which `ecss-can` has.
+const PACKAGES: [(&str, &[Dependency], bool); 6] = [
+    ("canopen-alone", &[(CANOPEN, CANOPEN)], false),
+    ("canopen-renamed", &[("can", CANOPEN)], false),
+    ("ecss-alone", &[(ECSS, ECSS)], true),
+    ("ecss-renamed", &[("spacecraft", ECSS)], true),
+    ("both", &[(CANOPEN, CANOPEN), (ECSS, ECSS)], true),
+    ("both-renamed", &[("can", CANOPEN), ("spacecraft", ECSS)], true),
+];
+
+/// Folder of a package of this repository.
+fn folder(package: &str) -> PathBuf {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if package == CANOPEN { shared.join("canopen") } else { shared.to_owned() }
+}
+
+fn manifest(name: &str, dependencies: &[Dependency]) -> String {
+    let mut text = format!("[package]\nname = \"{name}\"\nedition = \"2024\"\n\n[dependencies]\n");
+    for (key, package) in dependencies {
+        text += &format!("{key} = {{ package = \"{package}\", path = {:?} }}\n", folder(package));
+    }
+    text
+}
+
+/// Objects with a record and with limits, by the names of the last dependency.
+fn source(dependencies: &[Dependency], is_device: bool) -> String {
+    let name = dependencies.last().expect("there is one").0.replace('-', "_");
+    let (mark, device) = match is_device {
+        true => ("#[objects(device)]", DEVICE.replace("NAME", &name)),
+        false => ("", String::new()),
+    };
+    OBJECTS.replace("NAME", &name).replace("MARK", mark) + &device
+}
+
+const OBJECTS: &str = "
+/// A heater.
+#[derive(NAME::od::Objects)]
+MARK
+pub struct Heater {
+    /// Set point
+    #[object(0x6000, rw, low = -400, high = 850, default = 200)]
+    pub setpoint: i16,
+    /// Channel
+    #[object(0x6001.., record)]
+    pub channels: [Channel; 2],
+}
+
+/// A channel.
+#[derive(NAME::od::Record)]
+pub struct Channel {
+    /// Power
+    #[sub(1, ro, pdo)]
+    pub power: u8,
+}
+
+const _: NAME::od::Field = Heater::SETPOINT;
+";
+
+const DEVICE: &str = "
+impl NAME::node::Device for Heater {
+    type Pdos = NAME::pdo::PdoObjects<4, 4>;
+    type Consumers = NAME::heartbeat::HeartbeatConsumers<1>;
+    const PDOS: NAME::pdo::PdoSet = NAME::pdo::PdoSet::NONE;
+}
+";
+
+#[test]
+fn a_dictionary_compiles_by_each_name_of_its_crate() {
+    let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join("names");
+    let members: Vec<&str> = PACKAGES.iter().map(|(name, ..)| *name).collect();
+    for (name, dependencies, is_device) in PACKAGES {
+        fs::create_dir_all(root.join(name).join("src")).unwrap();
+        fs::write(root.join(name).join("Cargo.toml"), manifest(name, dependencies)).unwrap();
+        fs::write(root.join(name).join("src/lib.rs"), source(dependencies, is_device)).unwrap();
+    }
+    fs::write(root.join("Cargo.toml"), format!("[workspace]\nresolver = \"3\"\nmembers = {members:?}\n"))
+        .unwrap();
+    // The versions of this repository: nothing is downloaded.
+    fs::copy(folder(ECSS).join("../Cargo.lock"), root.join("Cargo.lock")).unwrap();
+    let checked = Command::new(env!("CARGO"))
+        .args(["check", "--workspace", "--offline"])
+        .current_dir(&root)
+        .env("CARGO_TARGET_DIR", root.join("target"))
+        .output()
+        .unwrap();
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+}
