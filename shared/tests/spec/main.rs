@@ -33,6 +33,7 @@ mod manager;
 mod master;
 mod master_deadline;
 mod master_device;
+mod master_machine;
 mod master_minimal;
 mod master_own;
 mod master_pdos;

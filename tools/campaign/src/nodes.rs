@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
-use ecss_can::node::{Device, Master, MasterBoards, MasterEvent, Slave, SlaveEvent};
+use ecss_can::node::{Device, Master, MasterEvent, Slave, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Broken, Role, Strap};
+use ecss_can::redundancy::{Broken, MasterBoards, Role, Strap};
 use ecss_can::types::{Address, Bus, Instant, NodeId};
 use host_worlds::{Events, Handle, NodeKey, Time, World};
 use judge::Bounds;
