@@ -100,7 +100,7 @@ fn frames_wait_in_order_for_the_announcement_of_a_bus() {
     let switched = MasterAction::Switched { from, to, cause, dropped: 0 };
     assert_eq!(poll(&mut machine, 5), [switched, heartbeat(REDUNDANT, 5)]);
 
-    machine.hold_time();
+    assert_eq!(machine.send_time(), Sending::Held);
     for (data, expires) in [(1, 100), (2, 8), (3, 100)] {
         assert_eq!(machine.send(command(data, expires)), Sending::Held);
     }
@@ -114,6 +114,7 @@ fn frames_wait_in_order_for_the_announcement_of_a_bus() {
     ];
     assert_eq!(poll(&mut machine, 8), released);
     assert_eq!(machine.send(command(4, 100)), Sending::Now(REDUNDANT));
+    assert_eq!(machine.send_time(), Sending::Now(REDUNDANT));
 }
 
 #[test]
@@ -251,7 +252,7 @@ fn a_board_that_stands_by_forgets_what_it_began() {
     let (mut machine, at) = paired(BusAccess::Parallel);
     poll(&mut machine, at);
     machine.on_master(NOMINAL, ms(at), ms(at));
-    machine.hold_time();
+    assert_eq!(machine.send_time(), Sending::Held);
     // A claim is held, too.
     assert_eq!(machine.send(command(1, at + 1_000)), Sending::Held);
     let Some(MasterAction::StoodBy { bus: NOMINAL, change, dropped: 2 }) = machine.stand_by_commanded(ms(at))

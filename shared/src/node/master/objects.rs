@@ -14,11 +14,13 @@ use crate::node::index::{
 };
 use crate::node::network_objects::entry;
 use crate::node::services::{SdoStep, carries_time};
-use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
+use crate::node::{
+    BusCommand, Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device,
+};
 use crate::pdo::PdoSlots;
 use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
-use crate::redundancy::{MasterBoards, MasterSetup, Parameters};
+use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
@@ -316,19 +318,20 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let (withheld, state) = (self.withheld_time(), self.reporting_state());
         let Self { services, redundancy, .. } = self;
-        let (bus, is_announced, mut lost) = (redundancy.active(), redundancy.is_announced(), false);
+        let mut refused = None;
         services.poll(until, now, state, &mut |frame, expires, carries_time| {
             if withheld == Some(frame.id()) {
                 // The time of the slaves is better.
-            } else if is_announced {
-                out.send_until(bus, frame, expires);
-            } else if carries_time {
-                redundancy.hold_time();
-            } else {
-                lost |= !redundancy.queue(Outgoing { frame, expires });
+                return;
+            }
+            let outgoing = Outgoing { frame, expires };
+            match if carries_time { redundancy.send_time() } else { redundancy.send(outgoing) } {
+                Sending::Now(bus) => out.command(bus, BusCommand::Send(outgoing)),
+                Sending::Held => {}
+                Sending::Refused(bus) => refused = Some(bus),
             }
         });
-        if lost {
+        if let Some(bus) = refused {
             services.buses.refused(bus);
         }
     }

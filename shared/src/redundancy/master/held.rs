@@ -21,7 +21,7 @@ pub enum Sending {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Held<const H: usize> {
     pub frames: Vec<Outgoing, H>,
-    /// The spacecraft time became due. It is not held: it would be late.
+    /// The spacecraft time became due.
     pub is_time_due: bool,
 }
 
@@ -62,9 +62,14 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         self.is_announced() || !self.held.frames.is_full()
     }
 
-    /// Notes that the spacecraft time is due, but the active bus is not announced.
-    pub fn hold_time(&mut self) {
+    /// Sends the spacecraft time on the active bus. Before the announcement it is not held: it would be late. It is
+    /// sampled again then ([`MasterAction::SendTime`]).
+    pub fn send_time(&mut self) -> Sending {
+        if self.is_announced() {
+            return Sending::Now(self.active());
+        }
         self.held.is_time_due = true;
+        Sending::Held
     }
 
     /// Returns what waited for the announcement, one after the other.
