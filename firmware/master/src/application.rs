@@ -9,10 +9,10 @@ mod schedule;
 use core::future::pending;
 
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{Master, MasterBoards, MasterEvent, SelfTest};
+use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::MinimalNode;
-use ecss_can::redundancy::RoleChange;
+use ecss_can::redundancy::{MasterBoards, RoleChange};
 use ecss_can::runner::{EventSource, Handle, Platform};
 use ecss_can::types::{Address, Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
@@ -31,7 +31,7 @@ const CABLE_OF: Address = CommanderObjects::CABLE.field(CableMeasurement::NODE).
 /// Whether the role of this board may change. Only an image of profile `standby` has the code for it; a test has it always.
 const HAS_ROLES: bool = cfg!(any(feature = "standby", not(target_os = "none")));
 
-/// The master of the mission: one board, or with [`TwoBoards`](ecss_can::node::TwoBoards) one of two.
+/// The master of the mission: one board, or with [`TwoBoards`](ecss_can::redundancy::TwoBoards) one of two.
 pub type Node<B> = Master<CommanderObjects, B>;
 
 /// Returns the pulses per second of the spacecraft time that the master has to give, as object 6310h has them.

@@ -1,11 +1,11 @@
 //! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, MasterBoards, OneBoard, Refusal, TwoBoards};
+use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::Strap;
+use ecss_can::redundancy::{MasterBoards, OneBoard, Strap, TwoBoards};
 use ecss_can::store::ParameterStore;
 use ecss_can::time::{LocalScet, ScetGet};
 use ecss_can::types::{Instant, NodeId, Scet};

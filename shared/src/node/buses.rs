@@ -152,7 +152,7 @@ impl Buses {
 
     /// Returns whether the node takes part in `bus`. A bus that was left only reports what happened before.
     pub fn is_joined(&self, bus: Bus, active: Bus) -> bool {
-        self.access == BusAccess::Parallel || bus == active
+        self.access.joins(bus, active)
     }
 
     /// Counts an event and follows the error state. Returns a change that the node has to report.

@@ -6,7 +6,7 @@
 //! | node | for |
 //! | --- | --- |
 //! | [`Slave`] | a slave of a spacecraft: CANopen, redundancy, spacecraft time |
-//! | [`Master`] | the master of a spacecraft, alone or as one of [`TwoBoards`] |
+//! | [`Master`] | the master of a spacecraft, alone or as one of [`TwoBoards`](crate::redundancy::TwoBoards) |
 //! | [`CanopenSlave`] | a plain CANopen slave on one bus |
 //! | [`minimal::MinimalSlave`] | a slave of the minimal set (ECSS 9) |
 //!
@@ -76,7 +76,7 @@ pub use contract::{
 };
 pub use device::{Device, DeviceNode, DeviceObjects, TimeKeeper};
 pub use extension::{Extension, Nothing};
-pub use master::{Master, MasterBoards, MasterObjects, OneBoard, TwoBoards};
+pub use master::{Master, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use network_objects::{MasterRole, NetworkObjects, Ranging};
 pub use objects::{NodeObjects, assert_device};

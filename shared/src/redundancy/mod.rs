@@ -7,6 +7,7 @@
 //!
 //! | type | decides |
 //! | --- | --- |
+//! | [`MasterRedundancy`] | what a master does: it joins [`Manager`] and [`Standby`] with what the node reports |
 //! | [`Manager`] | which bus the master makes active, and when it changes |
 //! | [`Selector`] | which bus a slave considers active |
 //! | [`Standby`] | which of two master boards is active |
@@ -47,6 +48,7 @@ mod broken;
 mod bus_off;
 mod hold_off;
 mod manager;
+mod master;
 mod objects;
 mod peers;
 mod rivals;
@@ -60,6 +62,9 @@ pub use babblers::{Babblers, BabblingStep};
 pub use broken::Broken;
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
+pub use master::{
+    MasterAction, MasterBoards, MasterRedundancy, MasterSetup, OneBoard, Sending, SlaveNews, TwoBoards,
+};
 pub use objects::{Redundancy, RedundancyObjects};
 pub use peers::{PeerHeartbeat, Peers};
 pub use rivals::Rivals;
@@ -78,6 +83,13 @@ pub enum BusAccess {
     Parallel,
     /// On one bus at a time. The node is silent on the other one.
     Selective,
+}
+
+impl BusAccess {
+    /// Returns whether a node with this access takes part in `bus` while `active` is active.
+    pub fn joins(self, bus: Bus, active: Bus) -> bool {
+        self == BusAccess::Parallel || bus == active
+    }
 }
 
 /// Parameters of the bus redundancy management of a node (ECSS Tables 8-1 and 8-2).

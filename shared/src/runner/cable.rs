@@ -6,7 +6,8 @@
 //! own frames by its own receiver.
 
 use super::{Handle, Platform};
-use crate::node::{Device, Master, MasterBoards, NetworkObjects, Ranging};
+use crate::node::{Device, Master, NetworkObjects, Ranging};
+use crate::redundancy::MasterBoards;
 use crate::sdo::Error;
 use crate::time::{ClockObjects, TimeCorrection};
 use crate::types::{Bus, Duration, NodeId};

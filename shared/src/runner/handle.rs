@@ -7,7 +7,8 @@ use super::Platform;
 use super::room::Core;
 use super::shared::{register, wake};
 use super::{Diagnostics, SdoClient, SpacecraftClock};
-use crate::node::{Device, DeviceNode, Master, MasterBoards, Node, TimeKeeper};
+use crate::node::{Device, DeviceNode, Master, Node, TimeKeeper};
+use crate::redundancy::MasterBoards;
 use crate::time::Clock;
 use crate::types::{AbortCode, Address, Instant};
 

@@ -6,7 +6,8 @@ use core::task::{Context, Poll};
 use super::Platform;
 use super::room::Core;
 use super::shared::wake;
-use crate::node::{Device, Master, MasterBoards, OneBoard};
+use crate::node::{Device, Master};
+use crate::redundancy::{MasterBoards, OneBoard};
 use crate::sdo::{Client, Error, Mode};
 use crate::types::{Address, NodeId};
 

@@ -1,10 +1,11 @@
 //! The master of these tests: for each of slaves 2 to 9 a command, a request, telemetry and its local time.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, MasterBoards, Refusal};
+use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
 use ecss_can::od::{Objects, U56};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::MasterBoards;
 use ecss_can::store::ParameterStore;
 use ecss_can::time::{LocalScet, ScetGet};
 use ecss_can::types::{Instant, NodeId};

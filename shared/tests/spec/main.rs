@@ -26,6 +26,7 @@ mod master;
 mod master_cob_ids;
 mod master_deadline;
 mod master_device;
+mod master_machine;
 mod master_minimal;
 mod master_own;
 mod master_pdos;

@@ -4,9 +4,9 @@
 mod time;
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, Device, FailCause, Master, MasterEvent, MasterRequest, Refusal, TwoBoards};
+use ecss_can::node::{BusCommand, Device, FailCause, Master, MasterEvent, MasterRequest, Refusal};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap, SwitchCause};
+use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{Bus, Frame, NmtState};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};

@@ -7,6 +7,9 @@ use ecss_can::types::{Bus, Duration, NodeId};
 /// Nodes have Node-IDs below.
 pub const PLACES: usize = 4;
 
+/// Frames of a master that may wait for the announcement of the bus.
+pub const HELD: usize = 8;
+
 /// The slave with parallel access.
 pub const PARALLEL: NodeId = NodeId::of::<2>();
 /// The slave with selective access.

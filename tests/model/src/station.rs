@@ -1,6 +1,6 @@
 //! A node on its two buses, as the wire sees it.
 
-use ecss_can::types::{Bus, Duration, Frame, Instant, NmtState};
+use ecss_can::types::{Bus, Frame, Instant, NmtState};
 
 use crate::profile::LIFETIME;
 
@@ -24,12 +24,12 @@ pub struct Outgoing {
 impl Outgoing {
     /// Sends a frame within the lifetime of heartbeats.
     pub fn send(&mut self, bus: Bus, frame: Frame, now: Instant) {
-        self.send_for(bus, frame, now, LIFETIME);
+        self.send_until(bus, frame, now + LIFETIME);
     }
 
-    /// Sends a frame within `lifetime`.
-    pub fn send_for(&mut self, bus: Bus, frame: Frame, now: Instant, lifetime: Duration) {
-        self.frames.push(Waiting { bus, frame, expires: now + lifetime });
+    /// Sends a frame before `expires`.
+    pub fn send_until(&mut self, bus: Bus, frame: Frame, expires: Instant) {
+        self.frames.push(Waiting { bus, frame, expires });
     }
 
     /// Gives up all frames of a bus that is left.

@@ -136,8 +136,9 @@ impl World {
 
     /// Whether the active master has asked both slaves.
     fn are_known(&self) -> bool {
-        let knows =
-            |master: &Master| [PARALLEL, SELECTIVE].iter().all(|node| master.manager.peers().counts(*node));
+        let knows = |master: &Master| {
+            [PARALLEL, SELECTIVE].iter().all(|node| master.redundancy.peers().counts(*node))
+        };
         self.masters.iter().any(|master| master.is_active() && knows(master))
     }
 

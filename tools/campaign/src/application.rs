@@ -7,9 +7,9 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::{Master, MasterBoards, MasterEvent, SlaveEvent};
+use ecss_can::node::{Master, MasterEvent, SlaveEvent};
 use ecss_can::pdo::Sequence;
-use ecss_can::redundancy::Role;
+use ecss_can::redundancy::{MasterBoards, Role};
 use ecss_can::runner::EventSource;
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::{Events, Handle, NodeKey, ResetLine};

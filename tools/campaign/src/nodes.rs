@@ -3,9 +3,9 @@
 use std::rc::Rc;
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
-use ecss_can::node::{Device, Master, MasterBoards};
+use ecss_can::node::{Device, Master};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Broken, Strap};
+use ecss_can::redundancy::{Broken, MasterBoards, Strap};
 use ecss_can::types::{Address, NodeId};
 use host_worlds::{NodeKey, Time, World};
 use judge::Bounds;

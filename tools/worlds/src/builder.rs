@@ -3,7 +3,8 @@
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use ecss_can::node::minimal::{MinimalDevice, MinimalSlave};
-use ecss_can::node::{Device, Master, MasterBoards, Slave};
+use ecss_can::node::{Device, Master, Slave};
+use ecss_can::redundancy::MasterBoards;
 use ecss_can::types::NodeId;
 
 use crate::board::MockBoard;

@@ -6,9 +6,8 @@ use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalDevice, MinimalEvent, MinimalSlave};
-use ecss_can::node::{
-    Device, Master, MasterBoards, MasterEvent, MasterRequest, Node, Slave, SlaveEvent, Status,
-};
+use ecss_can::node::{Device, Master, MasterEvent, MasterRequest, Node, Slave, SlaveEvent, Status};
+use ecss_can::redundancy::MasterBoards;
 use ecss_can::runner::{self, EventSource};
 use ecss_can::types::{AbortCode, Address, Instant};
 

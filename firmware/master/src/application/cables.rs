@@ -1,6 +1,6 @@
 //! Measures the cable to the slave in 6320h.
 
-use ecss_can::node::MasterBoards;
+use ecss_can::redundancy::MasterBoards;
 use ecss_can::runner::{Handle, Platform};
 use ecss_can::types::NodeId;
 #[cfg(not(target_os = "none"))]

@@ -13,7 +13,7 @@ use crate::types::{CobId, Frame, Instant};
 const HEARTBEATS: u16 = 0x700;
 
 /// Frame that waits for transmission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Outgoing {
     /// Frame to send.

@@ -1,6 +1,5 @@
 //! Boot-up process in the master: SDO transfers, starts of slaves, and reports.
 
-use super::boards::MasterBoards;
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
 use crate::boot::{Boot, BootRequest, Identified};
@@ -9,6 +8,7 @@ use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{RPDO, TPDO};
 use crate::node::{Communication, Device};
 use crate::profile::Profile;
+use crate::redundancy::MasterBoards;
 use crate::sdo::Mode;
 use crate::types::{Instant, earliest};
 
@@ -94,7 +94,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Owner::Abandoned => return true,
             Owner::Boot | Owner::Application | Owner::Identification => return false,
         }
-        if !self.manager.is_announced() {
+        if !self.redundancy.is_announced() {
             return false;
         }
         let time = self.services.time_pdo();
@@ -131,7 +131,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             out.event(MasterEvent::Boot { node, progress });
         }
         if let Some(node) = self.boot.take_start()
-            && !self.manager.peers().is_held(node)
+            && !self.redundancy.peers().is_held(node)
         {
             let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
             self.send_nmt(start, now, out);

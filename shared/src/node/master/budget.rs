@@ -1,13 +1,12 @@
 //! Nodes that send too much: the master itself, and its slaves (ECSS 5.3.3.1b).
 
-use super::boards::MasterBoards;
 use super::{Master, MasterEvent, Out};
 use crate::emcy::ErrorCode;
 use crate::link::budget::{Budget, BudgetStep, Over, is_sdo};
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::Device;
 use crate::profile::Profile;
-use crate::redundancy::{Babblers, BabblingStep};
+use crate::redundancy::{Babblers, BabblingStep, MasterBoards};
 use crate::types::{Bus, CobId, Instant, NodeId, earliest};
 
 /// Budgets of the frames that the master sends, and of those that it hears from its slaves.
@@ -56,10 +55,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         now: Instant,
         out: &mut Out,
     ) {
-        if bus != self.manager.active() || is_sdo(id) || !self.manager.peers().counts(node) {
+        if bus != self.redundancy.active() || is_sdo(id) || !self.redundancy.peers().counts(node) {
             return;
         }
-        let is_held = self.manager.peers().is_held(node);
+        let is_held = self.redundancy.peers().is_held(node);
         if let Some(step) = self.budgets.slaves.on_frame(node, is_held, at) {
             self.silence(node, step, now, out);
         }
@@ -69,7 +68,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let target = Target::Node(node);
         match step {
             BabblingStep::Stopped => {
-                self.manager.peers_mut().hold(target, true);
+                self.redundancy.peers_mut().hold(target, true);
                 self.boot.on_commanded(target);
                 self.services.raise(ErrorCode::MONITORING, [node.get(), 0, 0, 0, 0]);
                 self.send_nmt(NmtMessage { command: Command::Stop, target }, now, out);
@@ -77,7 +76,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             BabblingStep::Reset => {
                 _ = self.send_nmt(NmtMessage { command: Command::ResetNode, target }, now, out)
             }
-            BabblingStep::BusLeft => self.manager.request(self.manager.active().other()),
+            BabblingStep::BusLeft => self.redundancy.request(self.redundancy.active().other()),
             BabblingStep::Quiet => {}
         }
         self.services.next = now;
@@ -92,7 +91,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             None => {}
         }
         while let Some((node, was_held)) = self.budgets.slaves.poll(until) {
-            self.manager.peers_mut().hold(Target::Node(node), was_held);
+            self.redundancy.peers_mut().hold(Target::Node(node), was_held);
             self.end_babbling(node, out);
         }
     }

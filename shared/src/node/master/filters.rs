@@ -1,10 +1,10 @@
 //! Acceptance filters of the master.
 
-use super::boards::MasterBoards;
 use super::{Master, Out};
 use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
 use crate::node::{BusCommand, Device, Filters};
+use crate::redundancy::MasterBoards;
 use crate::types::{Address, Bus, CobId, Instant, NodeId};
 
 /// Function codes of COB-IDs.
@@ -50,7 +50,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Returns the COB-IDs of another master that this one takes: claims, and the spacecraft time.
     fn of_other_master(&self) -> impl Iterator<Item = CobId> {
-        let pair = self.boards.standby().map(|standby| *standby.pair());
+        let pair = self.redundancy.standby().map(|standby| *standby.pair());
         let ids = pair.map(|pair| pair.both_claims());
         let time = pair.and_then(|_| self.services.time_pdo()).map(|pdo| pdo.id);
         ids.into_iter().flatten().chain(time)

@@ -3,10 +3,10 @@
 //! The master reads 1000h of each new Node-ID once, and again after its next boot-up message. The boot-up process goes
 //! first. After a question without an answer the SDO client is free for others for the same time.
 
-use super::boards::MasterBoards;
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
 use crate::node::{Communication, Device};
+use crate::redundancy::MasterBoards;
 use crate::sdo::{Error, Mode};
 use crate::types::{Address, Instant};
 
@@ -23,8 +23,8 @@ pub(super) struct Identification {
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Returns when a waiting question can be asked. `None` while the client is not free for it.
     pub(super) fn identification_deadline(&self) -> Option<Instant> {
-        let is_free = self.transfers.owner == Owner::Nobody && self.manager.is_announced();
-        let is_wanted = self.manager.peers().is_any_unasked();
+        let is_free = self.transfers.owner == Owner::Nobody && self.redundancy.is_announced();
+        let is_wanted = self.redundancy.peers().is_any_unasked();
         (is_free && is_wanted && !self.boot.is_busy()).then_some(self.identification.not_before)
     }
 
@@ -34,7 +34,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             return false;
         }
         let node = loop {
-            let Some(node) = self.manager.peers_mut().take_unasked() else { return false };
+            let Some(node) = self.redundancy.peers_mut().take_unasked() else { return false };
             // A minimal slave has no SDO server.
             if self.minimal(node).is_none() {
                 break node;
@@ -58,12 +58,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         match outcome {
             // Any answer is one of a server; what a slave should be is checked by the boot-up process.
             Ok(_) | Err(Error::Abort(_) | Error::UnknownAbort(_) | Error::Protocol(_) | Error::TooLarge) => {
-                self.manager.on_answer(node, until);
+                self.redundancy.on_answer(node, until);
             }
-            Err(Error::BusChanged) => self.manager.peers_mut().ask_again(node),
+            Err(Error::BusChanged) => self.redundancy.peers_mut().ask_again(node),
             Err(Error::Timeout) => {
                 self.identification.not_before = until + self.services.lifetimes.sdo;
-                self.manager.peers_mut().on_no_answer(node, until);
+                self.redundancy.peers_mut().on_no_answer(node, until);
                 out.event(MasterEvent::UnknownNode { node });
             }
         }

@@ -1,7 +1,9 @@
 //! The master node.
 
-mod boards;
+mod actions;
 mod boot;
+#[cfg(feature = "model")]
+mod broken;
 mod budget;
 mod declared;
 mod filters;
@@ -14,9 +16,6 @@ mod role;
 mod sending;
 mod transfers;
 
-use heapless::Deque;
-
-pub use boards::{MasterBoards, OneBoard, TwoBoards};
 pub use declared::MasterObjects;
 
 use self::budget::Budgets;
@@ -29,21 +28,17 @@ use super::services::Services;
 use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
 use crate::link::Stamp;
-use crate::link::port::{Filter, Health};
-use crate::link::queue::Outgoing;
-use crate::nmt::{NmtMessage, NmtSlave, StateClashes, Target};
-use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
+use crate::link::port::Filter;
+use crate::nmt::{NmtMessage, StateClashes, Target};
+use crate::node::{Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
 use crate::profile::{MinimalNode, Profile};
-use crate::redundancy::{Action, Manager, Rivals};
+use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Strap, TwoBoards};
 use crate::store::{Group, ParameterStore};
 use crate::sync;
 use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId, Scet, earliest};
+use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet, earliest};
 
 type Out = Outbox<MasterEvent>;
-
-/// Frames that may wait until the active bus is announced.
-const HELD: usize = 16;
 
 /// Master of a spacecraft: NMT master, redundancy master, producer of SYNC and time, SDO client, CANopen device;
 /// commands and telemetry.
@@ -52,13 +47,10 @@ const HELD: usize = 16;
 #[doc(alias("NMT master", "redundancy master", "SYNC producer", "time producer"))]
 #[derive(Debug)]
 pub struct Master<D: Device, B: MasterBoards = OneBoard> {
-    boards: B,
     services: Services<MasterObjects<D>>,
     boot: Boot,
     transfers: Transfers,
-    nmt: NmtSlave,
-    manager: Manager,
-    rivals: Rivals,
+    redundancy: MasterRedundancy<B>,
     clashes: StateClashes,
     identification: Identification,
     budgets: Budgets,
@@ -67,9 +59,6 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     stamped: &'static [CobId],
     /// [`Profile::minimal`].
     minimal: &'static [MinimalNode],
-    held: Deque<Outgoing, HELD>,
-    /// A spacecraft time was due while the active bus was not announced.
-    is_time_pending: bool,
     /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win
     /// arbitration, wait.
     is_booting: bool,
@@ -93,6 +82,21 @@ impl<D: Device> Master<D> {
     }
 }
 
+impl<D: Device> Master<D, TwoBoards> {
+    /// Makes one of two masters before power-on. `strap` is the number of the board (ECSS 8.1a, Figure 4-2). The
+    /// board listens first, and then becomes active or the standby. With a profile that has no numbers for two
+    /// boards ([`Profile::standby`]) it is the same as [`Master::new`].
+    #[inline(always)] // a copy of a master is 20 kB of stack
+    pub fn of_two(
+        profile: &Profile,
+        strap: Strap,
+        device: D,
+        store: Option<&'static mut (dyn ParameterStore + Send)>,
+    ) -> Self {
+        Master::with(TwoBoards::new(profile.standby, strap), profile, device, store)
+    }
+}
+
 impl<D: Device, B: MasterBoards> Master<D, B> {
     // One expression of calls: each part is made in its place, and a copy of a master is 20 kB of stack.
     #[inline(never)]
@@ -104,108 +108,21 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     ) -> Self {
         let initial = Initial::new(profile);
         Master {
-            boards,
-            nmt: NmtSlave::new(true),
-            rivals: Rivals::default(),
             clashes: StateClashes::default(),
             identification: Identification::default(),
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,
             minimal: profile.minimal,
-            held: Deque::new(),
-            is_time_pending: false,
             is_booting: true,
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
             // Large ones last: the compiler makes them in their places where no loop follows.
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
-            manager: initial.manager(profile.master_redundancy()),
+            redundancy: MasterRedundancy::new(boards, &objects::setup(profile)),
             services: Services::new(NodeId::MASTER, || initial.objects(profile, device), profile, store),
             initial,
-        }
-    }
-
-    fn send_nmt(&mut self, message: NmtMessage, now: Instant, out: &mut Out) -> bool {
-        self.send(message.encode(), now, self.services.lifetimes.heartbeat, out)
-    }
-
-    /// Sends a frame on the active bus, when it is announced. Returns false when there was no room to wait for that.
-    fn send(&mut self, frame: Frame, now: Instant, lifetime: Duration, out: &mut Out) -> bool {
-        let bus = self.manager.active();
-        if self.manager.is_announced() {
-            out.send_for(bus, frame, now, lifetime);
-            return true;
-        }
-        let taken = self.held.push_back(Outgoing { frame, expires: now + lifetime }).is_ok();
-        if !taken {
-            self.services.buses.refused(bus);
-        }
-        taken
-    }
-
-    fn release_held(&mut self, now: Instant, out: &mut Out) {
-        let bus = self.manager.active();
-        if self.manager.is_announced() && core::mem::take(&mut self.is_time_pending) {
-            self.services.trigger_time(now);
-        }
-        while self.manager.is_announced() {
-            let Some(outgoing) = self.held.pop_front() else { return };
-            if outgoing.is_expired(now) {
-                self.services.buses.expired(bus);
-            } else {
-                out.command(bus, BusCommand::Send(outgoing));
-            }
-        }
-    }
-
-    fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
-        self.manager.on_health(bus, health, self.services.buses.is_failed(bus), now);
-        self.services.on_health(bus, &health);
-        self.services.refresh_health();
-        self.services.next = Instant::ZERO;
-        out.event(MasterEvent::Health { bus, health });
-    }
-
-    fn act(&mut self, action: Action, now: Instant, out: &mut Out) {
-        match action {
-            Action::Heartbeat { bus, frame } => {
-                out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
-                self.call_standby(now, out);
-                self.end_clashes(now, out);
-                self.scrub(now);
-            }
-            Action::Switched { from, to, cause } => {
-                // Frames that waited for the bus that is left are never sent.
-                while self.held.pop_front().is_some() {
-                    self.services.buses.left(from);
-                }
-                self.services.buses.change(from, to, out);
-                // With selective access the health of the bus left is unknown now, that of the new one still.
-                for bus in [from, to] {
-                    self.manager.on_health(
-                        bus,
-                        self.services.buses.health[bus],
-                        self.services.buses.is_failed(bus),
-                        now,
-                    );
-                }
-                self.services.show_redundancy(self.manager.parameters(), now);
-                out.event(MasterEvent::BusSwitched { from, to, cause });
-                self.on_bus_changed(now, out);
-            }
-            Action::Lost(node) => {
-                self.show_state(node, objects::MISSING);
-                self.boot.on_lost(node);
-                out.event(MasterEvent::SlaveLost { node });
-            }
-            Action::Forgotten(node) => self.show_state(node, objects::UNKNOWN),
-            Action::Unheard(node) => {
-                self.show_state(node, objects::MISSING);
-                out.event(MasterEvent::SlaveUnheard { node });
-            }
-            Action::GaveUp { bus } => out.event(MasterEvent::GaveUp { bus }),
         }
     }
 
@@ -220,25 +137,24 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Polls every service, due or not.
     #[inline(never)] // most frames find nothing due
     fn run_all(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        self.run_role(until, now, out);
-        if !self.is_active() {
-            self.services.next = Instant::NEVER;
-            return self.services.wake(self.role_deadline());
+        if self.is_active() {
+            while let Some(bus) = self.services.buses.poll(until, out) {
+                self.report_health(bus, now);
+                out.event(MasterEvent::BusFailed { bus });
+            }
+            self.run_budget(until, now, out);
         }
-        while let Some(bus) = self.services.buses.poll(until, out) {
-            self.manager.on_health(bus, self.services.buses.health[bus], true, now);
-            out.event(MasterEvent::BusFailed { bus });
-        }
-        while let Some(action) = self.manager.poll(until) {
+        while let Some(action) = self.redundancy.poll(until, now) {
             self.act(action, now, out);
         }
-        self.run_rivals(until, out);
-        self.run_budget(until, now, out);
-        self.release_held(now, out);
+        if !self.is_active() {
+            self.services.next = Instant::NEVER;
+            return self.services.wake(self.redundancy.deadline());
+        }
         self.run_boot(until, now, out);
         self.run_device(until, now, out);
-        if self.manager.is_announced() {
-            let bus = self.manager.active();
+        if self.redundancy.is_announced() {
+            let bus = self.redundancy.active();
             if self.produces_sync()
                 && let Some(frame) = self.sync.poll(until)
             {
@@ -250,21 +166,20 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     fn due(&self) -> Option<Instant> {
         let all = [
-            self.manager.deadline(),
+            self.redundancy.deadline(),
             self.services.buses.deadline(),
             self.boot.deadline(),
             self.transfers.deadline(),
             self.identification_deadline(),
-            self.rivals.deadline(self.manager.parameters().quiet_time()),
             self.budgets.deadline(),
             self.device_deadline(),
-            self.sync.deadline().filter(|_| self.manager.is_announced() && self.produces_sync()),
+            self.sync.deadline().filter(|_| self.redundancy.is_announced() && self.produces_sync()),
         ];
         earliest(&all)
     }
 
     fn produces_sync(&self) -> bool {
-        self.boot.is_released() && self.nmt.state().allows_sync()
+        self.boot.is_released() && self.redundancy.state().allows_sync()
     }
 
     /// Returns the spacecraft time at which the last SYNC was sent.
@@ -277,9 +192,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Status {
             uptime: now.since(Instant::ZERO),
             scet: self.services.scet(now),
-            state: self.nmt.state(),
-            active: self.manager.active(),
-            redundancy: *self.manager.parameters(),
+            state: self.redundancy.state(),
+            active: self.redundancy.active(),
+            redundancy: *self.redundancy.parameters(),
             counters: self.services.buses.counters,
             health: self.services.buses.health,
         }
@@ -304,16 +219,15 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         if self.services.dictionary.stored.store.is_some() {
             self.services.load(Group::All);
             let objects = &self.services.dictionary.objects;
-            let redundancy = objects::written_redundancy(objects, self.manager.parameters());
-            self.manager = self.initial.manager(redundancy);
+            let redundancy = objects::written_redundancy(objects, self.redundancy.parameters());
+            self.redundancy.restore(redundancy);
             self.are_filters_due = true;
         }
         self.take_assignments();
-        if self.listen(now, out) {
-            return;
+        if !self.redundancy.start(now) {
+            return self.listen(now, out);
         }
-        self.services.buses.join(self.manager.active(), out);
-        self.manager.start(now);
+        self.services.buses.join(self.redundancy.active(), out);
         self.boot_up(now, out);
         self.boot.start(now);
         self.run_all(now, now, out);
@@ -369,7 +283,11 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     fn on_request(&mut self, request: MasterRequest, now: Instant, out: &mut Out) {
         match request {
             MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), now, out),
-            MasterRequest::StandBy => self.stand_by_commanded(now, out),
+            MasterRequest::StandBy => {
+                if let Some(action) = self.redundancy.stand_by_commanded(now) {
+                    self.act(action, now, out);
+                }
+            }
             // A standby sends nothing.
             MasterRequest::Nmt(NmtMessage { target: Target::Node(node), .. }) | MasterRequest::Boot(node)
                 if !self.is_active() =>
@@ -377,7 +295,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
                 out.event(MasterEvent::Refused { node });
             }
             _ if !self.is_active() => out.event(MasterEvent::Refused { node: NodeId::MASTER }),
-            MasterRequest::SwitchBus(bus) => self.manager.request(bus),
+            MasterRequest::SwitchBus(bus) => self.redundancy.request(bus),
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
             MasterRequest::Boot(node) => self.boot.queue(node),
         }
@@ -405,7 +323,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        bus == self.manager.active()
+        bus == self.redundancy.active()
             && (self.stamped.contains(&id) || self.is_ranged(id))
             && (id != self.sync.id() || sync::is_sync_length(frame))
     }

@@ -1,32 +1,29 @@
 //! NMT state of the master itself (CiA 301 7.3.2).
 
-use super::boards::MasterBoards;
 use super::{Master, MasterEvent, Out, objects};
-use crate::heartbeat;
 use crate::nmt::{Command, NmtMessage, Reaction, Target};
-use crate::node::Device;
+use crate::node::{BusCommand, Device};
+use crate::redundancy::MasterBoards;
 use crate::store::Group;
 use crate::types::{Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Sends the boot-up message and enters Operational without a command (CiA 301 7.3.2.2.1).
     pub(super) fn boot_up(&mut self, now: Instant, out: &mut Out) {
-        let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
-        out.send_for(self.manager.active(), boot_up, now, self.services.lifetimes.heartbeat);
+        let (boot_up, state) = self.redundancy.boot_up(now);
+        out.command(self.redundancy.active(), BusCommand::Send(boot_up));
         self.is_booting = true;
         self.services.configure(now);
         let objects = &self.services.dictionary.objects;
         self.sync.configure(objects.communication.sync.config(), now);
         self.sync.set_dither(objects.application.network.sync_dither);
         self.sync.start(now);
-        let state = self.nmt.boot();
         self.entered(state, now, out);
     }
 
     pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
         self.services.entered(state, now);
         self.services.next = now;
-        self.manager.set_state(state);
         self.show_state(NodeId::MASTER, state.byte());
         out.event(MasterEvent::State(state));
     }
@@ -34,9 +31,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Commands slaves, or itself.
     pub(super) fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
         self.on_application_command(message.target, out);
-        let held = matches!(message.command, Command::Stop | Command::EnterPreOperational);
-        self.manager.peers_mut().hold(message.target, held);
-        if held {
+        if self.redundancy.on_command(message.command, message.target) {
             self.boot.on_commanded(message.target);
         }
         if message.target == Target::Node(NodeId::MASTER) {
@@ -54,16 +49,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             // Until the application resets the chip it goes on as it was.
             return out.event(MasterEvent::ResetNode);
         }
-        match self.nmt.on_command(command) {
+        match self.redundancy.on_own_command(command) {
             Reaction::Unchanged | Reaction::ResetNode => {}
             Reaction::Entered(state) => self.entered(state, now, out),
             Reaction::ResetCommunication => {
                 self.initial.restore(&mut self.services.dictionary.objects);
                 self.services.load(Group::Communication);
                 let objects = &self.services.dictionary.objects;
-                let redundancy = objects::written_redundancy(objects, self.manager.parameters());
+                let redundancy = objects::written_redundancy(objects, self.redundancy.parameters());
                 self.take_assignments();
-                self.manager.configure(redundancy, now);
+                self.redundancy.configure(redundancy, now);
                 self.are_filters_due = true;
                 self.boot_up(now, out);
             }

@@ -1,6 +1,5 @@
 //! Dictionary of the master, and effects of written objects.
 
-use super::boards::MasterBoards;
 use super::declared::MasterObjects;
 use super::{Master, Out};
 use crate::boot::Assignment;
@@ -15,11 +14,13 @@ use crate::node::index::{
 };
 use crate::node::network_objects::entry;
 use crate::node::services::{SdoStep, carries_time};
-use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
+use crate::node::{
+    BusCommand, Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device,
+};
 use crate::pdo::PdoSlots;
 use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
-use crate::redundancy::{Manager, Parameters};
+use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
@@ -40,27 +41,23 @@ pub(super) struct Initial {
     redundancy: Parameters,
     sync: Duration,
     time: Duration,
-    silent_share: u8,
-    dwell: Duration,
-    grace: Duration,
+}
+
+/// Returns the numbers of the redundancy at power-on.
+pub(super) fn setup(profile: &Profile) -> MasterSetup {
+    MasterSetup {
+        parameters: profile.master_redundancy(),
+        silent_share: profile.silent_share,
+        dwell: profile.dwell,
+        grace: profile.grace,
+        access: profile.access(NodeId::MASTER),
+        lifetime: profile.heartbeat,
+    }
 }
 
 impl Initial {
     pub fn new(profile: &Profile) -> Initial {
-        Initial {
-            redundancy: profile.master_redundancy(),
-            sync: profile.sync,
-            time: profile.time,
-            silent_share: profile.silent_share,
-            dwell: profile.dwell,
-            grace: profile.grace,
-        }
-    }
-
-    /// Makes the manager of the buses with these parameters.
-    #[inline(always)] // made in its place
-    pub fn manager(&self, redundancy: Parameters) -> Manager {
-        Manager::new(redundancy, self.silent_share, self.dwell, self.grace)
+        Initial { redundancy: profile.master_redundancy(), sync: profile.sync, time: profile.time }
     }
 
     /// Makes the objects at power-on.
@@ -177,7 +174,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Takes a request to the SDO server.
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
         self.services.refresh_for(frame, now);
-        if !self.manager.is_announced() || !self.nmt.state().allows_sdo() {
+        if !self.redundancy.is_announced() || !self.redundancy.state().allows_sdo() {
             return self.services.buses.ignored(bus);
         }
         let lifetime = self.services.lifetimes.sdo;
@@ -193,7 +190,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Goes on with a save that runs, and answers its client at its end.
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
+        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
         self.serve(SdoStep::Save, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
     }
 
@@ -219,9 +216,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.sync.follow(at, &objects.communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
-                let redundancy = written_redundancy(objects, self.manager.parameters());
-                self.manager.peers_mut().set_times(objects.consumers.entries());
-                self.manager.configure(redundancy, now);
+                let redundancy = written_redundancy(objects, self.redundancy.parameters());
+                self.redundancy.peers_mut().set_times(objects.consumers.entries());
+                self.redundancy.configure(redundancy, now);
             }
             RPDO..=LAST_RPDO => self.are_filters_due = true,
             SYNC_DITHER => self.sync.set_dither(objects.application.network.sync_dither),
@@ -237,7 +234,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Before power-on, and when communication is reset: objects 1016h and 1F81h.
     pub(super) fn take_assignments(&mut self) {
-        self.manager.peers_mut().set_times(self.services.dictionary.objects.consumers.entries());
+        self.redundancy.peers_mut().set_times(self.services.dictionary.objects.consumers.entries());
         (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
     }
 
@@ -246,7 +243,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let raw = entry(&mut network.assignment, node).map_or(0, |raw| *raw);
         let assignment = Assignment::from_raw(raw);
         self.boot.assign(node, assignment);
-        self.manager.peers_mut().assign(node, assignment.is_slave());
+        self.redundancy.peers_mut().assign(node, assignment.is_slave());
     }
 
     /// Executes a command written to 1F82h. The entry then shows the state of the node again.
@@ -262,8 +259,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             _ => Command::EnterPreOperational,
         };
         let state = match node {
-            Some(NodeId::MASTER) => Some(self.nmt.state()),
-            node => node.and_then(|node| self.manager.peers().state(node)),
+            Some(NodeId::MASTER) => Some(self.redundancy.state()),
+            node => node.and_then(|node| self.redundancy.peers().state(node)),
         };
         *entry = state.map_or(UNKNOWN, NmtState::byte);
         let target = node.filter(|_| sub != ALL).map_or(Target::All, Target::Node);
@@ -305,7 +302,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
         }
         self.send_due(until, now, out);
-        let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
+        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
         if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll, until, &mut |frame| out.send_for(bus, frame, now, lifetime));
         }
@@ -313,27 +310,28 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Returns the state that decides whether emergencies may be sent.
     fn reporting_state(&self) -> NmtState {
-        if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
+        if self.is_booting { NmtState::Initialising } else { self.redundancy.state() }
     }
 
     /// Sends emergencies and transmit PDOs. Before the bus is announced they are held. The spacecraft time is not
     /// held: it is sampled again at the announcement.
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let (withheld, state) = (self.withheld_time(), self.reporting_state());
-        let Self { services, manager, held, is_time_pending, .. } = self;
-        let (bus, is_announced, mut lost) = (manager.active(), manager.is_announced(), false);
+        let Self { services, redundancy, .. } = self;
+        let mut refused = None;
         services.poll(until, now, state, &mut |frame, expires, carries_time| {
             if withheld == Some(frame.id()) {
                 // The time of the slaves is better.
-            } else if is_announced {
-                out.send_until(bus, frame, expires);
-            } else if carries_time {
-                *is_time_pending = true;
-            } else {
-                lost |= held.push_back(Outgoing { frame, expires }).is_err();
+                return;
+            }
+            let outgoing = Outgoing { frame, expires };
+            match if carries_time { redundancy.send_time() } else { redundancy.send(outgoing) } {
+                Sending::Now(bus) => out.command(bus, BusCommand::Send(outgoing)),
+                Sending::Held => {}
+                Sending::Refused(bus) => refused = Some(bus),
             }
         });
-        if lost {
+        if let Some(bus) = refused {
             services.buses.refused(bus);
         }
     }

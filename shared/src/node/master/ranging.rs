@@ -1,10 +1,10 @@
 //! Stamps of heartbeats, from which the length of the cable to a slave is measured (objects 2016h and 2044h).
 
 use super::Master;
-use super::boards::MasterBoards;
 use crate::link::Stamp;
 use crate::node::Device;
 use crate::node::Ranging;
+use crate::redundancy::MasterBoards;
 use crate::types::{Bus, CobId, NodeId};
 
 /// Values of a slave whose cable is measured, in the master.
@@ -39,7 +39,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Returns the values of the slave in 2044h.
     pub(crate) fn ranged(&self) -> Ranged {
-        let bus = self.manager.active();
+        let bus = self.redundancy.active();
         let correction = &self.services.dictionary.objects.spacecraft.clock.correction;
         Ranged { bus, heard: self.ranging().heard, correction: correction.of(bus).unwrap_or(0) }
     }

@@ -1,17 +1,17 @@
 //! Frames that the application of the master sends.
 
 use super::Master;
-use super::boards::MasterBoards;
 use crate::link::queue::Outgoing;
 use crate::node::minimal::MinimalPdos;
 use crate::node::{Device, Refusal};
 use crate::profile::MinimalNode;
+use crate::redundancy::MasterBoards;
 use crate::types::{Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Returns the last state of a slave. `None` if the slave was never heard, is lost or forgotten.
     pub fn slave_state(&self, node: NodeId) -> Option<NmtState> {
-        self.manager.peers().state(node)
+        self.redundancy.peers().state(node)
     }
 
     /// Returns whether a slave takes commands. It is Operational by its heartbeat, or it is a [minimal
@@ -46,7 +46,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Some(_) => Refusal::NotOperational,
             None => Refusal::NotValid,
         };
-        self.services.buses.refused(self.manager.active());
+        self.services.buses.refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -56,16 +56,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// [`Refusal::NotValid`], [`Refusal::Busy`]; both are counted on the active bus.
     pub fn send_pdo(&mut self, number: usize, now: Instant) -> Result<(), Refusal> {
         let tpdos = &mut self.services.dictionary.tpdos;
-        let refusal = if !(tpdos.is_valid(number) && self.nmt.state().allows_pdo()) {
+        let refusal = if !(tpdos.is_valid(number) && self.redundancy.state().allows_pdo()) {
             Refusal::NotValid
-        } else if !self.manager.is_announced() && self.held.is_full() {
+        } else if !self.redundancy.has_room() {
             Refusal::Busy
         } else {
             tpdos.trigger(number, now);
             self.services.next = now;
             return Ok(());
         };
-        self.services.buses.refused(self.manager.active());
+        self.services.buses.refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -83,7 +83,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         fill: impl FnOnce(&mut D),
     ) -> Result<(), Refusal> {
         if !self.may_command(node) {
-            self.services.buses.refused(self.manager.active());
+            self.services.buses.refused(self.redundancy.active());
             return Err(Refusal::NotOperational);
         }
         self.send_pdo(number, now)?;
@@ -99,15 +99,15 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// [`Refusal::Busy`]. Both are counted on the active bus.
     pub fn send_frame(&mut self, frame: Frame, now: Instant) -> Result<(), Refusal> {
         let expires = now + self.services.lifetimes.event;
-        let refusal = if frame.id().is_restricted() || !self.nmt.state().allows_pdo() {
+        let refusal = if frame.id().is_restricted() || !self.redundancy.state().allows_pdo() {
             Refusal::NotValid
-        } else if self.held.push_back(Outgoing { frame, expires }).is_err() {
+        } else if !self.redundancy.queue(Outgoing { frame, expires }) {
             Refusal::Busy
         } else {
             self.services.next = now;
             return Ok(());
         };
-        self.services.buses.refused(self.manager.active());
+        self.services.buses.refused(self.redundancy.active());
         Err(refusal)
     }
 }

@@ -5,11 +5,11 @@ use core::task::Waker;
 
 use embassy_sync::waitqueue::MultiWakerRegistration;
 
-use super::boards::MasterBoards;
 use super::{Master, Out};
 use crate::link::bit_timing::BitRate;
 use crate::node::Device;
 use crate::node::services::SdoStep;
+use crate::redundancy::MasterBoards;
 use crate::sdo;
 use crate::sdo::Client;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
@@ -127,7 +127,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         out: &mut Out,
         step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::Payload)) -> R,
     ) -> R {
-        let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
+        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
         let id = CobId::sdo_request(self.transfers.node);
         step(&mut self.transfers.client, &mut |payload| {
             out.send_for(bus, Frame::of(id, payload), now, lifetime)
@@ -140,7 +140,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             return self.services.buses.malformed(bus);
         };
         // Not announced: what comes belongs to nothing that was asked here.
-        let is_ours = node == self.transfers.node && self.manager.is_announced();
+        let is_ours = node == self.transfers.node && self.redundancy.is_announced();
         let was_used = is_ours
             && self.with_client(now, out, |client, mut send| client.on_response(payload, now, &mut send));
         self.transfers.is_due = true;
@@ -155,7 +155,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if frame.id() == CobId::sdo_response(NodeId::MASTER) {
             self.services.on_sdo_sent();
             self.services.next = Instant::ZERO;
-        } else if frame.id() == CobId::sdo_request(self.transfers.node) && bus == self.manager.active() {
+        } else if frame.id() == CobId::sdo_request(self.transfers.node) && bus == self.redundancy.active() {
             self.transfers.client.on_sent();
             self.transfers.is_due = true;
         }
@@ -214,7 +214,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.transfers.owner = Owner::Nobody;
             self.with_client(now, out, |client, mut send| client.cancel(&mut send));
         }
-        if self.manager.is_announced() && self.transfers.pause.is_none() {
+        if self.redundancy.is_announced() && self.transfers.pause.is_none() {
             self.transfers.is_due = false;
             self.with_client(now, out, |client, mut send| client.poll(until, &mut send));
         }

@@ -7,10 +7,10 @@ use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
-use ecss_can::node::{Master, MasterBoards, OneBoard, Refusal, SlaveEvent};
+use ecss_can::node::{Master, Refusal, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::{MinimalNode, Profile};
-use ecss_can::redundancy::Strap;
+use ecss_can::redundancy::{MasterBoards, OneBoard, Strap};
 use ecss_can::runner::EventSource;
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::task::Task;

@@ -2,11 +2,7 @@
 
 use core::fmt::Debug;
 
-use super::Master;
-use crate::node::Device;
-use crate::profile::Profile;
-use crate::redundancy::{Standby, Strap};
-use crate::store::ParameterStore;
+use crate::redundancy::{Pair, Standby, Strap};
 
 /// Master boards of a mission. The image of a mission with one board has no code for a standby.
 pub trait MasterBoards: Debug + 'static {
@@ -25,6 +21,13 @@ pub struct OneBoard;
 #[doc(alias("standby master", "redundant master"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TwoBoards(Option<Standby>);
+
+impl TwoBoards {
+    /// Makes the board with this strap, before power-on. Without a `pair` it is as [`OneBoard`].
+    pub fn new(pair: Option<Pair>, strap: Strap) -> TwoBoards {
+        TwoBoards(pair.map(|pair| Standby::new(pair, strap)))
+    }
+}
 
 impl MasterBoards for OneBoard {
     #[inline(always)]
@@ -47,21 +50,5 @@ impl MasterBoards for TwoBoards {
     #[inline(always)]
     fn standby_mut(&mut self) -> Option<&mut Standby> {
         self.0.as_mut()
-    }
-}
-
-impl<D: Device> Master<D, TwoBoards> {
-    /// Makes one of two masters before power-on. `strap` is the number of the board (ECSS 8.1a, Figure 4-2). The
-    /// board listens first, and then becomes active or the standby. With a profile that has no numbers for two
-    /// boards ([`Profile::standby`]) it is the same as [`Master::new`].
-    #[inline(always)] // a copy of a master is 20 kB of stack
-    pub fn of_two(
-        profile: &Profile,
-        strap: Strap,
-        device: D,
-        store: Option<&'static mut (dyn ParameterStore + Send)>,
-    ) -> Self {
-        let standby = profile.standby.map(|pair| Standby::new(pair, strap));
-        Master::with(TwoBoards(standby), profile, device, store)
     }
 }
