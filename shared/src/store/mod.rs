@@ -66,8 +66,8 @@
 //! - Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps. If it
 //!   changes between them, it may be stored with bytes of both. If it becomes shorter, the save fails.
 //! - A set of another Node-ID is not applied.
-//! - [`SaveLimit`] allows ten saves in a row, then one every six minutes. A node writes at most [`MOST_NOTES`]
-//!   notes from power-on to power-off.
+//! - [`SaveLimit`] allows ten saves in a row, then one every six minutes. A node writes at most
+//!   [`MOST_NOTES`](crate::redundancy::Retained::MOST_NOTES) notes from power-on to power-off.
 
 pub mod identity;
 mod limit;
@@ -78,9 +78,9 @@ mod save;
 mod set;
 
 pub use limit::SaveLimit;
-pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
+pub use note::{note_bdefault, noted_bdefault};
 pub use objects::{StoreObjects, StoreRequest};
-pub use retained::{Retained, RetainedMemory};
+pub use retained::RetainedMemory;
 pub use save::{Parameters, Row, Save};
 pub use set::{Apply, Content, Loaded, MAX_VALUE, load};
 

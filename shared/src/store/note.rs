@@ -11,9 +11,6 @@ use super::{ParameterStore, StoreError};
 use crate::redundancy::{Redundancy, RedundancyObjects};
 use crate::types::{Address, Bus, NodeId};
 
-/// Most notes that a node may write from power-on to power-off. They must not use up the room for sets.
-pub const MOST_NOTES: u8 = 8;
-
 /// The parameter that a note stands for.
 pub(super) const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use ecss_can::redundancy::Retained;
 use ecss_can::store::{
-    Content, Group, LOAD, Loaded, MAX_VALUE, ParameterStore, Parameters, Retained, Row, SAVE, Save,
-    StoreError, StoreRequest, load, note_bdefault, noted_bdefault,
+    Content, Group, LOAD, Loaded, MAX_VALUE, ParameterStore, Parameters, Row, SAVE, Save, StoreError,
+    StoreRequest, load, note_bdefault, noted_bdefault,
 };
 use ecss_can::types::{AbortCode, Address, Bus, NodeId};
 
