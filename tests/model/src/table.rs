@@ -64,7 +64,7 @@ impl fmt::Display for Table {
 fn nodes(world: &World) -> String {
     let masters: Vec<String> = world.masters.iter().map(|it| format!("{:18}", master(it))).collect();
     let slaves = world.slaves.iter().map(|slave| {
-        let given_up = if slave.has_given_up { " gave up" } else { "" };
+        let given_up = if slave.has_given_up() { " gave up" } else { "" };
         format!("{} {}{given_up}", letter(slave.active()), state(slave.state()))
     });
     let slaves: Vec<String> = slaves.map(|text| format!("{text:18}")).collect();
