@@ -1,71 +1,61 @@
-//! A slave of the model: its redundancy as it flies, on the wires of the model.
+//! A slave of the model: its redundancy as it flies.
+
+mod adapter;
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
-use ecss_can::redundancy::{
-    Broken, BusAccess, BusCause, Parameters, Retained, SlaveAction, SlaveNode, SlaveRedundancy,
-};
+use ecss_can::redundancy::{Broken, BusAccess, Parameters, Retained, SlaveRedundancy};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Rebase, earliest};
-use judge::selector::is_bdefault_right;
 
 use crate::profile::{GRACE, PARAMETERS};
 use crate::station::{Outgoing, Station};
+use adapter::{Adapter, Node};
 
 /// A slave.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Slave {
-    redundancy: SlaveRedundancy,
-    node: Node,
-}
-
-/// The node around the redundancy.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Node {
+    id: NodeId,
     access: BusAccess,
     broken: Option<Broken>,
-    control: NodeControl,
-    outgoing: Outgoing,
-    /// Frames that passed its filters.
-    received: PerBus<u32>,
-    /// Bdefault in the dictionary, and in the parameter store.
-    bdefault: [Bus; 2],
-    /// Memory that outlives a reset.
-    retained: Retained,
-    waits_for_reset: bool,
-    has_given_up: bool,
-    has_wrong_bdefault: bool,
-}
-
-/// The node in one step.
-struct Acting<'a> {
-    node: &'a mut Node,
-    now: Instant,
-    cause: Option<(BusCause, Bus)>,
+    redundancy: SlaveRedundancy,
+    node: Node,
 }
 
 impl Slave {
     /// A slave before power-on. `broken`: a rule that does not hold.
     pub fn new(id: NodeId, access: BusAccess, broken: Option<Broken>) -> Self {
-        let mut redundancy = SlaveRedundancy::new(access, PARAMETERS, Retained::default(), GRACE);
+        Slave::of(id, access, broken, PARAMETERS.bdefault, Retained::default())
+    }
+
+    fn of(id: NodeId, access: BusAccess, broken: Option<Broken>, stored: Bus, retained: Retained) -> Self {
+        let parameters = Parameters { bdefault: stored, ..PARAMETERS };
+        let mut redundancy = SlaveRedundancy::new(access, parameters, retained, GRACE);
         redundancy.break_rule(broken);
         let node = Node {
-            access,
-            broken,
             control: NodeControl::new(id, PARAMETERS.producer, Duration::ZERO, false),
             outgoing: Outgoing::default(),
             received: PerBus::default(),
-            bdefault: [PARAMETERS.bdefault; 2],
-            retained: Retained::default(),
+            bdefault: redundancy.selected(),
+            stored,
+            retained,
             waits_for_reset: false,
+            is_warning: false,
             has_given_up: false,
             has_wrong_bdefault: false,
         };
-        Slave { redundancy, node }
+        Slave { id, access, broken, redundancy, node }
+    }
+
+    /// The same slave before it is started again, with what was kept.
+    fn restarted(&self, retained: Retained) -> Slave {
+        let mut slave = Slave::of(self.id, self.access, self.broken, self.node.stored, retained);
+        slave.node.has_wrong_bdefault = self.node.has_wrong_bdefault;
+        slave
     }
 
     /// How it accesses its buses.
     pub fn access(&self) -> BusAccess {
-        self.node.access
+        self.access
     }
 
     /// The parameters with the present Bdefault and Ctoggle.
@@ -91,81 +81,26 @@ impl Slave {
         self.node.outgoing.rebase(&to);
     }
 
-    fn step<R>(&mut self, now: Instant, step: impl FnOnce(&mut SlaveRedundancy, &mut Acting) -> R) -> R {
-        let result = step(&mut self.redundancy, &mut Acting { node: &mut self.node, now, cause: None });
+    fn step(&mut self, now: Instant, step: impl FnOnce(&mut SlaveRedundancy, &mut Adapter)) {
+        step(&mut self.redundancy, &mut Adapter { node: &mut self.node, now, reported: None });
+        if std::mem::take(&mut self.node.is_warning) {
+            let emcy = Frame::of(CobId::emcy(self.id), ErrorCode::HEARTBEAT.get().to_le_bytes());
+            self.node.outgoing.send(self.active(), emcy, now);
+        }
         if self.node.waits_for_reset {
             self.start(now);
-        }
-        result
-    }
-}
-
-impl SlaveNode for Acting<'_> {
-    fn control(&mut self) -> &mut NodeControl {
-        &mut self.node.control
-    }
-
-    fn received(&self) -> PerBus<u32> {
-        self.node.received
-    }
-
-    fn restore_communication(&mut self) -> Parameters {
-        Parameters { bdefault: self.node.bdefault[0], ..PARAMETERS }
-    }
-
-    fn show(&mut self, parameters: &Parameters) {
-        let before = std::mem::replace(&mut self.node.bdefault[0], parameters.bdefault);
-        let is_right = is_bdefault_right(before, parameters.bdefault, self.cause.take());
-        self.node.has_wrong_bdefault |= !is_right;
-    }
-
-    fn note_bdefault(&mut self, bus: Bus) -> Option<bool> {
-        self.node.bdefault[1] = bus;
-        Some(true)
-    }
-
-    fn act(&mut self, action: SlaveAction) {
-        let (node, now) = (&mut *self.node, self.now);
-        match action {
-            SlaveAction::BootUp { bus } => {
-                node.outgoing.send(bus, node.control.boot(now), now);
-                node.has_given_up = false;
-            }
-            SlaveAction::ActiveBus { bus, cause, is_new } => {
-                self.cause = Some((cause, bus));
-                if is_new {
-                    node.outgoing.abandon(bus.other());
-                }
-            }
-            SlaveAction::GaveUp { .. } => node.has_given_up = true,
-            SlaveAction::MasterMissed { .. } | SlaveAction::Clear { code: ErrorCode::HEARTBEAT, .. } => {
-                node.has_given_up = false;
-            }
-            SlaveAction::ResetNode => node.waits_for_reset = true,
-            SlaveAction::Retain(retained) => node.retained = retained,
-            _ => {}
         }
     }
 }
 
 impl Station for Slave {
     fn start(&mut self, now: Instant) {
-        let node = &self.node;
-        let (retained, bdefault) = (node.retained, node.bdefault[1]);
-        let mut started = Slave::new(node.control.id(), node.access, node.broken);
-        let stored = Parameters { bdefault, ..PARAMETERS };
-        started.redundancy = SlaveRedundancy::new(node.access, stored, retained, GRACE);
-        started.redundancy.break_rule(node.broken);
-        started.node.bdefault = [started.parameters().bdefault, bdefault];
-        (started.node.retained, started.node.has_wrong_bdefault) = (retained, node.has_wrong_bdefault);
-        *self = started;
+        *self = self.restarted(self.node.retained);
         self.step(now, |redundancy, node| redundancy.boot(now, node));
     }
 
     fn power_off(&mut self) {
-        let stored = self.node.bdefault[1];
-        *self = Slave::new(self.node.control.id(), self.node.access, self.node.broken);
-        self.node.bdefault[1] = stored;
+        *self = self.restarted(Retained::default());
     }
 
     fn poll(&mut self, now: Instant) {
@@ -176,17 +111,19 @@ impl Station for Slave {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {
-        self.poll(now);
-        let (id, own) = (frame.id(), self.node.control.id());
-        let is_question = id == CobId::sdo_request(own);
-        if !is_question && id != CobId::SYNC && id != CobId::NMT && id != CobId::heartbeat(NodeId::MASTER) {
+        let taken = [CobId::NMT, CobId::SYNC, CobId::heartbeat(NodeId::MASTER), CobId::sdo_request(self.id)];
+        if !taken.contains(&frame.id()) {
             return;
         }
+        self.poll(now);
         self.node.received[bus] += 1;
+        let is_question = frame.id() == CobId::sdo_request(self.id);
         if is_question && bus == self.active() && self.state().allows_sdo() {
-            self.node.outgoing.send(bus, Frame::of(CobId::sdo_response(own), []), now);
+            self.node.outgoing.send(bus, Frame::of(CobId::sdo_response(self.id), []), now);
         } else {
-            self.step(now, |redundancy, node| redundancy.on_frame(bus, frame, now, now, node));
+            self.step(now, |redundancy, node| {
+                redundancy.on_frame(bus, frame, now, now, node);
+            });
         }
         self.poll(now);
     }
@@ -194,15 +131,13 @@ impl Station for Slave {
     fn on_sent(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         self.node.outgoing.acknowledge(bus, frame);
         self.node.control.on_sent(frame);
-        if self.redundancy.on_sent(frame, now, self.node.control.id()) {
-            self.poll(now);
-        }
+        self.redundancy.on_sent(frame, now, self.id);
+        self.poll(now);
     }
 
     fn on_expired(&mut self, _bus: Bus, frame: &Frame, now: Instant) {
-        if self.redundancy.on_end(frame) {
-            self.poll(now);
-        }
+        self.redundancy.on_end(frame);
+        self.poll(now);
     }
 
     fn on_unacknowledged(&mut self, _bus: Bus, _unacknowledged: bool, _now: Instant) {}
