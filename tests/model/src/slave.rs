@@ -111,14 +111,14 @@ impl Station for Slave {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {
-        let taken = [CobId::NMT, CobId::SYNC, CobId::heartbeat(NodeId::MASTER), CobId::sdo_request(self.id)];
-        if !taken.contains(&frame.id()) {
+        let question = CobId::sdo_request(self.id);
+        let heartbeats = [NodeId::MASTER, self.id].map(CobId::heartbeat);
+        if ![CobId::NMT, CobId::SYNC, question].contains(&frame.id()) && !heartbeats.contains(&frame.id()) {
             return;
         }
         self.poll(now);
         self.node.received[bus] += 1;
-        let is_question = frame.id() == CobId::sdo_request(self.id);
-        if is_question && bus == self.active() && self.state().allows_sdo() {
+        if frame.id() == question && bus == self.active() && self.state().allows_sdo() {
             self.node.outgoing.send(bus, Frame::of(CobId::sdo_response(self.id), []), now);
         } else {
             self.step(now, |redundancy, node| {

@@ -87,6 +87,7 @@ fn words(fault: Fault) -> String {
         Fault::Lose(place, Kind::Heartbeat) => format!("{} will lose a heartbeat", NAMES[place]),
         Fault::Lose(place, Kind::Command) => format!("{} will lose a command", NAMES[place]),
         Fault::Foreign(bus, Message::Heartbeat) => format!("foreign master's heartbeat on {}", letter(bus)),
+        Fault::Foreign(bus, Message::OfSlave) => format!("foreign slave's heartbeat on {}", letter(bus)),
         Fault::Foreign(bus, Message::Command(command)) => format!("foreign {command:?} on {}", letter(bus)),
     }
 }
