@@ -1,9 +1,10 @@
 //! CANopen slave on one bus, without ECSS-E-ST-50-15C: for a board of the test bench, or for a bus inside a unit.
 
-use super::canopen::{Canopen, Out, is_heartbeat};
+use super::canopen::{Canopen, Out};
 use super::extension::Nothing;
 use super::{Counters, Device, DeviceNode, Filters, LinkEvent, Node, NodeObjects, SlaveEvent, Usual};
 use crate::emcy::ErrorCode;
+use crate::heartbeat::is_heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{NmtMessage, Reaction};
 use crate::profile::Profile;
@@ -41,7 +42,7 @@ impl<D: Device> CanopenSlave<D> {
 
     /// Returns the NMT state of the slave.
     pub fn state(&self) -> NmtState {
-        self.canopen.nmt.state()
+        self.canopen.control.state()
     }
 
     /// Returns the counters of the frames of the bus.
@@ -75,7 +76,7 @@ impl<D: Device> CanopenSlave<D> {
     /// A frame that may be for this node.
     #[inline(never)] // what is for others need not pay for it
     fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let (id, state) = (frame.id(), self.canopen.nmt.state());
+        let (id, state) = (frame.id(), self.canopen.control.state());
         let services = &mut self.canopen.services;
         if services.is_sync(id) && state.allows_sync() {
             self.canopen.on_sync(BUS, frame, stamp, now, out);
@@ -100,11 +101,12 @@ impl<D: Device> CanopenSlave<D> {
         let Some(message) = NmtMessage::decode(frame) else {
             return self.canopen.services.buses.malformed(BUS);
         };
-        if !message.target.includes(self.canopen.id) || self.state() == NmtState::Initialising {
+        if !message.target.includes(self.canopen.control.id()) || self.state() == NmtState::Initialising {
             return;
         }
-        match self.canopen.on_command(message.command, now, out) {
-            Reaction::Unchanged | Reaction::Entered(_) => {}
+        match self.canopen.control.on_command(message.command, now) {
+            Reaction::Unchanged => {}
+            Reaction::Entered(state) => self.canopen.entered(state, now, out),
             Reaction::ResetNode => self.canopen.wait_for_reset(out),
             Reaction::ResetCommunication => self.boot(now, out),
         }

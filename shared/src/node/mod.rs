@@ -81,6 +81,6 @@ pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use network_objects::{MasterRole, NetworkObjects, Ranging};
 pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;
-pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};
+pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
 pub use time_pdos::{LOCAL_TIME, SPACECRAFT_TIME};

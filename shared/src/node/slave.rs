@@ -2,49 +2,37 @@
 
 mod budget;
 mod bus_events;
-mod clash;
 #[cfg(test)]
 mod flipped;
 mod maintenance;
-mod network;
 mod objects;
+mod redundancy;
 mod retained;
 
-use super::canopen::{Canopen, Out, is_heartbeat};
-use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
+use super::canopen::{Canopen, Out};
+use super::{Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
 use crate::link::port::Filter;
-use crate::nmt::{ClashWatch, ResetGuard};
 use crate::node::{Filters, LinkEvent, Node, TimeKeeper, Usual};
 use crate::profile::Profile;
-use crate::redundancy::{BusAccess, Parameters, Selector};
+use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
 /// Slave of a spacecraft: NMT slave, redundancy slave, consumer of SYNC and time, CANopen device.
 #[doc(alias("NMT slave", "redundancy slave", "SYNC consumer", "time consumer"))]
 #[derive(Debug)]
 pub struct Slave<D: Device> {
     canopen: Canopen<D>,
-    guard: ResetGuard,
-    retained: retained::Memory,
-    selector: Selector,
-    clashes: ClashWatch,
+    redundancy: SlaveRedundancy,
+    memory: retained::Memory,
     budget: Budget,
-    /// Module control and heartbeats received; wraps.
-    control_frames: PerBus<u32>,
     initial: Parameters,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
-    /// The bus that the application chose.
-    wanted: Option<Bus>,
-    /// An EMCY is on its way that goes before a change of the bus. Until then, at most.
-    warning: Option<Instant>,
-    /// Length of that time: [`Profile::grace`].
-    warning_time: Duration,
 }
 
 impl<D: Device> Slave<D> {
@@ -54,17 +42,16 @@ impl<D: Device> Slave<D> {
         let redundancy = profile.redundancy();
         Slave {
             canopen: Canopen::new(id, profile, NodeObjects::new(id, &redundancy, application)),
-            guard: ResetGuard::default(),
-            retained: retained::Memory::default(),
-            selector: Selector::new(redundancy),
-            clashes: ClashWatch::new(),
+            redundancy: SlaveRedundancy::new(
+                profile.access(id),
+                redundancy,
+                Retained::default(),
+                profile.grace,
+            ),
+            memory: retained::Memory::default(),
             budget: Budget::of_slave(&profile.budget),
-            control_frames: PerBus::default(),
             initial: redundancy,
             stamped: profile.stamped,
-            wanted: None,
-            warning: None,
-            warning_time: profile.grace,
         }
     }
 
@@ -87,27 +74,16 @@ impl<D: Device> Slave<D> {
     /// each other when they boot together with equal clocks (EMCY 8150h).
     #[must_use]
     pub fn with_late_heartbeats(mut self, pattern: u32) -> Self {
-        self.canopen.heartbeat.set_pattern(pattern);
+        self.canopen.control.set_pattern(pattern);
         self
-    }
-
-    /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
-    fn boot(&mut self, now: Instant, out: &mut Out) {
-        self.canopen.restore_communication(&self.initial, now);
-        self.selector.configure(self.written_redundancy());
-        self.canopen.boot(self.selector.selected(), now, out);
-        self.selector.start(now);
-        self.clashes.boot(now);
-        self.guard.on_boot(now);
-        self.canopen.services.next = now;
     }
 
     /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.
     #[inline(never)] // what is for others need not pay for it
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let (id, state) = (frame.id(), self.canopen.nmt.state());
+        let (id, state) = (frame.id(), self.canopen.control.state());
         // Only the active bus is obeyed.
-        if bus != self.selector.selected() {
+        if bus != self.redundancy.selected() {
             self.on_network(bus, frame, stamp, now, out);
         } else if self.canopen.services.is_sync(id) && state.allows_sync() {
             self.on_sync(frame, stamp, now, out);
@@ -120,34 +96,6 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// NMT and heartbeats; the master's are heard on both buses.
-    #[inline(never)]
-    fn on_network(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let (id, active) = (frame.id(), self.selector.selected());
-        let is_heartbeat = is_heartbeat(id);
-        if is_heartbeat || id == CobId::NMT {
-            self.control_frames[bus] = self.control_frames[bus].wrapping_add(1);
-        }
-        if self.canopen.nmt.state() == NmtState::Initialising {
-            // Reported again with every frame: if the event were lost in a full queue, the node would stay silent.
-            out.event(SlaveEvent::ResetNode);
-            self.canopen.services.buses.ignored(bus);
-        } else if !self.canopen.services.buses.is_joined(bus, active) {
-            self.canopen.services.buses.ignored(bus);
-        } else if id == CobId::NMT {
-            self.on_nmt(bus, frame, stamp, now, out);
-        } else if id == CobId::heartbeat(NodeId::MASTER) {
-            self.on_master_heartbeat(bus, frame, stamp, now, out);
-        } else if id == CobId::heartbeat(self.canopen.id) {
-            self.on_own_heartbeat(bus, frame, stamp, now, out);
-        } else if bus == active && is_heartbeat {
-            self.canopen.on_peer_heartbeat(bus, frame, stamp, out);
-        } else {
-            self.canopen.services.buses.ignored(bus);
-        }
-        self.run(now, now, out);
-    }
-
     /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
     #[inline(always)]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
@@ -158,41 +106,16 @@ impl<D: Device> Slave<D> {
 
     #[inline(never)] // most frames find nothing due
     fn run_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if self.canopen.nmt.state() == NmtState::Initialising {
+        if self.canopen.control.state() == NmtState::Initialising {
             return;
         }
-        if let Some(bus) = self.wanted.take() {
-            self.change_bus(bus, now, out);
-        }
-        self.warning.take_if(|end| *end <= until);
-        while self.warning.is_none()
-            && let Some(selection) = self.selector.poll(until)
-        {
-            self.apply(selection, now, out);
-        }
-        if self.clashes.is_known() && self.clashes.poll(until, self.selector.parameters().hold_off_time()) {
-            self.on_clash_over(now, out);
-        }
-        if self.guard.is_counting() {
-            self.open_guard(until);
-        }
+        let (redundancy, mut node) = self.split(now, out);
+        redundancy.poll(until, now, &mut node);
         self.run_budget(until, now, out);
-        self.canopen.poll(self.selector.selected(), until, now, out);
+        self.canopen.poll(self.redundancy.selected(), until, now, out);
         self.canopen.set_filters(&Bus::ALL, out);
-        self.canopen.rest(self.due(), now);
-    }
-
-    fn due(&self) -> Option<Instant> {
-        // Multiplications, seldom needed.
-        let hold_off = || self.selector.parameters().hold_off_time();
-        let own = [
-            self.warning.or_else(|| self.selector.deadline()),
-            if self.clashes.is_known() { self.clashes.deadline(hold_off()) } else { None },
-            self.guard.deadline(self.pause()),
-            self.budget.deadline(),
-            self.canopen.due(),
-        ];
-        earliest(&own)
+        let due = [self.redundancy.deadline(), self.budget.deadline(), self.canopen.due()];
+        self.canopen.rest(earliest(&due), now);
     }
 
     /// Returns the state of the node at `now`.
@@ -200,9 +123,9 @@ impl<D: Device> Slave<D> {
         Status {
             uptime: now.since(Instant::ZERO),
             scet: self.canopen.services.scet(now),
-            state: self.canopen.nmt.state(),
-            active: self.selector.selected(),
-            redundancy: *self.selector.parameters(),
+            state: self.canopen.control.state(),
+            active: self.redundancy.selected(),
+            redundancy: *self.redundancy.parameters(),
             counters: self.canopen.services.buses.counters,
             health: self.canopen.services.buses.health,
         }
@@ -214,10 +137,10 @@ impl<D: Device> Slave<D> {
     /// # Errors
     /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
     pub fn select_bus(&mut self, bus: Bus) -> Result<(), ParallelAccess> {
-        if self.canopen.services.buses.access() == BusAccess::Parallel {
+        if !self.redundancy.choose(bus) {
             return Err(ParallelAccess);
         }
-        (self.wanted, self.canopen.services.next) = (Some(bus), Instant::ZERO);
+        self.canopen.services.next = Instant::ZERO;
         Ok(())
     }
 
@@ -229,7 +152,7 @@ impl<D: Device> Slave<D> {
     /// Breaks a rule, for tests.
     #[cfg(feature = "model")]
     pub fn break_rule(&mut self, broken: Option<crate::redundancy::Broken>) {
-        self.selector.break_rule(broken);
+        self.redundancy.break_rule(broken);
     }
 
     /// Returns the local spacecraft time.
@@ -252,10 +175,11 @@ impl<D: Device> Node for Slave<D> {
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {
-        let bus = self.selector.selected();
+        let bus = self.redundancy.selected();
         self.canopen.services.buses.join(bus, out);
         out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
-        self.boot(now, out);
+        let (redundancy, mut node) = self.split(now, out);
+        redundancy.boot(now, &mut node);
         self.run(now, now, out);
     }
 
@@ -302,9 +226,10 @@ impl<D: Device> Node for Slave<D> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        let is_ranged = self.canopen.services.time.is_ranged() && id == CobId::heartbeat(self.canopen.id);
+        let is_ranged =
+            self.canopen.services.time.is_ranged() && id == CobId::heartbeat(self.canopen.control.id());
         (self.stamped.contains(&id) || is_ranged)
-            && bus == self.selector.selected()
+            && bus == self.redundancy.selected()
             && (!self.canopen.services.is_sync(id) || is_sync_length(frame))
     }
 }

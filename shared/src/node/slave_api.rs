@@ -3,6 +3,7 @@
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::Command;
+use crate::redundancy::BusCause;
 use crate::time::Step;
 use crate::types::{Address, Bus, CobId, NmtState, NodeId, Scet};
 
@@ -132,27 +133,6 @@ pub enum SlaveEvent {
     /// Reset the chip. The node is silent until then, and reports this event again for each frame that it
     /// receives.
     ResetNode,
-}
-
-/// Reason why a slave considers a bus the active one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum BusCause {
-    /// Power-on: the bus is Bdefault (ECSS 8.3.2a).
-    PowerOn,
-    /// The search continues on this bus: the master was not heard on the other one (ECSS 8.3.3e, h).
-    Toggled,
-    /// The master was heard on this bus: the search ended (ECSS 8.3.3g, k).
-    Found,
-    /// The master changed to this bus (ECSS 8.3.3g).
-    Followed,
-    /// A command was heard, but no heartbeat followed it: the search continues on this bus.
-    Unconfirmed,
-    /// The slave returned to this bus: the master was still heard here after the slave followed a heartbeat on
-    /// the other one (EMCY 8150h).
-    TakenBack,
-    /// The application chose this bus (ECSS 8.2.3a).
-    Selected,
 }
 
 /// Error: a node with parallel access cannot choose its bus.

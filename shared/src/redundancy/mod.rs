@@ -10,6 +10,7 @@
 //! | [`MasterRedundancy`] | what a master does: it joins [`Manager`] and [`Standby`] with what the node reports |
 //! | [`Manager`] | which bus the master makes active, and when it changes |
 //! | [`Selector`] | which bus a slave considers active |
+//! | [`SlaveRedundancy`] | all of a slave: its bus, its NMT state, which resets it obeys |
 //! | [`Standby`] | which of two master boards is active |
 //! | [`BusOffRecovery`] | when a controller returns from bus-off, and when its bus is failed |
 //! | [`Babblers`] | what the master does against a slave that sends too many frames |
@@ -53,6 +54,7 @@ mod objects;
 mod peers;
 mod rivals;
 mod selector;
+mod slave;
 mod slave_search;
 mod standby;
 mod trial;
@@ -69,6 +71,7 @@ pub use objects::{Redundancy, RedundancyObjects};
 pub use peers::{PeerHeartbeat, Peers};
 pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};
+pub use slave::{BusCause, Retained, SlaveAction, SlaveNode, SlaveRedundancy, SlaveVerdict};
 pub use standby::{Answer, Claim, Pair, Role, RoleCause, RoleChange, Standby, Strap};
 
 use crate::types::{Bus, Duration};

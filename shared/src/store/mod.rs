@@ -11,7 +11,7 @@
 //!
 //! # Limits
 //!
-//! - A node writes at most [`MOST_NOTES`] notes from power-on to power-off.
+//! - A node writes at most [`MOST_NOTES`](crate::redundancy::Retained::MOST_NOTES) notes from power-on to power-off.
 
 pub mod identity;
 mod note;
@@ -21,5 +21,5 @@ pub use async_canopen::store::{
     Apply, Content, Group, LOAD, Loaded, Loss, MAX_VALUE, ParameterStore, Parameters, Row, SAVE, SaveLimit,
     StoreError, StoreObjects, StoreRequest,
 };
-pub use note::{BdefaultNotes, MOST_NOTES, Save, load, note_bdefault, noted_bdefault};
-pub use retained::{Retained, RetainedMemory};
+pub use note::{BdefaultNotes, Save, load, note_bdefault, noted_bdefault};
+pub use retained::RetainedMemory;

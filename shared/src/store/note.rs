@@ -13,9 +13,6 @@ use super::{Apply, Loaded, ParameterStore, StoreError};
 use crate::redundancy::{Redundancy, RedundancyObjects};
 use crate::types::{Address, Bus, NodeId};
 
-/// Most notes that a node may write from power-on to power-off. They must not use up the room for sets.
-pub const MOST_NOTES: u8 = 8;
-
 /// Notes of the Bdefault of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BdefaultNotes;

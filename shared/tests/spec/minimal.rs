@@ -6,10 +6,10 @@ use ecss_can::node::minimal::{
     MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, Numbers, PDOS, Payload,
     Permission, Trigger, assert_minimal, permission,
 };
-use ecss_can::node::{BusCause, BusCommand, LinkEvent, Node};
+use ecss_can::node::{BusCommand, LinkEvent, Node};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::BusAccess;
+use ecss_can::redundancy::{BusAccess, BusCause};
 use ecss_can::types::{Bus, CobId, Duration, Instant};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};

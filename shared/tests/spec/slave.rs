@@ -2,9 +2,10 @@
 
 use crate::instrument::{self, Instrument, Outgoing, STANDARD, TELEMETRY_TPDO};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
-use ecss_can::node::{BusCause, BusCommand, DeviceNode, FailCause, LinkEvent, Node, Slave, SlaveEvent};
+use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Slave, SlaveEvent};
 use ecss_can::od::U48;
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::BusCause;
 use ecss_can::time::Step;
 use ecss_can::types::{Bus, CobId, Instant, NmtState, PerBus, Scet};
 

@@ -2,8 +2,9 @@
 
 use crate::instrument::STANDARD;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{BusCause, BusCommand, FailCause, ParallelAccess, SlaveEvent};
+use ecss_can::node::{BusCommand, FailCause, ParallelAccess, SlaveEvent};
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, CobId, NmtState, NodeId};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms};

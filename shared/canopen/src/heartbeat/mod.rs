@@ -21,7 +21,8 @@
 //! assert_eq!(monitor.poll(late), Some(Missed { node, last: at }));
 //! ```
 //!
-//! [`Staggered`] is the producer of a slave that shows a clash of two equal Node-IDs.
+//! [`Staggered`] is the producer of a slave that shows a clash of two equal Node-IDs. [`NodeControl`] is the NMT slave
+//! with its boot-up message and heartbeat.
 //!
 //! # Limits
 //!
@@ -32,6 +33,7 @@
 mod consumer;
 mod entry;
 mod monitor;
+mod node_control;
 mod objects;
 mod producer;
 mod staggered;
@@ -39,6 +41,7 @@ mod staggered;
 pub use consumer::Consumer;
 pub use entry::check_entry;
 pub use monitor::{Heard, Missed, Monitor};
+pub use node_control::NodeControl;
 pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};
 pub use producer::Producer;
 pub use staggered::Staggered;
@@ -55,4 +58,9 @@ pub fn encode(node: NodeId, state: NmtState) -> Frame {
 pub fn decode(frame: &Frame) -> Option<NmtState> {
     let &[byte] = frame.data() else { return None };
     NmtState::from_byte(byte)
+}
+
+/// Returns whether this COB-ID has the function code of heartbeats.
+pub fn is_heartbeat(id: CobId) -> bool {
+    id.function() == CobId::heartbeat(NodeId::MASTER).function()
 }

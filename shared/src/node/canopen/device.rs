@@ -30,7 +30,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     #[inline]
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
-            if self.nmt.state().allows_pdo() {
+            if self.control.state().allows_pdo() {
                 self.services.exchange(bus, counter, None, now, out);
             }
             out.event(SlaveEvent::Sync { bus, stamp: *stamp });
@@ -55,7 +55,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Sends what the services have to send.
     pub fn run_device(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
         let send = &mut |frame, expires, _| out.send_until(bus, frame, expires);
-        self.services.poll(until, now, self.reporting_state(), send);
+        self.services.poll(until, now, self.control.reporting_state(), send);
         if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll, bus, until, out);
         }

@@ -20,8 +20,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             None => {}
         }
         if let LinkEvent::Transmitted { frame, .. } = event
-            && frame.id() == CobId::heartbeat(self.id)
-            && core::mem::take(&mut self.is_booting)
+            && self.control.on_sent(frame)
         {
             self.services.next = now;
         }
@@ -48,10 +47,10 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     fn on_sent(&mut self, frame: &Frame, now: Instant) {
-        if frame.id() == CobId::sdo_response(self.id) {
+        if frame.id() == CobId::sdo_response(self.control.id()) {
             self.services.on_sdo_sent();
             self.services.next = now;
-        } else if E::IS_GUARDED && frame.id() == CobId::heartbeat(self.id) {
+        } else if E::IS_GUARDED && frame.id() == CobId::heartbeat(self.control.id()) {
             self.check_cob_ids(now);
         }
     }

@@ -55,7 +55,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             _ => match number.checked_sub(self.filters_of_rpdos()) {
                 None => self.services.monitored(number - FILTERS_OF_PEERS),
                 // Behind the RPDOs: another node with this Node-ID.
-                Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.id)),
+                Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.control.id())),
                 Some(pdo) => self.services.rpdo_id(pdo),
             },
         };

@@ -10,13 +10,13 @@ mod marks;
 use super::services::Services;
 use super::{Device, Extension, NodeObjects, Outbox, SlaveEvent, Spacecraft};
 use crate::emcy::ErrorCode;
-use crate::heartbeat;
+use crate::heartbeat::{self, NodeControl};
 use crate::link::Stamp;
-use crate::nmt::{Command, NmtSlave, NmtStartup, Reaction};
+use crate::nmt::{NmtStartup, Reaction};
 use crate::od::INVALID;
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
 use marks::Marks;
 
@@ -25,15 +25,11 @@ pub type Out = Outbox<SlaveEvent>;
 /// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
 #[derive(Debug)]
 pub struct Canopen<D: Device, E: Extension = Spacecraft> {
-    pub id: NodeId,
-    pub nmt: NmtSlave,
-    pub heartbeat: heartbeat::Staggered,
+    pub control: NodeControl,
     pub services: Services<D, E>,
     startup: NmtStartup,
     /// It receives SDO requests alone, and sends their answers alone.
     is_maintained: bool,
-    /// `true`: a boot-up message, or a heartbeat after it, is to be sent before anything else of its own.
-    is_booting: bool,
     /// COB-IDs that are taken; frames without a mark are for others.
     marks: Marks,
     /// A bit for each filter that is to be sent to its buses.
@@ -45,13 +41,10 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let startup = NmtStartup::of_slave(profile.autostart);
         objects.communication.nmt.startup = startup.raw();
         Canopen {
-            id,
-            nmt: NmtSlave::new(profile.autostart),
-            heartbeat: heartbeat::Staggered::new(id, profile.heartbeat, profile.late_heartbeat),
+            control: NodeControl::new(id, profile.heartbeat, profile.late_heartbeat, profile.autostart),
             services: Services::new(id, || objects, profile, None),
             startup,
             is_maintained: false,
-            is_booting: false,
             marks: Marks::ALL,
             changed_filters: 0,
         }
@@ -67,15 +60,12 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Sends the boot-up message on `bus`, and enters Pre-operational (ECSS 8.3.2). The caller restores the
     /// communication profile of power-on before.
     pub fn boot(&mut self, bus: Bus, now: Instant, out: &mut Out) {
+        let boot_up = self.control.boot(now);
         // A master that hears of a node starts it, and misses it later.
         if !self.is_maintained {
-            let frame = heartbeat::encode(self.id, NmtState::Initialising);
-            out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
-            self.is_booting = self.heartbeat.period() > Duration::ZERO;
+            out.send_for(bus, boot_up, now, self.services.lifetimes.heartbeat);
         }
-        let state = self.nmt.boot();
-        self.entered(state, now, out);
-        self.heartbeat.restart(now);
+        self.entered(self.control.state(), now, out);
         self.set_marks();
     }
 
@@ -86,20 +76,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         out.event(SlaveEvent::State(state));
     }
 
-    /// Obeys a command for this node, except a reset: the caller handles the returned reaction.
-    pub fn on_command(&mut self, command: Command, now: Instant, out: &mut Out) -> Reaction {
-        let reaction = self.nmt.on_command(command);
-        if let Reaction::Entered(state) = reaction {
-            self.entered(state, now, out);
-            // The master learns of it now, not a period later.
-            self.heartbeat.announce(now);
-        }
-        reaction
-    }
-
-    /// Becomes silent until the chip is reset.
+    /// Sends nothing more until the chip is reset.
     pub fn wait_for_reset(&mut self, out: &mut Out) {
-        self.heartbeat.stop();
         self.marks = Marks::ALL;
         self.services.next = Instant::NEVER;
         out.event(SlaveEvent::ResetNode);
@@ -128,7 +106,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
         out.event(SlaveEvent::PeerMissed { node });
         let behaviour = self.services.dictionary.objects.communication.nmt.error_behaviour();
-        if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
+        if let Reaction::Entered(state) = self.control.on_communication_error(behaviour) {
             self.entered(state, now, out);
         }
     }
@@ -138,11 +116,10 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         while let Some(missed) = self.services.monitor.poll(until) {
             self.on_peer_missed(missed.node, now, out);
         }
-        if E::IS_GUARDED && self.heartbeat.deadline().is_some_and(|due| due <= until) {
+        if E::IS_GUARDED && self.control.deadline().is_some_and(|due| due <= until) {
             self.check_node_id();
         }
-        if let Some(frame) = self.heartbeat.poll(until, self.reporting_state()) {
-            self.heartbeat.arrange_next();
+        if let Some(frame) = self.control.poll(until) {
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
         }
         while let Some(bus) = self.services.buses.poll(until, out) {
@@ -151,19 +128,13 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.run_device(bus, until, now, out);
     }
 
-    /// Returns the state that other nodes may know. As long as no frame of the node was acknowledged this is
-    /// Initialising. So its first frame is its boot-up message, also when the message was sent too early to be heard,
-    /// and emergencies follow (CiA 301 7.2.8.3.3).
-    pub fn reporting_state(&self) -> NmtState {
-        if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
-    }
-
     /// Looks for flipped bits in the Node-ID, before a heartbeat has it and before a command of the master is obeyed
     /// (ECSS 6.10k).
     #[inline(never)] // between heartbeats nothing is to be looked for
     pub fn check_node_id(&mut self) {
-        self.services.compare_node_ids(&mut self.id);
-        self.heartbeat.set_node(self.id);
+        let mut id = self.control.id();
+        self.services.compare_node_ids(&mut id);
+        self.control.set_id(id);
     }
 
     /// Looks for flipped bits in COB-IDs, a few after each heartbeat (ECSS 6.10d): with it they would make a long
@@ -184,24 +155,24 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     #[inline(never)] // smaller than in its callers
     pub fn due(&self) -> Option<Instant> {
         let own = [
-            self.heartbeat.deadline(),
+            self.control.deadline(),
             self.services.buses.deadline(),
             self.services.monitor.deadline(),
-            self.services.deadline(self.reporting_state()),
+            self.services.deadline(self.control.reporting_state()),
         ];
         earliest(&own)
     }
 
     /// Returns when to poll next. `None`: the node waits for its reset, or nothing will be due.
     pub fn deadline(&self) -> Option<Instant> {
-        let silent = self.nmt.state() == NmtState::Initialising || self.services.next == Instant::NEVER;
+        let silent = self.control.state() == NmtState::Initialising || self.services.next == Instant::NEVER;
         if silent { None } else { Some(self.services.next) }
     }
 
     /// Restores the communication profile of power-on, with the stored parameters.
     pub fn restore_communication(&mut self, initial: &Parameters, now: Instant) {
         let objects = &mut self.services.dictionary.objects;
-        objects.restore_communication(self.id, initial);
+        objects.restore_communication(self.control.id(), initial);
         objects.communication.nmt.startup = self.startup.raw();
         if self.is_maintained {
             objects.communication.emcy.cob_id |= INVALID;
@@ -209,7 +180,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.services.load(crate::store::Group::Communication);
         self.services.configure(now);
         let communication = &self.services.dictionary.objects.communication;
-        self.nmt.set_autostart(communication.nmt.startup().autostart());
+        self.control.set_autostart(communication.nmt.startup().autostart());
         self.follow_heartbeat(now);
         self.admit_all();
     }
@@ -217,22 +188,17 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Takes the new period of the heartbeat (1017h).
     pub fn follow_heartbeat(&mut self, now: Instant) {
         let time = self.services.dictionary.objects.communication.heartbeat.time;
-        self.heartbeat.set_period(Duration::from_millis(u64::from(time)), now);
+        self.control.set_period(Duration::from_millis(u64::from(time)), now);
     }
 
     /// Sends a transmit PDO (0 is the first) by its transmission type. Refuses it, and counts that on `bus`,
     /// unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, bus: Bus, number: usize, now: Instant) {
-        if self.nmt.state().allows_pdo() && self.services.dictionary.tpdos.is_valid(number) {
+        if self.control.state().allows_pdo() && self.services.dictionary.tpdos.is_valid(number) {
             self.services.dictionary.tpdos.trigger(number, now);
             self.services.next = now;
         } else {
             self.services.buses.refused(bus);
         }
     }
-}
-
-/// Returns whether this COB-ID has the function code of heartbeats.
-pub fn is_heartbeat(id: CobId) -> bool {
-    id.function() == CobId::heartbeat(NodeId::MASTER).function()
 }

@@ -2,8 +2,8 @@
 
 use super::pdos::{MinimalPdos, Payload};
 use crate::link::port::Health;
-use crate::node::BusCause;
 use crate::profile::Profile;
+use crate::redundancy::BusCause;
 use crate::redundancy::{BusAccess, BusOffPolicy, Parameters};
 use crate::types::{Bus, Duration, Instant, NodeId};
 

@@ -42,12 +42,12 @@ pub use objects::{Permission, assert_minimal, permission};
 pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
 
 use super::buses::{BusNews, Buses};
-use super::{BusCause, Counters, Filters, LinkEvent, Node, Outbox};
+use super::{Counters, Filters, LinkEvent, Node, Outbox};
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::link::depth::Places;
 use crate::link::port::{Filter, Health};
-use crate::redundancy::{MasterMessage, Selection, Selector};
+use crate::redundancy::{BusCause, MasterMessage, Selection, Selector};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 
 /// Each step of it sends four PDOs and a heartbeat at most.

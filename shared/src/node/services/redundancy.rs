@@ -1,13 +1,25 @@
-//! Redundancy parameters in the dictionary (2000h).
+//! Redundancy parameters in the dictionary (1016h, 1017h, 2000h).
 
 use super::{Device, Services};
+use crate::heartbeat::ConsumerSlots;
 use crate::redundancy::{Parameters, Redundancy, RedundancyObjects};
-use crate::types::{Address, Instant};
+use crate::types::{Address, Duration, Instant, NodeId};
 
 const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 const CTOGGLE: Address = RedundancyObjects::PARAMETERS.field(Redundancy::CTOGGLE).address();
 
 impl<D: Device> Services<D> {
+    /// Returns the redundancy parameters as the dictionary has them.
+    pub fn written_redundancy(&self) -> Parameters {
+        let objects = &self.dictionary.objects;
+        let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
+        let consumer = objects.consumers.entries().iter().find(of_master);
+        let time = consumer.map_or(0, |entry| entry & 0xFFFF);
+        let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
+        let consumer = Duration::from_millis(u64::from(time));
+        objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
+    }
+
     /// Writes the present parameters into 2000h. PDOs that carry a changed Bdefault or Ctoggle become due.
     pub fn show_redundancy(&mut self, parameters: &Parameters, now: Instant) {
         let objects = &mut self.dictionary.objects;

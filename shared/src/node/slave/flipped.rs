@@ -91,7 +91,7 @@ fn a_flipped_cob_id_is_mended_while_the_slave_runs() {
 #[test]
 fn a_flipped_node_id_is_mended_before_the_next_heartbeat() {
     let mut bench = Bench::new();
-    bench.slave.canopen.id = NodeId::of::<7>();
+    bench.slave.canopen.control.set_id(NodeId::of::<7>());
     bench.heartbeats(1);
     let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
     assert_eq!((heartbeats, bench.mended()), ([CobId::heartbeat(ID)].to_vec(), 1));
@@ -103,10 +103,10 @@ fn a_flipped_node_id_is_mended_before_the_next_heartbeat() {
 #[test]
 fn a_command_for_the_false_node_id_is_not_obeyed() {
     let mut bench = Bench::new();
-    bench.slave.canopen.id = NodeId::of::<7>();
+    bench.slave.canopen.control.set_id(NodeId::of::<7>());
     let command = Frame::of(CobId::NMT, [0x02, 7]);
     let stamp = Stamp::interrupt(bench.now);
     bench.link(Bus::Nominal, &LinkEvent::Received { frame: command, stamp });
-    assert_eq!(bench.slave.canopen.nmt.state(), crate::types::NmtState::PreOperational);
+    assert_eq!(bench.slave.canopen.control.state(), crate::types::NmtState::PreOperational);
     assert_eq!(bench.mended(), 1);
 }

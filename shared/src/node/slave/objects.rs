@@ -2,14 +2,12 @@
 
 use super::{Out, Slave};
 use crate::emcy::{ErrorCode, PostMortem};
-use crate::heartbeat::ConsumerSlots;
 use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
 use crate::node::services::SdoStep;
 use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
-use crate::redundancy::Parameters;
 use crate::store::Group;
-use crate::types::{AbortCode, Address, Duration, Frame, Instant, NodeId};
+use crate::types::{AbortCode, Address, Frame, Instant};
 
 /// The last object that a node follows.
 const LAST_OWN: u16 = SELF_TEST_START;
@@ -28,7 +26,7 @@ impl<D: Device> Slave<D> {
     /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
     /// it, and counts that on the active bus, unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
-        self.canopen.send_pdo(self.selector.selected(), number, now);
+        self.canopen.send_pdo(self.redundancy.selected(), number, now);
     }
 
     /// Reports an error of the device that appeared by an EMCY with five bytes. The first of them is its source
@@ -56,7 +54,7 @@ impl<D: Device> Slave<D> {
 
     #[inline(never)] // a segment need not pay for it
     fn on_request(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
-        if let Some(at) = self.canopen.on_request(self.selector.selected(), frame, now, out) {
+        if let Some(at) = self.canopen.on_request(self.redundancy.selected(), frame, now, out) {
             self.on_written(at, now, out);
         }
         self.run(now, now, out);
@@ -65,14 +63,14 @@ impl<D: Device> Slave<D> {
     /// A SYNC on the active bus.
     #[inline(never)]
     pub(super) fn on_sync(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        self.canopen.on_sync(self.selector.selected(), frame, stamp, now, out);
+        self.canopen.on_sync(self.redundancy.selected(), frame, stamp, now, out);
         self.run(now, now, out);
     }
 
     /// A frame on the active bus, in Operational, that may be of RPDOs.
     #[inline(never)]
     pub(super) fn on_pdo(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let bus = self.selector.selected();
+        let bus = self.redundancy.selected();
         if self.canopen.services.on_pdo(bus, frame, stamp, now, out) {
             self.run(now, now, out);
         } else {
@@ -91,11 +89,11 @@ impl<D: Device> Slave<D> {
     /// Goes on with a save that runs, and answers its client at its end.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        self.canopen.serve(SdoStep::Save, self.selector.selected(), now, out);
+        self.canopen.serve(SdoStep::Save, self.redundancy.selected(), now, out);
         if let Some(at) = self.canopen.services.dictionary.saved.take()
             && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
         {
-            self.on_stored(at.index == STORE);
+            self.on_stored(at.index == STORE, now, out);
         }
     }
 
@@ -104,19 +102,8 @@ impl<D: Device> Slave<D> {
     fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         self.canopen.on_own_written(at, now, out);
         if matches!(at.index, CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY) {
-            self.selector.configure(self.written_redundancy());
+            self.redundancy.configure(self.canopen.services.written_redundancy());
         }
-    }
-
-    /// The redundancy parameters as the dictionary has them.
-    pub(super) fn written_redundancy(&self) -> Parameters {
-        let objects = &self.canopen.services.dictionary.objects;
-        let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
-        let consumer = objects.consumers.entries().iter().find(of_master);
-        let time = consumer.map_or(0, |entry| entry & 0xFFFF);
-        let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
-        let consumer = Duration::from_millis(u64::from(time));
-        objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
     }
 
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).

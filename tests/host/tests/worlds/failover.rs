@@ -1,9 +1,9 @@
 //! The master leaves a bus; parallel slaves follow its first message, selective ones find it by toggling.
 
 use can_wire::time::Time;
-use ecss_can::node::{BusCause, MasterEvent, MasterRequest};
+use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::SwitchCause;
+use ecss_can::redundancy::{BusCause, SwitchCause};
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::NodeEvent;
 use host_worlds::world::World;

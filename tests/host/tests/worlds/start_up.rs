@@ -2,8 +2,8 @@
 
 use can_wire::time::Time;
 use ecss_can::nmt::{Command, Target};
-use ecss_can::node::BusCause;
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use mission::{LIBRECUBE, STANDARD};
 

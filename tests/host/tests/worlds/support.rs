@@ -3,8 +3,9 @@
 use can_wire::fault::{Effect, Fault, Nodes};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use ecss_can::node::{BusCause, MasterEvent, SlaveEvent};
+use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::NodeEvent;
 use host_worlds::world::{NEXT_TO_MASTER_M, Sent, World};

@@ -1,8 +1,9 @@
 //! Bus selection without a master: Ttoggle, Ntoggle, giving up, late messages.
 
 use can_wire::time::Time;
-use ecss_can::node::{BusCause, SlaveEvent};
+use ecss_can::node::SlaveEvent;
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, NmtState};
 
 use crate::support::*;

@@ -1,0 +1,136 @@
+//! NMT slave with its boot-up message and heartbeat (CiA 301 7.2.8.2, 7.2.8.3).
+
+use super::{Staggered, encode};
+use crate::nmt::{Command, ErrorBehaviour, NmtSlave, Reaction};
+use crate::types::{CobId, Duration, Frame, Instant, NmtState, NodeId};
+
+/// Node control of a slave: Node-ID, NMT state, boot-up message and heartbeat.
+///
+/// Until one of its heartbeats is acknowledged, a slave repeats its boot-up message in their place. So the first
+/// message that another node receives of it is the boot-up message.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct NodeControl {
+    id: NodeId,
+    nmt: NmtSlave,
+    heartbeat: Staggered,
+    /// `true`: neither the boot-up message nor a heartbeat after it was acknowledged.
+    is_booting: bool,
+}
+
+impl NodeControl {
+    /// Makes a slave in Initialising. `period`: heartbeat period, zero for none. `late`: delay of a late heartbeat,
+    /// as for [`Staggered::new`]. `autostart`: as for [`NmtSlave::new`].
+    pub const fn new(id: NodeId, period: Duration, late: Duration, autostart: bool) -> Self {
+        let heartbeat = Staggered::new(id, period, late);
+        NodeControl { id, nmt: NmtSlave::new(autostart), heartbeat, is_booting: false }
+    }
+
+    /// Returns the Node-ID.
+    #[inline]
+    pub const fn id(&self) -> NodeId {
+        self.id
+    }
+
+    /// Sets the Node-ID, also that of the heartbeats.
+    pub const fn set_id(&mut self, id: NodeId) {
+        self.id = id;
+        self.heartbeat.set_node(id);
+    }
+
+    /// Returns the NMT state.
+    #[inline]
+    pub const fn state(&self) -> NmtState {
+        self.nmt.state()
+    }
+
+    /// Returns the state that other nodes may know: Initialising until a heartbeat is acknowledged. Emergencies wait
+    /// for the boot-up message (CiA 301 7.2.8.3.3).
+    pub const fn reporting_state(&self) -> NmtState {
+        if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
+    }
+
+    /// Sets the pattern of late heartbeats, as [`Staggered::set_pattern`].
+    pub const fn set_pattern(&mut self, pattern: u32) {
+        self.heartbeat.set_pattern(pattern);
+    }
+
+    /// Sets whether the next boot-up leads to Operational, as [`NmtSlave::set_autostart`].
+    pub fn set_autostart(&mut self, autostart: bool) {
+        self.nmt.set_autostart(autostart);
+    }
+
+    /// Takes a new period, as [`Staggered::set_period`].
+    pub fn set_period(&mut self, period: Duration, now: Instant) {
+        self.heartbeat.set_period(period, now);
+    }
+
+    /// Leaves Initialising. Returns the boot-up message. The first heartbeat follows after a period.
+    pub fn boot(&mut self, now: Instant) -> Frame {
+        self.nmt.boot();
+        self.heartbeat.restart(now);
+        self.is_booting = self.heartbeat.period() > Duration::ZERO;
+        encode(self.id, NmtState::Initialising)
+    }
+
+    /// Takes a command that addresses this node. A change of the state makes a heartbeat due at once. With
+    /// [`Reaction::ResetNode`] the heartbeats end.
+    pub fn on_command(&mut self, command: Command, now: Instant) -> Reaction {
+        let reaction = self.nmt.on_command(command);
+        match reaction {
+            // The master learns of it now, not a period later.
+            Reaction::Entered(_) => self.heartbeat.announce(now),
+            Reaction::ResetNode => self.heartbeat.stop(),
+            Reaction::Unchanged | Reaction::ResetCommunication => {}
+        }
+        reaction
+    }
+
+    /// Notes that the master is missed, as [`NmtSlave::on_master_missed`].
+    pub fn on_master_missed(&mut self) -> Reaction {
+        self.nmt.on_master_missed()
+    }
+
+    /// Takes another communication error, as [`NmtSlave::on_communication_error`].
+    pub fn on_communication_error(&mut self, behaviour: ErrorBehaviour) -> Reaction {
+        self.nmt.on_communication_error(behaviour)
+    }
+
+    /// Enters Stopped and ends the heartbeats, until [`NodeControl::announce`] or [`NodeControl::boot`].
+    pub fn fall_silent(&mut self) -> Reaction {
+        self.heartbeat.stop();
+        self.nmt.on_command(Command::Stop)
+    }
+
+    /// Makes the next heartbeat due at once.
+    pub fn announce(&mut self, now: Instant) {
+        self.heartbeat.announce(now);
+    }
+
+    /// Returns whether a heartbeat was due before `at` and waits because it is a late one.
+    pub fn is_held_back(&self, at: Instant) -> bool {
+        self.heartbeat.is_held_back(at)
+    }
+
+    /// Takes a frame of this node that was acknowledged. Returns whether it is the first heartbeat since the boot.
+    pub fn on_sent(&mut self, frame: &Frame) -> bool {
+        frame.id() == CobId::heartbeat(self.id) && core::mem::take(&mut self.is_booting)
+    }
+
+    /// Returns the heartbeat when it is due.
+    pub fn poll(&mut self, now: Instant) -> Option<Frame> {
+        let frame = self.heartbeat.poll(now, self.reporting_state())?;
+        self.heartbeat.arrange_next();
+        Some(frame)
+    }
+
+    /// Returns when the next heartbeat is due.
+    pub fn deadline(&self) -> Option<Instant> {
+        self.heartbeat.deadline()
+    }
+
+    /// Shifts the clock.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase) {
+        self.heartbeat.rebase(to);
+    }
+}

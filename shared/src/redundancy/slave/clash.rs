@@ -1,0 +1,64 @@
+//! Two nodes with one Node-ID: the clash is reported, and the node that booted last is silent.
+
+use super::{SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict};
+use crate::emcy::ErrorCode;
+use crate::heartbeat;
+use crate::nmt::{Clash, Reaction};
+use crate::redundancy::Parameters;
+use crate::types::{Bus, Duration, Frame, Instant};
+
+/// Heartbeat periods after boot-up for which a node yields to one that it hears.
+pub(super) const PERIODS: u32 = 2;
+/// The same while its own heartbeat is late: two rounds of the pattern of late heartbeats.
+const ROUNDS: u32 = 2 * 32;
+
+impl SlaveRedundancy {
+    /// A heartbeat with the Node-ID of this node, which does not receive its own.
+    pub(super) fn on_own_heartbeat(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        at: Instant,
+        node: &mut impl SlaveNode,
+    ) -> SlaveVerdict {
+        #[cfg(feature = "model")]
+        if self.selector.is_broken(crate::redundancy::Broken::IgnoresClash) {
+            return SlaveVerdict::Ignored;
+        }
+        let Some(state) = heartbeat::decode(frame) else { return SlaveVerdict::Malformed };
+        let periods = if node.control().is_held_back(at) { ROUNDS } else { PERIODS };
+        let clash = self.clashes.on_heartbeat(state, at, self.probation(periods));
+        if clash == Clash::Known {
+            return SlaveVerdict::Taken;
+        }
+        let yields = clash == Clash::Newcomer;
+        node.act(Action::Clash { bus, yields });
+        let source = node.control().id().get();
+        node.act(Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source });
+        if yields {
+            // Stopped forbids the message, so it goes out before.
+            node.act(Action::SendEmergencies { bus: self.selected() });
+            if let Reaction::Entered(state) = node.control().fall_silent() {
+                node.act(Action::Entered(state));
+            }
+        }
+        SlaveVerdict::Taken
+    }
+
+    /// Time after boot-up for which a node yields: a consumer time, and at least so many heartbeat periods.
+    pub(super) fn probation(&self, periods: u32) -> Duration {
+        let Parameters { consumer, producer, .. } = *self.parameters();
+        consumer.max(producer.times(periods))
+    }
+
+    /// The other node was silent long enough.
+    pub(super) fn on_clash_over(&mut self, now: Instant, node: &mut impl SlaveNode) {
+        let source = node.control().id().get();
+        node.act(Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source });
+        node.act(Action::ClashOver);
+        if self.clashes.restore() {
+            self.enter_pre_operational(node);
+            node.control().announce(now);
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Frames of network management: module control and heartbeats, and the ends of the node's own frames.
+
+use super::{SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict};
+use crate::emcy::ErrorCode;
+use crate::heartbeat::{self, is_heartbeat};
+use crate::nmt::{Command, NmtMessage, Reaction};
+use crate::redundancy::MasterMessage;
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
+
+impl SlaveRedundancy {
+    /// Takes a frame that ended at `at`, and is none of the node's SYNC, SDO or PDOs on the active bus. Call
+    /// [`SlaveRedundancy::poll`] until `at` before.
+    pub fn on_frame(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        at: Instant,
+        now: Instant,
+        node: &mut impl SlaveNode,
+    ) -> SlaveVerdict {
+        let id = frame.id();
+        let is_heartbeat = is_heartbeat(id);
+        if is_heartbeat || id == CobId::NMT {
+            self.control_frames[bus] = self.control_frames[bus].wrapping_add(1);
+        }
+        if node.control().state() == NmtState::Initialising {
+            // Repeated with every frame: if the action were lost in a full queue, the node would stay silent.
+            node.act(Action::ResetNode);
+            SlaveVerdict::Ignored
+        } else if !self.is_joined(bus) {
+            SlaveVerdict::Ignored
+        } else if id == CobId::NMT {
+            self.on_nmt(bus, frame, at, now, node)
+        } else if id == CobId::heartbeat(NodeId::MASTER) {
+            self.on_master_heartbeat(bus, frame, at, now, node)
+        } else if id == CobId::heartbeat(node.control().id()) {
+            self.on_own_heartbeat(bus, frame, at, node)
+        } else if is_heartbeat && bus == self.selected() {
+            SlaveVerdict::Peer
+        } else {
+            SlaveVerdict::Ignored
+        }
+    }
+
+    fn on_nmt(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        at: Instant,
+        now: Instant,
+        node: &mut impl SlaveNode,
+    ) -> SlaveVerdict {
+        let Some(NmtMessage { command, target }) = NmtMessage::decode(frame) else {
+            return SlaveVerdict::Malformed;
+        };
+        let is_for_this = target.includes(node.control().id());
+        let is_reset = matches!(command, Command::ResetNode | Command::ResetCommunication);
+        // Not of the master, as far as this node can know: it does not end a search either.
+        if is_reset && is_for_this && self.is_refused(bus, command, now, node) {
+            return SlaveVerdict::Ignored;
+        }
+        // ECSS 8.3.3g before the command itself: it decides where the answer goes.
+        self.on_master(bus, MasterMessage::Command, at, now, node);
+        if bus != self.selected() {
+            return SlaveVerdict::Ignored;
+        }
+        if !is_for_this {
+            return SlaveVerdict::Taken;
+        }
+        let may_run = !self.clashes.has_yielded() && !self.is_silenced;
+        if !may_run && matches!(command, Command::Start | Command::EnterPreOperational) {
+            return SlaveVerdict::Ignored;
+        }
+        match node.control().on_command(command, now) {
+            Reaction::Unchanged => {}
+            Reaction::Entered(state) => node.act(Action::Entered(state)),
+            Reaction::ResetNode => {
+                self.count_reset(node);
+                node.act(Action::ResetNode);
+            }
+            Reaction::ResetCommunication => {
+                self.count_reset(node);
+                self.boot(now, node);
+            }
+        }
+        SlaveVerdict::Taken
+    }
+
+    fn on_master_heartbeat(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        at: Instant,
+        now: Instant,
+        node: &mut impl SlaveNode,
+    ) -> SlaveVerdict {
+        if heartbeat::decode(frame).is_none() {
+            return SlaveVerdict::Malformed;
+        }
+        if self.guard.is_counting() {
+            self.trust_resets(node);
+        }
+        if !self.selector.on_beat(bus, at) {
+            self.on_master(bus, MasterMessage::Heartbeat, at, now, node);
+        }
+        if bus == self.selected() { SlaveVerdict::Heard } else { SlaveVerdict::Ignored }
+    }
+
+    #[inline(never)] // the heartbeats of a bus that is followed need not pay for it
+    fn on_master(
+        &mut self,
+        bus: Bus,
+        message: MasterMessage,
+        at: Instant,
+        now: Instant,
+        node: &mut impl SlaveNode,
+    ) {
+        self.selector.on_work(self.work(node.received()));
+        if let Some(selection) = self.selector.on_master(bus, message, at) {
+            self.apply(selection, now, node);
+        }
+    }
+
+    /// Frames of the master's services received on each bus since power-on.
+    pub(super) fn work(&self, received: PerBus<u32>) -> PerBus<u32> {
+        PerBus::from_fn(|bus| received[bus].wrapping_sub(self.control_frames[bus]))
+    }
+
+    /// Takes a frame of this node that was acknowledged and ended at `at`. `own`: the Node-ID. Returns whether something
+    /// has become due.
+    pub fn on_sent(&mut self, frame: &Frame, at: Instant, own: NodeId) -> bool {
+        if frame.id() == CobId::heartbeat(own) {
+            self.clashes.on_sent(at);
+            return false;
+        }
+        self.on_end(frame)
+    }
+
+    /// Takes a frame of this node that was sent or given up. Returns whether something has become due: the warning
+    /// before a change of the bus is over.
+    pub fn on_end(&mut self, frame: &Frame) -> bool {
+        let is_warning = || frame.data().starts_with(&ErrorCode::HEARTBEAT.get().to_le_bytes());
+        let is_over = self.warning.is_some() && is_warning();
+        if is_over {
+            self.warning = None;
+        }
+        is_over
+    }
+}

@@ -1,0 +1,321 @@
+//! Order of the decisions of a slave's redundancy.
+
+extern crate std;
+
+use std::vec::Vec;
+
+use super::{BusCause, Retained, SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict as Verdict};
+use crate::emcy::ErrorCode;
+use crate::heartbeat::{self, NodeControl};
+use crate::nmt::{Command, NmtMessage, Target};
+use crate::redundancy::{BusAccess, Parameters};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
+
+const ID: NodeId = NodeId::of::<5>();
+/// Consumer time 250 ms. Ttoggle 1: the first change of the bus is due with the miss. Ntoggle 1: a search ends after 500 ms.
+const PARAMETERS: Parameters = Parameters {
+    consumer: Duration::from_millis(250),
+    producer: Duration::from_millis(100),
+    bdefault: Bus::Nominal,
+    ttoggle: 1,
+    ntoggle: 1,
+    ctoggle: 0,
+};
+const WARNING_TIME: Duration = Duration::from_millis(2);
+const MISSED: Action = Action::Raise { code: ErrorCode::HEARTBEAT, source: 1 };
+const FOUND: Action = Action::Clear { code: ErrorCode::HEARTBEAT, source: 1 };
+
+fn ms(ms: u64) -> Instant {
+    Instant::ZERO + Duration::from_millis(ms)
+}
+
+fn of_master() -> Frame {
+    heartbeat::encode(NodeId::MASTER, NmtState::Operational)
+}
+
+fn command(command: Command) -> Frame {
+    NmtMessage { command, target: Target::All }.encode()
+}
+
+/// A node that records its actions, each with the NMT state in which it was carried out.
+struct Recorder {
+    control: NodeControl,
+    now: Instant,
+    actions: Vec<(NmtState, Action)>,
+}
+
+impl SlaveNode for Recorder {
+    fn control(&mut self) -> &mut NodeControl {
+        &mut self.control
+    }
+
+    fn received(&self) -> PerBus<u32> {
+        PerBus::default()
+    }
+
+    fn restore_communication(&mut self) -> Parameters {
+        PARAMETERS
+    }
+
+    fn show(&mut self, _: &Parameters) {}
+
+    fn note_bdefault(&mut self, _: Bus) -> Option<bool> {
+        Some(true)
+    }
+
+    fn act(&mut self, action: Action) {
+        if let Action::BootUp { .. } = action {
+            self.control.boot(self.now);
+        }
+        self.actions.push((self.control.state(), action));
+    }
+}
+
+/// A slave and its node.
+struct Bench {
+    slave: SlaveRedundancy,
+    node: Recorder,
+}
+
+impl Bench {
+    /// A slave that booted at 0 ms on the nominal bus.
+    fn new(access: BusAccess) -> Bench {
+        let control = NodeControl::new(ID, PARAMETERS.producer, Duration::ZERO, false);
+        let mut bench = Bench {
+            slave: SlaveRedundancy::new(access, PARAMETERS, Retained::default(), WARNING_TIME),
+            node: Recorder { control, now: Instant::ZERO, actions: Vec::new() },
+        };
+        bench.slave.boot(ms(0), &mut bench.node);
+        assert_eq!(bench.actions(), [Action::BootUp { bus: Bus::Nominal }]);
+        bench
+    }
+
+    /// A slave in Operational that heard its master at 10 ms.
+    fn operational() -> Bench {
+        let mut bench = Bench::new(BusAccess::Parallel);
+        bench.receive(Bus::Nominal, &of_master(), 10);
+        bench.receive(Bus::Nominal, &command(Command::Start), 10);
+        assert_eq!(bench.node.control.state(), NmtState::Operational);
+        bench.node.actions.clear();
+        bench
+    }
+
+    fn poll(&mut self, at: u64) -> Vec<Action> {
+        self.node.now = ms(at);
+        self.slave.poll(ms(at), ms(at), &mut self.node);
+        self.actions()
+    }
+
+    fn receive(&mut self, bus: Bus, frame: &Frame, at: u64) -> Verdict {
+        self.node.now = ms(at);
+        self.slave.on_frame(bus, frame, ms(at), ms(at), &mut self.node)
+    }
+
+    /// The actions since the last call.
+    fn actions(&mut self) -> Vec<Action> {
+        self.node.actions.drain(..).map(|(_, action)| action).collect()
+    }
+}
+
+/// Given a slave in Operational, when the master is missed, then the slave reports it, enters Pre-operational and
+/// changes the bus only when the EMCY was sent.
+///
+/// Verifies: ECSS 8.3.3e
+#[test]
+fn first_change_of_the_bus_waits_for_the_warning() {
+    let toggled = Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Toggled, is_new: true };
+    let missed =
+        [Action::MasterMissed { bus: Bus::Nominal }, MISSED, Action::Entered(NmtState::PreOperational)];
+    let [low, high] = ErrorCode::HEARTBEAT.get().to_le_bytes();
+    let warning = Frame::of(CobId::emcy(ID), [low, high, 0x11, 1, 0, 0, 0, 0]);
+    for end in ["sent", "failed", "none"] {
+        let mut bench = Bench::operational();
+        assert_eq!(bench.poll(260), missed);
+        assert_eq!((bench.poll(261), bench.slave.deadline()), (Vec::new(), Some(ms(262))), "{end}");
+        match end {
+            "sent" => assert!(bench.slave.on_sent(&warning, ms(261), ID)),
+            "failed" => assert!(bench.slave.on_end(&warning)),
+            _ => assert_eq!(bench.poll(261), []),
+        }
+        assert_eq!(bench.poll(if end == "none" { 262 } else { 261 }), [toggled], "{end}");
+    }
+}
+
+#[test]
+fn other_frames_do_not_end_the_warning() {
+    let mut bench = Bench::operational();
+    bench.poll(260);
+    assert!(!bench.slave.on_sent(&heartbeat::encode(ID, NmtState::PreOperational), ms(261), ID));
+    assert!(!bench.slave.on_end(&Frame::of(CobId::emcy(ID), [0, 0, 0, 0, 0, 0, 0, 0])));
+    assert_eq!(bench.poll(261), []);
+}
+
+#[test]
+fn heartbeat_of_the_master_ends_warning_and_search() {
+    let mut bench = Bench::operational();
+    bench.poll(260);
+    assert_eq!(bench.receive(Bus::Nominal, &of_master(), 261), Verdict::Heard);
+    let found = Action::ActiveBus { bus: Bus::Nominal, cause: BusCause::Found, is_new: false };
+    assert_eq!(bench.actions(), [FOUND, found]);
+    assert_eq!((bench.poll(262), bench.slave.deadline()), (Vec::new(), Some(ms(511))));
+}
+
+/// Given a searching slave, when "reset communication" arrives on the other bus, then the slave changes the bus first, so
+/// that its boot-up message is on the bus of the master.
+///
+/// Verifies: ECSS 8.3.3g
+#[test]
+fn bus_of_a_reset_is_changed_to_before_it_is_obeyed() {
+    let mut bench = Bench::new(BusAccess::Parallel);
+    assert_eq!(bench.receive(Bus::Redundant, &command(Command::ResetCommunication), 20), Verdict::Taken);
+    let expected = [
+        Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Found, is_new: true },
+        Action::Retain(Retained { resets: 1, ..Retained::default() }),
+        Action::BootUp { bus: Bus::Redundant },
+    ];
+    assert_eq!(bench.actions(), expected);
+}
+
+#[test]
+fn a_reset_of_the_chip_is_counted_before_it_happens() {
+    let mut bench = Bench::new(BusAccess::Parallel);
+    assert_eq!(bench.receive(Bus::Nominal, &command(Command::ResetNode), 20), Verdict::Taken);
+    let counted = Action::Retain(Retained { resets: 1, ..Retained::default() });
+    assert_eq!(bench.actions()[1..], [counted, Action::ResetNode]);
+    // The event may be lost: it is repeated until the chip is reset.
+    assert_eq!(bench.receive(Bus::Nominal, &of_master(), 30), Verdict::Ignored);
+    assert_eq!(bench.actions(), [Action::ResetNode]);
+}
+
+/// Given three resets in a row that were obeyed, when a fourth arrives on the other bus, then it neither resets the slave
+/// nor ends its search there.
+#[test]
+fn an_ignored_reset_does_not_move_the_slave() {
+    let mut bench = Bench::new(BusAccess::Parallel);
+    for at in [20, 40, 60] {
+        assert_eq!(bench.receive(Bus::Nominal, &command(Command::ResetCommunication), at), Verdict::Taken);
+    }
+    bench.actions();
+    let reset = Command::ResetCommunication;
+    assert_eq!(bench.receive(Bus::Redundant, &command(reset), 80), Verdict::Ignored);
+    let reported = [
+        Action::Raise { code: ErrorCode::COMMUNICATION, source: reset as u8 },
+        Action::ResetIgnored { bus: Bus::Redundant, command: reset },
+    ];
+    assert_eq!((bench.actions(), bench.slave.selected()), (reported.to_vec(), Bus::Nominal));
+}
+
+/// Given a slave that just booted, when it hears another node with its Node-ID, then it reports that while its state still
+/// allows an EMCY, is stopped, and no command but a reset changes that until the other node was silent.
+#[test]
+fn a_newcomer_reports_the_clash_before_it_is_stopped() {
+    let mut bench = Bench::new(BusAccess::Parallel);
+    bench.slave.on_sent(&heartbeat::encode(ID, NmtState::Initialising), ms(0), ID);
+    assert_eq!(
+        bench.receive(Bus::Nominal, &heartbeat::encode(ID, NmtState::Operational), 50),
+        Verdict::Taken
+    );
+    let states: Vec<NmtState> = bench.node.actions.iter().map(|(state, _)| *state).collect();
+    let clash = Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: 5 };
+    let expected = [
+        Action::Clash { bus: Bus::Nominal, yields: true },
+        clash,
+        Action::SendEmergencies { bus: Bus::Nominal },
+        Action::Entered(NmtState::Stopped),
+    ];
+    assert_eq!(bench.actions(), expected);
+    assert_eq!(states[2], NmtState::PreOperational);
+    assert_eq!(bench.node.control.deadline(), None, "no heartbeat");
+    bench.receive(Bus::Nominal, &of_master(), 60);
+    assert_eq!(bench.receive(Bus::Nominal, &command(Command::Start), 60), Verdict::Ignored);
+    bench.actions();
+    let over = [
+        Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source: 5 },
+        Action::ClashOver,
+        Action::Entered(NmtState::PreOperational),
+    ];
+    assert_eq!(bench.poll(300), over);
+    assert_eq!(bench.node.control.deadline(), Some(ms(300)));
+}
+
+/// Given a slave above its budget, when the master starts it, then the slave stays in Pre-operational until the silence
+/// ends with a boot-up.
+///
+/// Verifies: ECSS 5.3.3.1b
+#[test]
+fn a_silenced_slave_is_not_started() {
+    let mut bench = Bench::operational();
+    bench.slave.silence(&mut bench.node);
+    assert_eq!(bench.actions(), [Action::Entered(NmtState::PreOperational)]);
+    assert_eq!(bench.receive(Bus::Nominal, &command(Command::Start), 20), Verdict::Ignored);
+    bench.slave.resume(ms(30), &mut bench.node);
+    assert_eq!(bench.actions(), [Action::BootUp { bus: Bus::Nominal }]);
+    assert_eq!(bench.receive(Bus::Nominal, &command(Command::Start), 40), Verdict::Taken);
+}
+
+/// Verifies: ECSS 8.2.3a
+#[test]
+fn a_chosen_bus_is_searched_first_in_pre_operational() {
+    let mut bench = Bench::new(BusAccess::Selective);
+    bench.receive(Bus::Nominal, &of_master(), 10);
+    bench.receive(Bus::Nominal, &command(Command::Start), 10);
+    bench.actions();
+    assert!(bench.slave.choose(Bus::Redundant));
+    let expected = [
+        Action::Entered(NmtState::PreOperational),
+        Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Selected, is_new: true },
+    ];
+    assert_eq!(bench.poll(20), expected);
+    assert_eq!(bench.slave.deadline(), Some(ms(270)));
+}
+
+#[test]
+fn with_parallel_access_no_bus_is_chosen() {
+    let mut bench = Bench::operational();
+    assert!(!bench.slave.choose(Bus::Redundant));
+    assert_eq!((bench.poll(20), bench.slave.selected()), (Vec::new(), Bus::Nominal));
+}
+
+#[test]
+fn a_slave_with_selective_access_ignores_the_bus_it_left() {
+    let mut bench = Bench::new(BusAccess::Selective);
+    assert_eq!(bench.receive(Bus::Redundant, &of_master(), 20), Verdict::Ignored);
+    assert_eq!((bench.actions(), bench.slave.selected()), (Vec::new(), Bus::Nominal));
+}
+
+/// Given any sequence of frames and polls, when an input causes no action, then nothing is due earlier than
+/// before: a node that computes its next deadline after actions alone misses none.
+#[test]
+fn nothing_becomes_due_earlier_without_an_action() {
+    let frames = [
+        of_master(),
+        heartbeat::encode(ID, NmtState::Operational),
+        heartbeat::encode(NodeId::of::<6>(), NmtState::Operational),
+        command(Command::Start),
+        command(Command::Stop),
+        command(Command::EnterPreOperational),
+        command(Command::ResetCommunication),
+        Frame::of(CobId::NMT, [1, 9]),
+        Frame::of(CobId::NMT, [2, 9]),
+    ];
+    let mut random: u32 = 1;
+    let mut below = |end: u32| {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (random >> 8) % end
+    };
+    for _ in 0..500 {
+        let (mut bench, mut at) = (Bench::new(BusAccess::Parallel), 0);
+        for step in 0..100 {
+            at += u64::from(if below(8) == 0 { 600 } else { below(60) });
+            bench.poll(at);
+            let due = bench.slave.deadline().unwrap_or(Instant::NEVER);
+            let bus = if below(4) == 0 { Bus::Redundant } else { Bus::Nominal };
+            let frame = frames[below(frames.len() as u32) as usize];
+            bench.receive(bus, &frame, at);
+            if bench.actions().is_empty() {
+                let after = bench.slave.deadline().unwrap_or(Instant::NEVER);
+                assert!(after >= due, "step {step}: {frame:?} on {bus:?} at {at} ms");
+            }
+        }
+    }
+}
