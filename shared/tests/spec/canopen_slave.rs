@@ -116,7 +116,7 @@ fn misses_the_heartbeat_that_1016h_names() {
     let mut slave = operational();
     slave.receive(NOMINAL, 0x701, &[0x05]);
     slave.run_until(ms(249));
-    assert_eq!(slave.times(NOMINAL, 0x085), []);
+    assert_eq!(slave.times(NOMINAL, 0x085), Vec::<u64>::new());
     slave.run_until(ms(251));
     assert_eq!(slave.node.state(), NmtState::PreOperational, "1029h");
     let emergency = slave.frames().into_iter().find(|(_, frame)| frame.id().raw() == 0x085);

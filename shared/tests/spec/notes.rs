@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use ecss_can::redundancy::Retained;
 use ecss_can::store::{
-    Content, Group, Loaded, ParameterStore, Parameters, Retained, Row, Save, StoreError, StoreRequest, load,
+    Content, Group, Loaded, ParameterStore, Parameters, Row, Save, StoreError, StoreRequest, load,
     note_bdefault, noted_bdefault,
 };
 use ecss_can::types::{Address, Bus, NodeId};

@@ -131,7 +131,7 @@ fn block_of_bytes_is_empty_once_part_of_another_replaces_it() {
         (toggle, segments) = (toggle ^ 0x10, segments + 1);
         assert!(segments < 1_000 / 7, "nothing is written before the end");
     }
-    assert_eq!(content(&slave), []);
+    assert_eq!(content(&slave), Vec::<u8>::new());
     slave.receive(NOMINAL, 0x605, &ABORT);
     assert_eq!(content(&slave), []);
     // And so it is read.
