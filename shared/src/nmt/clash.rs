@@ -103,4 +103,14 @@ impl ClashWatch {
     pub fn deadline(&self, quiet: Duration) -> Option<Instant> {
         self.heard.map(|heard| heard + quiet)
     }
+
+    /// Shifts the clock. `probation`: as for [`ClashWatch::on_heartbeat`]; `quiet`: as for [`ClashWatch::poll`].
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase, [probation, quiet]: [Duration; 2]) {
+        // Longer ago, it has no effect.
+        let end = crate::types::Rebase::ORIGIN - probation;
+        self.booted = self.booted.map(|booted| to.aged(booted, probation)).filter(|booted| *booted > end);
+        self.sent = self.sent.map(|sent| to.aged(sent, CROSSING));
+        self.heard = self.heard.map(|heard| to.aged(heard, quiet));
+    }
 }

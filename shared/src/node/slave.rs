@@ -16,11 +16,11 @@ use crate::link::budget::Budget;
 use crate::link::port::Filter;
 use crate::node::{Filters, LinkEvent, Node, TimeKeeper, Usual};
 use crate::profile::Profile;
-use crate::redundancy::{BusAccess, BusCause, Parameters, Retained, SlaveRedundancy};
+use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
 /// Slave of a spacecraft: NMT slave, redundancy slave, consumer of SYNC and time, CANopen device.
 #[doc(alias("NMT slave", "redundancy slave", "SYNC consumer", "time consumer"))]
@@ -33,8 +33,6 @@ pub struct Slave<D: Device> {
     initial: Parameters,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
-    /// Longest delay of a change of the bus by an EMCY: [`Profile::grace`].
-    warning_time: Duration,
 }
 
 impl<D: Device> Slave<D> {
@@ -54,7 +52,6 @@ impl<D: Device> Slave<D> {
             budget: Budget::of_slave(&profile.budget),
             initial: redundancy,
             stamped: profile.stamped,
-            warning_time: profile.grace,
         }
     }
 
@@ -140,10 +137,9 @@ impl<D: Device> Slave<D> {
     /// # Errors
     /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
     pub fn select_bus(&mut self, bus: Bus) -> Result<(), ParallelAccess> {
-        if self.canopen.services.buses.access() == BusAccess::Parallel {
+        if !self.redundancy.choose(bus) {
             return Err(ParallelAccess);
         }
-        self.redundancy.choose(bus);
         self.canopen.services.next = Instant::ZERO;
         Ok(())
     }

@@ -64,7 +64,7 @@ impl fmt::Display for Table {
 fn nodes(world: &World) -> String {
     let masters: Vec<String> = world.masters.iter().map(|it| format!("{:18}", master(it))).collect();
     let slaves = world.slaves.iter().map(|slave| {
-        let given_up = if slave.has_given_up { " gave up" } else { "" };
+        let given_up = if slave.has_given_up() { " gave up" } else { "" };
         format!("{} {}{given_up}", letter(slave.active()), state(slave.state()))
     });
     let slaves: Vec<String> = slaves.map(|text| format!("{text:18}")).collect();
@@ -87,6 +87,7 @@ fn words(fault: Fault) -> String {
         Fault::Lose(place, Kind::Heartbeat) => format!("{} will lose a heartbeat", NAMES[place]),
         Fault::Lose(place, Kind::Command) => format!("{} will lose a command", NAMES[place]),
         Fault::Foreign(bus, Message::Heartbeat) => format!("foreign master's heartbeat on {}", letter(bus)),
+        Fault::Foreign(bus, Message::OfSlave) => format!("foreign slave's heartbeat on {}", letter(bus)),
         Fault::Foreign(bus, Message::Command(command)) => format!("foreign {command:?} on {}", letter(bus)),
     }
 }

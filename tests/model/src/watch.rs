@@ -73,9 +73,9 @@ fn with_view<R>(world: &World, judge: impl FnOnce(&View) -> R) -> R {
             is_powered: world.is_powered(place),
             state: node.state(),
             bus: Some(node.active()),
-            access: node.access,
-            has_given_up: node.has_given_up,
-            parameters: Some(Parameters { ntoggle: PARAMETERS.ntoggle, ..*node.selector.parameters() }),
+            access: node.access(),
+            has_given_up: node.has_given_up(),
+            parameters: Some(Parameters { ntoggle: PARAMETERS.ntoggle, ..*node.parameters() }),
             wired: MASTERS.map(|master| PerBus::from_fn(|bus| joins(master, bus))),
         }
     });
@@ -94,7 +94,7 @@ fn restart(watch: &mut Watch, world: &World) {
 
 /// Looks at the world after `ticks`. Times count when no fault can happen any more.
 fn look(watch: &mut Watch, world: &World, ticks: u32) {
-    watch.has_wrong_bdefault |= world.slaves.iter().any(|slave| slave.has_wrong_bdefault);
+    watch.has_wrong_bdefault |= world.slaves.iter().any(|slave| slave.has_wrong_bdefault());
     with_view(world, |view| {
         watch.note(view);
         if world.left == 0 && !world.is_losing() {

@@ -54,11 +54,13 @@ pub enum Kind {
     Command,
 }
 
-/// Frames of the master that somebody else sends.
+/// Frames of one of ours that somebody else sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Message {
-    /// Its heartbeat.
+    /// Heartbeat of the master.
     Heartbeat,
+    /// Heartbeat of the slave with parallel access: another node with its Node-ID.
+    OfSlave,
     /// A module control command to all slaves.
     Command(Command),
 }
@@ -191,6 +193,10 @@ impl World {
                 faults.push(if is_whole { Fault::Cut(bus, place) } else { Fault::Restore(bus, place) });
             }
             faults.push(Fault::Foreign(bus, Message::Heartbeat));
+            // How a slave reacts does not depend on the number of masters.
+            if self.masters.len() == 1 {
+                faults.push(Fault::Foreign(bus, Message::OfSlave));
+            }
             faults.extend(COMMANDS.map(|command| Fault::Foreign(bus, Message::Command(command))));
         }
         for place in self.places() {
@@ -229,6 +235,7 @@ impl World {
             Fault::Foreign(bus, message) => {
                 let frame = match message {
                     Message::Heartbeat => heartbeat::encode(NodeId::MASTER, NmtState::Operational),
+                    Message::OfSlave => heartbeat::encode(PARALLEL, NmtState::Operational),
                     Message::Command(command) => NmtMessage { command, target: Target::All }.encode(),
                 };
                 self.deliver(bus, &frame, &[], now, on_loss);

@@ -1,6 +1,6 @@
 //! Parameters of the redundancy of one slave, object 2000h (ECSS 8.3.3).
 
-use ecss_can::redundancy::{Parameters, Selection};
+use ecss_can::redundancy::{BusCause, Parameters};
 use ecss_can::types::Bus;
 
 /// Whether a search had more switches than it may (ECSS 8.3.3h): Ctoggle is at most Ntoggle.
@@ -8,12 +8,12 @@ pub fn is_toggled_too_often(parameters: &Parameters) -> bool {
     parameters.ctoggle > parameters.ntoggle
 }
 
-/// Whether Bdefault is right after a step of a slave, with its decision: it becomes the active bus with a find or a follow
-/// (ECSS 8.3.3k, l). It may return when one of these is taken back, and changes for no other reason.
-pub fn is_bdefault_right(before: Bus, after: Bus, selection: Option<Selection>) -> bool {
-    match selection {
-        Some(Selection::Found { bus, .. } | Selection::Followed { to: bus }) => after == bus,
-        Some(Selection::Contradicted { moved: true, .. } | Selection::Unconfirmed { .. }) => true,
+/// Whether Bdefault is right after a step of a slave, which may have reported its active bus: Bdefault becomes this bus with a
+/// find or a follow (ECSS 8.3.3k, l). It may return when one of these is taken back, and changes for no other reason.
+pub fn is_bdefault_right(before: Bus, after: Bus, reported: Option<(BusCause, Bus)>) -> bool {
+    match reported {
+        Some((BusCause::Found | BusCause::Followed, bus)) => after == bus,
+        Some((BusCause::TakenBack | BusCause::Unconfirmed, _)) => true,
         _ => after == before,
     }
 }
@@ -33,27 +33,25 @@ mod tests {
         }
     }
 
-    /// Given Bdefault Nominal and a decision. Then the slave may keep it, and may change it.
+    /// Given Bdefault Nominal and a report of the active bus. Then the slave may keep it, and may change it.
     ///
     /// Verifies: ECSS 8.3.3k, 8.3.3l
     #[test]
     fn bdefault_changes_with_a_find_a_follow_and_their_return() {
         let bus = Bus::Redundant;
-        for (selection, may_keep, may_change) in [
+        for (reported, may_keep, may_change) in [
             (None, true, false),
-            (Some(Selection::Found { bus, moved: true }), false, true),
-            (Some(Selection::Found { bus: Bus::Nominal, moved: false }), true, false),
-            (Some(Selection::Followed { to: bus }), false, true),
-            (Some(Selection::Contradicted { bus, moved: true }), true, true),
-            (Some(Selection::Contradicted { bus, moved: false }), true, false),
-            (Some(Selection::Unconfirmed { bus, moved: false }), true, true),
-            (Some(Selection::Toggled { to: bus }), true, false),
-            (Some(Selection::Missed { bus }), true, false),
-            (Some(Selection::GaveUp { bus }), true, false),
-            (Some(Selection::Confirmed), true, false),
+            (Some((BusCause::Found, bus)), false, true),
+            (Some((BusCause::Found, Bus::Nominal)), true, false),
+            (Some((BusCause::Followed, bus)), false, true),
+            (Some((BusCause::TakenBack, bus)), true, true),
+            (Some((BusCause::Unconfirmed, bus)), true, true),
+            (Some((BusCause::Toggled, bus)), true, false),
+            (Some((BusCause::PowerOn, bus)), true, false),
+            (Some((BusCause::Selected, bus)), true, false),
         ] {
-            let found = Bus::ALL.map(|after| is_bdefault_right(Bus::Nominal, after, selection));
-            assert_eq!(found, [may_keep, may_change], "{selection:?}");
+            let found = Bus::ALL.map(|after| is_bdefault_right(Bus::Nominal, after, reported));
+            assert_eq!(found, [may_keep, may_change], "{reported:?}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Out, Slave};
 use crate::node::Device;
-use crate::redundancy::{Retained, SlaveRedundancy};
+use crate::redundancy::Retained;
 use crate::store::{Group, RetainedMemory};
 use crate::types::Instant;
 
@@ -47,7 +47,7 @@ impl<D: Device> Slave<D> {
     fn select_bdefault(&mut self, retained: Retained) {
         let services = &mut self.canopen.services;
         let stored = services.written_redundancy();
-        self.redundancy = SlaveRedundancy::new(services.buses.access(), stored, retained, self.warning_time);
+        self.redundancy.restart(services.buses.access(), stored, retained);
         services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
             self.redundancy.selected().bdefault();
     }

@@ -5,10 +5,11 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::nmt::{Clash, Reaction};
 use crate::redundancy::Parameters;
-use crate::types::{Bus, Frame, Instant};
+use crate::types::{Bus, Duration, Frame, Instant};
 
-/// Heartbeat periods after boot-up for which a node yields to one that it hears while its own heartbeat is late:
-/// two rounds of the pattern of late heartbeats.
+/// Heartbeat periods after boot-up for which a node yields to one that it hears.
+pub(super) const PERIODS: u32 = 2;
+/// The same while its own heartbeat is late: two rounds of the pattern of late heartbeats.
 const ROUNDS: u32 = 2 * 32;
 
 impl SlaveRedundancy {
@@ -25,10 +26,8 @@ impl SlaveRedundancy {
             return SlaveVerdict::Ignored;
         }
         let Some(state) = heartbeat::decode(frame) else { return SlaveVerdict::Malformed };
-        let Parameters { consumer, producer, .. } = *self.parameters();
-        let periods = if node.control().is_held_back(at) { ROUNDS } else { 2 };
-        let probation = consumer.max(producer.times(periods));
-        let clash = self.clashes.on_heartbeat(state, at, probation);
+        let periods = if node.control().is_held_back(at) { ROUNDS } else { PERIODS };
+        let clash = self.clashes.on_heartbeat(state, at, self.probation(periods));
         if clash == Clash::Known {
             return SlaveVerdict::Taken;
         }
@@ -44,6 +43,12 @@ impl SlaveRedundancy {
             }
         }
         SlaveVerdict::Taken
+    }
+
+    /// Time after boot-up for which a node yields: a consumer time, and at least so many heartbeat periods.
+    pub(super) fn probation(&self, periods: u32) -> Duration {
+        let Parameters { consumer, producer, .. } = *self.parameters();
+        consumer.max(producer.times(periods))
     }
 
     /// The other node was silent long enough.

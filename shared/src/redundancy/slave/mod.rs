@@ -77,6 +77,11 @@ impl SlaveRedundancy {
         }
     }
 
+    /// Starts again before power-on, with parameters that were loaded.
+    pub fn restart(&mut self, access: BusAccess, stored: Parameters, retained: Retained) {
+        *self = Self::new(access, stored, retained, self.warning_time);
+    }
+
     /// Returns the bus that the slave considers active, or on which it searches.
     #[inline]
     pub const fn selected(&self) -> Bus {
@@ -114,9 +119,14 @@ impl SlaveRedundancy {
     }
 
     /// Takes the bus that the application of a slave with selective access chose (ECSS 8.2.3a). It applies with the next
-    /// [`SlaveRedundancy::poll`].
-    pub fn choose(&mut self, bus: Bus) {
-        self.wanted = Some(bus);
+    /// [`SlaveRedundancy::poll`]. Returns `false` with parallel access: there the master chooses.
+    #[must_use]
+    pub fn choose(&mut self, bus: Bus) -> bool {
+        let is_free = self.access == BusAccess::Selective;
+        if is_free {
+            self.wanted = Some(bus);
+        }
+        is_free
     }
 
     /// Silences the node, which sent too many frames (ECSS 5.3.3.1b). It enters Pre-operational, and no command starts

@@ -1,7 +1,7 @@
 //! Shifts the clock of a slave's redundancy, for the model checker.
 
 use super::SlaveRedundancy;
-use crate::nmt::ClashWatch;
+use super::clash::PERIODS;
 use crate::redundancy::Broken;
 use crate::types::{Instant, PerBus, Rebase};
 
@@ -19,8 +19,9 @@ impl SlaveRedundancy {
         let pause = self.pause();
         self.guard.rebase(&to, pause);
         self.warning = self.warning.map(|end| to.due(end));
-        // No other node of the model has this Node-ID.
-        self.clashes = ClashWatch::new();
+        // No heartbeat of the model is late.
+        let (probation, quiet) = (self.probation(PERIODS), self.parameters().hold_off_time());
+        self.clashes.rebase(&to, [probation, quiet]);
         self.control_frames = PerBus::default();
         self.selector.rebase(work, now)
     }

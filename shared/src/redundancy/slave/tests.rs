@@ -12,13 +12,13 @@ use crate::redundancy::{BusAccess, Parameters};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
 const ID: NodeId = NodeId::of::<5>();
-/// Consumer time 250 ms, Ttoggle 1: the first change of the bus is due with the miss.
+/// Consumer time 250 ms. Ttoggle 1: the first change of the bus is due with the miss. Ntoggle 1: a search ends after 500 ms.
 const PARAMETERS: Parameters = Parameters {
     consumer: Duration::from_millis(250),
     producer: Duration::from_millis(100),
     bdefault: Bus::Nominal,
     ttoggle: 1,
-    ntoggle: 50,
+    ntoggle: 1,
     ctoggle: 0,
 };
 const WARNING_TIME: Duration = Duration::from_millis(2);
@@ -256,8 +256,11 @@ fn a_silenced_slave_is_not_started() {
 /// Verifies: ECSS 8.2.3a
 #[test]
 fn a_chosen_bus_is_searched_first_in_pre_operational() {
-    let mut bench = Bench::operational();
-    bench.slave.choose(Bus::Redundant);
+    let mut bench = Bench::new(BusAccess::Selective);
+    bench.receive(Bus::Nominal, &of_master(), 10);
+    bench.receive(Bus::Nominal, &command(Command::Start), 10);
+    bench.actions();
+    assert!(bench.slave.choose(Bus::Redundant));
     let expected = [
         Action::Entered(NmtState::PreOperational),
         Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Selected, is_new: true },
@@ -267,13 +270,20 @@ fn a_chosen_bus_is_searched_first_in_pre_operational() {
 }
 
 #[test]
+fn with_parallel_access_no_bus_is_chosen() {
+    let mut bench = Bench::operational();
+    assert!(!bench.slave.choose(Bus::Redundant));
+    assert_eq!((bench.poll(20), bench.slave.selected()), (Vec::new(), Bus::Nominal));
+}
+
+#[test]
 fn a_slave_with_selective_access_ignores_the_bus_it_left() {
     let mut bench = Bench::new(BusAccess::Selective);
     assert_eq!(bench.receive(Bus::Redundant, &of_master(), 20), Verdict::Ignored);
     assert_eq!((bench.actions(), bench.slave.selected()), (Vec::new(), Bus::Nominal));
 }
 
-/// Given any sequence of frames, polls and ends of frames, when an input causes no action, then nothing is due earlier than
+/// Given any sequence of frames and polls, when an input causes no action, then nothing is due earlier than
 /// before: a node that computes its next deadline after actions alone misses none.
 #[test]
 fn nothing_becomes_due_earlier_without_an_action() {
@@ -296,7 +306,7 @@ fn nothing_becomes_due_earlier_without_an_action() {
     for _ in 0..500 {
         let (mut bench, mut at) = (Bench::new(BusAccess::Parallel), 0);
         for step in 0..100 {
-            at += u64::from(below(60));
+            at += u64::from(if below(8) == 0 { 600 } else { below(60) });
             bench.poll(at);
             let due = bench.slave.deadline().unwrap_or(Instant::NEVER);
             let bus = if below(4) == 0 { Bus::Redundant } else { Bus::Nominal };

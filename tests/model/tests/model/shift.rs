@@ -13,8 +13,8 @@ type Seen = (Vec<MasterSeen>, [(Bus, NmtState, bool, Bus); 2], Vec<Option<Frame>
 /// Everything that a node does.
 fn seen(world: &World) -> Seen {
     let slaves = world.slaves.each_ref().map(|slave| {
-        let bdefault = slave.selector.parameters().bdefault;
-        (slave.active(), slave.state(), slave.has_given_up, bdefault)
+        let bdefault = slave.parameters().bdefault;
+        (slave.active(), slave.state(), slave.has_given_up(), bdefault)
     });
     let masters = world.masters.iter().map(|it| (it.active(), it.switched, it.role_changed, it.is_active()));
     let mut nodes: Vec<&dyn Station> = vec![&world.slaves[0], &world.slaves[1]];

@@ -1,0 +1,89 @@
+//! Carries out the decisions of the redundancy of a slave on the wires of the model.
+
+use ecss_can::emcy::ErrorCode;
+use ecss_can::heartbeat::NodeControl;
+use ecss_can::redundancy::{BusCause, Parameters, Retained, SlaveAction, SlaveNode};
+use ecss_can::types::{Bus, Instant, PerBus};
+use judge::selector::is_bdefault_right;
+
+use crate::profile::PARAMETERS;
+use crate::station::Outgoing;
+
+/// The node around the redundancy of a slave.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Node {
+    pub control: NodeControl,
+    pub outgoing: Outgoing,
+    /// Frames that passed its filters.
+    pub received: PerBus<u32>,
+    /// Bdefault in the dictionary.
+    pub bdefault: Bus,
+    /// Bdefault in the parameter store.
+    pub stored: Bus,
+    /// Memory that outlives a reset.
+    pub retained: Retained,
+    /// Its chip is to be reset.
+    pub waits_for_reset: bool,
+    /// An EMCY is to be sent.
+    pub is_warning: bool,
+    /// It gave up its search and stays where it is.
+    pub has_given_up: bool,
+    /// Bdefault changed for no reason that the standard knows.
+    pub has_wrong_bdefault: bool,
+}
+
+/// The node in one step.
+pub struct Adapter<'a> {
+    pub node: &'a mut Node,
+    pub now: Instant,
+    /// The bus that was reported since the parameters were shown.
+    pub reported: Option<(BusCause, Bus)>,
+}
+
+impl SlaveNode for Adapter<'_> {
+    fn control(&mut self) -> &mut NodeControl {
+        &mut self.node.control
+    }
+
+    fn received(&self) -> PerBus<u32> {
+        self.node.received
+    }
+
+    fn restore_communication(&mut self) -> Parameters {
+        Parameters { bdefault: self.node.bdefault, ..PARAMETERS }
+    }
+
+    fn show(&mut self, parameters: &Parameters) {
+        let before = std::mem::replace(&mut self.node.bdefault, parameters.bdefault);
+        let is_right = is_bdefault_right(before, parameters.bdefault, self.reported.take());
+        self.node.has_wrong_bdefault |= !is_right;
+    }
+
+    fn note_bdefault(&mut self, bus: Bus) -> Option<bool> {
+        self.node.stored = bus;
+        Some(true)
+    }
+
+    fn act(&mut self, action: SlaveAction) {
+        let node = &mut *self.node;
+        match action {
+            SlaveAction::BootUp { bus } => {
+                node.outgoing.send(bus, node.control.boot(self.now), self.now);
+                node.has_given_up = false;
+            }
+            SlaveAction::ActiveBus { bus, cause, is_new } => {
+                self.reported = Some((cause, bus));
+                if is_new {
+                    node.outgoing.abandon(bus.other());
+                }
+            }
+            SlaveAction::GaveUp { .. } => node.has_given_up = true,
+            SlaveAction::MasterMissed { .. } => node.has_given_up = false,
+            SlaveAction::Raise { code: ErrorCode::HEARTBEAT, .. } => node.is_warning = true,
+            SlaveAction::Clear { code: ErrorCode::HEARTBEAT, .. } => node.has_given_up = false,
+            SlaveAction::ResetNode => node.waits_for_reset = true,
+            SlaveAction::Retain(retained) => node.retained = retained,
+            _ => {}
+        }
+    }
+}
