@@ -62,14 +62,14 @@ pub enum SlaveAction {
     },
     /// Report an error that appeared by an EMCY.
     Raise {
-        /// Error code.
+        /// Error code of the EMCY.
         code: ErrorCode,
         /// First byte of the manufacturer's part; the others are zero.
         source: u8,
     },
     /// An error is gone.
     Clear {
-        /// Error code.
+        /// Error code of the EMCY that reported it.
         code: ErrorCode,
         /// Source of [`SlaveAction::Raise`].
         source: u8,
@@ -99,7 +99,7 @@ pub enum SlaveAction {
     Retain(Retained),
     /// Report that a new Bdefault was to be kept beyond power-off.
     BdefaultNoted {
-        /// New Bdefault.
+        /// New value of Bdefault.
         bus: Bus,
         /// `true`: it is stored.
         is_kept: bool,

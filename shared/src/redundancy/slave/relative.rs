@@ -11,7 +11,7 @@ impl SlaveRedundancy {
         self.selector.break_rule(broken);
     }
 
-    /// Shifts the clock from `now`, when everything due was polled. `received`: as of [`SlaveNode::received`]. Returns the
+    /// Shifts the clock from `now`, when everything due was polled. `received`: frames received on each bus. Returns the
     /// numbers of received frames to continue with.
     pub fn rebase(&mut self, received: PerBus<u32>, now: Instant) -> PerBus<u32> {
         let to = Rebase::new(now);
