@@ -60,14 +60,14 @@ pub enum MasterAction {
     TookOver {
         /// Bus that is active now.
         bus: Bus,
-        /// New role.
+        /// New role of this board, and the reason for it.
         change: RoleChange,
     },
     /// This board was active and is the standby now. Listen on both buses, and abort what is pending.
     StoodBy {
         /// Bus that was active.
         bus: Bus,
-        /// New role.
+        /// New role of this board, and the reason for it.
         change: RoleChange,
         /// Frames that waited for the announcement of that bus. They are never sent.
         dropped: u8,
