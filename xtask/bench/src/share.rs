@@ -44,6 +44,10 @@ const CRATES: [(&str, &str); 17] = [
 /// The parts beside the protocol. `others`: vectors, constants, small crates.
 const BESIDE: [&str; 6] = ["application", "boards", "embassy", "core", "log", "others"];
 
+/// Around the future of a task.
+const WRAPPERS: [&str; 2] =
+    ["<embassy_executor::raw::TaskStorage<", "boards_stm32f4::supervisor::Supervised<"];
+
 /// All parts, in the order of their rows.
 pub fn parts() -> impl Iterator<Item = &'static str> {
     PROTOCOL.into_iter().chain(BESIDE)
@@ -57,7 +61,8 @@ pub fn part(name: &str) -> &'static str {
     if ["::app::__bus_task", "::app::__due_task"].iter().any(|task| name.contains(task)) {
         return "runner";
     }
-    if let Some(task) = name.strip_prefix("<embassy_executor::raw::TaskStorage<") {
+    let wrapped = WRAPPERS.iter().find_map(|wrapper| name.strip_prefix(wrapper));
+    if let Some(task) = wrapped {
         return part(task);
     }
     if name.contains(" as async_canopen::od::") {
@@ -100,6 +105,10 @@ mod tests {
             ("mission::objects::communication::<async_canopen::pdo::parameters::PdoMapping>", "application"),
             (
                 "<embassy_executor::raw::TaskStorage<slave::app::____embassy_main_task::f::{closure#0}>>::poll",
+                "application",
+            ),
+            (
+                "<embassy_executor::raw::TaskStorage<boards_stm32f4::supervisor::Supervised<<master::application::Application<A>>::run::{closure#0}>>>::poll",
                 "application",
             ),
             ("<embassy_executor::raw::TaskStorage<slave::app::__bus_task::f::{closure#0}>>::poll", "runner"),
