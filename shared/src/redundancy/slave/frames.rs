@@ -10,6 +10,7 @@ use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 impl SlaveRedundancy {
     /// Takes a frame that ended at `at`, and is none of the node's SYNC, SDO or PDOs on the active bus. Call
     /// [`SlaveRedundancy::poll`] until `at` before.
+    #[inline(always)] // called from one place: row `instructions.heartbeat_consumed`
     pub fn on_frame(
         &mut self,
         bus: Bus,
@@ -42,6 +43,7 @@ impl SlaveRedundancy {
         }
     }
 
+    #[inline(never)] // heartbeats need not pay for it
     fn on_nmt(
         &mut self,
         bus: Bus,
@@ -86,6 +88,7 @@ impl SlaveRedundancy {
         SlaveVerdict::Taken
     }
 
+    #[inline(always)] // called from one place
     fn on_master_heartbeat(
         &mut self,
         bus: Bus,

@@ -64,6 +64,7 @@ impl SlaveRedundancy {
     }
 
     /// A heartbeat of the master.
+    #[inline(never)] // seldom
     pub(super) fn trust_resets(&mut self, node: &mut impl SlaveNode) {
         let were_ignored = self.guard.on_heartbeat();
         self.trusted(were_ignored, node);
