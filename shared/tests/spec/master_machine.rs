@@ -271,6 +271,21 @@ fn a_board_that_stands_by_forgets_what_it_began() {
     assert_eq!(poll(&mut machine, at + 401), [claim(NOMINAL, at + 400)]);
 }
 
+/// Given a heartbeat whose claim is not sent yet, When the board stands by and takes over again, Then that claim is never sent.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_claim_that_was_due_ends_with_the_active_role() {
+    let (mut machine, at) = paired(BusAccess::Parallel);
+    let first = machine.poll(ms(at), ms(at));
+    assert_eq!(first, Some(heartbeat(NOMINAL, at)));
+    machine.stand_by_commanded(ms(at));
+    let taken = machine.poll(ms(at + 400), ms(at + 400));
+    assert!(matches!(taken, Some(MasterAction::TookOver { .. })), "{taken:?}");
+    machine.boot_up(ms(at + 400));
+    assert_eq!(machine.poll(ms(at + 400), ms(at + 400)), Some(heartbeat(NOMINAL, at + 400)));
+}
+
 /// Given a board that listens, When it hears another master and later nothing, Then it takes over on the bus of that
 /// master.
 ///
@@ -303,7 +318,7 @@ fn an_active_board_yields_to_a_claim_with_more_slaves() {
         panic!("it yields")
     };
     assert_eq!(change.cause, RoleCause::Yielded);
-    // The prime board is told at a tie.
+    // A board that hears more slaves answers with its own claim.
     let (mut machine, at) = paired(BusAccess::Parallel);
     poll(&mut machine, at);
     assert_eq!(hear_slave(&mut machine, at), None);

@@ -41,6 +41,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     fn stand_by(&mut self, change: RoleChange) -> MasterAction {
         let dropped = self.held.drop_all();
         self.held.is_time_due = false;
+        self.due = None;
         self.manager.stand_by();
         self.rivals = Rivals::default();
         self.nmt = NmtSlave::new(true);

@@ -46,7 +46,8 @@ impl SlaveRedundancy {
         SlaveVerdict::Taken
     }
 
-    /// Time after boot-up for which a node yields: a consumer time, and at least so many heartbeat periods.
+    /// Returns the time after boot-up in which the node yields: the consumer time, or `periods` heartbeat periods if
+    /// these are longer.
     pub(super) fn probation(&self, periods: u32) -> Duration {
         let Parameters { consumer, producer, .. } = *self.parameters();
         consumer.max(producer.times(periods))

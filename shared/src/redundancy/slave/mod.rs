@@ -100,7 +100,7 @@ impl SlaveRedundancy {
 
     /// Returns whether the slave takes part in `bus`.
     pub fn is_joined(&self, bus: Bus) -> bool {
-        self.access == BusAccess::Parallel || bus == self.selected()
+        self.access.joins(bus, self.selected())
     }
 
     /// Boots up on the selected bus and begins the search there (ECSS 8.3.2), at power-on and at "reset communication".
