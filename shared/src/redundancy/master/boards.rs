@@ -30,24 +30,20 @@ impl TwoBoards {
 }
 
 impl MasterBoards for OneBoard {
-    #[inline(always)]
     fn standby(&self) -> Option<&Standby> {
         None
     }
 
-    #[inline(always)]
     fn standby_mut(&mut self) -> Option<&mut Standby> {
         None
     }
 }
 
 impl MasterBoards for TwoBoards {
-    #[inline(always)]
     fn standby(&self) -> Option<&Standby> {
         self.0.as_ref()
     }
 
-    #[inline(always)]
     fn standby_mut(&mut self) -> Option<&mut Standby> {
         self.0.as_mut()
     }

@@ -10,19 +10,16 @@ use crate::types::{Bus, Instant, NmtState, NodeId};
 
 impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> {
     /// Returns whether the board manages the network. `false` while it listens or is the standby.
-    #[inline(always)] // constant for one board
     pub fn is_active(&self) -> bool {
         self.boards.standby().is_none_or(Standby::is_active)
     }
 
     /// Returns the role of this board. `None`: the mission has one master board.
-    #[inline(always)] // constant for one board
     pub fn standby(&self) -> Option<&Standby> {
         self.boards.standby()
     }
 
     /// Becomes active when it is due.
-    #[inline(always)] // nothing for one board
     pub(super) fn take_over(&mut self, until: Instant, now: Instant) -> Option<MasterAction> {
         let standby = self.boards.standby_mut()?;
         let change = standby.poll(until)?;
@@ -87,7 +84,6 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         self.answer(bus, answer, now)
     }
 
-    #[inline(always)] // nothing for one board
     fn answer(&mut self, bus: Bus, answer: Answer, now: Instant) -> Option<MasterAction> {
         match answer {
             Answer::Nothing => None,
@@ -120,7 +116,6 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     /// Claims with each heartbeat: the other board hears that this one is active.
-    #[inline(always)] // nothing for one board
     pub(super) fn call(&mut self, now: Instant) {
         if self.boards.standby().is_none() {
             return;
@@ -131,7 +126,6 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     /// Sends the claim on both buses. On the active bus it follows the heartbeat that announces this master there.
-    #[inline(always)] // nothing for one board
     pub(super) fn next_claim(&mut self, now: Instant) -> Option<MasterAction> {
         self.boards.standby()?;
         let (claim, bus) = self.due.take()?;
