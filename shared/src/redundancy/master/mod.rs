@@ -204,14 +204,14 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
 
     /// Takes any frame of another node on a bus that is joined. `node`: its sender, if the COB-ID has one. Returns
     /// `true` if [`MasterRedundancy::deadline`] may be earlier than before.
-    #[inline(always)] // each frame passes
+    #[inline(always)] // each frame passes: row `master.heartbeat_of_slave_median`
     pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) -> bool {
         self.manager.on_frame(bus, node, at)
     }
 
     /// Takes a heartbeat or boot-up message of a node while this board is active. `may_start`: called once, returns
     /// whether the slave may start at once. Else the boot-up process has to check it first.
-    #[inline(always)] // called from one place
+    #[inline(always)] // called from one place: row `master.heartbeat_of_slave_median`
     pub fn on_heartbeat(
         &mut self,
         bus: Bus,

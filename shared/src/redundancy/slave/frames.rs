@@ -10,7 +10,7 @@ use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 impl SlaveRedundancy {
     /// Takes a frame that ended at `at`, and is none of the node's SYNC, SDO or PDOs on the active bus. Call
     /// [`SlaveRedundancy::poll`] until `at` before.
-    #[inline(always)] // called from one place: row `instructions.heartbeat_consumed`
+    #[inline(always)] // called from one place: row `instructions.peer_heartbeat_consumed`
     pub fn on_frame(
         &mut self,
         bus: Bus,
@@ -88,7 +88,7 @@ impl SlaveRedundancy {
         SlaveVerdict::Taken
     }
 
-    #[inline(always)] // called from one place
+    #[inline(always)] // called from one place: row `instructions.heartbeat_consumed`
     fn on_master_heartbeat(
         &mut self,
         bus: Bus,
