@@ -48,9 +48,9 @@ impl ResetGuard {
         self.row
     }
 
-    /// Returns whether a heartbeat of the master would change the state of the guard.
+    /// Returns whether resets count: from boot-up to a heartbeat of the master or a pause.
     pub const fn is_counting(&self) -> bool {
-        self.since.is_some() || self.row != 0 || self.shut
+        self.since.is_some()
     }
 
     /// Notes that the boot-up message is sent.

@@ -35,8 +35,8 @@ impl<D: Device> Slave<D> {
         if frame.id() == CobId::NMT {
             self.canopen.check_node_id();
         }
-        let (redundancy, mut node) = self.split(now, out);
-        match redundancy.on_frame(bus, frame, stamp.at, now, &mut node) {
+        let (redundancy, node) = self.split(now, out);
+        match redundancy.on_frame(bus, frame, stamp.at, now, node) {
             SlaveVerdict::Heard => out.event(SlaveEvent::Heartbeat { bus }),
             SlaveVerdict::Taken => {}
             SlaveVerdict::Peer => self.canopen.on_peer_heartbeat(bus, frame, stamp, out),

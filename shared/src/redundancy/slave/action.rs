@@ -28,6 +28,32 @@ pub trait SlaveNode {
     fn act(&mut self, action: SlaveAction);
 }
 
+impl<N: SlaveNode> SlaveNode for &mut N {
+    fn control(&mut self) -> &mut NodeControl {
+        (**self).control()
+    }
+
+    fn received(&self) -> PerBus<u32> {
+        (**self).received()
+    }
+
+    fn restore_communication(&mut self) -> Parameters {
+        (**self).restore_communication()
+    }
+
+    fn show(&mut self, parameters: &Parameters) {
+        (**self).show(parameters);
+    }
+
+    fn note_bdefault(&mut self, bus: Bus) -> Option<bool> {
+        (**self).note_bdefault(bus)
+    }
+
+    fn act(&mut self, action: SlaveAction) {
+        (**self).act(action);
+    }
+}
+
 /// Decision of the redundancy of a slave, which its node carries out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

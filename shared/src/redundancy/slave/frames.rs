@@ -10,8 +10,46 @@ use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 impl SlaveRedundancy {
     /// Takes a frame that ended at `at`, and is none of the node's SYNC, SDO or PDOs on the active bus. Call
     /// [`SlaveRedundancy::poll`] until `at` before.
-    #[inline(always)] // called from one place: row `instructions.peer_heartbeat_consumed`
+    #[inline(always)] // called from one place: rows `instructions.heartbeat_consumed`, `load.cycles_per_frame`
     pub fn on_frame(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        at: Instant,
+        now: Instant,
+        mut node: impl SlaveNode,
+    ) -> SlaveVerdict {
+        let id = frame.id();
+        let is_heartbeat = is_heartbeat(id);
+        let is_control = is_heartbeat || id == CobId::NMT;
+        if is_control {
+            self.control_frames[bus] = self.control_frames[bus].wrapping_add(1);
+        }
+        let control = node.control();
+        if control.state() != NmtState::Initialising {
+            if !is_control {
+                return SlaveVerdict::Ignored;
+            }
+            if is_heartbeat && bus == self.selected() {
+                if id == CobId::heartbeat(NodeId::MASTER) {
+                    // Nearly each one: no reset counts, and the master is followed on this bus.
+                    if !self.guard.is_counting()
+                        && heartbeat::decode(frame).is_some()
+                        && self.selector.on_beat(bus, at)
+                    {
+                        return SlaveVerdict::Heard;
+                    }
+                } else if id != CobId::heartbeat(control.id()) {
+                    return SlaveVerdict::Peer;
+                }
+            }
+        }
+        // Moved here: the frames above need no node in memory.
+        self.on_rare_frame(bus, frame, at, now, &mut { node })
+    }
+
+    #[inline(never)] // heartbeats need not pay for it
+    fn on_rare_frame(
         &mut self,
         bus: Bus,
         frame: &Frame,
@@ -20,10 +58,6 @@ impl SlaveRedundancy {
         node: &mut impl SlaveNode,
     ) -> SlaveVerdict {
         let id = frame.id();
-        let is_heartbeat = is_heartbeat(id);
-        if is_heartbeat || id == CobId::NMT {
-            self.control_frames[bus] = self.control_frames[bus].wrapping_add(1);
-        }
         if node.control().state() == NmtState::Initialising {
             // Repeated with every frame: if the action were lost in a full queue, the node would stay silent.
             node.act(Action::ResetNode);
@@ -36,14 +70,11 @@ impl SlaveRedundancy {
             self.on_master_heartbeat(bus, frame, at, now, node)
         } else if id == CobId::heartbeat(node.control().id()) {
             self.on_own_heartbeat(bus, frame, at, node)
-        } else if is_heartbeat && bus == self.selected() {
-            SlaveVerdict::Peer
         } else {
             SlaveVerdict::Ignored
         }
     }
 
-    #[inline(never)] // heartbeats need not pay for it
     fn on_nmt(
         &mut self,
         bus: Bus,
@@ -88,7 +119,6 @@ impl SlaveRedundancy {
         SlaveVerdict::Taken
     }
 
-    #[inline(always)] // called from one place: row `instructions.heartbeat_consumed`
     fn on_master_heartbeat(
         &mut self,
         bus: Bus,
@@ -103,13 +133,10 @@ impl SlaveRedundancy {
         if self.guard.is_counting() {
             self.trust_resets(node);
         }
-        if !self.selector.on_beat(bus, at) {
-            self.on_master(bus, MasterMessage::Heartbeat, at, now, node);
-        }
+        self.on_master(bus, MasterMessage::Heartbeat, at, now, node);
         if bus == self.selected() { SlaveVerdict::Heard } else { SlaveVerdict::Ignored }
     }
 
-    #[inline(never)] // the heartbeats of a bus that is followed need not pay for it
     fn on_master(
         &mut self,
         bus: Bus,
