@@ -1,31 +1,12 @@
 //! The master of the model: the redundancy of flight on the wires of the model.
 
-use ecss_can::heartbeat;
-use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::link::queue;
-use ecss_can::redundancy::{
-    Broken, BusAccess, MasterAction, MasterRedundancy, MasterSetup, RoleChange, Sending, Strap, SwitchCause,
-    TwoBoards,
-};
+mod adapter;
+
+use ecss_can::redundancy::{Broken, MasterRedundancy, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
 
-use crate::profile::{
-    DWELL, GRACE, HELD, LIFETIME, MASTER_PARAMETERS, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE,
-    SILENT_SHARE,
-};
+use crate::profile::{HELD, MASTER_SETUP, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE};
 use crate::station::{Outgoing, Station};
-
-/// Controllers of a lone transmitter.
-const ALONE: Health = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
-
-const SETUP: MasterSetup = MasterSetup {
-    parameters: MASTER_PARAMETERS,
-    silent_share: SILENT_SHARE,
-    dwell: DWELL,
-    grace: GRACE,
-    access: BusAccess::Parallel,
-    lifetime: LIFETIME,
-};
 
 /// A master.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -49,7 +30,7 @@ impl Master {
     /// does not hold.
     pub fn new(strap: Option<Strap>, is_assigned: bool, broken: Option<Broken>) -> Self {
         let boards = TwoBoards::new(strap.map(|_| PAIR), strap.unwrap_or(Strap::Prime));
-        let mut redundancy = MasterRedundancy::new(boards, &SETUP);
+        let mut redundancy = MasterRedundancy::new(boards, &MASTER_SETUP);
         redundancy.break_rule(broken);
         Master {
             redundancy,
@@ -80,58 +61,6 @@ impl Master {
         self.redundancy.rebase(now);
         self.sync.rebase(&to);
         self.outgoing.rebase(&to);
-    }
-
-    fn act(&mut self, action: MasterAction, now: Instant) {
-        match action {
-            MasterAction::Heartbeat { bus, frame, expires } => self.outgoing.send_until(bus, frame, expires),
-            MasterAction::Send { bus, outgoing } => {
-                self.outgoing.send_until(bus, outgoing.frame, outgoing.expires)
-            }
-            MasterAction::Switched { from, cause, .. } => {
-                self.switched = Some(cause);
-                self.outgoing.abandon(from);
-                Bus::ALL.into_iter().for_each(|bus| self.report_health(bus, now));
-            }
-            MasterAction::TookOver { change, .. } => {
-                self.boot_up(now);
-                self.role_changed = Some(change);
-            }
-            MasterAction::StoodBy { change, .. } => {
-                self.outgoing.clear();
-                self.unacknowledged = PerBus::default();
-                self.role_changed = Some(change);
-            }
-            MasterAction::HeardMaster(change) => self.role_changed = Some(change),
-            MasterAction::Refused(bus) => panic!("more frames wait for {bus:?} than the model has places"),
-            _ => {}
-        }
-    }
-
-    fn report_health(&mut self, bus: Bus, now: Instant) {
-        let health = if self.unacknowledged[bus] { ALONE } else { Health::default() };
-        self.redundancy.on_health(bus, health, false, now);
-    }
-
-    fn boot_up(&mut self, now: Instant) {
-        let (queue::Outgoing { frame, expires }, _) = self.redundancy.boot_up(now);
-        self.outgoing.send_until(self.active(), frame, expires);
-        self.sync.restart(now);
-    }
-
-    fn on_heartbeat(&mut self, bus: Bus, node: NodeId, state: NmtState, now: Instant) {
-        if !self.is_active() {
-            self.redundancy.on_overheard(bus, node, state, now);
-            return;
-        }
-        let news = self.redundancy.on_heartbeat(bus, node, state, now, |_| true);
-        let Some(message) = news.command else { return };
-        let (frame, expires) = (message.encode(), now + LIFETIME);
-        match self.redundancy.send(queue::Outgoing { frame, expires }) {
-            Sending::Now(bus) => self.outgoing.send_until(bus, frame, expires),
-            Sending::Held => {}
-            Sending::Refused(bus) => self.act(MasterAction::Refused(bus), now),
-        }
     }
 
     /// Asks new nodes who they are. A slave answers within the same moment, or its question waits for the next one.
@@ -176,32 +105,11 @@ impl Station for Master {
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         self.poll(now);
-        let id = frame.id();
-        let node = id.node().filter(|node| *node != NodeId::MASTER);
         if self.is_active() {
+            let node = frame.id().node().filter(|node| *node != NodeId::MASTER);
             self.redundancy.on_frame(bus, node, now);
         }
-        let action = if id == CobId::heartbeat(NodeId::MASTER) {
-            self.redundancy.on_master(bus, now, now)
-        } else if let Some(claim) = PAIR.claim(frame) {
-            self.redundancy.on_claim(bus, &claim, now, now)
-        } else if id == CobId::SYNC {
-            self.redundancy.on_sync_or_time(bus, now, now)
-        } else {
-            None
-        };
-        if let Some(action) = action {
-            self.act(action, now);
-        }
-        if let Some(node) = node.filter(|node| id == CobId::heartbeat(*node))
-            && let Some(state) = heartbeat::decode(frame)
-        {
-            self.on_heartbeat(bus, node, state, now);
-        } else if let Some(node) = node.filter(|node| id == CobId::sdo_response(*node))
-            && bus == self.active()
-        {
-            self.redundancy.on_answer(node, now);
-        }
+        self.take(bus, frame, now);
         self.poll(now);
     }
 

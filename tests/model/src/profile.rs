@@ -1,7 +1,7 @@
 //! The numbers of the model: small, in the proportions of the default profile.
 
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Pair, Parameters};
+use ecss_can::redundancy::{BusAccess, MasterSetup, Pair, Parameters};
 use ecss_can::types::{Bus, Duration, NodeId};
 
 /// Nodes have Node-IDs below.
@@ -39,5 +39,14 @@ pub const DWELL: Duration = Duration::ZERO;
 pub const GRACE: Duration = Duration::from_millis(2);
 /// Lifetime of heartbeats, NMT commands and SYNC.
 pub const LIFETIME: Duration = PARAMETERS.producer;
+/// Redundancy of a master.
+pub const MASTER_SETUP: MasterSetup = MasterSetup {
+    parameters: MASTER_PARAMETERS,
+    silent_share: SILENT_SHARE,
+    dwell: DWELL,
+    grace: GRACE,
+    access: BusAccess::Parallel,
+    lifetime: LIFETIME,
+};
 /// Two master boards: the standby takes over after 8 ticks, boards listen for 14 and 18.
 pub const PAIR: Pair = Profile::PAIR;

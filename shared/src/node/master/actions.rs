@@ -42,6 +42,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         out.event(MasterEvent::Health { bus, health });
     }
 
+    pub(super) fn act_if(&mut self, action: Option<MasterAction>, now: Instant, out: &mut Out) {
+        if let Some(action) = action {
+            self.act(action, now, out);
+        }
+    }
+
     pub(super) fn act(&mut self, action: MasterAction, now: Instant, out: &mut Out) {
         match action {
             MasterAction::Heartbeat { bus, frame, expires } => {

@@ -2,20 +2,18 @@
 
 use super::{Master, MasterEvent, Out};
 use crate::emcy::{Emergency, ErrorCode};
-use crate::heartbeat;
 use crate::link::Stamp;
 use crate::node::{Device, FailCause};
-use crate::redundancy::{MasterBoards, Parameters, PeerHeartbeat, SlaveNews};
+use crate::redundancy::{MasterBoards, MasterVerdict, Parameters, PeerHeartbeat, SlaveNews};
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Takes a received frame. Schedules the next run as early as its effect needs: most frames have none.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let active = self.redundancy.active();
         if !self.redundancy.is_joined(bus) {
             return self.services.buses.ignored(bus);
         }
-        let (id, node) = (frame.id(), frame.id().node());
+        let id = frame.id();
         let producer = self.boot.producer(id).filter(|node| *node != NodeId::MASTER);
         if self.redundancy.on_frame(bus, producer, stamp.at) {
             self.services.next = Instant::ZERO;
@@ -23,44 +21,47 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if let Some(node) = producer {
             self.watch(bus, id, node, stamp.at, now, out);
         }
-        if id == CobId::sdo_request(NodeId::MASTER) && bus == active {
+        if id == CobId::sdo_request(NodeId::MASTER) && bus == self.redundancy.active() {
             return self.on_sdo(bus, frame, now, out);
         }
-        if id == CobId::heartbeat(NodeId::MASTER) {
-            self.services.buses.ignored(bus);
-            return self.on_other_master(bus, stamp.at, now, out);
+        match self.redundancy.on_received(bus, frame, stamp.at, now) {
+            MasterVerdict::OtherMaster(action) => {
+                self.services.buses.ignored(bus);
+                self.act_if(action, now, out);
+            }
+            MasterVerdict::Claim(action) => self.act_if(action, now, out),
+            MasterVerdict::Heartbeat { node, state } => {
+                self.on_heartbeat(bus, node, state, *stamp, now, out);
+            }
+            MasterVerdict::Response(node) => self.on_response(bus, node, frame, now, out),
+            MasterVerdict::Malformed => self.services.buses.malformed(bus),
+            MasterVerdict::Other => self.on_other_frame(bus, frame, stamp, producer, now, out),
         }
-        if self.on_claim(bus, frame, stamp.at, now, out) {
-            return;
+    }
+
+    /// Takes a frame of which the redundancy has no use. `producer`: its node, if the COB-ID has one.
+    fn on_other_frame(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        producer: Option<NodeId>,
+        now: Instant,
+        out: &mut Out,
+    ) {
+        let id = frame.id();
+        if bus != self.redundancy.active() {
+            return self.services.buses.ignored(bus);
         }
-        if bus == active
-            && self.redundancy.state().allows_pdo()
-            && self.services.on_pdo(bus, frame, stamp, now, out)
-        {
+        if self.redundancy.state().allows_pdo() && self.services.on_pdo(bus, frame, stamp, now, out) {
             // Only an Operational node sends PDOs.
             if let Some(node) = producer {
                 self.boot.on_synchronous(node);
                 self.wake_boot();
             }
-            return;
-        }
-        if bus == active && D::RAW_FRAMES.contains(&id) {
-            return out.event(MasterEvent::Frame { bus, frame: *frame });
-        }
-        let Some(node) = node.filter(|node| *node != NodeId::MASTER) else {
-            return self.services.buses.ignored(bus);
-        };
-        if id == CobId::heartbeat(node) {
-            return self.on_heartbeat(bus, node, frame, *stamp, now, out);
-        }
-        if bus != active {
-            return self.services.buses.ignored(bus);
-        }
-        if id == CobId::sdo_response(node) {
-            self.on_response(bus, node, frame, now, out);
-        } else if id == CobId::emcy(node)
-            && self.services.dictionary.objects.application.emergencies.consumes(node)
-        {
+        } else if D::RAW_FRAMES.contains(&id) {
+            out.event(MasterEvent::Frame { bus, frame: *frame });
+        } else if id.node().is_some_and(|node| self.consumes_emergency(id, node)) {
             match Emergency::decode(frame) {
                 Some((node, emergency)) => out.event(MasterEvent::Emergency { node, bus, emergency }),
                 None => self.services.buses.malformed(bus),
@@ -70,16 +71,20 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
+    fn consumes_emergency(&self, id: CobId, node: NodeId) -> bool {
+        let emergencies = &self.services.dictionary.objects.application.emergencies;
+        node != NodeId::MASTER && id == CobId::emcy(node) && emergencies.consumes(node)
+    }
+
     fn on_heartbeat(
         &mut self,
         bus: Bus,
         node: NodeId,
-        frame: &Frame,
+        state: NmtState,
         stamp: Stamp,
         now: Instant,
         out: &mut Out,
     ) {
-        let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
         let is_here = bus == self.redundancy.active();
         // A node that is Operational on the other bus takes no commands here.
         let is_judged = is_here || state != NmtState::Operational;

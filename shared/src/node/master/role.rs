@@ -5,12 +5,11 @@
 
 use super::{Master, MasterEvent, Out};
 use crate::emcy::ErrorCode;
-use crate::heartbeat;
 use crate::link::Stamp;
 use crate::node::Device;
 use crate::node::MasterRole;
-use crate::redundancy::{MasterBoards, Role, RoleChange};
-use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
+use crate::redundancy::{MasterBoards, MasterVerdict, Role, RoleChange};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Returns whether the board manages the network. `false` while it listens or is the standby.
@@ -79,32 +78,25 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Takes a frame while another master is active.
     pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let id = frame.id();
-        if id == CobId::heartbeat(NodeId::MASTER) {
-            return self.on_other_master(bus, stamp.at, now, out);
-        }
-        if self.on_claim(bus, frame, stamp.at, now, out) {
-            return;
-        }
-        if self.is_of_master(id) {
+        if self.is_of_master(frame.id()) {
             return self.overhear_unacknowledged(bus, frame, stamp, now, out);
         }
-        let Some(node) = id.node().filter(|node| *node != NodeId::MASTER) else {
-            return self.services.buses.ignored(bus);
-        };
-        if id == CobId::heartbeat(node) {
-            let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
-            let heard = self.redundancy.on_overheard(bus, node, state, stamp.at);
-            self.boot.on_overheard(node, state);
-            if heard.changed {
-                self.show_state(node, state.byte());
-                out.event(MasterEvent::SlaveState { node, bus, state });
+        match self.redundancy.on_received(bus, frame, stamp.at, now) {
+            MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
+                self.act_if(action, now, out);
             }
-        } else if bus == self.redundancy.active() && id == CobId::sdo_response(node) {
+            MasterVerdict::Heartbeat { node, state } => {
+                let heard = self.redundancy.on_overheard(bus, node, state, stamp.at);
+                self.boot.on_overheard(node, state);
+                if heard.changed {
+                    self.show_state(node, state.byte());
+                    out.event(MasterEvent::SlaveState { node, bus, state });
+                }
+            }
             // An answer to the active master: it is a slave.
-            self.redundancy.on_answer(node, stamp.at);
-        } else {
-            self.services.buses.ignored(bus);
+            MasterVerdict::Response(node) => self.redundancy.on_answer(node, stamp.at),
+            MasterVerdict::Malformed => self.services.buses.malformed(bus),
+            MasterVerdict::Other => self.services.buses.ignored(bus),
         }
     }
 
@@ -122,9 +114,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         now: Instant,
         out: &mut Out,
     ) {
-        if let Some(action) = self.redundancy.on_sync_or_time(bus, stamp.at, now) {
-            self.act(action, now, out);
-        }
+        let action = self.redundancy.on_sync_or_time(bus, stamp.at, now);
+        self.act_if(action, now, out);
         if bus != self.redundancy.active() {
             self.services.buses.ignored(bus);
         } else if frame.id() == self.sync.id() {
@@ -134,31 +125,5 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         } else if !self.services.overhear_time(frame, stamp, now, out) {
             self.services.buses.ignored(bus);
         }
-    }
-
-    /// Takes 701h of another node.
-    pub(super) fn on_other_master(&mut self, bus: Bus, at: Instant, now: Instant, out: &mut Out) {
-        if let Some(action) = self.redundancy.on_master(bus, at, now) {
-            self.act(action, now, out);
-        }
-    }
-
-    /// Takes a frame that may be a claim of another active master. Returns whether it was one.
-    #[inline(always)] // nothing for one board
-    pub(super) fn on_claim(
-        &mut self,
-        bus: Bus,
-        frame: &Frame,
-        at: Instant,
-        now: Instant,
-        out: &mut Out,
-    ) -> bool {
-        let claim = self.redundancy.standby().and_then(|standby| standby.pair().claim(frame));
-        if let Some(claim) = claim
-            && let Some(action) = self.redundancy.on_claim(bus, &claim, at, now)
-        {
-            self.act(action, now, out);
-        }
-        claim.is_some()
     }
 }

@@ -35,6 +35,7 @@
 mod action;
 mod boards;
 mod held;
+mod reception;
 #[cfg(feature = "model")]
 mod relative;
 mod role;
@@ -42,6 +43,7 @@ mod role;
 pub use action::MasterAction;
 pub use boards::{MasterBoards, OneBoard, TwoBoards};
 pub use held::Sending;
+pub use reception::MasterVerdict;
 
 use self::held::Held;
 use super::peers::PLACES;

@@ -52,7 +52,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     /// Takes 701h of another node.
-    pub fn on_master(&mut self, bus: Bus, at: Instant, now: Instant) -> Option<MasterAction> {
+    pub(super) fn on_master(&mut self, bus: Bus, at: Instant, now: Instant) -> Option<MasterAction> {
         let is_active = self.is_active();
         let answer = self.boards.standby_mut().map(|standby| standby.on_master(bus, at));
         if is_active {
@@ -78,7 +78,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     /// Takes a claim of another active master.
-    pub fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, now: Instant) -> Option<MasterAction> {
+    pub(super) fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, now: Instant) -> Option<MasterAction> {
         let slaves = self.slaves(at);
         let answer = self.boards.standby_mut()?.on_claim(bus, claim, at, slaves);
         self.answer(bus, answer, now)
