@@ -65,7 +65,8 @@ pub use broken::Broken;
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use master::{
-    MasterAction, MasterBoards, MasterRedundancy, MasterSetup, MasterVerdict, OneBoard, Sending, SlaveNews, TwoBoards,
+    MasterAction, MasterBoards, MasterRedundancy, MasterSetup, MasterVerdict, OneBoard, Sending, SlaveNews,
+    TwoBoards,
 };
 pub use objects::{Redundancy, RedundancyObjects};
 pub use peers::{PeerHeartbeat, Peers};

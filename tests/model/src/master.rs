@@ -1,10 +1,13 @@
 //! The master of the model: the redundancy of flight on the wires of the model.
 
 mod adapter;
+mod boot;
 
+use ecss_can::link::queue;
 use ecss_can::redundancy::{Broken, MasterRedundancy, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
 
+use self::boot::BootProcess;
 use crate::profile::{HELD, MASTER_SETUP, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE};
 use crate::station::{Outgoing, Station};
 
@@ -15,10 +18,14 @@ pub struct Master {
     pub redundancy: MasterRedundancy<TwoBoards, PLACES, HELD>,
     strap: Option<Strap>,
     is_assigned: bool,
+    has_boot: bool,
     broken: Option<Broken>,
+    boot: BootProcess,
     sync: Periodic,
     outgoing: Outgoing,
     unacknowledged: PerBus<bool>,
+    /// Its controller was bus-off too often.
+    failed: PerBus<bool>,
     /// Why it changed the bus in this step.
     pub switched: Option<SwitchCause>,
     /// It took over, yielded or became the standby in this step.
@@ -26,9 +33,9 @@ pub struct Master {
 }
 
 impl Master {
-    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `broken`: a rule that
-    /// does not hold.
-    pub fn new(strap: Option<Strap>, is_assigned: bool, broken: Option<Broken>) -> Self {
+    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `has_boot`: it checks
+    /// slaves before it starts them; `broken`: a rule that does not hold.
+    pub fn new(strap: Option<Strap>, is_assigned: bool, has_boot: bool, broken: Option<Broken>) -> Self {
         let boards = TwoBoards::new(strap.map(|_| PAIR), strap.unwrap_or(Strap::Prime));
         let mut redundancy = MasterRedundancy::new(boards, &MASTER_SETUP);
         redundancy.break_rule(broken);
@@ -36,10 +43,13 @@ impl Master {
             redundancy,
             strap,
             is_assigned,
+            has_boot,
             broken,
+            boot: BootProcess::new(has_boot),
             sync: Periodic::new(PARAMETERS.producer),
             outgoing: Outgoing::default(),
             unacknowledged: PerBus::default(),
+            failed: PerBus::default(),
             switched: None,
             role_changed: None,
         }
@@ -48,6 +58,15 @@ impl Master {
     /// Whether it manages the network.
     pub fn is_active(&self) -> bool {
         self.redundancy.is_active()
+    }
+
+    /// Its controller was bus-off too often, or is on the bus again. `is_powered`: it notices that at once.
+    pub fn on_bus_off(&mut self, bus: Bus, is_failed: bool, is_powered: bool, now: Instant) {
+        self.failed[bus] = is_failed;
+        if is_powered {
+            self.report_health(bus, now);
+            self.poll(now);
+        }
     }
 
     /// Nothing happened yet in this step.
@@ -61,6 +80,12 @@ impl Master {
         self.redundancy.rebase(now);
         self.sync.rebase(&to);
         self.outgoing.rebase(&to);
+    }
+
+    fn boot_up(&mut self, now: Instant) {
+        let (queue::Outgoing { frame, expires }, _) = self.redundancy.boot_up(now);
+        self.outgoing.send_until(self.active(), frame, expires);
+        self.sync.restart(now);
     }
 
     /// Asks new nodes who they are. A slave answers within the same moment, or its question waits for the next one.
@@ -83,12 +108,16 @@ impl Station for Master {
         }
         if self.redundancy.start(now) {
             self.boot_up(now);
+            let failed = Bus::ALL.into_iter().filter(|bus| self.failed[*bus]).collect::<Vec<_>>();
+            failed.into_iter().for_each(|bus| self.report_health(bus, now));
             self.poll(now);
         }
     }
 
     fn power_off(&mut self) {
-        *self = Master::new(self.strap, self.is_assigned, self.broken);
+        let failed = self.failed;
+        *self = Master::new(self.strap, self.is_assigned, self.has_boot, self.broken);
+        self.failed = failed;
     }
 
     fn poll(&mut self, now: Instant) {

@@ -81,6 +81,7 @@ fn words(fault: Fault) -> String {
     match fault {
         Fault::Cut(bus, place) => format!("{} cut from {}", NAMES[place], letter(bus)),
         Fault::Restore(bus, place) => format!("{} back on {}", NAMES[place], letter(bus)),
+        Fault::BusOff(bus) => format!("{} bus-off on {}", NAMES[0], letter(bus)),
         Fault::Reset(place) => format!("{} reset", NAMES[place]),
         Fault::Off(place) => format!("{} without power", NAMES[place]),
         Fault::On(place) => format!("{} has power again", NAMES[place]),

@@ -31,8 +31,10 @@ const COMMANDS: [Command; 5] = [
 pub enum Fault {
     /// A node is cut from a bus, at its stub. In a line of three nodes every cut of a segment separates one node, too.
     Cut(Bus, usize),
-    /// The stub is mended.
+    /// The stub is mended, and its controller on the bus again.
     Restore(Bus, usize),
+    /// The controller of the master is bus-off too often: the bus is failed for it.
+    BusOff(Bus),
     /// The chip of a node is reset.
     Reset(usize),
     /// A node loses its power.
@@ -70,6 +72,8 @@ pub enum Message {
 pub enum Crew {
     /// A master without a standby.
     OneMaster,
+    /// The same, with a boot process: it checks a slave by SDO after each boot before it starts it. Its controllers go bus-off.
+    OneMasterWithBoot,
     /// Two master boards. Their clocks differ: of equal frames that both send, each hears that of the other one.
     TwoMasters,
     /// Two master boards with equal clocks: equal frames of the same moment are one frame on the wire, and neither hears it.
@@ -80,14 +84,23 @@ pub enum Crew {
 }
 
 impl Crew {
+    /// All of them.
+    pub const ALL: [Crew; 5] = [
+        Crew::OneMaster,
+        Crew::OneMasterWithBoot,
+        Crew::TwoMasters,
+        Crew::TwoMastersInStep,
+        Crew::TwoMastersUnassigned,
+    ];
+
     /// Masters before power-on. `broken`: a rule that does not hold.
     fn masters(self, broken: Option<Broken>) -> Vec<Master> {
         let straps = match self {
-            Crew::OneMaster => vec![None],
+            Crew::OneMaster | Crew::OneMasterWithBoot => vec![None],
             _ => vec![Some(Strap::Prime), Some(Strap::Second)],
         };
-        let is_assigned = self != Crew::TwoMastersUnassigned;
-        straps.into_iter().map(|strap| Master::new(strap, is_assigned, broken)).collect()
+        let (is_assigned, has_boot) = (self != Crew::TwoMastersUnassigned, self == Crew::OneMasterWithBoot);
+        straps.into_iter().map(|strap| Master::new(strap, is_assigned, has_boot, broken)).collect()
     }
 }
 
@@ -108,6 +121,8 @@ pub struct World {
     pub left: u8,
     /// Equal frames of the same moment are one.
     is_in_step: bool,
+    /// Controllers of the master go bus-off.
+    is_going_off: bool,
 }
 
 impl World {
@@ -124,6 +139,7 @@ impl World {
             losing: 0,
             left: faults,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
+            is_going_off: crew == Crew::OneMasterWithBoot,
         };
         let now = Rebase::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
@@ -193,6 +209,9 @@ impl World {
                 let is_whole = self.is_connected(bus, place);
                 faults.push(if is_whole { Fault::Cut(bus, place) } else { Fault::Restore(bus, place) });
             }
+            if self.is_going_off && self.is_connected(bus, MASTERS[0]) {
+                faults.push(Fault::BusOff(bus));
+            }
             faults.push(Fault::Foreign(bus, Message::Heartbeat));
             // How a slave reacts does not depend on the number of masters.
             if self.masters.len() == 1 {
@@ -221,7 +240,16 @@ impl World {
         self.masters.iter_mut().for_each(Master::forget_news);
         match fault {
             Fault::Cut(bus, place) => self.cut |= stub(bus, place),
-            Fault::Restore(bus, place) => self.cut &= !stub(bus, place),
+            Fault::Restore(bus, place) => {
+                self.cut &= !stub(bus, place);
+                if place == MASTERS[0] && self.is_going_off {
+                    self.report_bus_off(bus, false, now);
+                }
+            }
+            Fault::BusOff(bus) => {
+                self.cut |= stub(bus, MASTERS[0]);
+                self.report_bus_off(bus, true, now);
+            }
             Fault::Reset(place) => self.station(place).start(now),
             Fault::Off(place) => {
                 self.off |= 1 << place;
@@ -244,6 +272,11 @@ impl World {
         }
         self.settle(now, on_loss);
         self.left -= 1;
+    }
+
+    fn report_bus_off(&mut self, bus: Bus, is_failed: bool, now: Instant) {
+        let is_powered = self.is_powered(MASTERS[0]);
+        self.masters[0].on_bus_off(bus, is_failed, is_powered, now);
     }
 
     /// Ticks until something is due.

@@ -78,7 +78,13 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     /// Takes a claim of another active master.
-    pub(super) fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, now: Instant) -> Option<MasterAction> {
+    pub(super) fn on_claim(
+        &mut self,
+        bus: Bus,
+        claim: &Claim,
+        at: Instant,
+        now: Instant,
+    ) -> Option<MasterAction> {
         let slaves = self.slaves(at);
         let answer = self.boards.standby_mut()?.on_claim(bus, claim, at, slaves);
         self.answer(bus, answer, now)

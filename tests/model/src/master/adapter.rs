@@ -2,7 +2,7 @@
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::queue;
-use ecss_can::redundancy::{MasterAction, MasterVerdict, Sending};
+use ecss_can::redundancy::{MasterAction, MasterVerdict, PeerHeartbeat, Sending};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 
 use super::Master;
@@ -17,12 +17,17 @@ impl Master {
     pub(super) fn take(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         if frame.id() == CobId::SYNC {
             let action = self.redundancy.on_sync_or_time(bus, now, now);
-            return self.act_if(action, now);
+            return action.into_iter().for_each(|action| self.act(action, now));
         }
         match self.redundancy.on_received(bus, frame, now, now) {
-            MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => self.act_if(action, now),
+            MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
+                action.into_iter().for_each(|action| self.act(action, now));
+            }
             MasterVerdict::Heartbeat { node, state } => self.on_heartbeat(bus, node, state, now),
-            MasterVerdict::Response(node) => self.redundancy.on_answer(node, now),
+            MasterVerdict::Response(node) => {
+                self.boot.on_answer(node);
+                self.redundancy.on_answer(node, now);
+            }
             MasterVerdict::Malformed | MasterVerdict::Other => {}
         }
     }
@@ -32,19 +37,22 @@ impl Master {
             self.redundancy.on_overheard(bus, node, state, now);
             return;
         }
-        let news = self.redundancy.on_heartbeat(bus, node, state, now, |_| true);
-        let Some(message) = news.command else { return };
-        let (frame, expires) = (message.encode(), now + LIFETIME);
+        let Self { redundancy, boot, .. } = self;
+        let may_start = |heard: PeerHeartbeat| boot.may_start(node, state, heard.returned);
+        if let Some(message) = redundancy.on_heartbeat(bus, node, state, now, may_start).command {
+            self.send(message.encode(), now);
+        }
+        if bus == self.active() && self.boot.asks(node, state) {
+            self.send(Frame::of(CobId::sdo_request(node), []), now);
+        }
+    }
+
+    fn send(&mut self, frame: Frame, now: Instant) {
+        let expires = now + LIFETIME;
         match self.redundancy.send(queue::Outgoing { frame, expires }) {
             Sending::Now(bus) => self.outgoing.send_until(bus, frame, expires),
             Sending::Held => {}
             Sending::Refused(bus) => self.act(MasterAction::Refused(bus), now),
-        }
-    }
-
-    fn act_if(&mut self, action: Option<MasterAction>, now: Instant) {
-        if let Some(action) = action {
-            self.act(action, now);
         }
     }
 
@@ -76,12 +84,6 @@ impl Master {
 
     pub(super) fn report_health(&mut self, bus: Bus, now: Instant) {
         let health = if self.unacknowledged[bus] { ALONE } else { Health::default() };
-        self.redundancy.on_health(bus, health, false, now);
-    }
-
-    pub(super) fn boot_up(&mut self, now: Instant) {
-        let (queue::Outgoing { frame, expires }, _) = self.redundancy.boot_up(now);
-        self.outgoing.send_until(self.active(), frame, expires);
-        self.sync.restart(now);
+        self.redundancy.on_health(bus, health, self.failed[bus], now);
     }
 }

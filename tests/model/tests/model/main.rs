@@ -1,4 +1,5 @@
 //! Searches through all states of a small spacecraft.
 
+mod outside;
 mod search;
 mod shift;
