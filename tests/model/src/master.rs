@@ -7,7 +7,7 @@ use ecss_can::redundancy::{
     Broken, BusAccess, MasterAction, MasterRedundancy, MasterSetup, RoleChange, Sending, Strap, SwitchCause,
     TwoBoards,
 };
-use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
+use ecss_can::types::{Bus, Canonical, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, earliest};
 
 use crate::profile::{
     DWELL, GRACE, HELD, LIFETIME, MASTER_PARAMETERS, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE,
@@ -74,14 +74,6 @@ impl Master {
         (self.switched, self.role_changed) = (None, None);
     }
 
-    /// Shifts the clock.
-    pub fn rebase(&mut self, now: Instant) {
-        let to = Rebase::new(now);
-        self.redundancy.rebase(now);
-        self.sync.rebase(&to);
-        self.outgoing.rebase(&to);
-    }
-
     fn act(&mut self, action: MasterAction, now: Instant) {
         match action {
             MasterAction::Heartbeat { bus, frame, expires } => self.outgoing.send_until(bus, frame, expires),
@@ -139,6 +131,16 @@ impl Master {
         while let Some(node) = self.redundancy.peers_mut().take_unasked() {
             self.outgoing.send(self.active(), Frame::of(CobId::sdo_request(node), []), now);
         }
+    }
+}
+
+impl Canonical for Master {
+    type Context = ();
+
+    fn canonical(&mut self, now: Instant, (): &()) {
+        self.redundancy.canonical(now, &());
+        self.sync.canonical(now, &());
+        self.outgoing.canonical(now, &());
     }
 }
 

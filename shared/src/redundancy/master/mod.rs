@@ -34,9 +34,9 @@
 
 mod action;
 mod boards;
-mod held;
 #[cfg(feature = "model")]
-mod relative;
+mod broken_rules;
+mod held;
 mod role;
 
 pub use action::MasterAction;
@@ -50,7 +50,7 @@ use crate::heartbeat;
 use crate::link::port::Health;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, NmtSlave, Reaction, Target};
-use crate::types::{Bus, CobId, Duration, Instant, NmtState, NodeId, earliest};
+use crate::types::{Bus, Canonical, CobId, Duration, Instant, NmtState, NodeId, earliest};
 
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
@@ -85,9 +85,10 @@ pub struct SlaveNews {
 ///
 /// Hears nodes with Node-IDs below `N`. Up to `H` frames wait for the announcement of the bus.
 #[doc(alias("redundancy master"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct MasterRedundancy<B: MasterBoards = OneBoard, const N: usize = PLACES, const H: usize = HELD> {
     boards: B,
+    #[canonical(within = self.parameters().quiet_time())]
     rivals: Rivals,
     nmt: NmtSlave,
     access: BusAccess,
