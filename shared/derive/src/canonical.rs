@@ -87,6 +87,7 @@ fn implementation(
     let context = context.map_or_else(|| quote!(()), |context| quote!(#context));
     quote! {
         #[automatically_derived]
+        #[diagnostic::do_not_recommend]
         #[allow(unused_variables, irrefutable_let_patterns)]
         impl #impl_generics #krate::types::Canonical for #ident #type_generics #bounds {
             type Context = #context;

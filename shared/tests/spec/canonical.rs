@@ -4,14 +4,14 @@
 
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{
-    Answer, Claim, MasterMessage, Peers, Rivals, Selection, Selector, Standby, Strap,
+    Answer, Claim, Manager, MasterMessage, Parameters, Peers, Rivals, Selection, Selector, Standby, Strap,
 };
 use ecss_can::types::NmtState::Operational;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
 use proptest::prelude::*;
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, node, span};
-use crate::manager::PARAMETERS;
+use crate::manager::{GRACE, PARAMETERS, decisions};
 use MasterMessage::Heartbeat;
 
 const NO_WORK: PerBus<u32> = PerBus { nominal: 0, redundant: 0 };
@@ -139,6 +139,20 @@ fn peers_have_a_horizon_for_each_node() {
     let mut peers = Peers::new();
     peers.set_times(&[5 << 16 | 400]);
     assert_ne!(heard(&peers, 4_700, 5_000), heard(&peers, 4_701, 5_000));
+}
+
+/// Given a master that hears no slave and changed the bus twice, and one that did four times, then they are alike if
+/// nothing limits the number.
+#[test]
+fn a_manager_forgets_a_count_without_a_limit() {
+    let changed = |ntoggle, until| {
+        let mut manager: Manager = Manager::new(Parameters { ntoggle, ..PARAMETERS }, 50, span(1_000), GRACE);
+        manager.start(ms(0));
+        assert_eq!(decisions(&mut manager, until).len() as u64, until / 1_000);
+        canonical(&manager, until, &())
+    };
+    assert_eq!(changed(Parameters::NO_LIMIT, 2_010), changed(Parameters::NO_LIMIT, 4_010));
+    assert_ne!(changed(9, 2_010), changed(9, 4_010));
 }
 
 #[test]

@@ -4,20 +4,20 @@ use heapless::Vec;
 
 use super::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
-/// State machine whose states have a canonical form. Two states with equal canonical forms make the same decisions,
-/// each relative to its own present.
+/// State machine whose states have a canonical form. From two states with equal canonical forms it makes the same
+/// decisions, each relative to its own present.
 ///
-/// A model checker visits every state once. A machine that notes instants never comes back to the same state: the time
-/// differs. In the canonical form the present is [`Instant::ORIGIN`], and an age that has no effect any more is
+/// A model checker visits every state once. A machine that notes instants never returns to the same state, because the
+/// time differs. In the canonical form the present is [`Instant::ORIGIN`], and an age that has no effect any more is
 /// forgotten. The *horizon* of an instant is the greatest age that has an effect.
 ///
-/// The derive macro takes the horizon from the field:
-/// [`#[canonical(..)]`](derive@Canonical) lists the attributes. An instant without one does not compile.
+/// The [derive macro](derive@Canonical) takes the horizon from the attribute of the field. An instant without one does
+/// not compile.
 ///
 /// ```
 /// use async_canopen::types::{Canonical, Duration, Instant};
 ///
-/// /// Repeats a request until it is answered, and slower while the last answer is older than a second.
+/// /// Repeats a request until it is answered, and more slowly if the last answer is at least a second old.
 /// #[derive(Debug, PartialEq, Canonical)]
 /// #[canonical(context = Duration)] // of the owner: time until a request expires
 /// struct Requests {
@@ -39,7 +39,7 @@ use super::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 /// };
 /// let one = canonical(3_000, 3_900, 4_000);
 /// assert_eq!(one.next, Instant::ORIGIN + Duration::from_millis(10));
-/// assert_eq!(canonical(7_500, 8_900, 9_000), one); // both answers are older than a second
+/// assert_eq!(canonical(7_500, 8_900, 9_000), one); // both answers are at least a second old
 /// assert_ne!(canonical(8_100, 8_900, 9_000), one); // the answer is younger
 /// assert_eq!(canonical(8_100, 8_500, 9_000).open, None); // expired
 /// ```
@@ -56,7 +56,7 @@ use super::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
     note = "any other type: `#[derive(Canonical)]`"
 )]
 pub trait Canonical {
-    /// What the horizons depend on, and only the owner of the machine knows: times, parameters. `()` for nothing.
+    /// Values of the owner of the machine on which horizons depend, for example its parameters. `()` for none.
     type Context;
 
     /// Makes the state canonical. `now`: the present, when everything due was polled. It becomes [`Instant::ORIGIN`].
@@ -65,10 +65,14 @@ pub trait Canonical {
 
 pub use async_canopen_derive::Canonical;
 
+// Each implementation is `do_not_recommend`, also those of the macro: a list of all types that have a canonical form would
+// hide the notes of the trait.
+
 /// Types without time: a state is canonical as it is. A [`Duration`] does not depend on the present.
 macro_rules! timeless {
     ($($timeless:ty),*) => {
-        $(impl Canonical for $timeless {
+        $(#[diagnostic::do_not_recommend]
+        impl Canonical for $timeless {
             type Context = ();
 
             fn canonical(&mut self, _: Instant, (): &()) {}
@@ -78,6 +82,7 @@ macro_rules! timeless {
 
 timeless!(bool, u8, u16, u32, u64, u128, Bus, CobId, Duration, Frame, NmtState, NodeId);
 
+#[diagnostic::do_not_recommend]
 impl<T: Canonical> Canonical for Option<T> {
     type Context = T::Context;
 
@@ -86,6 +91,7 @@ impl<T: Canonical> Canonical for Option<T> {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<T: Canonical> Canonical for PerBus<T> {
     type Context = T::Context;
 
@@ -95,6 +101,7 @@ impl<T: Canonical> Canonical for PerBus<T> {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<T: Canonical, const N: usize> Canonical for [T; N] {
     type Context = T::Context;
 
@@ -103,6 +110,7 @@ impl<T: Canonical, const N: usize> Canonical for [T; N] {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<T: Canonical, const N: usize> Canonical for Vec<T, N> {
     type Context = T::Context;
 
@@ -111,6 +119,7 @@ impl<T: Canonical, const N: usize> Canonical for Vec<T, N> {
     }
 }
 
+#[diagnostic::do_not_recommend]
 impl<A: Canonical<Context = ()>, B: Canonical<Context = ()>> Canonical for (A, B) {
     type Context = ();
 
