@@ -33,7 +33,7 @@ pub enum Consumer {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ConsumerTimes {
-    /// Consumer time.
+    /// Consumer time, as for [`Consumer::poll`]. Zero: no monitoring.
     pub consumer: Duration,
     /// Longest time for which the age of a miss has an effect on its owner.
     pub memory: Duration,
