@@ -155,6 +155,20 @@ fn a_manager_forgets_a_count_without_a_limit() {
     assert_ne!(changed(9, 2_010), changed(9, 4_010));
 }
 
+/// Given a master that may always change the bus, then it may also without a slave that was heard.
+#[test]
+fn a_manager_forgets_a_heard_slave_without_a_limit() {
+    let heard = |ntoggle, buses: &[Bus]| {
+        let mut manager: Manager = Manager::new(Parameters { ntoggle, ..PARAMETERS }, 50, span(1_000), GRACE);
+        manager.peers_mut().assign(node(2), true);
+        manager.start(ms(0));
+        buses.iter().for_each(|bus| _ = manager.on_frame(*bus, Some(node(2)), ms(0)));
+        canonical(&manager, 10, &())
+    };
+    assert_eq!(heard(Parameters::NO_LIMIT, &[]), heard(Parameters::NO_LIMIT, &[REDUNDANT]));
+    assert_ne!(heard(9, &[]), heard(9, &[REDUNDANT]));
+}
+
 #[test]
 fn rivals_keep_the_age_of_a_heartbeat_for_the_silence() {
     let last = |at| {

@@ -242,6 +242,26 @@ fn a_clash_watch_forgets_a_boot_after_the_probation() {
     assert_ne!(booted(801), booted(802));
 }
 
+#[test]
+fn a_clash_watch_keeps_ages_of_heartbeats() {
+    let times = ClashTimes { probation: span(200), quiet: span(600) };
+    let heard = |at| {
+        let mut watch = ClashWatch::new();
+        watch.on_heartbeat(Operational, ms(at), times.probation);
+        canonical(&watch, 1_000, &times)
+    };
+    assert_eq!(heard(300), heard(400));
+    assert_ne!(heard(400), heard(401));
+    // A heartbeat of its own for 1 ms.
+    let sent = |at| {
+        let mut watch = ClashWatch::new();
+        watch.on_sent(at);
+        canonical(&watch, 1_000, &times)
+    };
+    assert_eq!(sent(ms(998)), sent(ms(999)));
+    assert_ne!(sent(ms(999)), sent(ms(999) + Duration::from_micros(1)));
+}
+
 /// Given two states with equal canonical forms, when the same heartbeat comes, then they decide alike.
 #[test]
 fn equal_canonical_forms_decide_alike() {
