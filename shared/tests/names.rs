@@ -1,4 +1,4 @@
-//! Packages that derive a dictionary: each depends on `async-canopen` or on `ecss-can`, or on both, by their own or by other
+//! Packages that derive a dictionary and a canonical form: each depends on `async-canopen` or on `ecss-can`, or on both, by their own or by other
 //! names.
 //!
 //! A workspace of such packages is made and checked by cargo. The derive macros find the name in the manifest of the package.
@@ -37,7 +37,7 @@ fn manifest(name: &str, dependencies: &[Dependency]) -> String {
     text
 }
 
-/// Objects with a record and with limits, by the names of the last dependency.
+/// Objects with a record and with limits, and a state machine, by the names of the last dependency.
 fn source(dependencies: &[Dependency], is_device: bool) -> String {
     let name = dependencies.last().expect("there is one").0.replace('-', "_");
     let (mark, device) = match is_device {
@@ -69,6 +69,29 @@ pub struct Channel {
 }
 
 const _: NAME::od::Field = Heater::SETPOINT;
+
+/// A thermostat.
+#[derive(NAME::types::Canonical)]
+#[canonical(context = NAME::types::Duration)]
+pub struct Thermostat {
+    #[canonical(age = *context)]
+    pub read: NAME::types::Instant,
+    #[canonical(within = *context)]
+    pub phase: Phase,
+    pub setpoint: u8,
+}
+
+/// A phase.
+#[derive(NAME::types::Canonical)]
+#[canonical(context = NAME::types::Duration)]
+pub enum Phase {
+    /// Heats.
+    Heating(#[canonical(grid = *context)] Option<NAME::types::Instant>),
+    /// Waits.
+    Waiting,
+}
+
+const _: fn(&mut Thermostat, NAME::types::Instant, &NAME::types::Duration) = NAME::types::Canonical::canonical;
 ";
 
 const DEVICE: &str = "
@@ -80,7 +103,7 @@ impl NAME::node::Device for Heater {
 ";
 
 #[test]
-fn a_dictionary_compiles_by_each_name_of_its_crate() {
+fn declarations_compile_by_each_name_of_their_crate() {
     let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join("names");
     let members: Vec<&str> = PACKAGES.iter().map(|(name, ..)| *name).collect();
     for (name, dependencies, is_device) in PACKAGES {

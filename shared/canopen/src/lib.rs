@@ -75,7 +75,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`types`] | frames, identifiers, instants, time codes: words of the field without behaviour |
+//! | [`types`] | frames, identifiers, instants, time codes: words of the field without behaviour; canonical forms of states |
 //! | [`link`] | ports, filters, transmit queue, bit timing, budgets, stamps |
 //! | [`od`] | object dictionary: declarations, data types, access |
 //! | [`nmt`] | network management: NMT state machine, commands, guards |
@@ -88,7 +88,6 @@
 //! # Features
 //!
 //! - `defmt`: every public type implements `defmt::Format`.
-//! - `model`: for the model checker of `ecss-can` only.
 //!
 //! # Limits
 //!

@@ -1,4 +1,4 @@
-//! Declares an object dictionary as a struct.
+//! Declares an object dictionary as a struct, and the canonical form of a state machine at its fields.
 //!
 //! `#[derive(Objects)]` turns a struct of values into a dictionary, or into a group of objects of a dictionary.
 //! `#[derive(Record)]` turns a struct into a record: several values under one index. Both implement `Default` with
@@ -29,6 +29,8 @@
 //! object, `SubIndex` for an entry of a record. There each type parameter has its default, so that `Device::VALUE`
 //! needs no argument.
 //!
+//! `#[derive(Canonical)]` is for state machines: see [`macro@Canonical`].
+//!
 //! The expanded code names `async-canopen`, or `ecss-can`, which exports the same modules, by the name that the manifest of
 //! the package gives it.
 //!
@@ -40,8 +42,10 @@
 //! declaration that has a type parameter without a default is checked where its `Default` is used.
 
 mod attribute;
+mod canonical;
 mod errors;
 mod field;
+mod horizon;
 mod instance;
 mod objects;
 mod path;
@@ -69,6 +73,32 @@ pub fn objects(input: TokenStream) -> TokenStream {
 pub fn record(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     record::expand(&input).unwrap_or_else(|errors| beside(errors, stub::record(&input))).into()
+}
+
+/// Implements the canonical form of a state machine: its instants relative to now, without ages that have no effect.
+///
+/// The trait `async_canopen::types::Canonical` has an example.
+///
+/// | attribute | stands on | meaning |
+/// | --- | --- | --- |
+/// | `#[canonical(context = Type)]` | a type | `Canonical::Context`: what the expressions need of the owner of the machine; `()` without it |
+/// | `#[canonical(due)]` | instants | compared with now alone: all past ones are alike |
+/// | `#[canonical(age = ..)]` | instants | the age has an effect up to this `Duration`; older ones are alike |
+/// | `#[canonical(grid = ..)]` | instants | points of a grid with this period, a `Duration`: of past ones the last one counts |
+/// | `#[canonical(within = ..)]` | a machine | its context; without the attribute the context is `()` |
+/// | `#[canonical(each = ..)]` | an array of machines | a function from `usize`, the place in the array, to the context |
+/// | `#[canonical(value = ..)]` | any field | value that the field takes before it is shifted, also beside another word |
+///
+/// Instants are an `Instant`, or an `Option`, an array, a `PerBus` of instants. One without an attribute does not
+/// compile: its horizon is missing. A field without time needs no attribute.
+///
+/// Expressions may use `self`, `context`, a reference to the context, and `now`, an `Instant`. All of them are
+/// evaluated before any field changes. A field whose type has a type parameter bounds the implementation, except for
+/// `within` and `each`: there the declaration has the bound.
+#[proc_macro_derive(Canonical, attributes(canonical))]
+pub fn canonical(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    canonical::expand(&input).unwrap_or_else(|errors| beside(errors, canonical::stub(&input))).into()
 }
 
 /// The errors, and what keeps the compiler from reporting others that follow from them.

@@ -1,7 +1,9 @@
 //! Rules that tests break on purpose. The model checker or the fault campaign must find every one.
 
+use crate::types::Canonical;
+
 /// Rule that is broken on purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Broken {
     /// The master stays without a limit on a bus where it hears no slave.

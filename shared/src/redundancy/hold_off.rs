@@ -6,7 +6,7 @@
 //! that does not decide, the bus counts on which the master was before.
 
 use super::Parameters;
-use crate::types::{Bus, Duration, Instant, PerBus};
+use crate::types::{Bus, Canonical, Duration, Instant, Instants, PerBus};
 
 /// A heartbeat on the bus that was left is no contradiction so soon after the move: it was under way when the master
 /// changed the bus.
@@ -52,13 +52,32 @@ impl Rhythm {
     }
 }
 
+/// More than a shift of instants: records are equal that will always have the same patience.
+impl Canonical for Rhythm {
+    type Context = ();
+
+    fn canonical(&mut self, _: Instant, (): &()) {
+        // Oldest first. A gap that is shorter than a later one is forgotten before it, and never counts.
+        self.gaps.rotate_left(usize::from(self.count & 3));
+        self.count = 0;
+        let mut longest = 0;
+        for gap in self.gaps.iter_mut().rev() {
+            longest = longest.max(*gap);
+            *gap = longest;
+        }
+    }
+}
+
 /// A change of the bus that a heartbeat on the old one can still take back.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[canonical(context = Parameters)]
 pub(super) struct Move {
     /// End of the heartbeat that caused the move.
+    #[canonical(age = self.rhythm.patience(context).max(UNDER_WAY))]
     pub at: Instant,
-    /// End of the last heartbeat on the bus that was left.
+    /// End of the last heartbeat on the bus that was left. With the next one there it is a gap, however old.
+    #[canonical(age = Duration::from_micros(u64::MAX))]
     pub last: Instant,
     /// Bdefault before the move.
     pub bdefault: Bus,
@@ -71,6 +90,11 @@ impl Move {
     /// left.
     pub fn was_under_way(&self, at: Instant) -> bool {
         at <= self.at + UNDER_WAY
+    }
+
+    /// Returns whether the move can be taken back or contradicted at `now` or later.
+    pub fn has_effect(&self, now: Instant, parameters: &Parameters) -> bool {
+        self.is_open(now, parameters) || self.was_under_way(now)
     }
 
     /// Returns whether a heartbeat on the bus that was left, which ended at `at`, continues those before the
@@ -118,5 +142,16 @@ impl Work {
     }
 }
 
-#[cfg(feature = "model")]
-mod relative;
+/// More than a shift of instants: of the numbers only the difference counts, and of that whether it is zero. The node
+/// counts from zero again.
+impl Canonical for Work {
+    /// Patience of [`Work::renew`].
+    type Context = Duration;
+
+    fn canonical(&mut self, now: Instant, patience: &Duration) {
+        let has_worked = |bus| self.frames[bus] != self.before[bus];
+        self.before = PerBus::from_fn(|bus| u32::from(has_worked(bus)).wrapping_neg());
+        self.frames = PerBus::default();
+        self.since.age(now, *patience);
+    }
+}

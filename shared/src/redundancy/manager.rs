@@ -6,11 +6,11 @@ use super::trial::Trial;
 use super::{Parameters, PeerHeartbeat, Peers};
 use crate::heartbeat::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
-use crate::types::{Bus, Duration, Instant, NmtState, NodeId, PerBus, earliest};
+use crate::types::{Bus, Canonical, Duration, Instant, NmtState, NodeId, PerBus, earliest};
 
 mod action;
 #[cfg(feature = "model")]
-mod relative;
+mod broken_rules;
 
 pub use action::{Action, SwitchCause};
 
@@ -44,8 +44,9 @@ pub use action::{Action, SwitchCause};
 ///   Ntoggle times. Then it stays until it hears one. An Ntoggle of 255 is no limit.
 /// - With Ttoggle or Ntoggle zero the master changes the bus by command alone.
 #[doc(alias("redundancy master", "active bus", "bus switch"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct Manager<const N: usize = PLACES> {
+    #[canonical(value = SlaveSearch::counting(self.parameters))]
     parameters: Parameters,
     /// Share of the slaves whose silence makes a bus bad, percent.
     silent_share: u8,
@@ -57,12 +58,15 @@ pub struct Manager<const N: usize = PLACES> {
     /// NMT state of the master, for its heartbeats.
     state: NmtState,
     announcing: bool,
+    #[canonical(within = self.parameters)]
     peers: Peers<N>,
     /// A slave that counts was heard on the active bus since power-on or the last switch.
     heard_here: bool,
     /// End of the settling time after a switch; not isolated before.
+    #[canonical(due)]
     guard: Instant,
     /// Last sign of another node on the active bus, while the controller reports that acknowledgements are missing.
+    #[canonical(age = self.grace)]
     alone_since: Option<Instant>,
     unacknowledged: PerBus<bool>,
     failed: PerBus<bool>,
@@ -70,9 +74,11 @@ pub struct Manager<const N: usize = PLACES> {
     /// Slaves that were silent on the other bus when it was left. A bus that failed counts as one that serves a
     /// single slave: any that serves more is better, and one without any is not.
     left_behind: u32,
+    #[canonical(within = self.parameters)]
     search: SlaveSearch,
     trial: Trial,
     /// Instant at which assigned slaves that were never heard are reported.
+    #[canonical(due)]
     report: Option<Instant>,
     #[cfg(feature = "model")]
     broken: Option<super::Broken>,

@@ -75,11 +75,11 @@ pub use selector::{MasterMessage, Selection, Selector};
 pub use slave::{BusCause, Retained, SlaveAction, SlaveNode, SlaveRedundancy, SlaveVerdict};
 pub use standby::{Answer, Claim, Pair, Role, RoleCause, RoleChange, Standby, Strap};
 
-use crate::types::{Bus, Duration};
+use crate::types::{Bus, Canonical, Duration};
 
 /// Access of a node to its two buses (ECSS 8.2).
 #[doc(alias("parallel access", "selective access"))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusAccess {
     /// Two controllers, each on its bus all the time.
@@ -99,7 +99,7 @@ impl BusAccess {
 
 /// Parameters of the bus redundancy management of a node (ECSS Tables 8-1 and 8-2).
 #[doc(alias("2000h", "Bdefault", "Ttoggle", "Ntoggle", "Ctoggle"))]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
     /// Consumer heartbeat time (1016h). Zero: no monitoring.

@@ -1,14 +1,14 @@
 //! Nodes that the master hears: their states, and which of them count, are lost or silent.
 
 use super::Parameters;
-use crate::heartbeat::Consumer;
+use crate::heartbeat::{Consumer, ConsumerTimes};
 use crate::nmt::Target;
-use crate::types::{Duration, Instant, NmtState, NodeId};
+use crate::types::{Canonical, Duration, Instant, NmtState, NodeId};
 
+#[cfg(feature = "model")]
+mod broken_rules;
 mod heard;
 mod period;
-#[cfg(feature = "model")]
-mod relative;
 
 /// Node-IDs 0..=127; those of no slave stay empty.
 pub(super) const PLACES: usize = 128;
@@ -23,8 +23,10 @@ pub(super) type NodeSet = u128;
 /// A node counts for the decisions of the master if 1F81h assigns it, or if its SDO server answered since its last
 /// boot-up message. Any other node is a *foreign node*. The master follows its state, but neither its heartbeats nor
 /// its silence decide anything. After ten consumer times of silence the master forgets it.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
+#[canonical(context = Parameters)]
 pub struct Peers<const N: usize = PLACES> {
+    #[canonical(each = |nth| self.times_of(nth, context))]
     places: [Option<Peer>; N],
     /// Consumer times of their own, milliseconds; zero for those that share the common one.
     times: [u16; N],
@@ -47,20 +49,34 @@ pub struct Peers<const N: usize = PLACES> {
     /// Not to be started unasked, heard or not: the application stopped them.
     held: NodeSet,
     /// No peer has anything due before. Later heartbeats only move the truth further away.
+    #[canonical(due)]
     check: Option<Instant>,
     #[cfg(feature = "model")]
     pub(super) broken: Option<super::Broken>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
+#[canonical(context = PeerTimes)]
 struct Peer {
     state: NmtState,
+    #[canonical(within = context.heartbeat)]
     heartbeat: Consumer,
     /// Silent on the active bus from then on.
+    // How long ago counts only together with the first heartbeat on the other bus.
+    #[canonical(age = if self.first_there < Instant::NEVER { context.hold } else { Duration::ZERO })]
     silent_at: Instant,
     /// First and last heartbeat on the other bus since the last one on the active bus, never and zero without.
+    #[canonical(age = context.hold)]
     first_there: Instant,
+    #[canonical(age = context.hold)]
     last_there: Instant,
+}
+
+/// Times for which what a [`Peer`] notes has an effect.
+struct PeerTimes {
+    heartbeat: ConsumerTimes,
+    /// [`Parameters::hold_time`].
+    hold: Duration,
 }
 
 impl Peer {
@@ -192,7 +208,7 @@ impl<const N: usize> Peers<N> {
         peer.state = state;
         let waiting = state != NmtState::Operational;
         #[cfg(feature = "model")]
-        let waiting = waiting && !(state == NmtState::Stopped && relative::leaves_stopped(self.broken));
+        let waiting = waiting && !(state == NmtState::Stopped && broken_rules::leaves_stopped(self.broken));
         let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
         // An instant before this heartbeat was checked when it was due.
         if counts && peer.silent_at > at {

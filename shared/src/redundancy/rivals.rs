@@ -1,10 +1,12 @@
 //! Other nodes that send the heartbeat of the master.
 
-use crate::types::{Bus, Duration, Instant, PerBus};
+use crate::types::{Bus, Canonical, Duration, Instant, PerBus};
 
 /// Instants at which 701h of another node was last heard on each bus.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Canonical)]
+#[canonical(context = Duration)] // silence that ends a collision
 pub struct Rivals {
+    #[canonical(age = *context)]
     last: PerBus<Option<Instant>>,
 }
 
@@ -28,11 +30,5 @@ impl Rivals {
     /// Returns when to poll next.
     pub fn deadline(&self, silence: Duration) -> Option<Instant> {
         Bus::ALL.into_iter().filter_map(|bus| self.last[bus]).min().map(|last| last + silence)
-    }
-
-    /// Shifts the clock.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase, silence: Duration) {
-        self.last = PerBus::from_fn(|bus| self.last[bus].map(|last| to.aged(last, silence)));
     }
 }

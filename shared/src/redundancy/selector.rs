@@ -2,10 +2,11 @@
 
 use super::Parameters;
 use super::hold_off::{Move, Rhythm, Work};
-use crate::types::{Bus, Duration, Instant, PerBus, earliest};
+use crate::types::{Bus, Canonical, Duration, Instant, PerBus, earliest};
 
 #[cfg(feature = "model")]
-mod relative;
+mod broken_rules;
+mod canonical;
 
 /// An intruder that is heard more seldom than Ttoggle consumer times costs a heartbeat period each time, so
 /// hold-offs get longer: up to 128 times that.
@@ -52,50 +53,72 @@ const MOST_DOUBLINGS: u8 = 7;
 ///
 /// With a consumer time, Ttoggle or Ntoggle of zero the slave does not change the bus by itself.
 #[doc(alias("redundancy slave", "bus selection", "Ttoggle", "Ntoggle", "Bdefault"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[canonical(context = PerBus<u32>)] // as for `Selector::on_work`; the node counts from zero again
 pub struct Selector {
+    #[canonical(value = self.counting_parameters())]
     parameters: Parameters,
     selected: Bus,
+    #[canonical(within = self.parameters)]
     phase: Phase,
     /// Heartbeats on the bus that is followed.
     rhythm: Rhythm,
     /// The last change of the bus by a heartbeat alone.
+    #[canonical(value = self.moved.filter(|moved| moved.has_effect(now, &self.parameters)), within = self.parameters)]
     moved: Option<Move>,
     /// Bus on which the master works, while the buses contradict each other.
+    // Longer than any patience: gaps of a bus that is followed are at most a consumer time.
+    #[canonical(
+        value = self.observed_work(*context, now),
+        within = self.parameters.consumer.max(self.parameters.producer).times(2)
+    )]
     work: Work,
     /// Heartbeats on both buses: no change until then, unless the bus that is followed is silent.
+    #[canonical(due)]
     hold_off: Option<Instant>,
     /// Moves taken back since power-on: each but the first doubles the hold-off.
     taken_back: u8,
     /// Bdefault as it is kept beyond power-off.
     kept: Bus,
     /// Instant at which a new Bdefault may be kept, after a consumer time without contradiction, and that bus.
+    #[canonical(due)]
     keep: Option<(Instant, Bus)>,
     #[cfg(feature = "model")]
     broken: Option<super::Broken>,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[canonical(context = Parameters)]
 enum Phase {
     /// The selected bus is the active one.
     Following {
         /// The last heartbeat.
+        #[canonical(age = context.consumer)]
         last: Instant,
     },
     /// Found by a command alone: without a heartbeat until then the search goes on, as if it had not ended.
-    Unconfirmed { until: Instant, bdefault: Bus, search: Search },
+    Unconfirmed {
+        #[canonical(due)]
+        until: Instant,
+        bdefault: Bus,
+        #[canonical(within = *context)]
+        search: Search,
+    },
     /// Bus selection process.
-    Searching(Search),
+    Searching(#[canonical(within = *context)] Search),
 }
 
 /// A search on a bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[canonical(context = Parameters)]
 struct Search {
     bus: Bus,
     /// On this bus since then. `None`: switching is disabled, or Ntoggle switches were in vain; it stays and listens.
+    // A switch that is later than that does not count from its time.
+    #[canonical(age = context.toggling_time().times(2))]
     since: Option<Instant>,
 }
 

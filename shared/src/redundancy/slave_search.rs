@@ -1,7 +1,7 @@
 //! Search of a master for its slaves: it changes the bus by itself, at most Ntoggle times while it hears none.
 
 use super::Parameters;
-use crate::types::{Duration, Instant};
+use crate::types::{Canonical, Duration, Instant};
 
 /// State of the search. Ctoggle counts its changes of the bus ([`Parameters::ctoggle`]).
 ///
@@ -11,11 +11,14 @@ use crate::types::{Duration, Instant};
 /// A *dwell* is the time that the master stays on a bus on which it hears no slave. It runs from power-on, from the
 /// last change, or from the last frame of a slave that counts, whichever was last: frames of two buses may be
 /// reported out of order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
+#[canonical(context = Parameters)]
 pub(super) struct SlaveSearch {
+    #[canonical(age = self.dwell(context))]
     dwells_since: Instant,
     shortest_dwell: Duration,
     /// A slave was heard since the last change: the next change begins a search.
+    #[canonical(value = self.heard && Self::is_limited(context))]
     heard: bool,
     /// All changes were in vain. The master stays, and no dwell runs.
     gave_up: bool,
@@ -65,6 +68,18 @@ impl SlaveSearch {
         is_enabled && (self.heard || ntoggle == Parameters::NO_LIMIT || ctoggle < ntoggle)
     }
 
+    /// Returns the parameters without a Ctoggle that decides nothing, because the number of changes has no limit.
+    pub fn counting(parameters: Parameters) -> Parameters {
+        Parameters {
+            ctoggle: if Self::is_limited(&parameters) { parameters.ctoggle } else { 0 },
+            ..parameters
+        }
+    }
+
+    const fn is_limited(parameters: &Parameters) -> bool {
+        parameters.ntoggle != Parameters::NO_LIMIT
+    }
+
     pub const fn dwell(&self, parameters: &Parameters) -> Duration {
         parameters.dwell(self.shortest_dwell)
     }
@@ -74,14 +89,5 @@ impl SlaveSearch {
     pub fn dwells_until(&self, parameters: &Parameters) -> Option<Instant> {
         let is_searching = parameters.toggling_enabled() && !self.gave_up;
         is_searching.then(|| self.dwells_since + self.dwell(parameters))
-    }
-
-    /// Shifts the clock. Forgets a count that has no effect.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase, parameters: &mut Parameters) {
-        self.dwells_since = to.aged(self.dwells_since, self.dwell(parameters));
-        if parameters.ntoggle == Parameters::NO_LIMIT {
-            (self.heard, parameters.ctoggle) = (false, 0);
-        }
     }
 }

@@ -6,16 +6,16 @@
 //! The claims of the two boards have different COB-IDs. Equal frames that begin together are one frame on the wire,
 //! and neither sender hears the other. Frames with two COB-IDs never merge.
 
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
+use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NodeId};
 
 #[cfg(feature = "model")]
-mod relative;
+mod broken_rules;
 
 /// A claim that went out so lately is still on its way: no other one follows. Bounds what a babbling node can provoke.
 const CLAIM_PAUSE: Duration = Duration::from_millis(10);
 
 /// Number of a master board, set by its strap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Strap {
     /// Board that becomes active if both get power together, and stays active at a tie.
@@ -25,7 +25,7 @@ pub enum Strap {
 }
 
 /// Parameters of a mission with two master boards.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pair {
     /// Silence of the active master on both buses after which the standby takes over.
@@ -81,7 +81,7 @@ impl Pair {
 
 /// Claim of an active master. Of two masters, the one that hears more slaves stays active; at a tie the prime
 /// board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Claim {
     /// Number of slaves that count and are heard on the active bus.
@@ -101,7 +101,7 @@ impl Claim {
 }
 
 /// Role of a master board. Object 2045h has its byte.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Role {
@@ -179,12 +179,13 @@ pub enum Answer {
 /// - Two boards with equal straps that hear the same number of slaves both stay active: neither claim outranks the other.
 /// - 701h of a foreign node does not make an active board yield. Only a claim does.
 #[doc(alias("standby master", "Figure 4-2"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct Standby {
     pair: Pair,
     strap: Strap,
     role: Role,
     /// Instant at which it becomes active, unless it hears a master before.
+    #[canonical(value = self.deadline().unwrap_or(Instant::NEVER), due)]
     until: Instant,
     /// Bus on which another master was heard last.
     heard: Option<Bus>,
@@ -192,6 +193,7 @@ pub struct Standby {
     has_begun: bool,
     /// The last claim that it made since it became active.
     said: Option<Claim>,
+    #[canonical(value = self.present(now), within = self.pair.consumer)]
     encounter: Option<Encounter>,
     /// Slaves heard Operational since it is not active.
     operational: u128,
@@ -203,12 +205,15 @@ pub struct Standby {
 
 /// The claim of another active master is heard. Both compare the same two claims, so that one of them yields and
 /// not both: hence the own one stays as it was said before, until none was heard for the consumer time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
+#[canonical(context = Duration)] // the consumer time
 struct Encounter {
     own: Claim,
     /// The last claim of the other one.
+    #[canonical(age = *context)]
     last: Instant,
     /// Nothing is sent before.
+    #[canonical(due)]
     pause: Instant,
 }
 

@@ -1,11 +1,11 @@
 //! Trial of the other bus for a few slaves that are heard only there.
 
 use super::peers::NodeSet;
-use crate::types::{Bus, Instant, PerBus};
+use crate::types::{Bus, Canonical, Instant, PerBus};
 
 /// One try at a time, and from each bus none again while the same slaves stay silent there. Exceptions: the try was a
 /// success, or another node sent the heartbeat of the master during it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 pub(super) struct Trial {
     running: Option<Running>,
     /// Slaves that were silent on this bus when it was left for the last try.
@@ -14,12 +14,13 @@ pub(super) struct Trial {
     disturbed: PerBus<bool>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 struct Running {
     /// The bus left.
     from: Bus,
     /// Number of slaves that were heard on the bus that was left.
     heard: u32,
+    #[canonical(due)]
     verdict: Instant,
 }
 
@@ -80,13 +81,5 @@ impl Trial {
     #[cfg(feature = "model")]
     pub fn forget(&mut self) {
         self.tried = PerBus::default();
-    }
-
-    /// Shifts the clock.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase) {
-        if let Some(running) = &mut self.running {
-            running.verdict = to.due(running.verdict);
-        }
     }
 }

@@ -7,6 +7,7 @@ mod babbling;
 mod bench;
 mod budget;
 mod bus_off;
+mod canonical;
 mod canopen_slave;
 mod clash;
 mod clock;

@@ -5,7 +5,7 @@ mod boot;
 
 use ecss_can::link::queue;
 use ecss_can::redundancy::{Broken, MasterRedundancy, RoleChange, Strap, SwitchCause, TwoBoards};
-use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
+use ecss_can::types::{Bus, Canonical, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, earliest};
 
 use self::boot::BootProcess;
 use crate::profile::{HELD, MASTER_SETUP, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE};
@@ -74,14 +74,6 @@ impl Master {
         (self.switched, self.role_changed) = (None, None);
     }
 
-    /// Shifts the clock.
-    pub fn rebase(&mut self, now: Instant) {
-        let to = Rebase::new(now);
-        self.redundancy.rebase(now);
-        self.sync.rebase(&to);
-        self.outgoing.rebase(&to);
-    }
-
     fn boot_up(&mut self, now: Instant) {
         let (queue::Outgoing { frame, expires }, _) = self.redundancy.boot_up(now);
         self.outgoing.send_until(self.active(), frame, expires);
@@ -93,6 +85,16 @@ impl Master {
         while let Some(node) = self.redundancy.peers_mut().take_unasked() {
             self.outgoing.send(self.active(), Frame::of(CobId::sdo_request(node), []), now);
         }
+    }
+}
+
+impl Canonical for Master {
+    type Context = ();
+
+    fn canonical(&mut self, now: Instant, (): &()) {
+        self.redundancy.canonical(now, &());
+        self.sync.canonical(now, &());
+        self.outgoing.canonical(now, &());
     }
 }
 

@@ -5,7 +5,7 @@ mod adapter;
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
 use ecss_can::redundancy::{Broken, BusAccess, Parameters, Retained, SlaveRedundancy};
-use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Rebase, earliest};
+use ecss_can::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 
 use crate::profile::{GRACE, PARAMETERS};
 use crate::station::{Outgoing, Station};
@@ -73,14 +73,6 @@ impl Slave {
         self.node.has_wrong_bdefault
     }
 
-    /// Shifts the clock.
-    pub fn rebase(&mut self, now: Instant) {
-        let to = Rebase::new(now);
-        self.node.received = self.redundancy.rebase(self.node.received, now);
-        self.node.control.rebase(&to);
-        self.node.outgoing.rebase(&to);
-    }
-
     fn step(&mut self, now: Instant, step: impl FnOnce(&mut SlaveRedundancy, &mut Adapter)) {
         step(&mut self.redundancy, &mut Adapter { node: &mut self.node, now, reported: None });
         if std::mem::take(&mut self.node.is_warning) {
@@ -90,6 +82,17 @@ impl Slave {
         if self.node.waits_for_reset {
             self.start(now);
         }
+    }
+}
+
+impl Canonical for Slave {
+    type Context = ();
+
+    fn canonical(&mut self, now: Instant, (): &()) {
+        // The redundancy keeps what it needs of the numbers: they begin again.
+        self.redundancy.canonical(now, &std::mem::take(&mut self.node.received));
+        self.node.control.canonical(now, &());
+        self.node.outgoing.canonical(now, &());
     }
 }
 

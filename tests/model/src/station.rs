@@ -1,17 +1,18 @@
 //! A node on its two buses, as the wire sees it.
 
-use ecss_can::types::{Bus, Frame, Instant, NmtState};
+use ecss_can::types::{Bus, Canonical, Frame, Instant, NmtState};
 
 use crate::profile::LIFETIME;
 
 /// A frame that waits for an acknowledgement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct Waiting {
     /// Its bus.
     pub bus: Bus,
     /// The frame.
     pub frame: Frame,
     /// It is given up then.
+    #[canonical(due)]
     pub expires: Instant,
 }
 
@@ -65,12 +66,13 @@ impl Outgoing {
     pub fn deadline(&self) -> Option<Instant> {
         self.frames.iter().map(|waiting| waiting.expires).min()
     }
+}
 
-    /// Shifts the clock.
-    pub fn rebase(&mut self, to: &ecss_can::types::Rebase) {
-        for waiting in &mut self.frames {
-            waiting.expires = to.due(waiting.expires);
-        }
+impl Canonical for Outgoing {
+    type Context = ();
+
+    fn canonical(&mut self, now: Instant, (): &()) {
+        self.frames.iter_mut().for_each(|waiting| waiting.canonical(now, &()));
     }
 }
 

@@ -1,14 +1,14 @@
 //! A world under watch of [`judge`].
 
 use ecss_can::redundancy::{Broken, Parameters};
-use ecss_can::types::{Bus, Instant, PerBus, Rebase};
+use ecss_can::types::{Bus, Canonical, Instant, PerBus};
 use judge::{Slave, View, Watch};
 
 use crate::profile::PARAMETERS;
 use crate::station::Station;
 use crate::world::{Crew, Fault, MASTERS, World};
 
-/// A spacecraft at [`Rebase::ORIGIN`], under watch.
+/// A spacecraft at [`Instant::ORIGIN`], under watch.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Watched {
     /// The spacecraft.
@@ -25,11 +25,11 @@ impl Watched {
 
     /// A fault happens, and what follows from it at once.
     pub fn suffer(&mut self, fault: Fault) {
-        self.suffer_at(fault, Rebase::ORIGIN);
-        self.world.rebase(Rebase::ORIGIN);
+        self.suffer_at(fault, Instant::ORIGIN);
+        self.world.canonical(Instant::ORIGIN, &());
     }
 
-    /// The same at any time, without the shift to [`Rebase::ORIGIN`].
+    /// The same at any time, without the shift to [`Instant::ORIGIN`].
     pub fn suffer_at(&mut self, fault: Fault, now: Instant) {
         self.world.suffer_at(fault, now, &mut |world| restart(&mut self.watch, world));
         restart(&mut self.watch, &self.world);
@@ -37,16 +37,16 @@ impl Watched {
 
     /// Ticks until something is due.
     pub fn ticks(&self) -> u32 {
-        self.world.ticks_from(Rebase::ORIGIN)
+        self.world.ticks_from(Instant::ORIGIN)
     }
 
     /// Time goes on to the next tick at which something is due.
     pub fn tick(&mut self) {
-        let now = self.tick_from(Rebase::ORIGIN);
-        self.world.rebase(now);
+        let now = self.tick_from(Instant::ORIGIN);
+        self.world.canonical(now, &());
     }
 
-    /// The same from any time, without the shift to [`Rebase::ORIGIN`]. Returns the time then.
+    /// The same from any time, without the shift to [`Instant::ORIGIN`]. Returns the time then.
     pub fn tick_from(&mut self, now: Instant) -> Instant {
         let ticks = self.world.ticks_from(now);
         let now = self.world.tick_from(now, &mut |world| restart(&mut self.watch, world));

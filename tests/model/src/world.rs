@@ -5,7 +5,7 @@ use core::ops::Range;
 use ecss_can::heartbeat;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::redundancy::{Broken, BusAccess, Strap};
-use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Rebase};
+use ecss_can::types::{Bus, Canonical, CobId, Frame, Instant, NmtState, NodeId};
 
 use crate::master::Master;
 use crate::profile::{PARALLEL, SELECTIVE, TICK};
@@ -141,13 +141,13 @@ impl World {
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
             is_going_off: crew == Crew::OneMasterWithBoot,
         };
-        let now = Rebase::ORIGIN;
+        let now = Instant::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
         world.settle(now, &mut |_| {});
-        world.rebase(now);
+        world.canonical(now, &());
         while crew == Crew::TwoMastersUnassigned && !world.are_known() {
-            let now = world.tick_from(Rebase::ORIGIN, &mut |_| {});
-            world.rebase(now);
+            let now = world.tick_from(Instant::ORIGIN, &mut |_| {});
+            world.canonical(now, &());
         }
         world
     }
@@ -378,11 +378,14 @@ impl World {
             }
         }
     }
+}
 
-    /// Shifts `now` to [`Rebase::ORIGIN`].
-    pub fn rebase(&mut self, now: Instant) {
-        self.masters.iter_mut().for_each(|master| master.rebase(now));
-        self.slaves.iter_mut().for_each(|slave| slave.rebase(now));
+impl Canonical for World {
+    type Context = ();
+
+    fn canonical(&mut self, now: Instant, (): &()) {
+        self.masters.iter_mut().for_each(|master| master.canonical(now, &()));
+        self.slaves.canonical(now, &());
     }
 }
 

@@ -1,6 +1,6 @@
 //! Consumer of one node's heartbeat.
 
-use crate::types::{Duration, Instant};
+use crate::types::{Canonical, Duration, Instant};
 
 /// Consumer of the heartbeat of one node.
 ///
@@ -8,8 +8,9 @@ use crate::types::{Duration, Instant};
 ///
 /// The consumer time is an argument because many consumers share it. A consumer time of zero disables the monitoring.
 #[doc(alias("consumer heartbeat time", "1016h"))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[canonical(context = ConsumerTimes)]
 pub enum Consumer {
     /// There was no heartbeat yet.
     #[default]
@@ -17,13 +18,25 @@ pub enum Consumer {
     /// The last heartbeat came in time.
     Armed {
         /// End of the last heartbeat.
+        #[canonical(age = context.consumer)]
         last: Instant,
     },
     /// A heartbeat is overdue, and was reported.
     Missed {
         /// End of the last heartbeat.
+        #[canonical(age = context.memory)]
         last: Instant,
     },
+}
+
+/// Times of a [`Consumer`] that its owner knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ConsumerTimes {
+    /// Consumer time, as for [`Consumer::poll`]. Zero: no monitoring.
+    pub consumer: Duration,
+    /// Longest time for which the age of a miss has an effect on its owner.
+    pub memory: Duration,
 }
 
 impl Consumer {
@@ -64,15 +77,5 @@ impl Consumer {
     /// Returns whether a heartbeat is missed now.
     pub fn is_missed(&self) -> bool {
         matches!(self, Consumer::Missed { .. })
-    }
-
-    /// Shifts the clock. `memory`: time for which the age of a miss has an effect.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase, time: Duration, memory: Duration) {
-        match self {
-            Consumer::Unarmed => {}
-            Consumer::Armed { last } => *last = to.aged(*last, time),
-            Consumer::Missed { last } => *last = to.aged(*last, memory),
-        }
     }
 }

@@ -38,7 +38,7 @@ mod objects;
 mod producer;
 mod staggered;
 
-pub use consumer::Consumer;
+pub use consumer::{Consumer, ConsumerTimes};
 pub use entry::check_entry;
 pub use monitor::{Heard, Missed, Monitor};
 pub use node_control::NodeControl;

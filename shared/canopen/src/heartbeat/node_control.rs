@@ -2,13 +2,13 @@
 
 use super::{Staggered, encode};
 use crate::nmt::{Command, ErrorBehaviour, NmtSlave, Reaction};
-use crate::types::{CobId, Duration, Frame, Instant, NmtState, NodeId};
+use crate::types::{Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId};
 
 /// Node control of a slave: Node-ID, NMT state, boot-up message and heartbeat.
 ///
 /// Until one of its heartbeats is acknowledged, a slave repeats its boot-up message in their place. So the first
 /// message that another node receives of it is the boot-up message.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct NodeControl {
     id: NodeId,
     nmt: NmtSlave,
@@ -126,11 +126,5 @@ impl NodeControl {
     /// Returns when the next heartbeat is due.
     pub fn deadline(&self) -> Option<Instant> {
         self.heartbeat.deadline()
-    }
-
-    /// Shifts the clock.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase) {
-        self.heartbeat.rebase(to);
     }
 }

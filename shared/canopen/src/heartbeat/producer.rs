@@ -1,11 +1,11 @@
 //! Producer of one node's heartbeat (object 1017h).
 
 use super::encode;
-use crate::types::{Duration, Frame, Instant, NmtState, NodeId, Periodic};
+use crate::types::{Canonical, Duration, Frame, Instant, NmtState, NodeId, Periodic};
 
 /// Produces the heartbeat of a node (1017h).
 #[doc(alias("1017h", "producer heartbeat time", "heartbeat producer"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Producer {
     node: NodeId,
@@ -70,11 +70,5 @@ impl Producer {
     /// Returns when the next heartbeat is due.
     pub fn deadline(&self) -> Option<Instant> {
         self.timer.deadline()
-    }
-
-    /// Shifts the clock.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase) {
-        self.timer.rebase(to);
     }
 }

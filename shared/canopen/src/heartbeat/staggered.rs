@@ -1,7 +1,7 @@
 //! Producer of a slave's heartbeat that sends some heartbeats late.
 
 use super::Producer;
-use crate::types::{Duration, Frame, Instant, NmtState, NodeId};
+use crate::types::{Canonical, Duration, Frame, Instant, NmtState, NodeId};
 
 /// Produces heartbeats of which some are late, so that two slaves with one Node-ID detect each other.
 ///
@@ -23,7 +23,7 @@ use crate::types::{Duration, Frame, Instant, NmtState, NodeId};
 ///
 /// Two patterns differ in at least one of 32 bits, on average in half of them. So one of the two nodes yields after
 /// two periods on average, after 33 at most. The grid of the period does not move, so the mean period is exact.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct Staggered {
     producer: Producer,
     /// Bit 0 belongs to the last heartbeat, bit 1 to the next one.
@@ -107,11 +107,5 @@ impl Staggered {
         let due = self.deadline().unwrap_or(Instant::NEVER);
         // In 32 bits: the period is shorter.
         (due.as_micros() as u32).wrapping_sub(at.as_micros() as u32) < self.delay.into()
-    }
-
-    /// Shifts the clock.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase) {
-        self.producer.rebase(to);
     }
 }

@@ -7,18 +7,19 @@ use heapless::vec::VecInner;
 
 use super::depth::Depth;
 use super::port::is_urgent;
-use crate::types::{CobId, Frame, Instant};
+use crate::types::{Canonical, CobId, Frame, Instant};
 
 /// Function code of NMT error control.
 const HEARTBEATS: u16 = 0x700;
 
 /// Frame that waits for transmission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Outgoing {
     /// Frame to send.
     pub frame: Frame,
     /// End of the lifetime. From this instant on the frame is not sent.
+    #[canonical(due)]
     pub expires: Instant,
 }
 

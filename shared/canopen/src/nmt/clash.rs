@@ -1,6 +1,6 @@
 //! Detects another node with the Node-ID of this one.
 
-use crate::types::{Duration, Instant, NmtState};
+use crate::types::{Canonical, Duration, Instant, NmtState};
 
 /// Within this time after its own heartbeat a node does not yield: that of the other one was on its way already,
 /// and the other one yields. Both would otherwise.
@@ -14,16 +14,30 @@ const CROSSING: Duration = Duration::from_millis(1);
 ///
 /// Two nodes that booted together with equal clocks hear each other only if one of them sends a heartbeat late
 /// (`heartbeat::Staggered`). That may be the thirty-second one. The late node then still yields.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[canonical(context = ClashTimes)]
 pub struct ClashWatch {
     /// The last boot-up, `None` since a heartbeat showed that this node is the elder.
+    #[canonical(value = self.booted.filter(|booted| now < *booted + context.probation), age = context.probation)]
     booted: Option<Instant>,
     /// End of the last boot-up message or heartbeat of this node since its boot-up.
+    #[canonical(age = CROSSING)]
     sent: Option<Instant>,
     /// The last heartbeat of the other node.
+    #[canonical(age = context.quiet)]
     heard: Option<Instant>,
     has_yielded: bool,
+}
+
+/// Times of a [`ClashWatch`] that its owner knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ClashTimes {
+    /// Time after a boot-up for which a node is a newcomer, as for [`ClashWatch::on_heartbeat`].
+    pub probation: Duration,
+    /// Silence of the other node that ends a clash, as for [`ClashWatch::poll`].
+    pub quiet: Duration,
 }
 
 /// Meaning of a heartbeat with the node's own Node-ID.
@@ -102,15 +116,5 @@ impl ClashWatch {
     /// Returns when the other node will have been silent for `quiet`.
     pub fn deadline(&self, quiet: Duration) -> Option<Instant> {
         self.heard.map(|heard| heard + quiet)
-    }
-
-    /// Shifts the clock. `probation`: as for [`ClashWatch::on_heartbeat`]; `quiet`: as for [`ClashWatch::poll`].
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase, [probation, quiet]: [Duration; 2]) {
-        // Longer ago, it has no effect.
-        let end = crate::types::Rebase::ORIGIN - probation;
-        self.booted = self.booted.map(|booted| to.aged(booted, probation)).filter(|booted| *booted > end);
-        self.sent = self.sent.map(|sent| to.aged(sent, CROSSING));
-        self.heard = self.heard.map(|heard| to.aged(heard, quiet));
     }
 }

@@ -39,7 +39,7 @@ mod slave;
 mod startup;
 mod state_clash;
 
-pub use clash::{Clash, ClashWatch};
+pub use clash::{Clash, ClashTimes, ClashWatch};
 pub use command::{Command, NmtMessage, Target};
 pub use error_behaviour::ErrorBehaviour;
 pub use objects::NmtObjects;

@@ -1,6 +1,6 @@
 //! Guard against a reset that is sent again and again and would keep a slave out of operation.
 
-use crate::types::{Duration, Instant};
+use crate::types::{Canonical, Duration, Instant};
 
 /// Decides whether a slave obeys "reset node" and "reset communication".
 ///
@@ -8,12 +8,14 @@ use crate::types::{Duration, Instant};
 /// the slave obeys three resets in a row. It ignores the fourth and all further ones, until it hears a heartbeat of
 /// the master, or receives no reset for a *pause* of two consumer times. An ignored reset starts the pause again: a
 /// slave with selective access needs the time to search on the other bus.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[canonical(context = Duration)] // the pause
 pub struct ResetGuard {
     /// Resets obeyed in a row, each within the pause after a boot. It outlives a reset of the chip.
     row: u8,
     /// The last boot, or the last reset that was ignored; `None` after a heartbeat or a pause.
+    #[canonical(age = *context)]
     since: Option<Instant>,
     /// The last reset was ignored.
     shut: bool,
@@ -89,11 +91,5 @@ impl ResetGuard {
     /// Returns when to call [`ResetGuard::poll`] next.
     pub fn deadline(&self, pause: Duration) -> Option<Instant> {
         Some(self.since? + pause)
-    }
-
-    /// Shifts the clock.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &crate::types::Rebase, pause: Duration) {
-        self.since = self.since.map(|since| to.aged(since, pause));
     }
 }

@@ -1,11 +1,11 @@
 //! NMT state machine of a slave (CiA 301 7.3.2, ECSS 6.5.4).
 
 use super::{Command, ErrorBehaviour};
-use crate::types::NmtState;
+use crate::types::{Canonical, NmtState};
 
 /// NMT state machine of a slave.
 #[doc(alias("NMT slave", "module control"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NmtSlave {
     state: NmtState,

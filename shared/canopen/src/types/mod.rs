@@ -27,15 +27,15 @@
 mod abort;
 mod address;
 mod bus;
+mod canonical;
 mod cob_id;
 mod fine;
 mod frame;
 mod instant;
+mod instants;
 mod nmt_state;
 mod node_id;
 mod periodic;
-#[cfg(feature = "model")]
-mod rebase;
 mod scet;
 mod sealed;
 mod utc;
@@ -43,15 +43,15 @@ mod utc;
 pub use abort::AbortCode;
 pub use address::Address;
 pub use bus::{Bus, PerBus};
+pub use canonical::Canonical;
 pub use cob_id::CobId;
 pub use fine::{FineInstant, FineScet};
 pub use frame::{Frame, FrameError};
 pub use instant::{Duration, Instant, earliest};
+pub use instants::Instants;
 pub use nmt_state::NmtState;
 pub use node_id::{IsNodeId, NodeId, RawNodeId};
 pub use periodic::Periodic;
-#[cfg(feature = "model")]
-pub use rebase::Rebase;
 pub use scet::Scet;
 pub use sealed::Sealed;
 pub use utc::{Utc, UtcRelation};

@@ -1,12 +1,13 @@
 //! Periodic timer on a fixed grid.
 
-use crate::types::{Duration, Instant};
+use crate::types::{Canonical, Duration, Instant};
 
 /// Timer that is due every period, on the grid of its start. A late poll does not move the grid.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Periodic {
     period: Duration,
+    #[canonical(grid = self.period)]
     next: Option<Instant>,
 }
 
@@ -63,11 +64,5 @@ impl Periodic {
     /// Returns when the timer is due next.
     pub fn deadline(&self) -> Option<Instant> {
         self.next
-    }
-
-    /// Shifts the clock. Of missed points the last one counts.
-    #[cfg(feature = "model")]
-    pub fn rebase(&mut self, to: &super::Rebase) {
-        self.next = self.next.map(|next| to.on_grid(next, self.period));
     }
 }

@@ -7,6 +7,7 @@ mod bit_timing;
 mod boot;
 mod boot_cob_ids;
 mod boot_running;
+mod canonical;
 mod cob_id;
 mod emcy;
 mod heartbeat;

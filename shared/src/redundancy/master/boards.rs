@@ -3,9 +3,10 @@
 use core::fmt::Debug;
 
 use crate::redundancy::{Pair, Standby, Strap};
+use crate::types::Canonical;
 
 /// Master boards of a mission. The image of a mission with one board has no code for a standby.
-pub trait MasterBoards: Debug + 'static {
+pub trait MasterBoards: Debug + Canonical<Context = ()> + 'static {
     /// Returns the role of this board. `None`: the mission has one master board.
     fn standby(&self) -> Option<&Standby>;
 
@@ -14,12 +15,12 @@ pub trait MasterBoards: Debug + 'static {
 }
 
 /// One master board, which is active at power-on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 pub struct OneBoard;
 
 /// Two master boards (ECSS 8.1a, Figure 4-2), if the profile has numbers for them.
 #[doc(alias("standby master", "redundant master"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct TwoBoards(Option<Standby>);
 
 impl TwoBoards {

@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::{MasterAction, MasterBoards, MasterRedundancy};
 use crate::link::queue::Outgoing;
-use crate::types::{Bus, Instant};
+use crate::types::{Bus, Canonical, Instant};
 
 /// Place where a frame of the master goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub enum Sending {
 }
 
 /// Frames in the order in which they are sent after the announcement.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 pub(super) struct Held<const H: usize> {
     pub frames: Vec<Outgoing, H>,
     /// The spacecraft time became due.

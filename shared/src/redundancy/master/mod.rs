@@ -34,10 +34,10 @@
 
 mod action;
 mod boards;
+#[cfg(feature = "model")]
+mod broken_rules;
 mod held;
 mod reception;
-#[cfg(feature = "model")]
-mod relative;
 mod role;
 
 pub use action::MasterAction;
@@ -52,7 +52,7 @@ use crate::heartbeat;
 use crate::link::port::Health;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, NmtSlave, Reaction, Target};
-use crate::types::{Bus, CobId, Duration, Instant, NmtState, NodeId, earliest};
+use crate::types::{Bus, Canonical, CobId, Duration, Instant, NmtState, NodeId, earliest};
 
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
@@ -87,9 +87,10 @@ pub struct SlaveNews {
 ///
 /// Hears nodes with Node-IDs below `N`. Up to `H` frames wait for the announcement of the bus.
 #[doc(alias("redundancy master"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct MasterRedundancy<B: MasterBoards = OneBoard, const N: usize = PLACES, const H: usize = HELD> {
     boards: B,
+    #[canonical(within = self.parameters().quiet_time())]
     rivals: Rivals,
     nmt: NmtSlave,
     access: BusAccess,

@@ -3,7 +3,8 @@
 //! A node that neither 1F81h nor 1016h names may have a heartbeat period longer than the common consumer time. The master
 //! observes that period: the node is lost after two of its periods, not between two of its heartbeats.
 
-use super::{MEMORY, Peers, node_bit};
+use super::{MEMORY, Parameters, PeerTimes, Peers, node_bit};
+use crate::heartbeat::ConsumerTimes;
 use crate::types::{Duration, Instant, NodeId};
 
 impl<const N: usize> Peers<N> {
@@ -32,5 +33,16 @@ impl<const N: usize> Peers<N> {
             () if self.counts(node) => period.times(2),
             () => period.times(2).min(consumer.times(MEMORY)),
         }
+    }
+
+    /// Times for which what is noted of the node with Node-ID `raw` has an effect. Of a miss it has one on foreign nodes
+    /// alone, which are forgotten.
+    pub(super) fn times_of(&self, raw: usize, parameters: &Parameters) -> PeerTimes {
+        let node = NodeId::new(raw as u8);
+        let common = parameters.consumer;
+        let memory =
+            if node.is_some_and(|node| self.counts(node)) { Duration::ZERO } else { common.times(MEMORY) };
+        let consumer = node.map_or(common, |node| self.time(node, common));
+        PeerTimes { heartbeat: ConsumerTimes { consumer, memory }, hold: parameters.hold_time() }
     }
 }

@@ -3,7 +3,7 @@
 use super::{SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
-use crate::nmt::{Clash, Reaction};
+use crate::nmt::{Clash, ClashTimes, Reaction};
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Duration, Frame, Instant};
 
@@ -51,6 +51,11 @@ impl SlaveRedundancy {
     pub(super) fn probation(&self, periods: u32) -> Duration {
         let Parameters { consumer, producer, .. } = *self.parameters();
         consumer.max(producer.times(periods))
+    }
+
+    /// Times for the canonical form. No heartbeat of a model is late, which would make the probation longer.
+    pub(super) fn clash_times(&self) -> ClashTimes {
+        ClashTimes { probation: self.probation(PERIODS), quiet: self.parameters().hold_off_time() }
     }
 
     /// The other node was silent long enough.

@@ -15,10 +15,10 @@
 //! this *warning* was sent, or for a short time.
 
 mod action;
+#[cfg(feature = "model")]
+mod broken_rules;
 mod clash;
 mod frames;
-#[cfg(feature = "model")]
-mod relative;
 mod resets;
 mod retained;
 mod selection;
@@ -27,7 +27,7 @@ mod tests;
 
 use super::{BusAccess, Parameters, Selector};
 use crate::nmt::{ClashWatch, ResetGuard};
-use crate::types::{Bus, Duration, Instant, PerBus, earliest};
+use crate::types::{Bus, Canonical, Duration, Instant, PerBus, earliest};
 pub use action::{BusCause, SlaveAction, SlaveNode, SlaveVerdict};
 pub use retained::Retained;
 
@@ -36,18 +36,24 @@ pub use retained::Retained;
 /// Call [`SlaveRedundancy::boot`] at power-on, and [`SlaveRedundancy::poll`] at [`SlaveRedundancy::deadline`]. An input
 /// that makes the deadline earlier always causes an action.
 #[doc(alias("redundancy slave"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
+#[canonical(context = PerBus<u32>)] // `SlaveNode::received`; the node counts from zero again
 pub struct SlaveRedundancy {
     access: BusAccess,
+    #[canonical(within = self.work(*context))]
     selector: Selector,
+    #[canonical(within = self.pause())]
     guard: ResetGuard,
+    #[canonical(within = self.clash_times())]
     clashes: ClashWatch,
     retained: Retained,
     /// Module control and heartbeats received; wraps.
+    #[canonical(value = PerBus::default())]
     control_frames: PerBus<u32>,
     /// Bus that the application chose.
     wanted: Option<Bus>,
     /// Latest end of the warning that goes before a change of the bus.
+    #[canonical(due)]
     warning: Option<Instant>,
     /// Longest duration of a warning.
     warning_time: Duration,

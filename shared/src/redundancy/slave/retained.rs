@@ -7,7 +7,7 @@
 //!
 //! After power-on the RAM has any content. Only two words that match are accepted.
 
-use crate::types::Bus;
+use crate::types::{Bus, Canonical};
 
 /// The highest byte of word 0.
 const MARK: u8 = 0xEC;
@@ -15,7 +15,7 @@ const MARK: u8 = 0xEC;
 const NONE: u8 = 2;
 
 /// Values that outlive a reset, but not a loss of power. The default is that of power-on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Retained {
     /// Bdefault since the master was last found. `None` if the stored one holds (ECSS 8.3.3k, l).

@@ -9,7 +9,7 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, NodeControl};
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::redundancy::{BusAccess, Parameters};
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
+use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
 const ID: NodeId = NodeId::of::<5>();
 /// Consumer time 250 ms. Ttoggle 1: the first change of the bus is due with the miss. Ntoggle 1: a search ends after 500 ms.
@@ -318,4 +318,42 @@ fn nothing_becomes_due_earlier_without_an_action() {
             }
         }
     }
+}
+
+impl Bench {
+    /// The canonical form at `now`. `received`: frames received on each bus.
+    fn canonical(&self, now: u64, received: PerBus<u32>) -> SlaveRedundancy {
+        let mut slave = self.slave.clone();
+        slave.canonical(ms(now), &received);
+        slave
+    }
+}
+
+/// Given slaves that booted at 0 and at 100 ms, when the second one is no newcomer any more, after the consumer time, then
+/// they are alike.
+#[test]
+fn a_canonical_slave_forgets_its_boot_after_the_probation() {
+    let (mut first, mut second) = (Bench::new(BusAccess::Parallel), Bench::new(BusAccess::Parallel));
+    second.slave.boot(ms(100), &mut second.node);
+    for bench in [&mut first, &mut second] {
+        bench.receive(Bus::Nominal, &of_master(), 200);
+    }
+    let forms = |now| [&first, &second].map(|bench| bench.canonical(now, PerBus::default()));
+    let [one, other] = forms(349);
+    assert_ne!(one, other);
+    let [one, other] = forms(350);
+    assert_eq!(one, other);
+}
+
+/// Given contradicting heartbeats of a master, then it counts whether frames of its services came since, not how many.
+#[test]
+fn a_canonical_slave_keeps_where_the_master_worked() {
+    let mut bench = Bench::new(BusAccess::Parallel);
+    for (bus, at) in [(Bus::Nominal, 10), (Bus::Redundant, 20), (Bus::Nominal, 40)] {
+        bench.receive(bus, &of_master(), at);
+    }
+    // The recorder received none until now.
+    let received = |redundant| bench.canonical(50, PerBus { nominal: 0, redundant });
+    assert_eq!(received(5), received(8));
+    assert_ne!(received(5), received(0));
 }

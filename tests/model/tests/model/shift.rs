@@ -1,7 +1,7 @@
 //! What decisions depend on survives the shift of the clock.
 
 use ecss_can::redundancy::{RoleChange, SwitchCause};
-use ecss_can::types::{Bus, Frame, NmtState, Rebase};
+use ecss_can::types::{Bus, Frame, Instant, NmtState};
 use redundancy_model::profile::TICK;
 use redundancy_model::station::Station;
 use redundancy_model::watch::Watched;
@@ -31,7 +31,7 @@ fn a_world_relative_to_now_does_what_an_absolute_one_does() {
         let crew = Crew::ALL[seed as usize % Crew::ALL.len()];
         let mut random = fastrand::Rng::with_seed(seed);
         let (mut relative, mut absolute) = (Watched::new(crew, 10, None), Watched::new(crew, 10, None));
-        let mut now = Rebase::ORIGIN;
+        let mut now = Instant::ORIGIN;
         for step in 0..200 {
             if relative.world.left > 0 && random.u8(..20) == 0 {
                 let mut faults = Vec::new();

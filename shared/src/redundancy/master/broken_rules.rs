@@ -1,8 +1,7 @@
-//! Shifts the clock of the redundancy of a master, for the model checker.
+//! Rules of a master that tests break on purpose.
 
 use super::{MasterBoards, MasterRedundancy};
 use crate::redundancy::{Broken, PeerHeartbeat};
-use crate::types::{Instant, Rebase};
 
 impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> {
     /// Breaks a rule, for tests.
@@ -21,16 +20,5 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     /// A slave that returns was not reset, where that rule is broken.
     pub(super) fn trusted(&self, heard: PeerHeartbeat) -> PeerHeartbeat {
         PeerHeartbeat { returned: heard.returned && !self.is_broken(Broken::TrustsStarted), ..heard }
-    }
-
-    /// Shifts the clock from `now`, when everything due was polled.
-    pub fn rebase(&mut self, now: Instant) {
-        let to = Rebase::new(now);
-        self.manager.rebase(now);
-        if let Some(standby) = self.boards.standby_mut() {
-            standby.rebase(now);
-        }
-        self.rivals.rebase(&to, self.manager.parameters().quiet_time());
-        self.held.frames.iter_mut().for_each(|outgoing| outgoing.expires = to.due(outgoing.expires));
     }
 }
