@@ -6,8 +6,8 @@ use ecss_can::link::queue::Outgoing;
 use ecss_can::nmt::{Command, NmtMessage, Reaction, Target};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{
-    BusAccess, Claim, MasterAction, MasterRedundancy, MasterSetup, RoleCause, Sending, Strap, SwitchCause,
-    TwoBoards,
+    BusAccess, Claim, MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, RoleCause, Sending, Strap,
+    SwitchCause, TwoBoards,
 };
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Bus, CobId, NmtState};
@@ -207,9 +207,9 @@ fn heartbeats_report_the_own_state_of_the_master() {
 #[test]
 fn a_rival_is_reported_at_its_begin_and_its_end_on_each_bus() {
     let mut machine = alone();
-    assert_eq!(machine.on_master(NOMINAL, ms(10), ms(10)), Some(MasterAction::RivalHeard(NOMINAL)));
-    assert_eq!(machine.on_master(NOMINAL, ms(20), ms(20)), None);
-    assert_eq!(machine.on_master(REDUNDANT, ms(30), ms(30)), Some(MasterAction::RivalHeard(REDUNDANT)));
+    assert_eq!(hear_master(&mut machine, NOMINAL, 10), Some(MasterAction::RivalHeard(NOMINAL)));
+    assert_eq!(hear_master(&mut machine, NOMINAL, 20), None);
+    assert_eq!(hear_master(&mut machine, REDUNDANT, 30), Some(MasterAction::RivalHeard(REDUNDANT)));
     let is_silent = |action: &MasterAction| matches!(action, MasterAction::RivalSilent(_));
     let mut silent = |at| poll(&mut machine, at).into_iter().filter(is_silent).collect::<Vec<_>>();
     assert_eq!(silent(319), []);
@@ -251,7 +251,7 @@ fn a_board_with_selective_access_claims_on_its_bus_only() {
 fn a_board_that_stands_by_forgets_what_it_began() {
     let (mut machine, at) = paired(BusAccess::Parallel);
     poll(&mut machine, at);
-    machine.on_master(NOMINAL, ms(at), ms(at));
+    hear_master(&mut machine, NOMINAL, at);
     assert_eq!(machine.send_time(), Sending::Held);
     // A claim is held, too.
     assert_eq!(machine.send(command(1, at + 1_000)), Sending::Held);
@@ -294,7 +294,7 @@ fn a_claim_that_was_due_ends_with_the_active_role() {
 fn a_listening_board_follows_the_master_that_it_hears() {
     let mut machine = machine(Some(Strap::Prime), BusAccess::Parallel);
     machine.start(ms(0));
-    let heard = machine.on_master(REDUNDANT, ms(100), ms(100));
+    let heard = hear_master(&mut machine, REDUNDANT, 100);
     assert!(
         matches!(heard, Some(MasterAction::HeardMaster(change)) if change.cause == RoleCause::MasterHeard)
     );
@@ -302,7 +302,7 @@ fn a_listening_board_follows_the_master_that_it_hears() {
     // Without slaves a SYNC may be sent in place of the heartbeat.
     assert_eq!(machine.on_sync_or_time(NOMINAL, ms(200), ms(200)), None);
     assert_eq!((machine.active(), machine.deadline()), (NOMINAL, Some(ms(600))));
-    machine.on_master(REDUNDANT, ms(300), ms(300));
+    hear_master(&mut machine, REDUNDANT, 300);
     let taken = machine.poll(ms(700), ms(700));
     assert!(matches!(taken, Some(MasterAction::TookOver { bus: REDUNDANT, .. })), "{taken:?}");
 }
@@ -313,8 +313,7 @@ fn an_active_board_yields_to_a_claim_with_more_slaves() {
     let (mut machine, at) = paired(BusAccess::Parallel);
     poll(&mut machine, at);
     let more = Claim { slaves: 1, strap: Strap::Prime };
-    let Some(MasterAction::StoodBy { change, .. }) = machine.on_claim(REDUNDANT, &more, ms(at), ms(at))
-    else {
+    let Some(MasterAction::StoodBy { change, .. }) = hear_claim(&mut machine, REDUNDANT, more, at) else {
         panic!("it yields")
     };
     assert_eq!(change.cause, RoleCause::Yielded);
@@ -324,9 +323,45 @@ fn an_active_board_yields_to_a_claim_with_more_slaves() {
     assert_eq!(hear_slave(&mut machine, at), None);
     let fewer = Claim { slaves: 0, strap: Strap::Prime };
     poll(&mut machine, at + 40);
-    let answer = machine.on_claim(REDUNDANT, &fewer, ms(at + 41), ms(at + 41));
+    let answer = hear_claim(&mut machine, REDUNDANT, fewer, at + 41);
     let expected = Outgoing { frame: frame(0x681, &[1, 1]), expires: ms(at + 81) };
     assert_eq!(answer, Some(send(REDUNDANT, expected)));
+}
+
+/// 701h of another node.
+fn hear_master(machine: &mut Machine, bus: Bus, at: u64) -> Option<MasterAction> {
+    match machine.on_received(bus, &frame(0x701, &[5]), ms(at), ms(at)) {
+        MasterVerdict::OtherMaster(action) => action,
+        verdict => panic!("{verdict:?}"),
+    }
+}
+
+fn hear_claim(machine: &mut Machine, bus: Bus, claim: Claim, at: u64) -> Option<MasterAction> {
+    match machine.on_received(bus, &Profile::PAIR.frame(claim), ms(at), ms(at)) {
+        MasterVerdict::Claim(action) => action,
+        verdict => panic!("{verdict:?}"),
+    }
+}
+
+/// Given a master on the nominal bus. Then heartbeats count on both buses, answers by SDO on the active one only, and a claim means nothing
+/// where there is one master board.
+#[test]
+fn each_frame_has_one_meaning() {
+    let mut machine = alone();
+    let mut verdict = |bus, id, data: &[u8]| machine.on_received(bus, &frame(id, data), ms(10), ms(10));
+    for bus in [NOMINAL, REDUNDANT] {
+        let (node, state) = (node(2), PreOperational);
+        assert_eq!(verdict(bus, 0x702, &[0x7F]), MasterVerdict::Heartbeat { node, state });
+        assert_eq!(verdict(bus, 0x702, &[0x7E]), MasterVerdict::Malformed);
+        assert_eq!(verdict(bus, 0x702, &[0x7F, 0]), MasterVerdict::Malformed);
+        // NMT, SYNC, EMCY, a PDO, a request by SDO, a claim.
+        for id in [0x000, 0x080, 0x082, 0x182, 0x602, 0x681] {
+            assert_eq!(verdict(bus, id, &[0, 1]), MasterVerdict::Other, "{id:X}");
+        }
+    }
+    assert_eq!(verdict(NOMINAL, 0x582, &[0; 8]), MasterVerdict::Response(node(2)));
+    assert_eq!(verdict(REDUNDANT, 0x582, &[0; 8]), MasterVerdict::Other);
+    assert_eq!(verdict(NOMINAL, 0x581, &[0; 8]), MasterVerdict::Other);
 }
 
 fn hear_slave(machine: &mut Machine, at: u64) -> Option<NmtMessage> {
