@@ -33,8 +33,8 @@ struct Arguments {
 enum Masters {
     /// A master without a standby
     One,
-    /// The same, which checks slaves before it starts them, and whose controllers go bus-off
-    OneWithBoot,
+    /// The same in use: boot process, bus-off, applications, budgets
+    OneInUse,
     /// Two boards, one of which is the standby of the other
     Two,
     /// The same with equal clocks: equal frames merge
@@ -73,7 +73,7 @@ fn main() -> ExitCode {
     let start = Instant::now();
     let crew = match arguments.masters {
         Masters::One => Crew::OneMaster,
-        Masters::OneWithBoot => Crew::OneMasterWithBoot,
+        Masters::OneInUse => Crew::OneMasterInUse,
         Masters::Two => Crew::TwoMasters,
         Masters::TwoInStep => Crew::TwoMastersInStep,
         Masters::TwoUnassigned => Crew::TwoMastersUnassigned,

@@ -1,14 +1,17 @@
 //! The master of the model: the redundancy of flight on the wires of the model.
 
 mod adapter;
+mod application;
 mod boot;
 
 use ecss_can::link::queue;
 use ecss_can::redundancy::{Broken, MasterRedundancy, RoleChange, Strap, SwitchCause, TwoBoards};
-use ecss_can::types::{Bus, Canonical, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, earliest};
+use ecss_can::types::{
+    Bus, Canonical, CobId, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, Periodic, earliest,
+};
 
 use self::boot::BootProcess;
-use crate::profile::{HELD, MASTER_SETUP, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE};
+use crate::profile::{HELD, MASTER_PARAMETERS, MASTER_SETUP, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE};
 use crate::station::{Outgoing, Station};
 
 /// A master.
@@ -26,6 +29,8 @@ pub struct Master {
     unacknowledged: PerBus<bool>,
     /// Its controller was bus-off too often.
     failed: PerBus<bool>,
+    /// Slave that the application stopped, and when it starts it again.
+    held: Option<(Instant, NodeId)>,
     /// Why it changed the bus in this step.
     pub switched: Option<SwitchCause>,
     /// It took over, yielded or became the standby in this step.
@@ -50,6 +55,7 @@ impl Master {
             outgoing: Outgoing::default(),
             unacknowledged: PerBus::default(),
             failed: PerBus::default(),
+            held: None,
             switched: None,
             role_changed: None,
         }
@@ -95,12 +101,14 @@ impl Canonical for Master {
         self.redundancy.canonical(now, &());
         self.sync.canonical(now, &());
         self.outgoing.canonical(now, &());
+        self.held.iter_mut().for_each(|(end, _)| end.due(now));
     }
 }
 
 impl Station for Master {
     fn start(&mut self, now: Instant) {
         self.power_off();
+        self.redundancy.restore(MASTER_PARAMETERS);
         if self.is_assigned {
             [PARALLEL, SELECTIVE].into_iter().for_each(|node| self.redundancy.peers_mut().assign(node, true));
         } else {
@@ -126,6 +134,7 @@ impl Station for Master {
         while let Some(action) = self.redundancy.poll(now, now) {
             self.act(action, now);
         }
+        self.release(now);
         if self.is_active() && self.redundancy.is_announced() {
             self.identify(now);
             if self.sync.due(now) {
@@ -172,7 +181,7 @@ impl Station for Master {
             return due;
         }
         let sync = self.sync.deadline().filter(|_| self.redundancy.is_announced());
-        earliest(&[due, sync, self.outgoing.deadline()])
+        earliest(&[due, sync, self.outgoing.deadline(), self.held.map(|(end, _)| end)])
     }
 
     fn is_joined(&self, bus: Bus) -> bool {

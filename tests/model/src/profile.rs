@@ -37,11 +37,13 @@ pub const SILENT_SHARE: u8 = 50;
 pub const DWELL: Duration = Duration::ZERO;
 /// No bus has errors here, so nothing waits for their end.
 pub const GRACE: Duration = Duration::from_millis(2);
+/// How long an application stops a slave, or a budget silences one.
+pub const BREAK: Duration = Duration::from_millis(400);
 /// Lifetime of heartbeats, NMT commands and SYNC.
 pub const LIFETIME: Duration = PARAMETERS.producer;
-/// Redundancy of a master.
+/// Redundancy of a master before it takes [`MASTER_PARAMETERS`], which are stored.
 pub const MASTER_SETUP: MasterSetup = MasterSetup {
-    parameters: MASTER_PARAMETERS,
+    parameters: Parameters { bdefault: Bus::Redundant, ..MASTER_PARAMETERS },
     silent_share: SILENT_SHARE,
     dwell: DWELL,
     grace: GRACE,

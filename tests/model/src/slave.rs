@@ -1,11 +1,14 @@
 //! A slave of the model: its redundancy as it flies.
 
 mod adapter;
+mod application;
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
 use ecss_can::redundancy::{Broken, BusAccess, Parameters, Retained, SlaveRedundancy};
-use ecss_can::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
+use ecss_can::types::{
+    Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, earliest,
+};
 
 use crate::profile::{GRACE, PARAMETERS};
 use crate::station::{Outgoing, Station};
@@ -28,8 +31,8 @@ impl Slave {
     }
 
     fn of(id: NodeId, access: BusAccess, broken: Option<Broken>, stored: Bus, retained: Retained) -> Self {
-        let parameters = Parameters { bdefault: stored, ..PARAMETERS };
-        let mut redundancy = SlaveRedundancy::new(access, parameters, retained, GRACE);
+        let mut redundancy = SlaveRedundancy::new(access, PARAMETERS, Retained::default(), GRACE);
+        redundancy.restart(access, Parameters { bdefault: stored, ..PARAMETERS }, retained);
         redundancy.break_rule(broken);
         let node = Node {
             control: NodeControl::new(id, PARAMETERS.producer, Duration::ZERO, false),
@@ -39,6 +42,7 @@ impl Slave {
             stored,
             retained,
             waits_for_reset: false,
+            silence: None,
             is_warning: false,
             has_given_up: false,
             has_wrong_bdefault: false,
@@ -93,6 +97,7 @@ impl Canonical for Slave {
         self.redundancy.canonical(now, &std::mem::take(&mut self.node.received));
         self.node.control.canonical(now, &());
         self.node.outgoing.canonical(now, &());
+        self.node.silence.due(now);
     }
 }
 
@@ -108,6 +113,7 @@ impl Station for Slave {
 
     fn poll(&mut self, now: Instant) {
         self.step(now, |redundancy, node| redundancy.poll(now, now, node));
+        self.resume(now);
         if let Some(heartbeat) = self.node.control.poll(now) {
             self.node.outgoing.send(self.active(), heartbeat, now);
         }
@@ -147,7 +153,12 @@ impl Station for Slave {
 
     fn deadline(&self) -> Option<Instant> {
         let node = &self.node;
-        earliest(&[self.redundancy.deadline(), node.control.deadline(), node.outgoing.deadline()])
+        earliest(&[
+            self.redundancy.deadline(),
+            node.control.deadline(),
+            node.outgoing.deadline(),
+            node.silence,
+        ])
     }
 
     fn is_joined(&self, bus: Bus) -> bool {

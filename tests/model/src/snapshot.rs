@@ -2,14 +2,14 @@
 
 use crate::world::Crew;
 
-/// Where the numbers are: masters (`1b`: with boot process and bus-off, `2=`: two with equal clocks, `2?`: and slaves that are not assigned), faults, states.
+/// Where the numbers are: masters (`1+`: in use, `2=`: two with equal clocks, `2?`: and slaves that are not assigned), faults, states.
 pub const PATH: &str = "tests/model/states.txt";
 
 /// States of a whole search with up to `faults` faults, as known.
 pub fn states(crew: Crew, faults: u8) -> Option<usize> {
     let masters = match crew {
         Crew::OneMaster => "1",
-        Crew::OneMasterWithBoot => "1b",
+        Crew::OneMasterInUse => "1+",
         Crew::TwoMasters => "2",
         Crew::TwoMastersInStep => "2=",
         Crew::TwoMastersUnassigned => "2?",

@@ -14,6 +14,8 @@ use crate::station::Station;
 
 /// The most nodes: the master, two slaves, and the second master.
 pub const STATIONS: usize = 4;
+/// Places of the slaves.
+const SLAVES: [usize; 2] = [1, 2];
 /// Places of the masters.
 pub const MASTERS: [usize; 2] = [0, 3];
 
@@ -35,6 +37,14 @@ pub enum Fault {
     Restore(Bus, usize),
     /// The controller of the master is bus-off too often: the bus is failed for it.
     BusOff(Bus),
+    /// The application of the master asks for a bus.
+    Request(Bus),
+    /// The application of the master stops a slave for a while.
+    Hold(usize),
+    /// The application of a slave chooses a bus.
+    Choose(Bus, usize),
+    /// The budget of a slave silences it for a while.
+    Silence(usize),
     /// The chip of a node is reset.
     Reset(usize),
     /// A node loses its power.
@@ -72,8 +82,9 @@ pub enum Message {
 pub enum Crew {
     /// A master without a standby.
     OneMaster,
-    /// The same, with a boot process: it checks a slave by SDO after each boot before it starts it. Its controllers go bus-off.
-    OneMasterWithBoot,
+    /// The same, with what is around: a boot process that checks a slave by SDO before it starts it, controllers of the master that go
+    /// bus-off, applications, and budgets.
+    OneMasterInUse,
     /// Two master boards. Their clocks differ: of equal frames that both send, each hears that of the other one.
     TwoMasters,
     /// Two master boards with equal clocks: equal frames of the same moment are one frame on the wire, and neither hears it.
@@ -87,7 +98,7 @@ impl Crew {
     /// All of them.
     pub const ALL: [Crew; 5] = [
         Crew::OneMaster,
-        Crew::OneMasterWithBoot,
+        Crew::OneMasterInUse,
         Crew::TwoMasters,
         Crew::TwoMastersInStep,
         Crew::TwoMastersUnassigned,
@@ -96,10 +107,10 @@ impl Crew {
     /// Masters before power-on. `broken`: a rule that does not hold.
     fn masters(self, broken: Option<Broken>) -> Vec<Master> {
         let straps = match self {
-            Crew::OneMaster | Crew::OneMasterWithBoot => vec![None],
+            Crew::OneMaster | Crew::OneMasterInUse => vec![None],
             _ => vec![Some(Strap::Prime), Some(Strap::Second)],
         };
-        let (is_assigned, has_boot) = (self != Crew::TwoMastersUnassigned, self == Crew::OneMasterWithBoot);
+        let (is_assigned, has_boot) = (self != Crew::TwoMastersUnassigned, self == Crew::OneMasterInUse);
         straps.into_iter().map(|strap| Master::new(strap, is_assigned, has_boot, broken)).collect()
     }
 }
@@ -121,8 +132,8 @@ pub struct World {
     pub left: u8,
     /// Equal frames of the same moment are one.
     is_in_step: bool,
-    /// Controllers of the master go bus-off.
-    is_going_off: bool,
+    /// Applications and budgets act, and controllers of the master go bus-off.
+    is_in_use: bool,
 }
 
 impl World {
@@ -139,7 +150,7 @@ impl World {
             losing: 0,
             left: faults,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
-            is_going_off: crew == Crew::OneMasterWithBoot,
+            is_in_use: crew == Crew::OneMasterInUse,
         };
         let now = Instant::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
@@ -209,8 +220,8 @@ impl World {
                 let is_whole = self.is_connected(bus, place);
                 faults.push(if is_whole { Fault::Cut(bus, place) } else { Fault::Restore(bus, place) });
             }
-            if self.is_going_off && self.is_connected(bus, MASTERS[0]) {
-                faults.push(Fault::BusOff(bus));
+            if self.is_in_use {
+                self.events_of_use(bus, faults);
             }
             faults.push(Fault::Foreign(bus, Message::Heartbeat));
             // How a slave reacts does not depend on the number of masters.
@@ -235,6 +246,25 @@ impl World {
         }
     }
 
+    fn events_of_use(&self, bus: Bus, faults: &mut Vec<Fault>) {
+        if self.is_connected(bus, MASTERS[0]) {
+            faults.push(Fault::BusOff(bus));
+        }
+        if self.is_powered(MASTERS[0]) {
+            faults.push(Fault::Request(bus));
+        }
+        for place in SLAVES.into_iter().filter(|place| self.is_powered(*place)) {
+            faults.push(Fault::Choose(bus, place));
+            // Once, not for each bus.
+            if bus == Bus::Nominal {
+                faults.push(Fault::Silence(place));
+                if self.is_powered(MASTERS[0]) && !self.masters[0].is_holding() {
+                    faults.push(Fault::Hold(place));
+                }
+            }
+        }
+    }
+
     /// A fault happens, and what follows from it at once. `on_loss`: called when a frame is lost.
     pub fn suffer_at(&mut self, fault: Fault, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         self.masters.iter_mut().for_each(Master::forget_news);
@@ -242,7 +272,7 @@ impl World {
             Fault::Cut(bus, place) => self.cut |= stub(bus, place),
             Fault::Restore(bus, place) => {
                 self.cut &= !stub(bus, place);
-                if place == MASTERS[0] && self.is_going_off {
+                if place == MASTERS[0] && self.is_in_use {
                     self.report_bus_off(bus, false, now);
                 }
             }
@@ -250,6 +280,10 @@ impl World {
                 self.cut |= stub(bus, MASTERS[0]);
                 self.report_bus_off(bus, true, now);
             }
+            Fault::Request(bus) => self.masters[0].request(bus, now),
+            Fault::Hold(place) => self.masters[0].hold([PARALLEL, SELECTIVE][place - 1], now),
+            Fault::Choose(bus, place) => self.slaves[place - 1].choose(bus, now),
+            Fault::Silence(place) => self.slaves[place - 1].silence(now),
             Fault::Reset(place) => self.station(place).start(now),
             Fault::Off(place) => {
                 self.off |= 1 << place;

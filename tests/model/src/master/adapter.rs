@@ -47,9 +47,11 @@ impl Master {
         }
     }
 
-    fn send(&mut self, frame: Frame, now: Instant) {
-        let expires = now + LIFETIME;
-        match self.redundancy.send(queue::Outgoing { frame, expires }) {
+    pub(super) fn send(&mut self, frame: Frame, now: Instant) {
+        let (expires, has_room) = (now + LIFETIME, self.redundancy.has_room());
+        let sending = self.redundancy.send(queue::Outgoing { frame, expires });
+        assert_eq!(has_room, !matches!(sending, Sending::Refused(_)), "{sending:?}");
+        match sending {
             Sending::Now(bus) => self.outgoing.send_until(bus, frame, expires),
             Sending::Held => {}
             Sending::Refused(bus) => self.act(MasterAction::Refused(bus), now),

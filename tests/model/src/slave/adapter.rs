@@ -24,6 +24,8 @@ pub struct Node {
     pub retained: Retained,
     /// Its chip is to be reset.
     pub waits_for_reset: bool,
+    /// When the silence by its budget ends.
+    pub silence: Option<Instant>,
     /// An EMCY is to be sent.
     pub is_warning: bool,
     /// It gave up its search and stays where it is.

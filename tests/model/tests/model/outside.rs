@@ -15,7 +15,7 @@ fn operational(state: &Watched) -> [bool; 2] {
 /// slaves follow.
 #[test]
 fn a_failed_bus_is_left() {
-    let mut state = Watched::new(Crew::OneMasterWithBoot, 1, None);
+    let mut state = Watched::new(Crew::OneMasterInUse, 1, None);
     while operational(&state) != [true; 2] {
         state.tick();
     }
@@ -31,7 +31,7 @@ fn a_failed_bus_is_left() {
 /// its first heartbeat, and starts it at its second one.
 #[test]
 fn a_slave_is_checked_before_it_is_started() {
-    let [without, with] = [Crew::OneMaster, Crew::OneMasterWithBoot].map(|crew| {
+    let [without, with] = [Crew::OneMaster, Crew::OneMasterInUse].map(|crew| {
         let mut state = Watched::new(crew, 0, None);
         let mut ticks = 0;
         while operational(&state) != [true; 2] {

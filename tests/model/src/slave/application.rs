@@ -1,0 +1,31 @@
+//! The application of a slave of the model: it chooses a bus, and sends too many frames.
+
+use ecss_can::redundancy::BusAccess;
+use ecss_can::types::{Bus, Instant};
+
+use super::Slave;
+use crate::profile::BREAK;
+use crate::station::Station;
+
+impl Slave {
+    /// Chooses this bus. With parallel access the master chooses.
+    pub fn choose(&mut self, bus: Bus, now: Instant) {
+        let is_free = self.redundancy.choose(bus);
+        assert_eq!(is_free, self.access == BusAccess::Selective, "{:?}", self.id);
+        self.poll(now);
+    }
+
+    /// Is silenced by its budget until a [`BREAK`] is over.
+    pub fn silence(&mut self, now: Instant) {
+        self.node.silence = Some(now + BREAK);
+        self.step(now, |redundancy, node| redundancy.silence(node));
+        self.poll(now);
+    }
+
+    /// Ends the silence, when it is due.
+    pub(super) fn resume(&mut self, now: Instant) {
+        if self.node.silence.take_if(|end| *end <= now).is_some() {
+            self.step(now, |redundancy, node| redundancy.resume(now, node));
+        }
+    }
+}
