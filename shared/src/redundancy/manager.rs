@@ -74,8 +74,6 @@ pub struct Manager<const N: usize = PLACES> {
     trial: Trial,
     /// Instant at which assigned slaves that were never heard are reported.
     report: Option<Instant>,
-    #[cfg(feature = "model")]
-    broken: Option<super::Broken>,
 }
 
 impl<const N: usize> Manager<N> {
@@ -102,8 +100,6 @@ impl<const N: usize> Manager<N> {
             search: SlaveSearch::new(dwell),
             trial: Trial::new(),
             report: None,
-            #[cfg(feature = "model")]
-            broken: None,
             // Last: then the compiler makes them in their place.
             peers: Peers::new(),
         }
@@ -331,10 +327,6 @@ impl<const N: usize> Manager<N> {
     }
 
     fn unheard_at(&self) -> Option<Instant> {
-        #[cfg(feature = "model")]
-        if self.broken == Some(super::Broken::NoDwell) {
-            return None;
-        }
         self.search.dwells_until(&self.parameters).filter(|_| self.is_other_usable())
     }
 
@@ -358,14 +350,6 @@ impl<const N: usize> Manager<N> {
         // Of two half-dead buses the better one is kept.
         if share_reached && number > self.left_behind {
             return Some((SwitchCause::SlavesSilent, number));
-        }
-        #[cfg(feature = "model")]
-        if self.broken == Some(super::Broken::TriesForEver) {
-            self.trial.forget();
-        }
-        #[cfg(feature = "model")]
-        if self.is_broken(super::Broken::NeverTries) {
-            return None;
         }
         let is_tried =
             self.trial.is_allowed(self.active, silent) && self.peers.is_any_elsewhere(now, &self.parameters);

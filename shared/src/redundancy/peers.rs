@@ -48,8 +48,6 @@ pub struct Peers<const N: usize = PLACES> {
     held: NodeSet,
     /// No peer has anything due before. Later heartbeats only move the truth further away.
     check: Option<Instant>,
-    #[cfg(feature = "model")]
-    pub(super) broken: Option<super::Broken>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -116,8 +114,6 @@ impl<const N: usize> Peers<N> {
             unheard: 0,
             held: 0,
             check: None,
-            #[cfg(feature = "model")]
-            broken: None,
         }
     }
 
@@ -191,8 +187,6 @@ impl<const N: usize> Peers<N> {
         let changed = !known || peer.state != state;
         peer.state = state;
         let waiting = state != NmtState::Operational;
-        #[cfg(feature = "model")]
-        let waiting = waiting && !(state == NmtState::Stopped && relative::leaves_stopped(self.broken));
         let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
         // An instant before this heartbeat was checked when it was due.
         if counts && peer.silent_at > at {
@@ -383,10 +377,6 @@ impl<const N: usize> Peers<N> {
     }
 
     const fn counted(&self) -> NodeSet {
-        #[cfg(feature = "model")]
-        if matches!(self.broken, Some(super::Broken::CountsEverybody)) {
-            return NodeSet::MAX << 1;
-        }
         self.assigned | self.answered
     }
 

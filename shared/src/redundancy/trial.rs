@@ -76,12 +76,6 @@ impl Trial {
         Some(heard < running.heard)
     }
 
-    /// Allows every trial again.
-    #[cfg(feature = "model")]
-    pub fn forget(&mut self) {
-        self.tried = PerBus::default();
-    }
-
     /// Shifts the clock.
     #[cfg(feature = "model")]
     pub fn rebase(&mut self, to: &crate::types::Rebase) {

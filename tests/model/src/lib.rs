@@ -2,7 +2,7 @@
 
 #![forbid(unsafe_code)]
 
-pub mod broken;
+pub mod defect;
 pub mod master;
 pub mod profile;
 pub mod search;

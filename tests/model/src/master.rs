@@ -4,11 +4,12 @@ use ecss_can::heartbeat;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::queue;
 use ecss_can::redundancy::{
-    Broken, BusAccess, MasterAction, MasterRedundancy, MasterSetup, RoleChange, Sending, Strap, SwitchCause,
+    BusAccess, MasterAction, MasterRedundancy, MasterSetup, RoleChange, Sending, Strap, SwitchCause,
     TwoBoards,
 };
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
 
+use crate::defect::{self, Defect};
 use crate::profile::{
     DWELL, GRACE, HELD, LIFETIME, MASTER_PARAMETERS, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE,
     SILENT_SHARE,
@@ -34,7 +35,7 @@ pub struct Master {
     pub redundancy: MasterRedundancy<TwoBoards, PLACES, HELD>,
     strap: Option<Strap>,
     is_assigned: bool,
-    broken: Option<Broken>,
+    defect: Option<Defect>,
     sync: Periodic,
     outgoing: Outgoing,
     unacknowledged: PerBus<bool>,
@@ -45,17 +46,17 @@ pub struct Master {
 }
 
 impl Master {
-    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `broken`: a rule that
+    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `defect`: a rule that
     /// does not hold.
-    pub fn new(strap: Option<Strap>, is_assigned: bool, broken: Option<Broken>) -> Self {
+    pub fn new(strap: Option<Strap>, is_assigned: bool, defect: Option<Defect>) -> Self {
         let boards = TwoBoards::new(strap.map(|_| PAIR), strap.unwrap_or(Strap::Prime));
-        let mut redundancy = MasterRedundancy::new(boards, &SETUP);
-        redundancy.break_rule(broken);
+        let setup = MasterSetup { dwell: defect::dwell(defect), ..SETUP };
+        let redundancy = MasterRedundancy::new(boards, &setup);
         Master {
             redundancy,
             strap,
             is_assigned,
-            broken,
+            defect,
             sync: Periodic::new(PARAMETERS.producer),
             outgoing: Outgoing::default(),
             unacknowledged: PerBus::default(),
@@ -159,7 +160,7 @@ impl Station for Master {
     }
 
     fn power_off(&mut self) {
-        *self = Master::new(self.strap, self.is_assigned, self.broken);
+        *self = Master::new(self.strap, self.is_assigned, self.defect);
     }
 
     fn poll(&mut self, now: Instant) {

@@ -4,9 +4,10 @@ use core::ops::Range;
 
 use ecss_can::heartbeat;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::redundancy::{Broken, BusAccess, Strap};
+use ecss_can::redundancy::{BusAccess, Strap};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Rebase};
 
+use crate::defect::{self, Defect};
 use crate::master::Master;
 use crate::profile::{PARALLEL, SELECTIVE, TICK};
 use crate::slave::Slave;
@@ -80,14 +81,14 @@ pub enum Crew {
 }
 
 impl Crew {
-    /// Masters before power-on. `broken`: a rule that does not hold.
-    fn masters(self, broken: Option<Broken>) -> Vec<Master> {
+    /// Masters before power-on. `defect`: a rule that does not hold.
+    fn masters(self, defect: Option<Defect>) -> Vec<Master> {
         let straps = match self {
             Crew::OneMaster => vec![None],
             _ => vec![Some(Strap::Prime), Some(Strap::Second)],
         };
         let is_assigned = self != Crew::TwoMastersUnassigned;
-        straps.into_iter().map(|strap| Master::new(strap, is_assigned, broken)).collect()
+        straps.into_iter().map(|strap| Master::new(strap, is_assigned, defect)).collect()
     }
 }
 
@@ -108,22 +109,25 @@ pub struct World {
     pub left: u8,
     /// Equal frames of the same moment are one.
     is_in_step: bool,
+    /// A rule that does not hold.
+    defect: Option<Defect>,
 }
 
 impl World {
-    /// All nodes powered at the same instant. `broken`: a rule that does not hold.
-    pub fn new(crew: Crew, faults: u8, broken: Option<Broken>) -> World {
+    /// All nodes powered at the same instant. `defect`: a rule that does not hold.
+    pub fn new(crew: Crew, faults: u8, defect: Option<Defect>) -> World {
         let mut world = World {
-            masters: crew.masters(broken),
+            masters: crew.masters(defect),
             slaves: [
-                Slave::new(PARALLEL, BusAccess::Parallel, broken),
-                Slave::new(SELECTIVE, BusAccess::Selective, broken),
+                Slave::new(PARALLEL, BusAccess::Parallel, defect),
+                Slave::new(SELECTIVE, BusAccess::Selective, defect),
             ],
             cut: 0,
             off: 0,
             losing: 0,
             left: faults,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
+            defect,
         };
         let now = Rebase::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
@@ -340,8 +344,12 @@ impl World {
             if self.losing & lost != 0 {
                 self.losing &= !lost;
                 on_loss(self);
-            } else {
-                self.station(place).on_received(bus, frame, now);
+                continue;
+            }
+            let is_master = MASTERS.contains(&place);
+            if let Some((bus, frame)) = defect::received(self.defect, self.seen(place), is_master, bus, frame)
+            {
+                self.station(place).on_received(bus, &frame, now);
             }
         }
     }

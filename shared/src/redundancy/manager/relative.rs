@@ -1,21 +1,9 @@
 //! Shifts the clock of the manager, for the model checker.
 
 use super::Manager;
-use crate::redundancy::Broken;
 use crate::types::{Instant, Rebase};
 
 impl<const N: usize> Manager<N> {
-    /// Breaks a rule, for tests.
-    pub fn break_rule(&mut self, broken: Option<Broken>) {
-        self.broken = broken;
-        self.peers.broken = broken;
-    }
-
-    /// Returns whether this rule is broken.
-    pub fn is_broken(&self, rule: Broken) -> bool {
-        self.broken == Some(rule)
-    }
-
     /// Shifts the clock from `now`, when everything due was polled.
     pub fn rebase(&mut self, now: Instant) {
         let (to, parameters) = (Rebase::new(now), self.parameters);

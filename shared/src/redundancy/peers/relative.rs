@@ -1,7 +1,7 @@
 //! Shifts the clock of the peers, for the model checker.
 
 use super::{MEMORY, Peer, Peers};
-use crate::redundancy::{Broken, Parameters};
+use crate::redundancy::Parameters;
 use crate::types::{Duration, Instant, NodeId, Rebase};
 
 impl Peer {
@@ -14,11 +14,6 @@ impl Peer {
         self.first_there = to.aged(self.first_there, hold);
         self.last_there = to.aged(self.last_there, hold);
     }
-}
-
-/// Slaves that somebody else stopped stay so, where that rule is broken.
-pub(super) fn leaves_stopped(broken: Option<Broken>) -> bool {
-    broken == Some(Broken::LeavesStopped)
 }
 
 impl<const N: usize> Peers<N> {

@@ -2,15 +2,9 @@
 
 use super::SlaveRedundancy;
 use super::clash::PERIODS;
-use crate::redundancy::Broken;
 use crate::types::{Instant, PerBus, Rebase};
 
 impl SlaveRedundancy {
-    /// Breaks a rule, for tests.
-    pub fn break_rule(&mut self, broken: Option<Broken>) {
-        self.selector.break_rule(broken);
-    }
-
     /// Shifts the clock from `now`, when everything due was polled. `received`: frames received on each bus. Returns the
     /// numbers of received frames to continue with.
     pub fn rebase(&mut self, received: PerBus<u32>, now: Instant) -> PerBus<u32> {

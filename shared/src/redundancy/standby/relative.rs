@@ -1,15 +1,9 @@
 //! Shifts the clock of the standby, for the model checker.
 
 use super::{Encounter, Standby};
-use crate::redundancy::Broken;
 use crate::types::{Instant, Rebase};
 
 impl Standby {
-    /// Breaks a rule, for tests.
-    pub fn break_rule(&mut self, broken: Option<Broken>) {
-        self.broken = broken;
-    }
-
     /// Shifts the clock from `now`, when everything due was polled.
     pub fn rebase(&mut self, now: Instant) {
         let (to, consumer) = (Rebase::new(now), self.pair.consumer);

@@ -1,0 +1,104 @@
+//! Defects between a machine and the model, and the property by which each is found.
+//!
+//! A *defect* changes a parameter, an input or an action of a machine, from outside: the machine itself is the one that flies.
+
+use clap::ValueEnum;
+use ecss_can::heartbeat;
+use ecss_can::redundancy::{BusCause, Parameters};
+use ecss_can::types::{Bus, CobId, Duration, Frame, NmtState, NodeId};
+
+use crate::profile::{DWELL, PAIR, PARAMETERS};
+use crate::search::property;
+use crate::station::Station;
+use crate::world::Crew;
+
+/// A dwell that is longer than any bound of a property.
+const LONG_DWELL: Duration = Duration::from_millis(6_000);
+
+/// A rule that does not hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
+pub enum Defect {
+    /// The master stays where it hears no slave: its dwell is longer than every bound
+    NoDwell,
+    /// The master leaves stopped slaves alone: it takes Stopped for Operational
+    LeavesStopped,
+    /// A slave does not go to the bus of the master: it takes its heartbeats for ones on the selected bus
+    StaysBehind,
+    /// A search has a switch too many: Ntoggle is 5
+    TogglesOnceMore,
+    /// Each switch of a search changes Bdefault in the dictionary
+    BdefaultByToggle,
+    /// Of two active masters none yields: an active one receives no claim
+    NeverYields,
+    /// No claim reaches another master: equal frames of two merge
+    NeverCalls,
+}
+
+/// What shows a defect.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence {
+    /// The property that does not hold.
+    pub property: &'static str,
+    /// Number of faults that it takes, 1 to 3. Fewer show nothing.
+    pub faults: u8,
+    /// Who manages the network.
+    pub crew: Crew,
+}
+
+impl Defect {
+    /// Returns what shows this defect.
+    pub fn evidence(self) -> Evidence {
+        let (property, faults, crew) = match self {
+            Defect::NoDwell => (property::SERVED, 3, Crew::OneMaster),
+            Defect::LeavesStopped => (property::SERVED, 1, Crew::OneMaster),
+            Defect::StaysBehind => (property::AGREED, 1, Crew::OneMaster),
+            Defect::TogglesOnceMore => (property::CTOGGLE, 1, Crew::OneMaster),
+            Defect::BdefaultByToggle => (property::BDEFAULT, 1, Crew::OneMaster),
+            Defect::NeverYields => (property::ONE_ACTIVE, 1, Crew::TwoMasters),
+            Defect::NeverCalls => (property::ONE_ACTIVE, 1, Crew::TwoMastersInStep),
+        };
+        Evidence { property, faults, crew }
+    }
+}
+
+/// Shortest dwell of a master.
+pub fn dwell(defect: Option<Defect>) -> Duration {
+    if defect == Some(Defect::NoDwell) { LONG_DWELL } else { DWELL }
+}
+
+/// Parameters of a slave.
+pub fn parameters(defect: Option<Defect>) -> Parameters {
+    let more = u8::from(defect == Some(Defect::TogglesOnceMore));
+    Parameters { ntoggle: PARAMETERS.ntoggle + more, ..PARAMETERS }
+}
+
+/// Bdefault in the dictionary of a slave whose machine shows `bdefault`. `reported`: its last report of a bus.
+pub fn shown(defect: Option<Defect>, bdefault: Bus, reported: Option<(BusCause, Bus)>) -> Bus {
+    match (defect, reported) {
+        (Some(Defect::BdefaultByToggle), Some((BusCause::Toggled, bus))) => bus,
+        _ => bdefault,
+    }
+}
+
+/// The frame of `bus` as the machine of a node receives it, and its bus there. `None`: the machine does not receive it.
+pub fn received(
+    defect: Option<Defect>,
+    node: &dyn Station,
+    is_master: bool,
+    bus: Bus,
+    frame: &Frame,
+) -> Option<(Bus, Frame)> {
+    let is_claim = PAIR.claim(frame).is_some();
+    let stopped = frame.id().node().filter(|node| *frame == heartbeat::encode(*node, NmtState::Stopped));
+    match (defect, stopped) {
+        (Some(Defect::NeverCalls), _) if is_claim => None,
+        (Some(Defect::NeverYields), _) if is_claim && is_master && !node.is_silent() => None,
+        (Some(Defect::LeavesStopped), Some(slave)) if is_master => {
+            Some((bus, heartbeat::encode(slave, NmtState::Operational)))
+        }
+        (Some(Defect::StaysBehind), _) if !is_master && frame.id() == CobId::heartbeat(NodeId::MASTER) => {
+            Some((node.active(), *frame))
+        }
+        _ => Some((bus, *frame)),
+    }
+}
