@@ -5,20 +5,17 @@
 use clap::ValueEnum;
 use ecss_can::heartbeat;
 use ecss_can::redundancy::{BusCause, Parameters};
-use ecss_can::types::{Bus, CobId, Duration, Frame, NmtState, NodeId};
+use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
 
-use crate::profile::{DWELL, PAIR, PARAMETERS};
+use crate::profile::{PAIR, PARALLEL, PARAMETERS};
 use crate::search::property;
 use crate::station::Station;
 use crate::world::Crew;
 
-/// A dwell that is longer than any bound of a property.
-const LONG_DWELL: Duration = Duration::from_millis(6_000);
-
 /// A rule that does not hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Defect {
-    /// The master stays where it hears no slave: its dwell is longer than every bound
+    /// The master stays where it hears no slave: it imagines frames of one on the other bus
     NoDwell,
     /// The master leaves stopped slaves alone: it takes Stopped for Operational
     LeavesStopped,
@@ -61,9 +58,10 @@ impl Defect {
     }
 }
 
-/// Shortest dwell of a master.
-pub fn dwell(defect: Option<Defect>) -> Duration {
-    if defect == Some(Defect::NoDwell) { LONG_DWELL } else { DWELL }
+/// A frame that a master receives before it does what is due, although no node sent it, and its bus.
+pub fn imagined(defect: Option<Defect>, master: &dyn Station) -> Option<(Bus, Frame)> {
+    let is_due = defect == Some(Defect::NoDwell);
+    is_due.then(|| (master.active().other(), Frame::of(CobId::emcy(PARALLEL), [])))
 }
 
 /// Parameters of a slave.

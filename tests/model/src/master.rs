@@ -9,7 +9,6 @@ use ecss_can::redundancy::{
 };
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
 
-use crate::defect::{self, Defect};
 use crate::profile::{
     DWELL, GRACE, HELD, LIFETIME, MASTER_PARAMETERS, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE,
     SILENT_SHARE,
@@ -35,7 +34,6 @@ pub struct Master {
     pub redundancy: MasterRedundancy<TwoBoards, PLACES, HELD>,
     strap: Option<Strap>,
     is_assigned: bool,
-    defect: Option<Defect>,
     sync: Periodic,
     outgoing: Outgoing,
     unacknowledged: PerBus<bool>,
@@ -46,17 +44,14 @@ pub struct Master {
 }
 
 impl Master {
-    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `defect`: a rule that
-    /// does not hold.
-    pub fn new(strap: Option<Strap>, is_assigned: bool, defect: Option<Defect>) -> Self {
+    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list.
+    pub fn new(strap: Option<Strap>, is_assigned: bool) -> Self {
         let boards = TwoBoards::new(strap.map(|_| PAIR), strap.unwrap_or(Strap::Prime));
-        let setup = MasterSetup { dwell: defect::dwell(defect), ..SETUP };
-        let redundancy = MasterRedundancy::new(boards, &setup);
+        let redundancy = MasterRedundancy::new(boards, &SETUP);
         Master {
             redundancy,
             strap,
             is_assigned,
-            defect,
             sync: Periodic::new(PARAMETERS.producer),
             outgoing: Outgoing::default(),
             unacknowledged: PerBus::default(),
@@ -160,7 +155,7 @@ impl Station for Master {
     }
 
     fn power_off(&mut self) {
-        *self = Master::new(self.strap, self.is_assigned, self.defect);
+        *self = Master::new(self.strap, self.is_assigned);
     }
 
     fn poll(&mut self, now: Instant) {

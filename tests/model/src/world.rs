@@ -81,14 +81,14 @@ pub enum Crew {
 }
 
 impl Crew {
-    /// Masters before power-on. `defect`: a rule that does not hold.
-    fn masters(self, defect: Option<Defect>) -> Vec<Master> {
+    /// Masters before power-on.
+    fn masters(self) -> Vec<Master> {
         let straps = match self {
             Crew::OneMaster => vec![None],
             _ => vec![Some(Strap::Prime), Some(Strap::Second)],
         };
         let is_assigned = self != Crew::TwoMastersUnassigned;
-        straps.into_iter().map(|strap| Master::new(strap, is_assigned, defect)).collect()
+        straps.into_iter().map(|strap| Master::new(strap, is_assigned)).collect()
     }
 }
 
@@ -117,7 +117,7 @@ impl World {
     /// All nodes powered at the same instant. `defect`: a rule that does not hold.
     pub fn new(crew: Crew, faults: u8, defect: Option<Defect>) -> World {
         let mut world = World {
-            masters: crew.masters(defect),
+            masters: crew.masters(),
             slaves: [
                 Slave::new(PARALLEL, BusAccess::Parallel, defect),
                 Slave::new(SELECTIVE, BusAccess::Selective, defect),
@@ -268,6 +268,11 @@ impl World {
             }
             while let Some(waiting) = self.station(place).outgoing().take_expired(now) {
                 self.station(place).on_expired(waiting.bus, &waiting.frame, now);
+            }
+            if MASTERS.contains(&place)
+                && let Some((bus, frame)) = defect::imagined(self.defect, self.seen(place))
+            {
+                self.station(place).on_received(bus, &frame, now);
             }
             self.station(place).poll(now);
         }
