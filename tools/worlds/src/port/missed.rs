@@ -5,9 +5,11 @@ use std::rc::Rc;
 
 use ecss_can::types::Frame;
 
+type IsMissed = dyn Fn(&Frame) -> bool;
+
 /// Frames that a controller acknowledges on the bus and does not give to its task. None by default.
 #[derive(Clone, Default)]
-pub(crate) struct Missed(Option<Rc<dyn Fn(&Frame) -> bool>>);
+pub(crate) struct Missed(Option<Rc<IsMissed>>);
 
 impl Missed {
     /// The frames for which `is_missed` returns true, at the end of the frame.
