@@ -1,4 +1,4 @@
-//! Defects between a machine and the model, and the property by which each is found.
+//! Defects between a machine and the model.
 //!
 //! A *defect* changes a parameter, an input or an action of a machine, from outside: the machine itself is the one that flies.
 
@@ -8,9 +8,7 @@ use ecss_can::redundancy::{BusCause, Parameters};
 use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
 
 use crate::profile::{PAIR, PARALLEL, PARAMETERS};
-use crate::search::property;
 use crate::station::Station;
-use crate::world::Crew;
 
 /// A rule that does not hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
@@ -29,33 +27,6 @@ pub enum Defect {
     NeverYields,
     /// No claim reaches another master: equal frames of two merge
     NeverCalls,
-}
-
-/// What shows a defect.
-#[derive(Clone, Copy, Debug)]
-pub struct Evidence {
-    /// The property that does not hold.
-    pub property: &'static str,
-    /// Number of faults that it takes, 1 to 3. Fewer show nothing.
-    pub faults: u8,
-    /// Who manages the network.
-    pub crew: Crew,
-}
-
-impl Defect {
-    /// Returns what shows this defect.
-    pub fn evidence(self) -> Evidence {
-        let (property, faults, crew) = match self {
-            Defect::NoDwell => (property::SERVED, 3, Crew::OneMaster),
-            Defect::LeavesStopped => (property::SERVED, 1, Crew::OneMaster),
-            Defect::StaysBehind => (property::AGREED, 1, Crew::OneMaster),
-            Defect::TogglesOnceMore => (property::CTOGGLE, 1, Crew::OneMaster),
-            Defect::BdefaultByToggle => (property::BDEFAULT, 1, Crew::OneMaster),
-            Defect::NeverYields => (property::ONE_ACTIVE, 1, Crew::TwoMasters),
-            Defect::NeverCalls => (property::ONE_ACTIVE, 1, Crew::TwoMastersInStep),
-        };
-        Evidence { property, faults, crew }
-    }
 }
 
 /// A frame that a master receives before it does what is due, although no node sent it, and its bus.

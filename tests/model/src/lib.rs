@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod defect;
+pub mod evidence;
 pub mod master;
 pub mod profile;
 pub mod search;

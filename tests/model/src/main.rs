@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::{Parser, ValueEnum};
 use redundancy_model::defect::Defect;
+use redundancy_model::evidence::Evidence;
 use redundancy_model::search::{self, MOST_FAULTS};
 use redundancy_model::snapshot;
 use redundancy_model::world::Crew;
@@ -90,9 +91,9 @@ fn main() -> ExitCode {
 }
 
 fn show(defect: Defect) -> ExitCode {
-    let faults = defect.evidence().faults;
-    let Some(violation) = search::find(defect, faults) else {
-        eprintln!("not found with {faults} faults");
+    let evidence = Evidence::of(defect);
+    let Some(violation) = evidence.search(evidence.faults) else {
+        eprintln!("not found with {} faults", evidence.faults);
         return ExitCode::FAILURE;
     };
     println!("{defect:?}: does not hold: {}\n\n{}", violation.property, violation.table);

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use judge::Bounds;
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
-use crate::defect::{Defect, Evidence};
+use crate::defect::Defect;
 use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
 use crate::step::Step;
 use crate::table::Table;
@@ -159,9 +159,8 @@ pub fn search(crew: Crew, faults: u8, threads: usize) -> Report {
     explore(crew, faults, None, threads, HasDiscoveries::Any)
 }
 
-/// Searches with up to `faults` faults for the shortest way on which a defect shows.
-pub fn find(defect: Defect, faults: u8) -> Option<Violation> {
-    let Evidence { property, crew, .. } = defect.evidence();
+/// Searches for the shortest way on which `property` does not hold with a defect.
+pub fn find(crew: Crew, faults: u8, defect: Defect, property: &'static str) -> Option<Violation> {
     let until = HasDiscoveries::AllOf(BTreeSet::from([property]));
     let report = explore(crew, faults, Some(defect), 1, until);
     report.violations.into_iter().find(|violation| violation.property == property)

@@ -4,7 +4,8 @@ use std::process::Command;
 
 use clap::ValueEnum;
 use redundancy_model::defect::Defect;
-use redundancy_model::search::{find, search};
+use redundancy_model::evidence::Evidence;
+use redundancy_model::search::search;
 use redundancy_model::snapshot;
 use redundancy_model::world::Crew;
 
@@ -22,11 +23,11 @@ fn two_faults_at_any_moment_break_no_property() {
 /// takes and no fewer. `.ci/run` searches for the defect that takes three.
 #[test]
 fn each_defect_is_found() {
-    for &defect in Defect::value_variants().iter().filter(|defect| defect.evidence().faults < 3) {
-        let faults = defect.evidence().faults;
-        let violation = find(defect, faults).unwrap_or_else(|| panic!("{defect:?} is not found"));
-        assert_eq!(violation.faults, usize::from(faults), "{defect:?}\n{}", violation.table);
-        assert!(find(defect, faults - 1).is_none(), "{defect:?} with fewer faults");
+    let all = Defect::value_variants().iter().map(|defect| Evidence::of(*defect));
+    for evidence in all.filter(|evidence| evidence.faults < 3) {
+        let violation = evidence.search(evidence.faults).unwrap_or_else(|| panic!("{evidence:?}"));
+        assert_eq!(violation.faults, usize::from(evidence.faults), "{evidence:?}\n{}", violation.table);
+        assert!(evidence.search(evidence.faults - 1).is_none(), "{evidence:?} with fewer faults");
     }
 }
 
