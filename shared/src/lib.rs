@@ -88,7 +88,6 @@
 //!
 //! - `defmt`: every public type implements `defmt::Format`.
 //! - `mock`: the module `mock`. It needs an allocator; the rest of the crate has no heap.
-//! - `model`: for the model checker of this project only.
 
 #![no_std]
 #![forbid(unsafe_code)]

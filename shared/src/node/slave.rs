@@ -149,12 +149,6 @@ impl<D: Device> Slave<D> {
         self.canopen.services.buses.counters = PerBus::<Counters>::default();
     }
 
-    /// Breaks a rule, for tests.
-    #[cfg(feature = "model")]
-    pub fn break_rule(&mut self, broken: Option<crate::redundancy::Broken>) {
-        self.redundancy.break_rule(broken);
-    }
-
     /// Returns the local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
         self.canopen.services.scet(now)

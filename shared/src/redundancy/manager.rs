@@ -9,8 +9,6 @@ use crate::link::port::{ErrorState, Health, LastError};
 use crate::types::{Bus, Canonical, Duration, Instant, NmtState, NodeId, PerBus, earliest};
 
 mod action;
-#[cfg(feature = "model")]
-mod broken_rules;
 
 pub use action::{Action, SwitchCause};
 
@@ -80,8 +78,6 @@ pub struct Manager<const N: usize = PLACES> {
     /// Instant at which assigned slaves that were never heard are reported.
     #[canonical(due)]
     report: Option<Instant>,
-    #[cfg(feature = "model")]
-    broken: Option<super::Broken>,
 }
 
 impl<const N: usize> Manager<N> {
@@ -108,8 +104,6 @@ impl<const N: usize> Manager<N> {
             search: SlaveSearch::new(dwell),
             trial: Trial::new(),
             report: None,
-            #[cfg(feature = "model")]
-            broken: None,
             // Last: then the compiler makes them in their place.
             peers: Peers::new(),
         }
@@ -337,10 +331,6 @@ impl<const N: usize> Manager<N> {
     }
 
     fn unheard_at(&self) -> Option<Instant> {
-        #[cfg(feature = "model")]
-        if self.broken == Some(super::Broken::NoDwell) {
-            return None;
-        }
         self.search.dwells_until(&self.parameters).filter(|_| self.is_other_usable())
     }
 
@@ -364,14 +354,6 @@ impl<const N: usize> Manager<N> {
         // Of two half-dead buses the better one is kept.
         if share_reached && number > self.left_behind {
             return Some((SwitchCause::SlavesSilent, number));
-        }
-        #[cfg(feature = "model")]
-        if self.broken == Some(super::Broken::TriesForEver) {
-            self.trial.forget();
-        }
-        #[cfg(feature = "model")]
-        if self.is_broken(super::Broken::NeverTries) {
-            return None;
         }
         let is_tried =
             self.trial.is_allowed(self.active, silent) && self.peers.is_any_elsewhere(now, &self.parameters);

@@ -44,8 +44,6 @@
 //!   [`is_search_long_enough`](crate::profile::Profile::is_search_long_enough).
 
 mod babblers;
-#[cfg(feature = "model")]
-mod broken;
 mod bus_off;
 mod hold_off;
 mod manager;
@@ -60,8 +58,6 @@ mod standby;
 mod trial;
 
 pub use babblers::{Babblers, BabblingStep};
-#[cfg(feature = "model")]
-pub use broken::Broken;
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use master::{

@@ -5,8 +5,6 @@ use crate::heartbeat::{Consumer, ConsumerTimes};
 use crate::nmt::Target;
 use crate::types::{Canonical, Duration, Instant, NmtState, NodeId};
 
-#[cfg(feature = "model")]
-mod broken_rules;
 mod heard;
 mod period;
 
@@ -51,8 +49,6 @@ pub struct Peers<const N: usize = PLACES> {
     /// No peer has anything due before. Later heartbeats only move the truth further away.
     #[canonical(due)]
     check: Option<Instant>,
-    #[cfg(feature = "model")]
-    pub(super) broken: Option<super::Broken>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
@@ -132,8 +128,6 @@ impl<const N: usize> Peers<N> {
             unheard: 0,
             held: 0,
             check: None,
-            #[cfg(feature = "model")]
-            broken: None,
         }
     }
 
@@ -207,8 +201,6 @@ impl<const N: usize> Peers<N> {
         let changed = !known || peer.state != state;
         peer.state = state;
         let waiting = state != NmtState::Operational;
-        #[cfg(feature = "model")]
-        let waiting = waiting && !(state == NmtState::Stopped && broken_rules::leaves_stopped(self.broken));
         let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
         // An instant before this heartbeat was checked when it was due.
         if counts && peer.silent_at > at {
@@ -399,10 +391,6 @@ impl<const N: usize> Peers<N> {
     }
 
     const fn counted(&self) -> NodeSet {
-        #[cfg(feature = "model")]
-        if matches!(self.broken, Some(super::Broken::CountsEverybody)) {
-            return NodeSet::MAX << 1;
-        }
         self.assigned | self.answered
     }
 

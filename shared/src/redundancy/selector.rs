@@ -4,8 +4,6 @@ use super::Parameters;
 use super::hold_off::{Move, Rhythm, Work};
 use crate::types::{Bus, Canonical, Duration, Instant, PerBus, earliest};
 
-#[cfg(feature = "model")]
-mod broken_rules;
 mod canonical;
 
 /// An intruder that is heard more seldom than Ttoggle consumer times costs a heartbeat period each time, so
@@ -84,8 +82,6 @@ pub struct Selector {
     /// Instant at which a new Bdefault may be kept, after a consumer time without contradiction, and that bus.
     #[canonical(due)]
     keep: Option<(Instant, Bus)>,
-    #[cfg(feature = "model")]
-    broken: Option<super::Broken>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
@@ -204,8 +200,6 @@ impl Selector {
             taken_back: 0,
             kept: bus,
             keep: None,
-            #[cfg(feature = "model")]
-            broken: None,
         }
     }
 
@@ -287,10 +281,6 @@ impl Selector {
         if is_heartbeat && self.on_beat(bus, at) {
             return None;
         }
-        #[cfg(feature = "model")]
-        if !is_here && self.follows_everybody() {
-            return self.follow_at_once(bus, at);
-        }
         match &mut self.phase {
             // Frames of two buses may be reported out of order.
             Phase::Following { last } if is_heartbeat && at >= *last => {
@@ -357,14 +347,10 @@ impl Selector {
 
     /// A heartbeat of the master on `bus`, which is the active one now.
     fn follow(&mut self, bus: Bus, bdefault: Bus, at: Instant) {
-        #[cfg(feature = "model")]
-        let bus = self.after_follow(bus);
         self.selected = bus;
         self.phase = Phase::Following { last: at };
         self.moved = None;
         self.work.restart(at);
-        #[cfg(feature = "model")]
-        let bdefault = self.bdefault_after_find(bdefault);
         // ECSS 8.3.3k, l: whenever an active bus was found, also late.
         self.parameters.bdefault = bdefault;
         self.keep = (bdefault != self.kept).then_some((at + self.parameters.consumer, bdefault));
@@ -414,8 +400,6 @@ impl Selector {
     fn toggle(&mut self, search: Search, now: Instant) -> Selection {
         let Parameters { ctoggle, ntoggle, .. } = self.parameters;
         let bus = search.bus;
-        #[cfg(feature = "model")]
-        let ntoggle = self.before_toggle(ntoggle);
         if ctoggle >= ntoggle {
             self.phase = Phase::Searching(Search { bus, since: None });
             return Selection::GaveUp { bus };

@@ -8,9 +8,6 @@
 
 use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NodeId};
 
-#[cfg(feature = "model")]
-mod broken_rules;
-
 /// A claim that went out so lately is still on its way: no other one follows. Bounds what a babbling node can provoke.
 const CLAIM_PAUSE: Duration = Duration::from_millis(10);
 
@@ -199,8 +196,6 @@ pub struct Standby {
     operational: u128,
     /// Most slaves that the active master claimed since then.
     claimed: u8,
-    #[cfg(feature = "model")]
-    broken: Option<super::Broken>,
 }
 
 /// The claim of another active master is heard. Both compare the same two claims, so that one of them yields and
@@ -231,8 +226,6 @@ impl Standby {
             encounter: None,
             operational: 0,
             claimed: 0,
-            #[cfg(feature = "model")]
-            broken: None,
         }
     }
 
@@ -323,10 +316,6 @@ impl Standby {
             self.heard.get_or_insert(bus);
             return self.alive(at);
         }
-        #[cfg(feature = "model")]
-        if self.broken == Some(super::Broken::NeverYields) {
-            return Answer::Nothing;
-        }
         let said = self.said.unwrap_or(Claim { slaves, strap: self.strap });
         let mut encounter = self.present(at).unwrap_or(Encounter { own: said, last: at, pause: at });
         encounter.last = at;
@@ -351,10 +340,6 @@ impl Standby {
     /// A standby that is cut off from the active bus hears the claim on the other one. Without the claim it would
     /// take over and yield again and again.
     pub fn call(&mut self, now: Instant, slaves: u8) -> Option<Claim> {
-        #[cfg(feature = "model")]
-        if self.broken == Some(super::Broken::NeverCalls) {
-            return None;
-        }
         let fresh = Claim { slaves, strap: self.strap };
         let claim = self.present(now).map_or(fresh, |encounter| encounter.own);
         self.said = self.is_active().then_some(claim);

@@ -76,10 +76,4 @@ impl Trial {
         }
         Some(heard < running.heard)
     }
-
-    /// Allows every trial again.
-    #[cfg(feature = "model")]
-    pub fn forget(&mut self) {
-        self.tried = PerBus::default();
-    }
 }

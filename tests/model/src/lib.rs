@@ -2,7 +2,8 @@
 
 #![forbid(unsafe_code)]
 
-pub mod broken;
+pub mod defect;
+pub mod evidence;
 pub mod master;
 pub mod profile;
 pub mod search;

@@ -1,10 +1,11 @@
-//! Searches through all that can happen to the redundancy, or shows how a broken rule is found.
+//! Searches through all that can happen to the redundancy, or shows how a defect is found.
 
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::{Parser, ValueEnum};
-use redundancy_model::broken::RULES;
+use redundancy_model::defect::Defect;
+use redundancy_model::evidence::Evidence;
 use redundancy_model::search::{self, MOST_FAULTS};
 use redundancy_model::snapshot;
 use redundancy_model::world::Crew;
@@ -23,9 +24,9 @@ struct Arguments {
     /// Threads, 1 to 64: all cores unless given
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: Option<u8>,
-    /// Breaks a rule and prints the shortest way to where it shows
-    #[arg(long)]
-    broken: Option<Rule>,
+    /// Breaks a rule from outside of the machines, and prints the shortest way to where that shows
+    #[arg(long, value_name = "RULE")]
+    broken: Option<Defect>,
 }
 
 /// Master boards.
@@ -43,31 +44,10 @@ enum Masters {
     TwoUnassigned,
 }
 
-/// A broken rule, by its number.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Rule {
-    /// The master stays where it hears no slave, for ever
-    NoDwell,
-    /// The master does not start slaves that somebody else stopped
-    LeavesStopped,
-    /// The master tries the other bus again and again
-    TriesForEver,
-    /// A slave does not go to the bus of the master
-    StaysBehind,
-    /// A search has a switch too many
-    TogglesOnceMore,
-    /// Each switch of a search changes Bdefault
-    BdefaultByToggle,
-    /// Of two active masters none yields
-    NeverYields,
-    /// An active master does not say that it is active: equal frames of two merge
-    NeverCalls,
-}
-
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    if let Some(rule) = arguments.broken {
-        return show(&RULES[rule as usize]);
+    if let Some(defect) = arguments.broken {
+        return show(defect);
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let start = Instant::now();
@@ -113,11 +93,12 @@ fn main() -> ExitCode {
     }
 }
 
-fn show(rule: &redundancy_model::broken::Rule) -> ExitCode {
-    let Some(violation) = search::find(rule.crew, rule.faults, rule.broken, rule.property) else {
-        eprintln!("not found with {} faults", rule.faults);
+fn show(defect: Defect) -> ExitCode {
+    let evidence = Evidence::of(defect);
+    let Some(violation) = evidence.search(evidence.faults) else {
+        eprintln!("not found with {} faults", evidence.faults);
         return ExitCode::FAILURE;
     };
-    println!("{:?}: does not hold: {}\n\n{}", rule.broken, violation.property, violation.table);
+    println!("{defect:?}: does not hold: {}\n\n{}", violation.property, violation.table);
     ExitCode::SUCCESS
 }

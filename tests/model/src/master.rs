@@ -5,7 +5,7 @@ mod application;
 mod boot;
 
 use ecss_can::link::queue;
-use ecss_can::redundancy::{Broken, MasterRedundancy, RoleChange, Strap, SwitchCause, TwoBoards};
+use ecss_can::redundancy::{MasterRedundancy, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{
     Bus, Canonical, CobId, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, Periodic, earliest,
 };
@@ -22,7 +22,6 @@ pub struct Master {
     strap: Option<Strap>,
     is_assigned: bool,
     has_boot: bool,
-    broken: Option<Broken>,
     boot: BootProcess,
     sync: Periodic,
     outgoing: Outgoing,
@@ -39,17 +38,15 @@ pub struct Master {
 
 impl Master {
     /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `has_boot`: it checks
-    /// slaves before it starts them; `broken`: a rule that does not hold.
-    pub fn new(strap: Option<Strap>, is_assigned: bool, has_boot: bool, broken: Option<Broken>) -> Self {
+    /// slaves before it starts them.
+    pub fn new(strap: Option<Strap>, is_assigned: bool, has_boot: bool) -> Self {
         let boards = TwoBoards::new(strap.map(|_| PAIR), strap.unwrap_or(Strap::Prime));
-        let mut redundancy = MasterRedundancy::new(boards, &MASTER_SETUP);
-        redundancy.break_rule(broken);
+        let redundancy = MasterRedundancy::new(boards, &MASTER_SETUP);
         Master {
             redundancy,
             strap,
             is_assigned,
             has_boot,
-            broken,
             boot: BootProcess::new(has_boot),
             sync: Periodic::new(PARAMETERS.producer),
             outgoing: Outgoing::default(),
@@ -126,7 +123,7 @@ impl Station for Master {
 
     fn power_off(&mut self) {
         let failed = self.failed;
-        *self = Master::new(self.strap, self.is_assigned, self.has_boot, self.broken);
+        *self = Master::new(self.strap, self.is_assigned, self.has_boot);
         self.failed = failed;
     }
 

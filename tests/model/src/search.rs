@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use ecss_can::redundancy::Broken;
 use judge::Bounds;
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
+use crate::defect::Defect;
 use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
 use crate::step::Step;
 use crate::table::Table;
@@ -49,7 +49,7 @@ pub struct Longest {
 pub struct Spacecraft {
     crew: Crew,
     faults: u8,
-    broken: Option<Broken>,
+    defect: Option<Defect>,
     longest: Longest,
 }
 
@@ -71,7 +71,7 @@ impl Model for Spacecraft {
     type Action = Step;
 
     fn init_states(&self) -> Vec<Watched> {
-        vec![Watched::new(self.crew, self.faults, self.broken)]
+        vec![Watched::new(self.crew, self.faults, self.defect)]
     }
 
     fn actions(&self, state: &Watched, actions: &mut Vec<Step>) {
@@ -159,14 +159,15 @@ pub fn search(crew: Crew, faults: u8, threads: usize) -> Report {
     explore(crew, faults, None, threads, HasDiscoveries::Any)
 }
 
-/// Searches for the shortest way on which `property` does not hold where a rule is broken.
-pub fn find(crew: Crew, faults: u8, broken: Broken, property: &'static str) -> Option<Violation> {
-    let report = explore(crew, faults, Some(broken), 1, HasDiscoveries::AllOf(BTreeSet::from([property])));
+/// Searches for the shortest way on which `property` does not hold with a defect.
+pub fn find(crew: Crew, faults: u8, defect: Defect, property: &'static str) -> Option<Violation> {
+    let until = HasDiscoveries::AllOf(BTreeSet::from([property]));
+    let report = explore(crew, faults, Some(defect), 1, until);
     report.violations.into_iter().find(|violation| violation.property == property)
 }
 
-fn explore(crew: Crew, faults: u8, broken: Option<Broken>, threads: usize, until: HasDiscoveries) -> Report {
-    let model = Spacecraft { crew, faults, broken, longest: Longest::default() };
+fn explore(crew: Crew, faults: u8, defect: Option<Defect>, threads: usize, until: HasDiscoveries) -> Report {
+    let model = Spacecraft { crew, faults, defect, longest: Longest::default() };
     let checker = model.checker().threads(threads).finish_when(until).spawn_bfs().join();
     let longest = &checker.model().longest;
     let millis = |ticks: &AtomicU8| u64::from(ticks.load(Ordering::Relaxed)) * TICK.as_millis();

@@ -5,11 +5,12 @@ mod application;
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
-use ecss_can::redundancy::{Broken, BusAccess, Parameters, Retained, SlaveRedundancy};
+use ecss_can::redundancy::{BusAccess, Parameters, Retained, SlaveRedundancy};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, earliest,
 };
 
+use crate::defect::{self, Defect};
 use crate::profile::{GRACE, PARAMETERS};
 use crate::station::{Outgoing, Station};
 use adapter::{Adapter, Node};
@@ -19,21 +20,21 @@ use adapter::{Adapter, Node};
 pub struct Slave {
     id: NodeId,
     access: BusAccess,
-    broken: Option<Broken>,
+    defect: Option<Defect>,
     redundancy: SlaveRedundancy,
     node: Node,
 }
 
 impl Slave {
-    /// A slave before power-on. `broken`: a rule that does not hold.
-    pub fn new(id: NodeId, access: BusAccess, broken: Option<Broken>) -> Self {
-        Slave::of(id, access, broken, PARAMETERS.bdefault, Retained::default())
+    /// A slave before power-on. `defect`: a rule that does not hold.
+    pub fn new(id: NodeId, access: BusAccess, defect: Option<Defect>) -> Self {
+        Slave::of(id, access, defect, PARAMETERS.bdefault, Retained::default())
     }
 
-    fn of(id: NodeId, access: BusAccess, broken: Option<Broken>, stored: Bus, retained: Retained) -> Self {
+    fn of(id: NodeId, access: BusAccess, defect: Option<Defect>, stored: Bus, retained: Retained) -> Self {
         let mut redundancy = SlaveRedundancy::new(access, PARAMETERS, Retained::default(), GRACE);
-        redundancy.restart(access, Parameters { bdefault: stored, ..PARAMETERS }, retained);
-        redundancy.break_rule(broken);
+        let stored_parameters = Parameters { bdefault: stored, ..defect::parameters(defect) };
+        redundancy.restart(access, stored_parameters, retained);
         let node = Node {
             control: NodeControl::new(id, PARAMETERS.producer, Duration::ZERO, false),
             outgoing: Outgoing::default(),
@@ -47,12 +48,12 @@ impl Slave {
             has_given_up: false,
             has_wrong_bdefault: false,
         };
-        Slave { id, access, broken, redundancy, node }
+        Slave { id, access, defect, redundancy, node }
     }
 
     /// The same slave before it is started again, with what was kept.
     fn restarted(&self, retained: Retained) -> Slave {
-        let mut slave = Slave::of(self.id, self.access, self.broken, self.node.stored, retained);
+        let mut slave = Slave::of(self.id, self.access, self.defect, self.node.stored, retained);
         slave.node.has_wrong_bdefault = self.node.has_wrong_bdefault;
         slave
     }
@@ -78,7 +79,10 @@ impl Slave {
     }
 
     fn step(&mut self, now: Instant, step: impl FnOnce(&mut SlaveRedundancy, &mut Adapter)) {
-        step(&mut self.redundancy, &mut Adapter { node: &mut self.node, now, reported: None });
+        step(
+            &mut self.redundancy,
+            &mut Adapter { node: &mut self.node, defect: self.defect, now, reported: None },
+        );
         if std::mem::take(&mut self.node.is_warning) {
             let emcy = Frame::of(CobId::emcy(self.id), ErrorCode::HEARTBEAT.get().to_le_bytes());
             self.node.outgoing.send(self.active(), emcy, now);

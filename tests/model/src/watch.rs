@@ -1,9 +1,10 @@
 //! A world under watch of [`judge`].
 
-use ecss_can::redundancy::{Broken, Parameters};
+use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
 use judge::{Slave, View, Watch};
 
+use crate::defect::Defect;
 use crate::profile::PARAMETERS;
 use crate::station::Station;
 use crate::world::{Crew, Fault, MASTERS, World};
@@ -18,9 +19,9 @@ pub struct Watched {
 }
 
 impl Watched {
-    /// All nodes powered at the same instant. `broken`: a rule that does not hold.
-    pub fn new(crew: Crew, faults: u8, broken: Option<Broken>) -> Watched {
-        Watched { world: World::new(crew, faults, broken), watch: Watch::default() }
+    /// All nodes powered at the same instant. `defect`: a rule that does not hold.
+    pub fn new(crew: Crew, faults: u8, defect: Option<Defect>) -> Watched {
+        Watched { world: World::new(crew, faults, defect), watch: Watch::default() }
     }
 
     /// A fault happens, and what follows from it at once.

@@ -4,9 +4,10 @@ use core::ops::Range;
 
 use ecss_can::heartbeat;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::redundancy::{Broken, BusAccess, Strap};
+use ecss_can::redundancy::{BusAccess, Strap};
 use ecss_can::types::{Bus, Canonical, CobId, Frame, Instant, NmtState, NodeId};
 
+use crate::defect::{self, Defect};
 use crate::master::Master;
 use crate::profile::{PARALLEL, SELECTIVE, TICK};
 use crate::slave::Slave;
@@ -104,14 +105,14 @@ impl Crew {
         Crew::TwoMastersUnassigned,
     ];
 
-    /// Masters before power-on. `broken`: a rule that does not hold.
-    fn masters(self, broken: Option<Broken>) -> Vec<Master> {
+    /// Masters before power-on.
+    fn masters(self) -> Vec<Master> {
         let straps = match self {
             Crew::OneMaster | Crew::OneMasterInUse => vec![None],
             _ => vec![Some(Strap::Prime), Some(Strap::Second)],
         };
         let (is_assigned, has_boot) = (self != Crew::TwoMastersUnassigned, self == Crew::OneMasterInUse);
-        straps.into_iter().map(|strap| Master::new(strap, is_assigned, has_boot, broken)).collect()
+        straps.into_iter().map(|strap| Master::new(strap, is_assigned, has_boot)).collect()
     }
 }
 
@@ -134,16 +135,18 @@ pub struct World {
     is_in_step: bool,
     /// Applications and budgets act, and controllers of the master go bus-off.
     is_in_use: bool,
+    /// A rule that does not hold.
+    defect: Option<Defect>,
 }
 
 impl World {
-    /// All nodes powered at the same instant. `broken`: a rule that does not hold.
-    pub fn new(crew: Crew, faults: u8, broken: Option<Broken>) -> World {
+    /// All nodes powered at the same instant. `defect`: a rule that does not hold.
+    pub fn new(crew: Crew, faults: u8, defect: Option<Defect>) -> World {
         let mut world = World {
-            masters: crew.masters(broken),
+            masters: crew.masters(),
             slaves: [
-                Slave::new(PARALLEL, BusAccess::Parallel, broken),
-                Slave::new(SELECTIVE, BusAccess::Selective, broken),
+                Slave::new(PARALLEL, BusAccess::Parallel, defect),
+                Slave::new(SELECTIVE, BusAccess::Selective, defect),
             ],
             cut: 0,
             off: 0,
@@ -151,6 +154,7 @@ impl World {
             left: faults,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
             is_in_use: crew == Crew::OneMasterInUse,
+            defect,
         };
         let now = Instant::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
@@ -332,6 +336,11 @@ impl World {
             while let Some(waiting) = self.station(place).outgoing().take_expired(now) {
                 self.station(place).on_expired(waiting.bus, &waiting.frame, now);
             }
+            if MASTERS.contains(&place)
+                && let Some((bus, frame)) = defect::imagined(self.defect, self.seen(place))
+            {
+                self.station(place).on_received(bus, &frame, now);
+            }
             self.station(place).poll(now);
         }
         self.settle(now, on_loss);
@@ -407,8 +416,12 @@ impl World {
             if self.losing & lost != 0 {
                 self.losing &= !lost;
                 on_loss(self);
-            } else {
-                self.station(place).on_received(bus, frame, now);
+                continue;
+            }
+            let is_master = MASTERS.contains(&place);
+            if let Some((bus, frame)) = defect::received(self.defect, self.seen(place), is_master, bus, frame)
+            {
+                self.station(place).on_received(bus, &frame, now);
             }
         }
     }

@@ -35,6 +35,7 @@ pub async fn master<B: MasterBoards>(
     let watch = async {
         loop {
             let MasterEvent::Role(change) = events.next().await else { continue };
+            notes.set_active(key, change.role == Role::Active);
             if change.role == Role::Active {
                 let active = master.with(|master, now| master.status(now).active);
                 notes.takeovers.borrow_mut().push_back(active);

@@ -3,9 +3,8 @@
 use std::rc::Rc;
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
-use ecss_can::node::{Device, Master};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Broken, MasterBoards, Strap};
+use ecss_can::redundancy::Strap;
 use ecss_can::types::{Address, NodeId};
 use host_worlds::{NodeKey, Time, World};
 use judge::Bounds;
@@ -90,13 +89,13 @@ pub fn is_configured(slave: &slave::Node) -> bool {
 /// One master or two, each commands all slaves each period while it is active, and the slaves. `broken`: a rule that does
 /// not hold.
 pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
-    let of_core = broken.and_then(Rule::of_core);
     let (notes, profile) = (Rc::<Notes>::default(), profile(script));
+    let profile = broken.map_or(*profile, |rule| rule.profile(profile));
     let ids: Vec<NodeId> = script.nodes().collect();
     let mut builder = if script.masters == 1 {
         let (all, theirs) = (ids.clone(), notes.clone());
         World::builder().master(
-            move |_| unruly(mission::master(profile, None), of_core),
+            move |_| mission::master(&profile, None),
             move |master, events| {
                 application::master(master, events, NodeKey::MASTER, all.clone(), theirs.clone())
             },
@@ -106,7 +105,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
             let (all, theirs) = (ids.clone(), notes.clone());
             move |master, events| application::master(master, events, key, all.clone(), theirs.clone())
         });
-        let of_two = move |strap| unruly(mission::master_of_two(profile, strap, None), of_core);
+        let of_two = move |strap| mission::master_of_two(&profile, strap, None);
         let both = World::builder().master(move |_| of_two(Strap::Prime), first);
         both.second_master(move |_| of_two(Strap::Second), second)
     };
@@ -115,22 +114,18 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
         builder = builder.slave(
             id,
             move |board| {
-                let slave = mission::slave(board.node_id, profile, Default::default());
-                let mut slave = slave.with_retained(board.retained).with_store(board.store);
-                slave.break_rule(of_core);
-                slave
+                let slave = mission::slave(board.node_id, &profile, Default::default());
+                slave.with_retained(board.retained).with_store(board.store)
             },
             move |slave, events| {
                 application::slave(slave, events, id, theirs.clone(), broken == Some(Rule::Repeats))
             },
         );
     }
+    if let Some(rule) = broken {
+        builder = rule.world(builder, script, &notes);
+    }
     (builder.seed(script.seed).build(), notes)
-}
-
-fn unruly<D: Device, B: MasterBoards>(mut master: Master<D, B>, broken: Option<Broken>) -> Master<D, B> {
-    master.break_rule(broken);
-    master
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What the applications of a world note.
 
 use std::cell::RefCell;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use can_wire::time::Time;
 use ecss_can::types::{Bus, Instant, NodeId};
@@ -29,6 +29,8 @@ pub struct Notes {
     pub executions: RefCell<Vec<Execution>>,
     /// Where one of two masters became active, the next one first.
     pub takeovers: RefCell<VecDeque<Bus>>,
+    /// Those of two masters that are active.
+    active: RefCell<BTreeSet<NodeKey>>,
     /// Power-ons of the masters.
     lives: RefCell<Vec<NodeKey>>,
 }
@@ -43,8 +45,24 @@ impl Notes {
         is_this_life.then(|| (key, Instant::ZERO + COMMAND_PERIOD.times(value % LIFE)))
     }
 
+    /// One of two masters becomes active, or ceases to be.
+    pub fn set_active(&self, key: NodeKey, is_active: bool) {
+        let mut active = self.active.borrow_mut();
+        if is_active {
+            active.insert(key)
+        } else {
+            active.remove(&key)
+        };
+    }
+
+    /// Whether this one of two masters is active.
+    pub fn is_active(&self, key: NodeKey) -> bool {
+        self.active.borrow().contains(&key)
+    }
+
     /// A master begins another life. First value of its commands.
     pub fn begin(&self, key: NodeKey) -> u32 {
+        self.set_active(key, false);
         let mut lives = self.lives.borrow_mut();
         lives.push(key);
         lives.len() as u32 * LIFE

@@ -1,30 +1,31 @@
 //! Rules that can be broken on purpose, and the scripts that may meet them.
+//!
+//! A rule is broken from outside: by a number of the profile, by frames that a node does not receive, or by the application. The nodes
+//! are those of every run.
+
+use std::rc::Rc;
 
 use clap::ValueEnum;
-use ecss_can::redundancy::Broken;
+use ecss_can::profile::Profile;
+use ecss_can::types::{CobId, Duration};
+use host_worlds::{Builder, NodeKey};
 
 use crate::kind::Kind;
+use crate::notes::Notes;
 use crate::script::Script;
+
+/// A dwell that is longer than any run.
+const LONG_DWELL: Duration = Duration::from_millis(3_600_000);
 
 /// A rule that can be broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Rule {
     /// A master that hears no slave on either bus alternates
     DeadBus,
-    /// A slave does not follow every master at once
-    ForeignMaster,
     /// A command that CAN delivers twice is executed once
     Repeats,
-    /// Only nodes that are assigned or answer count
-    UnknownNode,
-    /// The master tries the other bus for a slave that is lost here and heard there
-    LostMinority,
     /// A node reports another one with its Node-ID
     OneNodeId,
-    /// A slave that may have been reset unheard is checked
-    Unconfigured,
-    /// A master that is found becomes Bdefault
-    Bdefault,
     /// Of two active masters that hear each other one yields
     OneMaster,
     /// An active master says on both buses that it is active
@@ -32,32 +33,37 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// What is broken in `ecss-can`; `None`: the application executes repeats.
-    pub fn of_core(self) -> Option<Broken> {
-        Some(match self {
-            Rule::DeadBus => Broken::NoDwell,
-            Rule::ForeignMaster => Broken::FollowsEverybody,
-            Rule::Repeats => return None,
-            Rule::UnknownNode => Broken::CountsEverybody,
-            Rule::LostMinority => Broken::NeverTries,
-            Rule::OneNodeId => Broken::IgnoresClash,
-            Rule::Unconfigured => Broken::TrustsStarted,
-            Rule::Bdefault => Broken::KeepsBdefault,
-            Rule::OneMaster => Broken::NeverYields,
-            Rule::Claims => Broken::NeverCalls,
-        })
+    /// Returns the profile of the nodes where this rule does not hold.
+    pub(crate) fn profile(self, profile: &Profile) -> Profile {
+        if self == Rule::DeadBus { Profile { dwell: LONG_DWELL, ..*profile } } else { *profile }
+    }
+
+    /// Makes the nodes of a world miss the frames by which they keep this rule.
+    pub(crate) fn world(self, builder: Builder, script: &Script, notes: &Rc<Notes>) -> Builder {
+        let masters = [NodeKey::MASTER, NodeKey::SECOND_MASTER].into_iter().take(script.masters.into());
+        match self {
+            Rule::DeadBus | Rule::Repeats => builder,
+            Rule::OneNodeId => script.nodes().fold(builder, |builder, slave| {
+                builder.misses(slave, move |frame| frame.id() == CobId::heartbeat(slave))
+            }),
+            Rule::OneMaster => masters.fold(builder, |builder, master| {
+                let notes = notes.clone();
+                builder.misses(master, move |frame| {
+                    notes.is_active(master) && Profile::PAIR.claim(frame).is_some()
+                })
+            }),
+            Rule::Claims => masters.fold(builder, |builder, master| {
+                builder.misses(master, |frame| Profile::PAIR.claim(frame).is_some())
+            }),
+        }
     }
 
     /// Kinds of faults that may meet it.
     fn kinds(self) -> (Kind, Option<Kind>) {
         match self {
             Rule::DeadBus => (Kind::Cut, Some(Kind::ResetMaster)),
-            Rule::ForeignMaster => (Kind::Cut, Some(Kind::ForeignMaster)),
             Rule::Repeats => (Kind::Flip, None),
-            Rule::UnknownNode => (Kind::UnknownNode, None),
             Rule::OneNodeId => (Kind::Clash, None),
-            Rule::Unconfigured => (Kind::Cut, Some(Kind::ResetSlave)),
-            Rule::LostMinority | Rule::Bdefault => (Kind::Cut, None),
             // Both boards are active only where the standby hears nothing on either bus.
             Rule::OneMaster => (Kind::Short, Some(Kind::Short)),
             Rule::Claims => (Kind::Disconnect, None),

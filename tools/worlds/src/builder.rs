@@ -5,11 +5,12 @@ use can_wire::timing::BitTiming;
 use ecss_can::node::minimal::{MinimalDevice, MinimalSlave};
 use ecss_can::node::{Device, Master, Slave};
 use ecss_can::redundancy::MasterBoards;
-use ecss_can::types::NodeId;
+use ecss_can::types::{Frame, NodeId};
 
 use crate::board::MockBoard;
 use crate::key::NodeKey;
 use crate::member::{Events, Handle, Member};
+use crate::port::Missed;
 use crate::unit::{Planned, firmware};
 use crate::world::World;
 
@@ -124,6 +125,7 @@ impl Builder {
             has_one_controller: false,
             power_on: Time::ZERO,
             late_heartbeats: key.number().wrapping_mul(SCATTER),
+            missed: Missed::default(),
         });
         self
     }
@@ -145,6 +147,17 @@ impl Builder {
     #[must_use]
     pub fn late_heartbeats(mut self, node: impl Into<NodeKey>, pattern: u32) -> Self {
         self.planned(node.into()).late_heartbeats = pattern;
+        self
+    }
+
+    /// Makes the controllers of a node miss frames on both buses: those for which `is_missed` returns true at their end. The controllers
+    /// acknowledge them, and the node does not receive them.
+    ///
+    /// # Panics
+    /// When there is no such node.
+    #[must_use]
+    pub fn misses(mut self, node: impl Into<NodeKey>, is_missed: impl Fn(&Frame) -> bool + 'static) -> Self {
+        self.planned(node.into()).missed = Missed::those(is_missed);
         self
     }
 

@@ -14,7 +14,7 @@ use crate::log::{Entry, NodeEvent};
 use crate::member::{Diary, Events, Handle, Member, Running};
 use crate::memory::{Flash, Ram};
 use crate::pool::{Pool, Spawner};
-use crate::port::{BoardPort, MockPort, one_controller};
+use crate::port::{BoardPort, Missed, MockPort, one_controller};
 use crate::timeline::Timeline;
 
 /// What `main` of an image does, once per power-on: makes the node, spawns its application.
@@ -40,6 +40,7 @@ pub(crate) struct Planned {
     pub has_one_controller: bool,
     pub power_on: Time,
     pub late_heartbeats: u32,
+    pub missed: Missed,
 }
 
 /// A node, with or without power.
@@ -72,10 +73,11 @@ impl Unit {
         entries: Rc<RefCell<Vec<Entry>>>,
         changed: &PerBus<Rc<Cell<bool>>>,
     ) -> Self {
-        let Planned { key, firmware, drift_ppm, has_one_controller, late_heartbeats, .. } = planned;
+        let Planned { key, firmware, drift_ppm, has_one_controller, late_heartbeats, missed, .. } = planned;
         let diary = Diary { key, timeline, entries };
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
         let ports = PerBus::from_fn(|bus| MockPort::that_sets(clock.clone(), changed[bus].clone()));
+        Bus::ALL.into_iter().for_each(|bus| ports[bus].set_missed(missed.clone()));
         let (ram, flash) = (Ram::of_power_on(), Flash::default());
         Unit {
             key,

@@ -1,8 +1,12 @@
 //! `cargo xtask mutants`: deliberate defects in the protocol crate or in the applications, of which tests must find most.
 //!
-//! A sample is cut into shards, so that it runs on many machines (see [`support::shard`]).
+//! A sample is cut into shards, so that it runs on many machines (see [`support::shard`]). Defects that no operator of cargo-mutants makes
+//! are [patches].
 
+mod copy;
 mod outcome;
+mod patch;
+mod patches;
 mod sample;
 mod selection;
 
@@ -67,7 +71,11 @@ pub struct Options {
     #[arg(long)]
     applications: bool,
 
-    /// Print the sample and end
+    /// Try the defects of these patch files instead, each by the command in its head [default: all patches of the project]
+    #[arg(long, value_name = "FILE", num_args = 0.., conflicts_with_all = ["sample", "seed", "at_least", "by_clause", "applications", "shard"])]
+    patch: Option<Vec<PathBuf>>,
+
+    /// Print the sample, or the patches, and end
     #[arg(long)]
     list: bool,
 
@@ -75,7 +83,7 @@ pub struct Options {
     #[arg(long, value_name = "I/N", conflicts_with = "at_least")]
     shard: Option<Shard>,
 
-    /// Folder for the logs of cargo-mutants [default: target/mutants] of the project
+    /// Folder for the logs of cargo-mutants, and for the copy of the project that is patched [default: target/mutants] of the project
     #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/mutants"), hide_default_value = true)]
     out: PathBuf,
 
@@ -129,16 +137,23 @@ impl Options {
 }
 
 /// Draws a sample, runs tests against each of its mutants, and prints what they did not find. Or joins the results of
-/// shards of a sample.
+/// shards of a sample, or tries patches.
 ///
 /// # Errors
-/// When cargo-mutants is missing or fails, when tests caught too few, or when the files to join are not all parts of one run.
+/// When a patch is wrong or its defect is not found, when cargo-mutants is missing or fails, when tests caught too few, or when the files to join are not all parts of one run.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files, bar }) = &options.action {
         let (run, parts): (Run<Parameters>, Vec<Outcome>) = shard::merged(COMMAND, files)?;
         let outcome = parts.into_iter().fold(Outcome::default(), Outcome::and);
         report(&outcome, run.parameters.sample, run.parameters.applications)?;
         return judge(&outcome, *bar);
+    }
+    if let Some(files) = &options.patch {
+        let patches = patches::read(files)?;
+        return match options.list {
+            true => patches::print(&patches),
+            false => patches::run(&patches, &options.out.join("patches")),
+        };
     }
     let program = MUTANTS.find(&options.source)?;
     let list = cargo_mutants(&program, options.steps()[0]).arg("--list").output().with_context(cannot_run)?;

@@ -11,6 +11,7 @@ mod examples;
 mod flash;
 mod licences;
 mod mutants;
+mod patches;
 mod public_docs;
 mod selftest;
 

@@ -2,8 +2,6 @@
 
 mod actions;
 mod boot;
-#[cfg(feature = "model")]
-mod broken;
 mod budget;
 mod declared;
 mod filters;

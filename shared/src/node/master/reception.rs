@@ -89,8 +89,6 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         // A node that is Operational on the other bus takes no commands here.
         let is_judged = is_here || state != NmtState::Operational;
         let state = if is_judged { self.judge_state(node, state, stamp.at, out) } else { state };
-        #[cfg(feature = "model")]
-        self.trust(node);
         let Self { redundancy, boot, .. } = self;
         let may_start = |heard: PeerHeartbeat| boot.on_heartbeat(node, state, is_here, heard.returned);
         let SlaveNews { heard, command } = redundancy.on_heartbeat(bus, node, state, stamp.at, may_start);

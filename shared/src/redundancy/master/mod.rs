@@ -34,8 +34,6 @@
 
 mod action;
 mod boards;
-#[cfg(feature = "model")]
-mod broken_rules;
 mod held;
 mod reception;
 mod role;
@@ -224,8 +222,6 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         may_start: impl FnOnce(PeerHeartbeat) -> bool,
     ) -> SlaveNews {
         let heard = self.manager.on_heartbeat(bus, node, state, at);
-        #[cfg(feature = "model")]
-        let heard = self.trusted(heard);
         let command = match state {
             // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
             _ if may_start(heard) => Some(Command::Start),

@@ -22,10 +22,6 @@ impl SlaveRedundancy {
         at: Instant,
         node: &mut impl SlaveNode,
     ) -> SlaveVerdict {
-        #[cfg(feature = "model")]
-        if self.selector.is_broken(crate::redundancy::Broken::IgnoresClash) {
-            return SlaveVerdict::Ignored;
-        }
         let Some(state) = heartbeat::decode(frame) else { return SlaveVerdict::Malformed };
         let periods = if node.control().is_held_back(at) { ROUNDS } else { PERIODS };
         let clash = self.clashes.on_heartbeat(state, at, self.probation(periods));

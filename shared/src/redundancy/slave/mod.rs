@@ -15,8 +15,6 @@
 //! this *warning* was sent, or for a short time.
 
 mod action;
-#[cfg(feature = "model")]
-mod broken_rules;
 mod clash;
 mod frames;
 mod resets;

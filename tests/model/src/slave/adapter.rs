@@ -6,7 +6,7 @@ use ecss_can::redundancy::{BusCause, Parameters, Retained, SlaveAction, SlaveNod
 use ecss_can::types::{Bus, Instant, PerBus};
 use judge::selector::is_bdefault_right;
 
-use crate::profile::PARAMETERS;
+use crate::defect::{self, Defect};
 use crate::station::Outgoing;
 
 /// The node around the redundancy of a slave.
@@ -37,6 +37,8 @@ pub struct Node {
 /// The node in one step.
 pub struct Adapter<'a> {
     pub node: &'a mut Node,
+    /// A rule that does not hold.
+    pub defect: Option<Defect>,
     pub now: Instant,
     /// The bus that was reported since the parameters were shown.
     pub reported: Option<(BusCause, Bus)>,
@@ -52,12 +54,14 @@ impl SlaveNode for Adapter<'_> {
     }
 
     fn restore_communication(&mut self) -> Parameters {
-        Parameters { bdefault: self.node.bdefault, ..PARAMETERS }
+        Parameters { bdefault: self.node.bdefault, ..defect::parameters(self.defect) }
     }
 
     fn show(&mut self, parameters: &Parameters) {
-        let before = std::mem::replace(&mut self.node.bdefault, parameters.bdefault);
-        let is_right = is_bdefault_right(before, parameters.bdefault, self.reported.take());
+        let reported = self.reported.take();
+        let bdefault = defect::shown(self.defect, parameters.bdefault, reported);
+        let before = std::mem::replace(&mut self.node.bdefault, bdefault);
+        let is_right = is_bdefault_right(before, bdefault, reported);
         self.node.has_wrong_bdefault |= !is_right;
     }
 

@@ -1,9 +1,11 @@
-//! The search is whole, the same in every run, and finds rules that are broken.
+//! The search is whole, the same in every run, and finds defects.
 
 use std::process::Command;
 
-use redundancy_model::broken::RULES;
-use redundancy_model::search::{find, search};
+use clap::ValueEnum;
+use redundancy_model::defect::Defect;
+use redundancy_model::evidence::Evidence;
+use redundancy_model::search::search;
 use redundancy_model::snapshot;
 use redundancy_model::world::Crew;
 
@@ -27,17 +29,15 @@ fn two_faults_at_any_moment_break_no_property() {
     breaks_no_property(2);
 }
 
-/// Given a rule that is broken; the slow ones are left to the command. Then the search finds a state where its property does not hold, with as many faults as it
-/// takes and no fewer.
+/// Given a defect outside of the machines, the search finds a state where its property does not hold, with as many faults as it
+/// takes and no fewer. `.ci/run` searches for the defect that takes three.
 #[test]
-fn each_broken_rule_is_found() {
-    for rule in RULES.into_iter().filter(|rule| rule.faults < 3) {
-        let violation = find(rule.crew, rule.faults, rule.broken, rule.property).expect("a way to it");
-        assert_eq!(violation.faults, usize::from(rule.faults), "{rule:?}\n{}", violation.table);
-        assert!(
-            find(rule.crew, rule.faults - 1, rule.broken, rule.property).is_none(),
-            "{rule:?} with fewer faults"
-        );
+fn each_defect_is_found() {
+    let all = Defect::value_variants().iter().map(|defect| Evidence::of(*defect));
+    for evidence in all.filter(|evidence| evidence.faults < 3) {
+        let violation = evidence.search(evidence.faults).unwrap_or_else(|| panic!("{evidence:?}"));
+        assert_eq!(violation.faults, usize::from(evidence.faults), "{evidence:?}\n{}", violation.table);
+        assert!(evidence.search(evidence.faults - 1).is_none(), "{evidence:?} with fewer faults");
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod faults;
 mod mailbox;
+mod missed;
 mod one;
 mod wire_side;
 
@@ -25,6 +26,7 @@ use crate::clock::MockClock;
 use faults::Faults;
 use mailbox::{MAILBOXES, Mailboxes};
 
+pub(crate) use missed::Missed;
 pub use one::{BoardPort, MockController, MockSide, MockSwitch, one_controller};
 
 /// Received frames that wait for the task; more are lost and counted.
@@ -46,6 +48,7 @@ struct Chip {
     /// Set when the wire sees another thing than before.
     changed: Rc<Cell<bool>>,
     filters: Vec<Filter>,
+    missed: Missed,
     /// Since when it is on the bus.
     on_bus: Option<Time>,
     /// It has seen 11 recessive bits since (RM0090 32.4.2).
@@ -92,14 +95,20 @@ impl MockPort {
         self.chip_mut().timing = timing;
     }
 
+    /// Sets the frames that the controller misses. They outlive a reset.
+    pub(crate) fn set_missed(&self, missed: Missed) {
+        self.chip_mut().missed = missed;
+    }
+
     /// A chip reset, or another power-on with a new clock.
     pub fn reset(&self, clock: MockClock) {
         let power_cycle = self.chip().power_cycle + 1;
         let gone = self.chip().on_bus.is_some() || self.chip().gone.get();
-        let (changed, timing) = (self.chip().changed.clone(), self.chip().timing);
+        let (changed, timing, missed) =
+            (self.chip().changed.clone(), self.chip().timing, self.chip().missed.clone());
         changed.set(true);
         *self.0.borrow_mut() =
-            Chip { timing, gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
+            Chip { timing, missed, gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
     }
 
     /// Whether it is off the bus, and a frame that was on the wire has ended.
@@ -161,6 +170,7 @@ impl Chip {
             timing: BitTiming::MEGABIT,
             changed,
             filters: Vec::new(),
+            missed: Missed::default(),
             on_bus: None,
             joined: false,
             gone: Cell::new(false),

@@ -110,10 +110,9 @@ impl Chip {
     fn admit(&self, frame: &WireFrame) -> Option<Frame> {
         let WireId::Standard(raw) = frame.id else { return None };
         let id = CobId::new(raw).filter(|_| !frame.remote)?;
-        self.filters
-            .iter()
-            .any(|filter| filter.admits(id))
-            .then(|| Frame::from_dlc(id, frame.dlc, frame.data))
+        let is_admitted = self.filters.iter().any(|filter| filter.admits(id));
+        let frame = is_admitted.then(|| Frame::from_dlc(id, frame.dlc, frame.data));
+        frame.filter(|frame| !self.missed.contains(frame))
     }
 
     fn on_counters(&mut self, counters: ErrorCounters) {

@@ -1,0 +1,110 @@
+//! `cargo xtask mutants --patch`: defects as patch files. The commands of these patches compile nothing.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::XTASK;
+use crate::docs::root;
+
+/// A diff that applies: it adds a line to a file of the project.
+const DIFF: &str = "--- a/.gitignore\n+++ b/.gitignore\n@@ -1 +1,2 @@\n /target\n+/defect\n";
+
+/// Writes a patch whose command is `cargo` with these arguments.
+fn patch(folder: &Path, rule: &str, arguments: &str, finds: &str, diff: &str) -> PathBuf {
+    let file = folder.join(format!("{rule}.patch"));
+    let head = format!("Rule: {rule}\nDefect: None.\nCommand: cargo {arguments}\nFinds: {finds}\n\n");
+    fs::write(&file, head + diff).expect("a file");
+    file
+}
+
+/// Runs the patches with a copy of the project in `folder`. Returns exit code, stdout and stderr.
+fn run(folder: &Path, patches: &[&Path]) -> (i32, String, String) {
+    let mut arguments = vec!["mutants", "--out", folder.to_str().expect("UTF-8"), "--patch"];
+    arguments.extend(patches.iter().map(|patch| patch.to_str().expect("UTF-8")));
+    XTASK.run(&arguments)
+}
+
+/// Removes the seconds, which differ from run to run.
+fn without_times(text: &str) -> String {
+    text.split(|char: char| char.is_ascii_digit()).collect()
+}
+
+/// Given all patches of the project, each has a right head and applies, and each rule has one patch.
+#[test]
+fn every_patch_of_the_project_applies() {
+    let (code, stdout, stderr) = XTASK.run(&["mutants", "--patch", "--list"]);
+    assert_eq!(code, 0, "{stderr}");
+    let mut rules: Vec<&str> = stdout.lines().filter(|line| !line.starts_with(' ')).collect();
+    rules.sort_unstable();
+    let expected = [
+        "bdefault: ",
+        "foreign-master: ",
+        "lost-minority: ",
+        "tries-for-ever: ",
+        "unconfigured: ",
+        "unknown-node: ",
+    ];
+    assert_eq!(rules.len(), expected.len(), "{stdout}");
+    for (rule, expected) in rules.iter().zip(expected) {
+        assert!(rule.starts_with(expected), "{rule}");
+    }
+}
+
+/// Given patches whose commands fail with the text of the head, fail with another text, and succeed, then the first one is found
+/// and the others are not. The commands run in a patched copy, one patch at a time, and the project stays as it is.
+#[test]
+fn patch_is_found_by_a_failure_with_its_text_alone() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let make = |rule, arguments, finds| patch(here.path(), rule, arguments, finds, DIFF);
+    let found = make("right", "no-such-command", "no such command");
+    let other = make("other", "no-such-command", "no such rule");
+    let good = make("good", "--version", "cargo");
+    let before = fs::read(root().join(".gitignore")).expect("a file");
+
+    let (code, stdout, stderr) = run(here.path(), &[&found]);
+    assert_eq!((code, without_times(&stdout).as_str()), (0, "found: right,  s\n"), "{stderr}");
+    let (code, stdout, stderr) = run(here.path(), &[&found, &other, &good]);
+    let expected = "found: right,  s\n\
+        not found: other,  s: the command failed without \"no such rule\"\n\
+        not found: good,  s: the command succeeded\n";
+    assert_eq!((code, without_times(&stdout).as_str()), (1, expected), "{stderr}");
+    assert!(stderr.contains("2 of 3 defects were not found"), "{stderr}");
+    assert_eq!(fs::read(root().join(".gitignore")).expect("a file"), before);
+}
+
+/// Given a file whose command shows it, the command sees the patched file.
+#[test]
+fn command_of_a_patch_runs_on_patched_files() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let diff = "--- /dev/null\n+++ b/tests/broken/Cargo.toml\n@@ -0,0 +1 @@\n+not a manifest\n";
+    let arguments = "metadata --manifest-path tests/broken/Cargo.toml";
+    let file = patch(here.path(), "patched", arguments, "not a manifest", diff);
+    let (code, stdout, stderr) = run(here.path(), &[&file]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+}
+
+#[test]
+fn patch_that_does_not_apply_is_refused() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let diff = DIFF.replace(" /target", " /another");
+    let file = patch(here.path(), "old", "--version", "cargo", &diff);
+    let path = file.to_str().expect("UTF-8");
+    let parts = [path, "does not apply", ".gitignore", "Usage: cargo xtask mutants"];
+    XTASK.refuses(&["mutants", "--patch", path], &parts);
+}
+
+#[test]
+fn patch_with_a_wrong_head_is_refused() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let file = here.path().join("short.patch");
+    let path = file.to_str().expect("UTF-8");
+    for (text, expected) in [
+        ("Rule: short\n".to_owned() + DIFF, "no line \"Defect: ...\""),
+        ("Rule short\n".to_owned() + DIFF, "\"Rule short\" is not allowed before the diff"),
+    ] {
+        fs::write(&file, text).expect("a file");
+        XTASK.refuses(&["mutants", "--patch", path], &[path, expected]);
+    }
+    XTASK.refuses(&["mutants", "--patch", "nowhere.patch"], &["nowhere.patch"]);
+    XTASK.refuses(&["mutants", "--sample", "3", "--patch"], &["--sample", "--patch"]);
+}
