@@ -1,4 +1,4 @@
-//! `cargo xtask mutants`: deliberate defects in the protocol crate or in the applications, of which tests must find most.
+//! `cargo xtask mutants`: deliberate defects in the protocol crate, the applications or the machines of redundancy, of which tests must find most.
 //!
 //! A sample is cut into shards, so that it runs on many machines (see [`support::shard`]). Defects that no operator of cargo-mutants makes
 //! are [patches].
@@ -41,6 +41,9 @@ const CLAUSES: &str = "mutants";
 const ALL: &str = "mutants-all";
 /// Mutants of the applications, and their tests in host worlds.
 const APPLICATIONS: &str = "mutants-applications";
+/// Mutants of the machines of redundancy, and their model with one fault and with two.
+const ONE_FAULT: &str = "mutants-redundancy";
+const TWO_FAULTS: &str = "mutants-redundancy-two-faults";
 
 /// Command line of `mutants`.
 #[derive(Args, Debug)]
@@ -64,15 +67,19 @@ pub struct Options {
     bar: Bar,
 
     /// Run the tests by clause alone: what they miss counts as missed
-    #[arg(long, conflicts_with = "applications")]
+    #[arg(long, conflicts_with_all = ["applications", "redundancy"])]
     by_clause: bool,
 
     /// Try mutants of the applications of the images instead of the protocol crate, with their tests in host worlds
-    #[arg(long)]
+    #[arg(long, conflicts_with = "redundancy")]
     applications: bool,
 
+    /// Try mutants of the machines of redundancy, with the model of all their states as the only test
+    #[arg(long)]
+    redundancy: bool,
+
     /// Try the defects of these patch files instead, each by the command in its head [default: all patches of the project]
-    #[arg(long, value_name = "FILE", num_args = 0.., conflicts_with_all = ["sample", "seed", "at_least", "by_clause", "applications", "shard"])]
+    #[arg(long, value_name = "FILE", num_args = 0.., conflicts_with_all = ["sample", "seed", "at_least", "by_clause", "applications", "redundancy", "shard"])]
     patch: Option<Vec<PathBuf>>,
 
     /// Print the sample, or the patches, and end
@@ -122,16 +129,44 @@ struct Parameters {
     /// Number of mutants of which the sample is drawn.
     mutants: usize,
     by_clause: bool,
-    applications: bool,
+    subject: Subject,
+}
+
+/// Code that has the mutants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Subject {
+    Protocol,
+    Applications,
+    Redundancy,
+}
+
+impl Subject {
+    /// What found the mutants of the first step, if there are two.
+    const fn first_finder(self) -> Option<&'static str> {
+        match self {
+            Subject::Protocol => Some("by the tests by clause"),
+            Subject::Applications => None,
+            Subject::Redundancy => Some("with one fault"),
+        }
+    }
 }
 
 impl Options {
+    fn subject(&self) -> Subject {
+        match self {
+            Options { applications: true, .. } => Subject::Applications,
+            Options { redundancy: true, .. } => Subject::Redundancy,
+            _ => Subject::Protocol,
+        }
+    }
+
     /// Configurations whose tests meet the mutants: the first one all, each other one those that were missed before it.
     fn steps(&self) -> &'static [&'static str] {
-        match self {
-            Options { applications: true, .. } => &[APPLICATIONS],
-            Options { by_clause: true, .. } => &[CLAUSES],
-            _ => &[CLAUSES, ALL],
+        match self.subject() {
+            Subject::Applications => &[APPLICATIONS],
+            Subject::Redundancy => &[ONE_FAULT, TWO_FAULTS],
+            Subject::Protocol if self.by_clause => &[CLAUSES],
+            Subject::Protocol => &[CLAUSES, ALL],
         }
     }
 }
@@ -145,7 +180,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files, bar }) = &options.action {
         let (run, parts): (Run<Parameters>, Vec<Outcome>) = shard::merged(COMMAND, files)?;
         let outcome = parts.into_iter().fold(Outcome::default(), Outcome::and);
-        report(&outcome, run.parameters.sample, run.parameters.applications)?;
+        report(&outcome, run.parameters.sample, run.parameters.subject)?;
         return judge(&outcome, *bar);
     }
     if let Some(files) = &options.patch {
@@ -166,7 +201,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         sample: sample.len(),
         mutants: all.len(),
         by_clause: options.by_clause,
-        applications: options.applications,
+        subject: options.subject(),
     };
     let Some(shard) = options.shard else {
         if options.list {
@@ -174,7 +209,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         }
         output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
         let outcome = try_all(&program, &sample, options, &options.out)?;
-        report(&outcome, sample.len(), options.applications)?;
+        report(&outcome, sample.len(), options.subject())?;
         return judge(&outcome, options.bar);
     };
     let total = sample.len() as u64;
@@ -191,7 +226,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     output::note(format_args!("{count} of {total} mutants, shard {shard}, seed {}", options.seed));
     // Shards on one machine have logs of their own.
     let results = try_all(&program, sample, options, &file.with_extension(""))?;
-    report(&results, sample.len(), options.applications)?;
+    report(&results, sample.len(), options.subject())?;
     Part { run, shard: shard.index, results }.write(&file)?;
     output::note(format_args!("results of shard {shard} written to {}", project::shown(&file)));
     Ok(())
@@ -229,7 +264,7 @@ fn attempt(program: &Path, mutants: &[Mutant<'_>], config: &str, out: &Path) -> 
     command.args(["--shuffle", "--output"]).arg(&folder).arg("--in-diff").arg(&diff);
     if config != CLAUSES {
         // cargo-mutants would run the baseline with the tests of the mutated package alone. Without one it guesses no time.
-        let seconds = if config == ALL { "300" } else { "60" };
+        let seconds = if [ALL, TWO_FAULTS].contains(&config) { "300" } else { "60" };
         command.args(["--baseline", "skip", "--timeout", seconds]);
     }
     command.args(mutants.iter().flat_map(|mutant| ["--re".to_owned(), selection::expression(mutant.name)]));
@@ -256,18 +291,16 @@ fn cannot_run() -> String {
 ///
 /// # Errors
 /// When some of the sample were not tried.
-fn report(outcome: &Outcome, sampled: usize, of_applications: bool) -> anyhow::Result<()> {
+fn report(outcome: &Outcome, sampled: usize, subject: Subject) -> anyhow::Result<()> {
     for name in &outcome.missed {
         output::line(format_args!("missed: {name}"))?;
     }
     let (found, viable) = outcome.share();
     let [endless, unviable] = [&outcome.timeout, &outcome.unviable].map(Vec::len);
-    let by_clause = match of_applications {
-        true => String::new(),
-        false => format!(" {} of them by the tests by clause,", outcome.by_clause),
-    };
+    let finder = subject.first_finder();
+    let by_first = finder.map_or(String::new(), |finder| format!(" {} of them {finder},", outcome.by_first));
     output::line(format_args!(
-        "{found} of {viable} mutants caught,{by_clause} {endless} by a test that did not end; {unviable} more do not compile"
+        "{found} of {viable} mutants caught,{by_first} {endless} by a test that did not end; {unviable} more do not compile"
     ))?;
     ensure!(outcome.tried() == sampled, "{} of the sample were not tried", sampled.abs_diff(outcome.tried()));
     Ok(())

@@ -20,7 +20,7 @@ pub struct Outcome {
     /// Do not compile: a check at compile time found them, or the change made no sense.
     pub unviable: Vec<String>,
     /// Number of those found, in either way, by the tests by clause.
-    pub by_clause: usize,
+    pub by_first: usize,
 }
 
 impl Outcome {
@@ -39,16 +39,16 @@ impl Outcome {
             )
         };
         let (caught, timeout): (Vec<_>, Vec<_>) = (list("caught.txt")?, list("timeout.txt")?);
-        let by_clause = caught.len() + timeout.len();
+        let by_first = caught.len() + timeout.len();
         let (missed, unviable) = (list("missed.txt")?, list("unviable.txt")?);
-        Ok(Outcome { caught, missed, timeout, unviable, by_clause })
+        Ok(Outcome { caught, missed, timeout, unviable, by_first })
     }
 
     /// Adds what more tests found of the missed ones.
     pub fn after(mut self, more: Outcome) -> Outcome {
         self.missed.clear();
-        let by_clause = self.by_clause;
-        Outcome { by_clause, ..self.and(more) }
+        let by_first = self.by_first;
+        Outcome { by_first, ..self.and(more) }
     }
 
     /// Adds the mutants of another shard.
@@ -57,7 +57,7 @@ impl Outcome {
         self.missed.extend(other.missed);
         self.timeout.extend(other.timeout);
         self.unviable.extend(other.unviable);
-        self.by_clause += other.by_clause;
+        self.by_first += other.by_first;
         self
     }
 
@@ -100,18 +100,18 @@ mod tests {
         let first = Outcome::read(&first, &sample).expect("lists");
         assert_eq!((first.share(), first.tried()), ((1, 3), 3), "four is not of the sample");
         let both = first.after(Outcome::read(&more, &[two, three]).expect("lists"));
-        assert_eq!((both.share(), both.tried(), both.by_clause), ((3, 3), 3, 1));
+        assert_eq!((both.share(), both.tried(), both.by_first), ((3, 3), 3, 1));
         assert_eq!(both.timeout, [three.name]);
     }
 
     #[test]
     fn mutants_of_shards_are_counted_together() {
         let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
-        let shard = |caught, missed| Outcome { caught, missed, by_clause: 1, ..Outcome::default() };
+        let shard = |caught, missed| Outcome { caught, missed, by_first: 1, ..Outcome::default() };
         let [one, two] =
             [shard(names(["a", "b"]), names(["c", "d"])), shard(names(["e", "f"]), names(["g", "h"]))];
         let both = one.and(two);
-        assert_eq!((both.share(), both.tried(), both.by_clause), ((4, 8), 8, 2));
+        assert_eq!((both.share(), both.tried(), both.by_first), ((4, 8), 8, 2));
         assert_eq!(both.missed, ["c", "d", "g", "h"]);
     }
 }

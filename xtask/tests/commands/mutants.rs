@@ -17,6 +17,8 @@ fn fake(folder: &Path, caught: [&str; 2]) {
     write("mutants.toml", caught[0]);
     write("mutants-all.toml", caught[1]);
     write("mutants-applications.toml", caught[1]);
+    write("mutants-redundancy.toml", caught[0]);
+    write("mutants-redundancy-two-faults.toml", caught[1]);
     let here = folder.display();
     let script = format!(
         r#"#!/bin/sh
@@ -105,6 +107,24 @@ fn mutants_of_applications_meet_their_own_tests() {
     assert_eq!(output.status.code(), Some(1));
     let output = run(here.path(), &["--applications", "--by-clause"]);
     assert_eq!(output.status.code(), Some(2), "the applications have no tests by clause");
+}
+
+/// Given mutants of the machines of redundancy, then the model meets each with one fault, and the missed ones with two.
+#[test]
+fn mutants_of_the_redundancy_meet_the_model_alone() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let lines: Vec<&str> = LIST.lines().collect();
+    fake(here.path(), [&format!("{}\n", lines[0]), &format!("{}\n", lines[2])]);
+    let output = run(here.path(), &["--redundancy", "--at-least", "66"]);
+    let expected = format!(
+        "missed: {}\n2 of 3 mutants caught, 1 of them with one fault, 0 by a test that did not end; 0 more do not compile\n",
+        lines[1]
+    );
+    assert_eq!((stdout(&output), output.status.code()), (expected, Some(0)));
+    for other in ["--applications", "--by-clause"] {
+        let output = run(here.path(), &["--redundancy", other]);
+        assert_eq!(output.status.code(), Some(2), "{other}");
+    }
 }
 
 /// Given a sample in two shards, when their parts are merged, then the command prints and judges what one run does. A shard is not
@@ -206,7 +226,13 @@ fn packages_that_test_mutants_exist() {
         .iter()
         .filter_map(|package| package["name"].as_str())
         .collect();
-    for name in ["mutants.toml", "mutants-all.toml", "mutants-applications.toml"] {
+    for name in [
+        "mutants.toml",
+        "mutants-all.toml",
+        "mutants-applications.toml",
+        "mutants-redundancy.toml",
+        "mutants-redundancy-two-faults.toml",
+    ] {
         let text = fs::read_to_string(root.join(".cargo").join(name)).expect(name);
         let config: toml::Table = text.parse().expect(name);
         let packages = config["test_package"].as_array().expect("a list");
