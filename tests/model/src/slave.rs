@@ -41,7 +41,7 @@ impl Slave {
             received: PerBus::default(),
             bdefault: redundancy.selected(),
             stored,
-            retained,
+            retained: retained.encode(),
             waits_for_reset: false,
             silence: None,
             is_warning: false,
@@ -107,7 +107,7 @@ impl Canonical for Slave {
 
 impl Station for Slave {
     fn start(&mut self, now: Instant) {
-        *self = self.restarted(self.node.retained);
+        *self = self.restarted(Retained::decode(self.node.retained).unwrap_or_default());
         self.step(now, |redundancy, node| redundancy.boot(now, node));
     }
 

@@ -85,6 +85,7 @@ fn words(fault: Fault) -> String {
         Fault::Request(bus) => format!("master asks for {}", letter(bus)),
         Fault::Hold(place) => format!("master stops {}", NAMES[place]),
         Fault::Choose(bus, place) => format!("{} chooses {}", NAMES[place], letter(bus)),
+        Fault::Save(place) => format!("{} saves", NAMES[place]),
         Fault::Silence(place) => format!("{} silenced", NAMES[place]),
         Fault::Reset(place) => format!("{} reset", NAMES[place]),
         Fault::Off(place) => format!("{} without power", NAMES[place]),

@@ -46,6 +46,8 @@ pub enum Fault {
     Choose(Bus, usize),
     /// The budget of a slave silences it for a while.
     Silence(usize),
+    /// A slave saves its parameters.
+    Save(usize),
     /// The chip of a node is reset.
     Reset(usize),
     /// A node loses its power.
@@ -261,7 +263,7 @@ impl World {
             faults.push(Fault::Choose(bus, place));
             // Once, not for each bus.
             if bus == Bus::Nominal {
-                faults.push(Fault::Silence(place));
+                faults.extend([Fault::Silence(place), Fault::Save(place)]);
                 if self.is_powered(MASTERS[0]) && !self.masters[0].is_holding() {
                     faults.push(Fault::Hold(place));
                 }
@@ -288,6 +290,7 @@ impl World {
             Fault::Hold(place) => self.masters[0].hold([PARALLEL, SELECTIVE][place - 1], now),
             Fault::Choose(bus, place) => self.slaves[place - 1].choose(bus, now),
             Fault::Silence(place) => self.slaves[place - 1].silence(now),
+            Fault::Save(place) => self.slaves[place - 1].save(now),
             Fault::Reset(place) => self.station(place).start(now),
             Fault::Off(place) => {
                 self.off |= 1 << place;

@@ -2,7 +2,7 @@
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
-use ecss_can::redundancy::{BusCause, Parameters, Retained, SlaveAction, SlaveNode};
+use ecss_can::redundancy::{BusCause, Parameters, SlaveAction, SlaveNode};
 use ecss_can::types::{Bus, Instant, PerBus};
 use judge::selector::is_bdefault_right;
 
@@ -21,7 +21,7 @@ pub struct Node {
     /// Bdefault in the parameter store.
     pub stored: Bus,
     /// Memory that outlives a reset.
-    pub retained: Retained,
+    pub retained: [u32; 2],
     /// Its chip is to be reset.
     pub waits_for_reset: bool,
     /// When the silence by its budget ends.
@@ -88,7 +88,7 @@ impl SlaveNode for Adapter<'_> {
             SlaveAction::Raise { code: ErrorCode::HEARTBEAT, .. } => node.is_warning = true,
             SlaveAction::Clear { code: ErrorCode::HEARTBEAT, .. } => node.has_given_up = false,
             SlaveAction::ResetNode => node.waits_for_reset = true,
-            SlaveAction::Retain(retained) => node.retained = retained,
+            SlaveAction::Retain(retained) => node.retained = retained.encode(),
             _ => {}
         }
     }

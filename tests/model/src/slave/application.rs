@@ -1,4 +1,4 @@
-//! The application of a slave of the model: it chooses a bus, and sends too many frames.
+//! The application of a slave of the model: it chooses a bus, saves its parameters, and sends too many frames.
 
 use ecss_can::redundancy::BusAccess;
 use ecss_can::types::{Bus, Instant};
@@ -19,6 +19,14 @@ impl Slave {
     pub fn silence(&mut self, now: Instant) {
         self.node.silence = Some(now + BREAK);
         self.step(now, |redundancy, node| redundancy.silence(node));
+        self.poll(now);
+    }
+
+    /// Saves its parameters.
+    pub fn save(&mut self, now: Instant) {
+        let stored = self.node.bdefault;
+        self.node.stored = stored;
+        self.step(now, |redundancy, node| redundancy.on_stored(stored, node));
         self.poll(now);
     }
 
