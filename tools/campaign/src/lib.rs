@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod agreement;
 mod application;
 mod boards;
 pub mod broken;
@@ -70,15 +71,56 @@ pub fn fly(world: World, script: &Script) -> Outcome {
     }
 }
 
+/// Flies a script on the twin. Then replays the machines of redundancy with the inputs that were recorded, and compares.
+pub fn fly_compared(script: &Script) -> Outcome {
+    let (outcome, twin) = flight::fly_in(script, || Twin::recorded(script));
+    let recording = twin.and_then(Twin::into_recording);
+    Outcome { comparison: recording.map(|recording| on_twin::compare(script, &recording)), ..outcome }
+}
+
+/// Dump.
+pub fn dump(script: &Script) {
+    use std::fmt::Write;
+    let (outcome, twin) = flight::fly_in(script, || Twin::recorded(script));
+    println!("{:?}", outcome.violations);
+    let recording = twin.unwrap().into_recording().unwrap();
+    for record in &recording.boards {
+        let mut all = replay::trace(record, on_twin::profile(script), &on_twin::monitored());
+        all.extend(record.entries.iter().map(|e| (e.at, match &e.what {
+            replay::What::Line(l) => format!("LINE {l}"),
+            replay::What::Exchange(bus, twin::bxcan::Exchange::Taken(f)) => format!("{bus:?} took {f:?}"),
+            replay::What::Exchange(bus, x) => format!("{bus:?} {x:?}"),
+        })));
+        all.sort_by_key(|a| a.0);
+        let mut text = String::new();
+        for (at, line) in all {
+            writeln!(text, "{:.6} {line}", at.as_secs_f64()).unwrap();
+        }
+        std::fs::write(format!("/tmp/dump-{}.txt", record.name.replace(' ', "")), text).unwrap();
+    }
+    println!("{:#?}", on_twin::compare(script, &recording));
+}
+
 /// A run of a campaign: random scripts until a fault of one takes effect, or something is violated.
 pub fn fly_run(world: World, masters: u8, seed: u64, number: u64) -> (Script, Outcome) {
+    fly_run_by(world, masters, seed, number, |script| fly(world, script))
+}
+
+/// As [`fly_run`], with the scripts of this world flown by `fly`.
+fn fly_run_by(
+    world: World,
+    masters: u8,
+    seed: u64,
+    number: u64,
+    fly: impl Fn(&Script) -> Outcome,
+) -> (Script, Outcome) {
     let run = |attempt| {
         let script = match world {
             World::Host => Script::random(seed, number, attempt),
             World::Twin => Script::small(seed, number, attempt),
         };
         let script = if masters == 1 { script } else { script.with_standby() };
-        let outcome = fly(world, &script);
+        let outcome = fly(&script);
         (script, outcome)
     };
     let is_done = |outcome: &Outcome| !outcome.violations.is_empty() || outcome.effective.contains(&true);
@@ -135,6 +177,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             runs: options.runs,
             world: options.world.name().into(),
             masters: options.masters,
+            is_compared: options.compare,
         },
     };
     // In a row, so that each shard has all kinds, and two faults in half of its runs.
@@ -169,7 +212,9 @@ fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
 
 fn report(run: &Run<Asked>, results: &Results) -> anyhow::Result<()> {
     results.lines(run).iter().try_for_each(output::line)?;
+    let differences = results.agreement.differences.len();
     match results.violations.len() {
+        0 if differences > 0 => bail!("images and machines differ in {differences} places"),
         0 => Ok(()),
         count => bail!("{count} of {} runs violate something", results.flown),
     }
@@ -189,7 +234,10 @@ pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, s
                     if number >= end {
                         return;
                     }
-                    let (script, outcome) = fly_run(world, asked.masters, asked.seed, number);
+                    let fly = |script: &Script| {
+                        if asked.is_compared { fly_compared(script) } else { fly(world, script) }
+                    };
+                    let (script, outcome) = fly_run_by(world, asked.masters, asked.seed, number, fly);
                     if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
                         return;
                     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use support::shard::Run;
 
+use crate::agreement::Agreement;
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::script::Script;
@@ -20,6 +21,8 @@ pub struct Asked {
     pub world: String,
     /// Masters in each run.
     pub masters: u8,
+    /// The machines of redundancy are replayed and compared.
+    pub is_compared: bool,
 }
 
 /// Results of some runs.
@@ -37,6 +40,8 @@ pub struct Results {
     pub kinds: BTreeMap<String, (u64, u64)>,
     /// From a fault to the change of the bus by the master, microseconds, ascending.
     pub detections: Vec<u64>,
+    /// Comparison with the machines of redundancy.
+    pub agreement: Agreement,
     /// Runs that violated something.
     pub violations: Vec<Violation>,
 }
@@ -64,6 +69,7 @@ impl Results {
             virtual_us: 0,
             kinds: Kind::ALL.iter().map(|(_, name)| ((*name).to_owned(), (0, 0))).collect(),
             detections: Vec::new(),
+            agreement: Agreement::default(),
             violations: Vec::new(),
         }
     }
@@ -80,6 +86,9 @@ impl Results {
             count.1 += u64::from(outcome.effective.get(index).is_some_and(|has_effect| *has_effect));
         }
         self.detections.extend(outcome.detections);
+        if let Some(comparison) = &outcome.comparison {
+            self.agreement.add(run, comparison);
+        }
         if !outcome.violations.is_empty() {
             let (reasons, script) = (outcome.violations, script.to_string());
             self.violations.push(Violation { run, reasons, script, shrunk: String::new() });
@@ -89,6 +98,7 @@ impl Results {
     /// Puts what was added in another order into that of the runs: equal campaigns give equal files.
     pub fn sort(&mut self) {
         self.detections.sort_unstable();
+        self.agreement.differences.sort();
         self.violations.sort_by_key(|violation| violation.run);
     }
 
@@ -110,6 +120,7 @@ impl Results {
             *count = (count.0 + planned, count.1 + effective);
         }
         self.detections.extend(part.detections);
+        self.agreement.add_all(part.agreement);
         self.violations.extend(part.violations);
     }
 
@@ -141,6 +152,7 @@ impl Results {
                 *last as f64 / 1e3
             ));
         }
+        lines.extend(self.agreement.text());
         for violation in &self.violations {
             lines.push(format!("\nrun {} violates:", violation.run));
             lines.extend(violation.reasons.iter().map(|reason| format!("  {reason}")));

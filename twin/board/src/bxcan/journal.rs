@@ -17,8 +17,10 @@ pub enum Exchange {
     Aborted(WireFrame),
     /// The program took this frame: RFOM.
     Taken(WireFrame),
-    /// The chip was reset, or lost its power.
+    /// The chip was reset.
     Reset,
+    /// The chip lost its power, or got it.
+    Power,
 }
 
 /// Entries since the last call of [`Journal::take`], if the journal is kept.

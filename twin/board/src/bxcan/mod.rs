@@ -223,9 +223,9 @@ impl BxcanPair {
         self.controllers[side as usize].journal.take()
     }
 
-    /// The chip was reset at `now`, or lost its power.
-    pub fn note_reset(&mut self, now: Time) {
-        self.controllers.iter_mut().for_each(|controller| controller.journal.note(now, Exchange::Reset));
+    /// Adds an entry to the journals of both controllers.
+    pub fn note(&mut self, now: Time, exchange: Exchange) {
+        self.controllers.iter_mut().for_each(|controller| controller.journal.note(now, exchange));
     }
 
     /// The length of a PCLK1 tick changed (clock tree, drift of the crystal).

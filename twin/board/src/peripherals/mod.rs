@@ -31,7 +31,7 @@ mod timers;
 use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
-use crate::bxcan::{BxcanPair, Line, PclkTick, Registers, Side};
+use crate::bxcan::{BxcanPair, Exchange, Line, PclkTick, Registers, Side};
 use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
 use crate::model::{FLASH_BASE, Model, Part, Pins};
 use crate::part::Family;
@@ -252,7 +252,8 @@ impl Peripherals {
         self.adc.reset();
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
-        self.can.note_reset(now);
+        let is_power = cause == ResetCause::PowerOn;
+        self.can.note(now, if is_power { Exchange::Power } else { Exchange::Reset });
         self.can_routed = [false; 2];
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();

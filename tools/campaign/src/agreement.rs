@@ -1,0 +1,79 @@
+//! Agreement of the images with the machines of redundancy: sums over runs.
+
+use replay::{Comparison, Stream};
+use serde::{Deserialize, Serialize};
+
+/// Sums of the comparisons of some runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Agreement {
+    /// Runs that were compared.
+    pub runs: u64,
+    /// Frames after which bus and state of a board were compared.
+    pub frames: u64,
+    /// Heartbeats and boot-up messages that agree.
+    pub heartbeats: u64,
+    /// NMT commands, claims and questions of masters that agree.
+    pub commands: u64,
+    /// EMCYs that agree.
+    pub emergencies: u64,
+    /// Lines of the log that agree.
+    pub lines: u64,
+    /// Changes of the active bus among these lines.
+    pub changes: u64,
+    /// Frames that waited for a mailbox, or never had one.
+    pub waited: u64,
+    /// Longest time from an output of a machine to that of its board, microseconds.
+    pub latest_us: u64,
+    /// Differences, each with its run.
+    pub differences: Vec<(u64, String)>,
+}
+
+impl Agreement {
+    /// Adds a run.
+    pub fn add(&mut self, run: u64, comparison: &Comparison) {
+        let count = |stream| comparison.outputs.get(&stream).copied().unwrap_or(0);
+        self.runs += 1;
+        self.frames += comparison.frames;
+        self.heartbeats += count(Stream::Heartbeat);
+        self.commands += count(Stream::Command) + count(Stream::Claim) + count(Stream::Question);
+        self.emergencies += count(Stream::Emergency);
+        self.lines += count(Stream::Line);
+        self.changes += comparison.changes;
+        self.waited += comparison.waited;
+        self.latest_us = self.latest_us.max(comparison.latest.as_us());
+        self.differences.extend(comparison.differences.iter().map(|one| (run, one.to_string())));
+    }
+
+    /// Adds the sums of a shard.
+    pub fn add_all(&mut self, part: Agreement) {
+        self.runs += part.runs;
+        self.frames += part.frames;
+        self.heartbeats += part.heartbeats;
+        self.commands += part.commands;
+        self.emergencies += part.emergencies;
+        self.lines += part.lines;
+        self.changes += part.changes;
+        self.waited += part.waited;
+        self.latest_us = self.latest_us.max(part.latest_us);
+        self.differences.extend(part.differences);
+    }
+
+    /// The sums for people. Nothing if no run was compared.
+    pub fn text(&self) -> Vec<String> {
+        if self.runs == 0 {
+            return Vec::new();
+        }
+        let Agreement { runs, frames, heartbeats, commands, emergencies, lines, changes, waited, .. } = self;
+        let mut text = vec![
+            format!("{runs} runs replayed through the machines of redundancy: {frames} frames compared"),
+            format!(
+                "{heartbeats} heartbeats, {commands} commands and claims, {emergencies} EMCYs, {lines} lines of logs with {changes} \
+                 changes of bus; {waited} frames waited for a mailbox, all others came within {} us",
+                self.latest_us
+            ),
+        ];
+        text.extend(self.differences.iter().map(|(run, difference)| format!("run {run}, {difference}")));
+        text.push(format!("{} differences", self.differences.len()));
+        text
+    }
+}
