@@ -1,5 +1,6 @@
 //! Agreement of the images with the machines of redundancy: sums over runs.
 
+use ecss_can::types::Bus;
 use replay::{Comparison, Stream};
 use serde::{Deserialize, Serialize};
 
@@ -20,8 +21,10 @@ pub struct Agreement {
     pub lines: u64,
     /// Changes of the active bus among these lines.
     pub changes: u64,
-    /// Frames that waited for a mailbox, or never had one.
+    /// Of these, frames that waited for a mailbox or an inhibit time.
     pub waited: u64,
+    /// Heartbeats whose lifetime ended before there was a mailbox for them.
+    pub given_up: u64,
     /// Longest time from an output of a machine to that of its board, microseconds.
     pub latest_us: u64,
     /// Differences, each with its run.
@@ -35,11 +38,13 @@ impl Agreement {
         self.runs += 1;
         self.frames += comparison.frames;
         self.heartbeats += count(Stream::Heartbeat);
-        self.commands += count(Stream::Command) + count(Stream::Claim) + count(Stream::Question);
+        let claims: u64 = Bus::ALL.into_iter().map(|bus| count(Stream::Claim(bus))).sum();
+        self.commands += count(Stream::Command) + claims + count(Stream::Question);
         self.emergencies += count(Stream::Emergency);
         self.lines += count(Stream::Line);
         self.changes += comparison.changes;
         self.waited += comparison.waited;
+        self.given_up += comparison.given_up;
         self.latest_us = self.latest_us.max(comparison.latest.as_us());
         self.differences.extend(comparison.differences.iter().map(|one| (run, one.to_string())));
     }
@@ -54,6 +59,7 @@ impl Agreement {
         self.lines += part.lines;
         self.changes += part.changes;
         self.waited += part.waited;
+        self.given_up += part.given_up;
         self.latest_us = self.latest_us.max(part.latest_us);
         self.differences.extend(part.differences);
     }
@@ -63,12 +69,13 @@ impl Agreement {
         if self.runs == 0 {
             return Vec::new();
         }
-        let Agreement { runs, frames, heartbeats, commands, emergencies, lines, changes, waited, .. } = self;
+        let Agreement { runs, frames, heartbeats, commands, emergencies, lines, changes, waited, given_up, .. } = self;
         let mut text = vec![
             format!("{runs} runs replayed through the machines of redundancy: {frames} frames compared"),
             format!(
                 "{heartbeats} heartbeats, {commands} commands and claims, {emergencies} EMCYs, {lines} lines of logs with {changes} \
-                 changes of bus; {waited} frames waited for a mailbox, all others came within {} us",
+                 changes of bus; {waited} frames waited for a mailbox or an inhibit time, {given_up} heartbeats never had a mailbox, \
+                 all others came within {} us",
                 self.latest_us
             ),
         ];

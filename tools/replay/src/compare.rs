@@ -18,6 +18,8 @@ pub const LATE: Time = Time::from_ms(2);
 pub const EARLY: Time = Time::from_us(500);
 /// Lifetime of a heartbeat that waits for a mailbox.
 const LIFETIME: Time = Time::from_ms(100);
+/// An EMCY waits for those before it: at most eight, with an inhibit time of 100 ms (1015h).
+const INHIBITED: Time = Time::from_ms(900);
 
 /// First difference of a stream of outputs, or of bus and state.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,8 +52,10 @@ pub struct Comparison {
     pub outputs: BTreeMap<Stream, u64>,
     /// Changes of the active bus that agreed.
     pub changes: u64,
-    /// Heartbeats that waited for a mailbox or never had one.
+    /// Frames that waited for a mailbox or for an inhibit time, and agreed.
     pub waited: u64,
+    /// Heartbeats whose lifetime ended before there was a mailbox for them.
+    pub given_up: u64,
     /// Longest time from an output of the machine to that of the board, without those that waited for a mailbox.
     pub latest: Time,
     /// First difference of each stream of each board.
@@ -75,6 +79,7 @@ impl Comparison {
         }
         self.changes += other.changes;
         self.waited += other.waited;
+        self.given_up += other.given_up;
         self.latest = self.latest.max(other.latest);
         self.differences.extend(other.differences);
     }
@@ -82,15 +87,7 @@ impl Comparison {
     /// Compares a board.
     pub fn board(compared: &Compared<'_>, replayed: &Replayed) -> Comparison {
         let mut comparison = Comparison::default();
-        let streams = [
-            Stream::Heartbeat,
-            Stream::Command,
-            Stream::Claim,
-            Stream::Question,
-            Stream::Emergency,
-            Stream::Line,
-        ];
-        for stream in streams {
+        for stream in Stream::ALL {
             comparison.compare(stream, compared, replayed);
         }
         comparison.compare_after(compared, &replayed.after);
@@ -105,32 +102,31 @@ impl Comparison {
         let (expected, flown) = (of(&replayed.outputs), of(&compared.flown.outputs));
         let mut flown = flown.into_iter().peekable();
         for (nth, (at, output)) in expected.iter().enumerate() {
-            let next = expected.get(nth + 1).map_or(Time::NEVER, |(at, _)| *at);
-            let latest = self.latest_of(compared, *at, output, next);
-            let found = flown.next_if(|(found, same)| {
-                same == output && *found + EARLY >= *at && *found <= latest.unwrap_or(*at + LATE)
-            });
-            match found {
-                Some((found, _)) => {
-                    *self.outputs.entry(stream).or_default() += 1;
-                    let is_change = matches!(output, Output::Line(line) if line.starts_with("active bus"));
-                    self.changes += u64::from(is_change);
-                    if latest.is_some() {
-                        self.waited += 1;
-                    } else {
-                        self.latest = self.latest.max(found.since(*at));
-                    }
-                }
-                None if latest.is_some() || compared.is_cut_off(*at) => {
-                    self.waited += u64::from(latest.is_some());
-                }
-                None => {
-                    let instead = flown.peek().map_or("nothing more".into(), |(at, output)| {
-                        format!("{} at {:.6} s", output, at.as_secs_f64())
-                    });
-                    let expected = output.to_string();
-                    return self.differ(compared, *at, format!("{stream:?}"), expected, instead);
-                }
+            let mut take = |latest: Time| {
+                let is_same = |(found, same): &(Time, Output)| {
+                    same == output && *found + EARLY >= *at && *found <= latest
+                };
+                flown.next_if(is_same)
+            };
+            if let Some((found, _)) = take(*at + LATE) {
+                self.agree(stream, output);
+                self.latest = self.latest.max(found.since(*at));
+                continue;
+            }
+            let next = expected.iter().skip(nth + 1).find(|(_, other)| other == output);
+            let next = next.map_or(Time::NEVER, |(at, _)| *at);
+            let wait = compared.wait(*at, output);
+            if wait.is_some_and(|wait| take((*at + wait).min(next)).is_some()) {
+                self.agree(stream, output);
+                self.waited += 1;
+            } else if wait.is_some() && matches!(stream, Stream::Heartbeat | Stream::Claim(_)) {
+                self.given_up += 1;
+            } else if !compared.is_cut_off(*at, wait.unwrap_or(LATE)) {
+                let instead = flown.peek().map_or("nothing more".into(), |(at, output)| {
+                    format!("{} at {:.6} s", output, at.as_secs_f64())
+                });
+                let expected = output.to_string();
+                return self.differ(compared, *at, format!("{stream:?}"), expected, instead);
             }
         }
         if let Some((at, output)) = flown.next() {
@@ -138,10 +134,10 @@ impl Comparison {
         }
     }
 
-    /// Returns the latest instant of a frame that had to wait for a mailbox. It may also be missing. `None`: it need not wait.
-    fn latest_of(&self, compared: &Compared<'_>, at: Time, output: &Output, next: Time) -> Option<Time> {
-        let Output::Frame(bus, _) = output else { return None };
-        compared.flown.is_full(*bus, at, at + LATE).then(|| (at + LIFETIME).min(next))
+    fn agree(&mut self, stream: Stream, output: &Output) {
+        *self.outputs.entry(stream).or_default() += 1;
+        let is_change = matches!(output, Output::Line(line) if line.starts_with("active bus: "));
+        self.changes += u64::from(is_change);
     }
 
     fn compare_after(&mut self, compared: &Compared<'_>, after: &[After]) {
@@ -164,9 +160,18 @@ impl Comparison {
 }
 
 impl Compared<'_> {
+    /// Returns how long an output may wait in a queue of the node. `None`: it need not wait.
+    fn wait(&self, at: Time, output: &Output) -> Option<Time> {
+        match output {
+            Output::Frame(bus, _) => self.flown.is_full(*bus, at, at + LATE).then_some(LIFETIME),
+            Output::Emergency(..) => Some(INHIBITED),
+            Output::Line(_) => None,
+        }
+    }
+
     /// Returns whether the chip was reset, or the run ended, before an output of `at` was sure to come.
-    fn is_cut_off(&self, at: Time) -> bool {
-        self.flown.ends.iter().any(|end| *end + EARLY >= at && *end <= at + LATE)
+    fn is_cut_off(&self, at: Time, wait: Time) -> bool {
+        self.flown.ends.iter().any(|end| *end + EARLY >= at && *end <= at + wait)
     }
 }
 

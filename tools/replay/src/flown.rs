@@ -4,16 +4,15 @@ use std::collections::VecDeque;
 
 use can_wire::time::Time;
 use ecss_can::emcy::ErrorCode;
+use ecss_can::heartbeat;
 use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId, PerBus};
 use twin::bxcan::Exchange;
 
 use crate::machine::Machine;
 use crate::output::Output;
 use crate::recording::{BoardRecord, What};
-use crate::run::frame;
+use crate::run::{STARTS, frame};
 
-/// Errors that the machines report.
-const ERRORS: [u16; 2] = [ErrorCode::HEARTBEAT.get(), ErrorCode::CAN_ID_COLLISION.get()];
 /// A frame that was aborted for an urgent one is requested again within its lifetime.
 const LIFETIME: Time = Time::from_ms(100);
 const STATES: [NmtState; 4] =
@@ -40,6 +39,7 @@ impl Flown {
     /// Reads a record. `end`: end of the run.
     pub fn read(record: &BoardRecord, own: NodeId, machine: &dyn Machine, end: Time) -> Flown {
         let mut flown = Flown::default();
+        let boot_up = heartbeat::encode(own, NmtState::Initialising);
         let mut pending: PerBus<VecDeque<(Time, Frame)>> = PerBus::default();
         let mut aborted: Vec<(Time, Bus, Frame)> = Vec::new();
         let mut full: PerBus<Option<Time>> = PerBus::default();
@@ -57,6 +57,9 @@ impl Flown {
                     let first = match again.map(|place| aborted.remove(place)) {
                         Some((first, ..)) if at < first + LIFETIME => first,
                         _ => {
+                            if frame == boot_up {
+                                flown.buses.push((at, *bus));
+                            }
                             flown.outputs.extend(output(*bus, &frame, own).map(|output| (at, output)));
                             at
                         }
@@ -93,6 +96,9 @@ impl Flown {
     }
 
     fn read_line(&mut self, at: Time, line: &str, machine: &dyn Machine) {
+        if line.contains(STARTS) {
+            self.states.push((at, NmtState::Initialising));
+        }
         if !machine.is_of_machine(line) {
             return;
         }
@@ -116,5 +122,7 @@ fn output(bus: Bus, frame: &Frame, own: NodeId) -> Option<Output> {
     }
     let &[low, high, _, source, ..] = frame.data() else { return None };
     let code = u16::from_le_bytes([low, high]);
-    ERRORS.contains(&code).then_some(Output::Emergency(code, source))
+    // Missed slaves are reported by the consumers of 1016h, not by the redundancy.
+    let is_missed = code == ErrorCode::HEARTBEAT.get() && source == NodeId::MASTER.get();
+    (is_missed || code == ErrorCode::CAN_ID_COLLISION.get()).then_some(Output::Emergency(code, source))
 }

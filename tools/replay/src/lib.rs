@@ -44,7 +44,7 @@ fn compare_board(
         Part::Master(strap) => (Box::new(Master::new(strap, profile, monitored.to_vec())), NodeId::MASTER),
     };
     let flown = Flown::read(record, id, &*machine, end);
-    let replayed = run::replay(record, &mut *machine);
+    let replayed = run::replay(record, &mut *machine, end + compare::EARLY);
     let pair = profile.standby.as_ref();
     let compared = Compared { name: &record.name, id, pair, flown: &flown };
     Comparison::board(&compared, &replayed)
@@ -60,5 +60,5 @@ pub fn trace(record: &BoardRecord, profile: &'static Profile, monitored: &[NodeI
         Part::Slave(id) => Box::new(Slave::new(id, profile, late_heartbeats(&record.uid))),
         Part::Master(strap) => Box::new(Master::new(strap, profile, monitored.to_vec())),
     };
-    run::replay(record, &mut *machine).outputs.into_iter().map(|(at, o)| (at, format!("    EXP {o}"))).collect()
+    run::replay(record, &mut *machine, Time::ZERO).outputs.into_iter().map(|(at, o)| (at, format!("    EXP {o}"))).collect()
 }

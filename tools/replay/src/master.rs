@@ -32,8 +32,6 @@ pub struct Master {
     health: PerBus<Health>,
     /// Controllers that went bus-off too often.
     failed: PerBus<bool>,
-    /// Node that was asked for its device type.
-    question: Option<NodeId>,
     heartbeat: Option<Heartbeat>,
     /// Errors that were reported and are not gone: error code, source.
     errors: BTreeSet<(u16, u8)>,
@@ -63,7 +61,6 @@ impl Master {
             babblers: Babblers::new(profile.budget.heard, dwell),
             health: PerBus::default(),
             failed: PerBus::default(),
-            question: None,
             heartbeat: None,
             errors: BTreeSet::new(),
             produced: Vec::new(),
@@ -145,7 +142,8 @@ impl Machine for Master {
         }
         let waiting = self.heartbeat.filter(|heartbeat| !heartbeat.is_requested);
         let expires = waiting.map(|heartbeat| heartbeat.expires);
-        earliest(&[self.redundancy.deadline(), self.babblers.deadline(), self.boot.deadline(), expires])
+        let (redundancy, boot) = (self.redundancy.deadline(), self.boot.deadline());
+        earliest(&[redundancy, self.babblers.deadline(), boot, expires, self.asks_at()])
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {

@@ -23,8 +23,8 @@ pub enum Stream {
     Heartbeat,
     /// NMT commands of a master.
     Command,
-    /// Claims of one of two masters.
-    Claim,
+    /// Claims of one of two masters on this bus.
+    Claim(Bus),
     /// Begins of SDO transfers of a master with a new slave.
     Question,
     /// EMCYs of a missed master and of a collision.
@@ -33,13 +33,26 @@ pub enum Stream {
     Line,
 }
 
+impl Stream {
+    /// All kinds.
+    pub const ALL: [Stream; 7] = [
+        Stream::Heartbeat,
+        Stream::Command,
+        Stream::Claim(Bus::Nominal),
+        Stream::Claim(Bus::Redundant),
+        Stream::Question,
+        Stream::Emergency,
+        Stream::Line,
+    ];
+}
+
 impl Output {
     /// Returns the stream of an output of node `own`. `None`: no machine decides it.
     pub fn stream(&self, own: NodeId, pair: Option<&Pair>) -> Option<Stream> {
-        let frame = match self {
+        let (bus, frame) = match self {
             Output::Emergency(..) => return Some(Stream::Emergency),
             Output::Line(_) => return Some(Stream::Line),
-            Output::Frame(_, frame) => frame,
+            Output::Frame(bus, frame) => (*bus, frame),
         };
         let id = frame.id();
         if id == CobId::heartbeat(own) {
@@ -47,7 +60,7 @@ impl Output {
         } else if id == CobId::NMT {
             Some(Stream::Command)
         } else if pair.is_some_and(|pair| pair.both_claims().contains(&id)) {
-            Some(Stream::Claim)
+            Some(Stream::Claim(bus))
         } else {
             let is_request = id.node().is_some_and(|node| id == CobId::sdo_request(node));
             let begins = matches!(frame.data().first().map(|command| command >> 5), Some(1 | 2));

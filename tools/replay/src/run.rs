@@ -2,13 +2,16 @@
 
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
-use ecss_can::types::{Bus, CobId, Frame, NmtState};
+use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState};
 use twin::bxcan::Exchange;
 
 use crate::clock::NodeClock;
 use crate::machine::Machine;
 use crate::output::Output;
 use crate::recording::{BoardRecord, What};
+
+/// Part of the first line of a program.
+pub const STARTS: &str = " starts, profile ";
 
 /// Bus and state of a machine after a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,18 +39,18 @@ pub fn frame(wire: &WireFrame) -> Option<Frame> {
     Frame::new(CobId::new(id)?, wire.payload()).ok()
 }
 
-/// Replays a record.
-pub fn replay(record: &BoardRecord, machine: &mut dyn Machine) -> Replayed {
+/// Replays a record. Goes on to `end`, beyond its last entry.
+pub fn replay(record: &BoardRecord, machine: &mut dyn Machine, end: Time) -> Replayed {
     let clock = NodeClock::new(record.ppm);
     let mut replayed = Replayed::default();
     let mut is_running = false;
     for entry in &record.entries {
         let now = clock.show(entry.at);
-        while is_running && let Some(due) = machine.deadline().filter(|due| *due <= now) {
-            machine.poll(due);
+        if is_running {
+            run_until(machine, now);
         }
         match &entry.what {
-            What::Line(line) if line.contains(" starts, profile ") => {
+            What::Line(line) if line.contains(STARTS) => {
                 is_running = true;
                 machine.start(now + machine.start_delay());
             }
@@ -68,10 +71,19 @@ pub fn replay(record: &BoardRecord, machine: &mut dyn Machine) -> Replayed {
                 }
             }
         }
-        let produced = machine.take_produced();
-        replayed.outputs.extend(produced.into_iter().map(|one| (clock.time(one.at), one.output)));
     }
+    if is_running {
+        run_until(machine, clock.show(end));
+    }
+    let produced = machine.take_produced().into_iter();
+    replayed.outputs = produced.map(|one| (clock.time(one.at), one.output)).collect();
     replayed
+}
+
+fn run_until(machine: &mut dyn Machine, until: Instant) {
+    while let Some(due) = machine.deadline().filter(|due| *due <= until) {
+        machine.poll(due);
+    }
 }
 
 /// Feeds an exchange. Returns whether a frame was received or sent.

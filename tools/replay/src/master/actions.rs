@@ -28,7 +28,7 @@ impl Master {
                 self.report_health(to, now);
                 self.log(now, format!("active bus: {to:?}, no longer {from:?} ({cause:?})"));
                 self.boot.on_bus_changed();
-                if let Some(node) = self.question.take() {
+                if let Some(node) = self.boot.lose_transfer() {
                     self.redundancy.peers_mut().ask_again(node);
                 }
             }
@@ -55,8 +55,8 @@ impl Master {
                 self.log_role(now, change, Some(bus));
             }
             MasterAction::StoodBy { change, .. } => {
-                (self.heartbeat, self.question, self.failed) = Default::default();
-                self.boot.stand_by();
+                (self.heartbeat, self.failed) = Default::default();
+                self.boot.lose_role();
                 self.end_clashes(Instant::NEVER, now);
                 self.errors.retain(|(code, _)| *code != COLLISION);
                 let state = self.redundancy.state();

@@ -43,8 +43,7 @@ impl Master {
     pub(super) fn on_silent_node(&mut self, line: &str, now: Instant) {
         let number = line.strip_prefix("node ").and_then(|rest| rest.split_once(" does not answer"));
         if let Some(node) = number.and_then(|(number, _)| NodeId::new(number.parse().ok()?)) {
-            self.question = None;
-            self.redundancy.peers_mut().on_no_answer(node, now);
+            self.on_no_answer(node, now);
         }
     }
 }
