@@ -13,8 +13,9 @@ use crate::output::Output;
 use crate::recording::{BoardRecord, What};
 use crate::run::{STARTS, frame};
 
-/// A frame that was aborted for an urgent one is requested again within its lifetime.
-const LIFETIME: Time = Time::from_ms(100);
+/// A frame that was aborted for an urgent one is requested again within its lifetime, 100 ms. A request at the end of the
+/// lifetime is that of the next frame.
+const RETURN: Time = Time::from_us(99_500);
 const STATES: [NmtState; 4] =
     [NmtState::Initialising, NmtState::Stopped, NmtState::Operational, NmtState::PreOperational];
 /// Mailboxes that a frame without urgency may have: one of three is kept free.
@@ -55,7 +56,7 @@ impl Flown {
                     let Some(frame) = frame(wire) else { continue };
                     let again = aborted.iter().position(|(_, on, one)| (on, one) == (bus, &frame));
                     let first = match again.map(|place| aborted.remove(place)) {
-                        Some((first, ..)) if at < first + LIFETIME => first,
+                        Some((first, ..)) if at < first + RETURN => first,
                         _ => {
                             if frame == boot_up {
                                 flown.buses.push((at, *bus));
