@@ -13,7 +13,7 @@ pub struct Agreement {
     pub frames: u64,
     /// Heartbeats and boot-up messages that agree.
     pub heartbeats: u64,
-    /// NMT commands, claims and questions of masters that agree.
+    /// NMT commands and claims of masters, and begins of their SDO transfers, that agree.
     pub commands: u64,
     /// EMCYs that agree.
     pub emergencies: u64,
@@ -23,7 +23,7 @@ pub struct Agreement {
     pub changes: u64,
     /// Of these, frames that waited for a mailbox or an inhibit time.
     pub waited: u64,
-    /// Heartbeats whose lifetime ended before there was a mailbox for them.
+    /// Heartbeats and claims whose lifetime ended before there was a mailbox for them.
     pub given_up: u64,
     /// Longest time from an output of a machine to that of its board, microseconds.
     pub latest_us: u64,
@@ -64,23 +64,25 @@ impl Agreement {
         self.differences.extend(part.differences);
     }
 
-    /// The sums for people. Nothing if no run was compared.
-    pub fn text(&self) -> Vec<String> {
-        if self.runs == 0 {
-            return Vec::new();
-        }
-        let Agreement { runs, frames, heartbeats, commands, emergencies, lines, changes, waited, given_up, .. } = self;
+    /// Returns the sums for people.
+    pub fn lines(&self) -> Vec<String> {
+        let Agreement { runs, frames, heartbeats, commands, emergencies, lines, changes, .. } = self;
+        let Agreement { waited, given_up, latest_us, differences, .. } = self;
         let mut text = vec![
-            format!("{runs} runs replayed through the machines of redundancy: {frames} frames compared"),
             format!(
-                "{heartbeats} heartbeats, {commands} commands and claims, {emergencies} EMCYs, {lines} lines of logs with {changes} \
-                 changes of bus; {waited} frames waited for a mailbox or an inhibit time, {given_up} heartbeats never had a mailbox, \
-                 all others came within {} us",
-                self.latest_us
+                "machines of redundancy against images: {runs} runs, bus and state after {frames} frames"
+            ),
+            format!(
+                "agree: {heartbeats} heartbeats, {commands} commands and claims, {emergencies} EMCYs, {lines} lines of logs with \
+                 {changes} changes of the bus"
+            ),
+            format!(
+                "{waited} frames waited for a mailbox or an inhibit time, {given_up} never had a mailbox; all others came within \
+                 {latest_us} us"
             ),
         ];
-        text.extend(self.differences.iter().map(|(run, difference)| format!("run {run}, {difference}")));
-        text.push(format!("{} differences", self.differences.len()));
+        text.extend(differences.iter().map(|(run, difference)| format!("run {run}, {difference}")));
+        text.push(format!("{} differences", differences.len()));
         text
     }
 }

@@ -10,7 +10,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-pub mod agreement;
+mod agreement;
 mod application;
 mod boards;
 pub mod broken;
@@ -40,6 +40,7 @@ use std::thread;
 
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
+use replay::Recording;
 use support::misuse::Misuse;
 use support::output::{self, Silently};
 use support::project;
@@ -48,7 +49,7 @@ use support::stop::Stop;
 
 use host::Host;
 use on_twin::Twin;
-pub use on_twin::prepare as prepare_twin;
+pub use on_twin::{compare, prepare as prepare_twin};
 use options::Action;
 pub use options::{Options, World};
 use outcome::Outcome;
@@ -71,34 +72,21 @@ pub fn fly(world: World, script: &Script) -> Outcome {
     }
 }
 
-/// Flies a script on the twin. Then replays the machines of redundancy with the inputs that were recorded, and compares.
-pub fn fly_compared(script: &Script) -> Outcome {
+/// Flies a script on the twin, and records it. `None` instead of a record if something panicked.
+pub fn record(script: &Script) -> (Outcome, Option<Recording>) {
     let (outcome, twin) = flight::fly_in(script, || Twin::recorded(script));
-    let recording = twin.and_then(Twin::into_recording);
-    Outcome { comparison: recording.map(|recording| on_twin::compare(script, &recording)), ..outcome }
+    (outcome, twin.and_then(Twin::into_recording))
 }
 
-/// Dump.
-pub fn dump(script: &Script) {
-    use std::fmt::Write;
-    let (outcome, twin) = flight::fly_in(script, || Twin::recorded(script));
-    println!("{:?}", outcome.violations);
-    let recording = twin.unwrap().into_recording().unwrap();
-    for record in &recording.boards {
-        let mut all = replay::trace(record, on_twin::profile(script), &on_twin::monitored());
-        all.extend(record.entries.iter().map(|e| (e.at, match &e.what {
-            replay::What::Line(l) => format!("LINE {l}"),
-            replay::What::Exchange(bus, twin::bxcan::Exchange::Taken(f)) => format!("{bus:?} took {f:?}"),
-            replay::What::Exchange(bus, x) => format!("{bus:?} {x:?}"),
-        })));
-        all.sort_by_key(|a| a.0);
-        let mut text = String::new();
-        for (at, line) in all {
-            writeln!(text, "{:.6} {line}", at.as_secs_f64()).unwrap();
-        }
-        std::fs::write(format!("/tmp/dump-{}.txt", record.name.replace(' ', "")), text).unwrap();
-    }
-    println!("{:#?}", on_twin::compare(script, &recording));
+/// Flies a script on the twin. Then replays the machines of redundancy with the inputs of the record, and compares.
+pub fn fly_compared(script: &Script) -> Outcome {
+    let (outcome, recording) = record(script);
+    Outcome { comparison: recording.map(|recording| compare(script, &recording)), ..outcome }
+}
+
+/// Flies a script in this world, and compares if asked.
+fn fly_asked(world: World, is_compared: bool, script: &Script) -> Outcome {
+    if is_compared { fly_compared(script) } else { fly(world, script) }
 }
 
 /// A run of a campaign: random scripts until a fault of one takes effect, or something is violated.
@@ -137,6 +125,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let (run, parts) = shard::merged(COMMAND, files)?;
         return report(&run, &Results::joined(parts));
     }
+    if options.compare && options.world != World::Twin {
+        let text = "--compare: the images fly in the world twin alone: add `--world twin`";
+        return Err(Misuse::of(COMMAND, text.to_owned()).into());
+    }
     let prepare = |masters| {
         if options.world == World::Twin {
             on_twin::prepare(masters, !options.no_build)?;
@@ -150,11 +142,13 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
         let script: Script = text.parse().map_err(refuse)?;
         prepare(script.masters)?;
-        let outcome = fly(options.world, &script);
+        let outcome = fly_asked(options.world, options.compare, &script);
         outcome.violations.iter().try_for_each(output::line)?;
-        return match outcome.violations.len() {
-            0 => output::line("no violation"),
-            count => bail!("{count} violations"),
+        let differences = outcome.comparison.map(|comparison| comparison.differences).unwrap_or_default();
+        differences.iter().try_for_each(output::line)?;
+        return match (outcome.violations.len(), differences.len()) {
+            (0, 0) => output::line("no violation"),
+            (violations, differences) => bail!("{violations} violations, {differences} differences"),
         };
     }
     options.shard.check(COMMAND, options.runs, "runs")?;
@@ -212,9 +206,9 @@ fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
 
 fn report(run: &Run<Asked>, results: &Results) -> anyhow::Result<()> {
     results.lines(run).iter().try_for_each(output::line)?;
-    let differences = results.agreement.differences.len();
+    let differences = results.agreement.as_ref().map_or(0, |agreement| agreement.differences.len());
     match results.violations.len() {
-        0 if differences > 0 => bail!("images and machines differ in {differences} places"),
+        0 if differences > 0 => bail!("images and machines of redundancy differ in {differences} places"),
         0 => Ok(()),
         count => bail!("{count} of {} runs violate something", results.flown),
     }
@@ -234,9 +228,7 @@ pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, s
                     if number >= end {
                         return;
                     }
-                    let fly = |script: &Script| {
-                        if asked.is_compared { fly_compared(script) } else { fly(world, script) }
-                    };
+                    let fly = |script: &Script| fly_asked(world, asked.is_compared, script);
                     let (script, outcome) = fly_run_by(world, asked.masters, asked.seed, number, fly);
                     if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
                         return;

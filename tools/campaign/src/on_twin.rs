@@ -20,8 +20,8 @@ use replay::Recording;
 use twin::guest::Presence;
 use twin::spacecraft::{BoardId, Event, GuestId, LogRecord, Spacecraft};
 
+pub use comparison::compare;
 use recorder::Recorder;
-pub use comparison::{compare, profile, monitored};
 pub use spacecraft::prepare;
 use watched::Watched;
 

@@ -22,6 +22,7 @@ pub struct Asked {
     /// Masters in each run.
     pub masters: u8,
     /// The machines of redundancy are replayed and compared.
+    #[serde(default)]
     pub is_compared: bool,
 }
 
@@ -40,8 +41,8 @@ pub struct Results {
     pub kinds: BTreeMap<String, (u64, u64)>,
     /// From a fault to the change of the bus by the master, microseconds, ascending.
     pub detections: Vec<u64>,
-    /// Comparison with the machines of redundancy.
-    pub agreement: Agreement,
+    /// Comparison with the machines of redundancy. `None`: it was not asked for.
+    pub agreement: Option<Agreement>,
     /// Runs that violated something.
     pub violations: Vec<Violation>,
 }
@@ -69,7 +70,7 @@ impl Results {
             virtual_us: 0,
             kinds: Kind::ALL.iter().map(|(_, name)| ((*name).to_owned(), (0, 0))).collect(),
             detections: Vec::new(),
-            agreement: Agreement::default(),
+            agreement: None,
             violations: Vec::new(),
         }
     }
@@ -87,7 +88,7 @@ impl Results {
         }
         self.detections.extend(outcome.detections);
         if let Some(comparison) = &outcome.comparison {
-            self.agreement.add(run, comparison);
+            self.agreement.get_or_insert_default().add(run, comparison);
         }
         if !outcome.violations.is_empty() {
             let (reasons, script) = (outcome.violations, script.to_string());
@@ -98,7 +99,9 @@ impl Results {
     /// Puts what was added in another order into that of the runs: equal campaigns give equal files.
     pub fn sort(&mut self) {
         self.detections.sort_unstable();
-        self.agreement.differences.sort();
+        if let Some(agreement) = &mut self.agreement {
+            agreement.differences.sort();
+        }
         self.violations.sort_by_key(|violation| violation.run);
     }
 
@@ -120,7 +123,9 @@ impl Results {
             *count = (count.0 + planned, count.1 + effective);
         }
         self.detections.extend(part.detections);
-        self.agreement.add_all(part.agreement);
+        if let Some(agreement) = part.agreement {
+            self.agreement.get_or_insert_default().add_all(agreement);
+        }
         self.violations.extend(part.violations);
     }
 
@@ -152,7 +157,7 @@ impl Results {
                 *last as f64 / 1e3
             ));
         }
-        lines.extend(self.agreement.text());
+        lines.extend(self.agreement.iter().flat_map(Agreement::lines));
         for violation in &self.violations {
             lines.push(format!("\nrun {} violates:", violation.run));
             lines.extend(violation.reasons.iter().map(|reason| format!("  {reason}")));

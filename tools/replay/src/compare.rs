@@ -5,17 +5,18 @@ use std::fmt;
 
 use can_wire::time::Time;
 use ecss_can::redundancy::Pair;
-use ecss_can::types::{Bus, NodeId};
+use ecss_can::types::{Bus, NmtState, NodeId};
 
 use crate::flown::Flown;
 use crate::output::{Output, Stream};
 use crate::run::{After, Replayed};
 
-/// Latest output in flight after its instant in the replay: the way from the interrupt to the mailbox or the log, while the
-/// program handles a burst of frames.
+/// Latest output of a board after that of its machine. A machine decides in no time. The program of a board wakes up, handles the
+/// frames before, and writes a mailbox or the log: some 50 us as a rule. The longest is the first step of a master, 1.7 ms.
 pub const LATE: Time = Time::from_ms(2);
-/// Earliest output in flight before its instant in the replay. The replay hears of some inputs by the log, which is late.
-pub const EARLY: Time = Time::from_us(500);
+/// Earliest output of a board before that of its machine. The machine hears of the state of a controller by the log, after the
+/// board.
+pub const EARLY: Time = LATE;
 /// Lifetime of a heartbeat that waits for a mailbox.
 const LIFETIME: Time = Time::from_ms(100);
 /// An EMCY waits for those before it: at most eight, with an inhibit time of 100 ms (1015h).
@@ -54,7 +55,7 @@ pub struct Comparison {
     pub changes: u64,
     /// Frames that waited for a mailbox or for an inhibit time, and agreed.
     pub waited: u64,
-    /// Heartbeats whose lifetime ended before there was a mailbox for them.
+    /// Heartbeats and claims whose lifetime ended before there was a mailbox for them.
     pub given_up: u64,
     /// Longest time from an output of the machine to that of the board, without those that waited for a mailbox.
     pub latest: Time,
@@ -147,9 +148,14 @@ impl Comparison {
             let (from, to) = (at.since(LATE), *at + LATE);
             let is_bus = bus.is_none_or(|bus| is_among(buses, bus, from, to));
             if !(is_bus && is_among(states, *state, from, to)) {
-                let expected = format!("{:?}, {state:?}", bus.unwrap_or(Bus::Nominal));
-                let shown = format!("{:?}, {:?}", last(buses, *at), last(states, *at));
-                return self.differ(compared, *at, "bus and state".into(), expected, shown);
+                let shown = |bus: Option<Bus>, state: Option<NmtState>| {
+                    let bus = bus.map_or("no bus".into(), |bus| format!("{bus:?}"));
+                    let state = state.map_or("no state".into(), |state| format!("{state:?}"));
+                    format!("{bus}, {state}")
+                };
+                let (expected, flown) =
+                    (shown(*bus, Some(*state)), shown(last(buses, *at), last(states, *at)));
+                return self.differ(compared, *at, "bus and state".into(), expected, flown);
             }
         }
     }
@@ -163,7 +169,7 @@ impl Compared<'_> {
     /// Returns how long an output may wait in a queue of the node. `None`: it need not wait.
     fn wait(&self, at: Time, output: &Output) -> Option<Time> {
         match output {
-            Output::Frame(bus, _) => self.flown.is_full(*bus, at, at + LATE).then_some(LIFETIME),
+            Output::Frame(bus, _) => self.flown.mailboxes.is_full(*bus, at, at + LATE).then_some(LIFETIME),
             Output::Emergency(..) => Some(INHIBITED),
             Output::Line(_) => None,
         }

@@ -170,7 +170,9 @@ impl Machine for Master {
         if frame.id() != CobId::heartbeat(NodeId::MASTER) {
             return;
         }
-        let Some(heartbeat) = self.heartbeat.as_mut().filter(|heartbeat| heartbeat.bus == bus) else { return };
+        let Some(heartbeat) = self.heartbeat.as_mut().filter(|heartbeat| heartbeat.bus == bus) else {
+            return;
+        };
         heartbeat.is_requested = false;
         // Before the end of its lifetime it was aborted for an urgent frame, and returned to the queue.
         let heartbeat = *heartbeat;
@@ -210,7 +212,9 @@ impl Machine for Master {
         let of_slave = |rest: &str| {
             let is_state = |state: &&str| rest.starts_with(&format!("{state} on "));
             states.iter().any(|state| is_state(&state))
-                || ["back on ", "lost", "never heard", "sends too much"].iter().any(|text| rest.starts_with(text))
+                || ["back on ", "lost", "never heard", "sends too much"]
+                    .iter()
+                    .any(|text| rest.starts_with(text))
         };
         let slave = line.strip_prefix("slave ").and_then(|rest| rest.split_once(": "));
         states.contains(&line)

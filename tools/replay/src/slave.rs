@@ -8,6 +8,7 @@ use ecss_can::redundancy::{Parameters, Retained, SlaveRedundancy};
 use ecss_can::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
 use crate::machine::{Machine, Produced};
+pub use surroundings::RESET;
 use surroundings::{Memory, Surroundings};
 
 /// A slave with parallel access.
@@ -113,7 +114,7 @@ impl Machine for Slave {
     }
 
     fn is_of_machine(&self, line: &str) -> bool {
-        let states = ["Stopped", "Operational", "PreOperational"];
+        let states = ["Stopped", "Operational", "PreOperational", RESET];
         let beginnings = ["active bus: ", "master missed on ", "search given up", "Bdefault "];
         states.contains(&line)
             || beginnings.iter().any(|beginning| line.starts_with(beginning))

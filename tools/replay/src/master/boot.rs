@@ -110,7 +110,8 @@ impl Master {
             return;
         };
         let Some(transfer) = &mut self.boot.transfer else { return };
-        let (command, rest) = (frame.data().first().map(|byte| byte >> 5), frame.data().get(4..).unwrap_or(&[]));
+        let (command, rest) =
+            (frame.data().first().map(|byte| byte >> 5), frame.data().get(4..).unwrap_or(&[]));
         match command {
             Some(1 | 2) if !transfer.is_sent => {
                 transfer.is_sent = true;

@@ -6,6 +6,9 @@ use ecss_can::types::{Bus, Instant, PerBus};
 
 use crate::machine::Produced;
 
+/// Line that the application logs before it resets the chip.
+pub const RESET: &str = "reset by the master";
+
 /// State of the node beside its redundancy.
 pub struct Memory {
     /// Node-ID, NMT state and heartbeat.
@@ -22,6 +25,8 @@ pub struct Memory {
     pub received: PerBus<u32>,
     /// Errors that were reported and are not gone: error code, source.
     errors: Vec<(u16, u8)>,
+    /// The application was told to reset the chip.
+    waits_for_reset: bool,
 }
 
 impl Memory {
@@ -35,13 +40,14 @@ impl Memory {
             retained: Retained::default(),
             received: PerBus::default(),
             errors: Vec::new(),
+            waits_for_reset: false,
         }
     }
 
     /// Forgets what a reset of the chip clears. The slave starts on `bdefault`.
     pub fn restart(&mut self, control: NodeControl, bdefault: Bus) {
         (self.control, self.bdefault) = (control, bdefault);
-        (self.received, self.errors) = Default::default();
+        (self.received, self.errors, self.waits_for_reset) = Default::default();
     }
 }
 
@@ -116,7 +122,13 @@ impl SlaveNode for Surroundings<'_> {
             SlaveAction::BdefaultNoted { bus, is_kept: false } => {
                 self.log(format!("Bdefault {bus:?} not kept"));
             }
-            SlaveAction::ResetNode | SlaveAction::SendEmergencies { .. } => {}
+            // Repeated with each frame until the chip is reset. The application resets it after the first one.
+            SlaveAction::ResetNode if self.memory.waits_for_reset => {}
+            SlaveAction::ResetNode => {
+                self.memory.waits_for_reset = true;
+                self.log(RESET.into());
+            }
+            SlaveAction::SendEmergencies { .. } => {}
         }
     }
 }
