@@ -19,7 +19,7 @@ pub struct Agreement {
     pub emergencies: u64,
     /// Lines of the log that agree.
     pub lines: u64,
-    /// Changes of the active bus among these lines.
+    /// Lines among them that name the active bus.
     pub changes: u64,
     /// Of these, frames that waited for a mailbox or an inhibit time.
     pub waited: u64,
@@ -73,8 +73,8 @@ impl Agreement {
                 "machines of redundancy against images: {runs} runs, bus and state after {frames} frames"
             ),
             format!(
-                "agree: {heartbeats} heartbeats, {commands} commands and claims, {emergencies} EMCYs, {lines} lines of logs with \
-                 {changes} changes of the bus"
+                "agree: {heartbeats} heartbeats, {commands} commands and claims, {emergencies} EMCYs, {lines} lines of logs, \
+                 {changes} of them with the active bus"
             ),
             format!(
                 "{waited} frames waited for a mailbox or an inhibit time, {given_up} never had a mailbox; all others came within \

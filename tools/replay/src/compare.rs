@@ -1,12 +1,12 @@
 //! Compares what a machine did in the replay with what its board did in flight.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use can_wire::time::Time;
 use ecss_can::redundancy::Pair;
 use ecss_can::types::{Bus, NmtState, NodeId};
 
+use crate::difference::Difference;
 use crate::flown::Flown;
 use crate::output::{Output, Stream};
 use crate::run::{After, Replayed};
@@ -22,28 +22,6 @@ const LIFETIME: Time = Time::from_ms(100);
 /// An EMCY waits for those before it: at most eight, with an inhibit time of 100 ms (1015h).
 const INHIBITED: Time = Time::from_ms(900);
 
-/// First difference of a stream of outputs, or of bus and state.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Difference {
-    /// Name of the board.
-    pub board: String,
-    /// Instant on the time axis of the run.
-    pub at: Time,
-    /// What was compared.
-    pub what: String,
-    /// What the machine did.
-    pub expected: String,
-    /// What the board did.
-    pub flown: String,
-}
-
-impl fmt::Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Difference { board, at, what, expected, flown } = self;
-        write!(f, "{board}, {:.6} s, {what}: the machine {expected}, the board {flown}", at.as_secs_f64())
-    }
-}
-
 /// Result of a comparison.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Comparison {
@@ -51,7 +29,7 @@ pub struct Comparison {
     pub frames: u64,
     /// Outputs that agreed, of each stream.
     pub outputs: BTreeMap<Stream, u64>,
-    /// Changes of the active bus that agreed.
+    /// Lines among them that name the active bus.
     pub changes: u64,
     /// Frames that waited for a mailbox or for an inhibit time, and agreed.
     pub waited: u64,

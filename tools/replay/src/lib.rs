@@ -54,6 +54,7 @@
 
 mod clock;
 mod compare;
+mod difference;
 mod flown;
 mod machine;
 mod mailboxes;
@@ -68,7 +69,8 @@ use ecss_can::profile::Profile;
 use ecss_can::types::NodeId;
 
 use compare::Compared;
-pub use compare::{Comparison, Difference, LATE};
+pub use compare::Comparison;
+pub use difference::Difference;
 use flown::Flown;
 use machine::Machine;
 use master::Master;

@@ -211,7 +211,7 @@ impl Machine for Master {
             ["active bus: ", "this master board: ", "another master sends", "no more 701h", "no slave heard"];
         let of_slave = |rest: &str| {
             let is_state = |state: &&str| rest.starts_with(&format!("{state} on "));
-            states.iter().any(|state| is_state(&state))
+            states.iter().any(is_state)
                 || ["back on ", "lost", "never heard", "sends too much"]
                     .iter()
                     .any(|text| rest.starts_with(text))
