@@ -25,7 +25,7 @@ fn the_journal_has_a_request_and_its_end() {
     let mut bench = kept();
     let requested = bench.now();
     bench.request(0, 0x100);
-    bench.calm();
+    bench.complete(0);
     let noticed = bench.now();
     bench.write(TSR, RQCP);
     let entries = [(requested, Exchange::Requested(frame(0x100))), (noticed, Exchange::Sent(frame(0x100)))];
