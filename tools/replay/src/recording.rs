@@ -53,11 +53,3 @@ pub enum What {
     /// The program logged this line.
     Line(String),
 }
-
-impl BoardRecord {
-    /// Adds entries, each with its instant, and sorts all.
-    pub fn add(&mut self, entries: impl IntoIterator<Item = Entry>) {
-        self.entries.extend(entries);
-        self.entries.sort_by_key(|entry| entry.at);
-    }
-}
