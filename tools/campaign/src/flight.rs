@@ -24,11 +24,19 @@ const ERROR_FRAME: Time = Time::from_ms(1);
 
 /// Flies a script in the world that `scene` makes. A panic is a violation.
 pub fn fly<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> Outcome {
-    let flown = catch_unwind(AssertUnwindSafe(|| attempt(script, scene())));
+    fly_in(script, scene).0
+}
+
+/// As [`fly`]. Returns the world after the run as well, unless something panicked.
+pub fn fly_in<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> (Outcome, Option<S>) {
+    let flown = catch_unwind(AssertUnwindSafe(|| {
+        let mut scene = scene();
+        (attempt(script, &mut scene), Some(scene))
+    }));
     flown.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-        Outcome { violations: vec![format!("panic: {text}")], ..Outcome::default() }
+        (Outcome { violations: vec![format!("panic: {text}")], ..Outcome::default() }, None)
     })
 }
 
@@ -80,7 +88,7 @@ impl Plan {
     }
 }
 
-fn attempt(script: &Script, mut scene: impl Scene) -> Outcome {
+fn attempt(script: &Script, scene: &mut impl Scene) -> Outcome {
     let mut seen = Seen::default();
     let mut judge = Judge::new(script);
     let mut effects = Effects::new(script);
@@ -91,31 +99,31 @@ fn attempt(script: &Script, mut scene: impl Scene) -> Outcome {
         let look = Time((scene.now().0 / LOOK.0 + 1) * LOOK.0);
         let next = plan.next().min(look).min(end).max(scene.now());
         scene.run_until(next);
-        seen.read(&mut scene);
-        judge.look(&mut scene, &seen);
+        seen.read(scene);
+        judge.look(scene, &seen);
         while let Some((act, index)) = plan.take(next) {
             let fault = &script.faults[index];
             if act == Act::Begin {
-                wait_for_frame(&mut scene, fault, end);
-                seen.read(&mut scene);
-                let_pass(&mut scene, &mut seen, fault, end);
-                effects.begin(index, &scene, &seen);
+                wait_for_frame(scene, fault, end);
+                seen.read(scene);
+                let_pass(scene, &mut seen, fault, end);
+                effects.begin(index, scene, &seen);
                 plan.begun(scene.now(), index, fault);
             }
-            perform(&mut scene, fault, act, script.seed);
+            perform(scene, fault, act, script.seed);
             match act {
                 Act::Begin => lasting.begin(fault),
                 Act::Send => {}
                 Act::End => {
-                    lasting.end(&mut scene, fault, script.seed);
-                    effects.end(index, &scene, &seen);
+                    lasting.end(scene, fault, script.seed);
+                    effects.end(index, scene, &seen);
                 }
             }
         }
     }
-    seen.read(&mut scene);
-    let effective = effects.finish(&scene, &seen);
-    judge.finish(&mut scene, &seen, effective)
+    seen.read(scene);
+    let effective = effects.finish(scene, &seen);
+    judge.finish(scene, &seen, effective)
 }
 
 /// Faults that last, as long as they do.

@@ -34,7 +34,7 @@ struct Slave {
     state: Option<NmtState>,
     bus: Option<Bus>,
     scet: Option<Scet>,
-    /// When its clock was set.
+    /// When its clock was set, or began anew.
     set: Option<Time>,
 }
 
@@ -93,7 +93,8 @@ impl<'a> Judge<'a> {
             self.boards.read(noted);
             let slave = self.slaves.entry(node).or_default();
             match news {
-                News::PowerOn | News::PowerOff => *slave = Slave::default(),
+                // Its clock begins anew.
+                News::PowerOn | News::PowerOff => *slave = Slave { set: Some(at), ..Slave::default() },
                 News::Switched { from, cause: SwitchCause::Isolated, .. } => {
                     self.judge_isolation(at, key, &seen.frames[from]);
                 }
@@ -179,7 +180,7 @@ impl<'a> Judge<'a> {
         self.judge_innocence();
         self.judge_collisions(&effective);
         let detections = self.detections();
-        Outcome { violations: self.violations, effective, detections }
+        Outcome { violations: self.violations, effective, detections, comparison: None }
     }
 
     /// The master boards. A change of the bus counts in the last seconds, but not from a bus with bit errors.

@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod agreement;
 mod application;
 mod boards;
 pub mod broken;
@@ -39,6 +40,7 @@ use std::thread;
 
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
+use replay::Recording;
 use support::misuse::Misuse;
 use support::output::{self, Silently};
 use support::project;
@@ -47,7 +49,7 @@ use support::stop::Stop;
 
 use host::Host;
 use on_twin::Twin;
-pub use on_twin::prepare as prepare_twin;
+pub use on_twin::{compare, prepare as prepare_twin};
 use options::Action;
 pub use options::{Options, World};
 use outcome::Outcome;
@@ -70,15 +72,43 @@ pub fn fly(world: World, script: &Script) -> Outcome {
     }
 }
 
+/// Flies a script on the twin, and records it. `None` instead of a record if something panicked.
+pub fn record(script: &Script) -> (Outcome, Option<Recording>) {
+    let (outcome, twin) = flight::fly_in(script, || Twin::recorded(script));
+    (outcome, twin.and_then(Twin::into_recording))
+}
+
+/// Flies a script on the twin. Then replays the machines of redundancy with the inputs of the record, and compares.
+pub fn fly_compared(script: &Script) -> Outcome {
+    let (outcome, recording) = record(script);
+    Outcome { comparison: recording.map(|recording| compare(script, &recording)), ..outcome }
+}
+
+/// Flies a script in this world, and compares if asked.
+fn fly_asked(world: World, is_compared: bool, script: &Script) -> Outcome {
+    if is_compared { fly_compared(script) } else { fly(world, script) }
+}
+
 /// A run of a campaign: random scripts until a fault of one takes effect, or something is violated.
 pub fn fly_run(world: World, masters: u8, seed: u64, number: u64) -> (Script, Outcome) {
+    fly_run_by(world, masters, seed, number, |script| fly(world, script))
+}
+
+/// As [`fly_run`], with the scripts of this world flown by `fly`.
+fn fly_run_by(
+    world: World,
+    masters: u8,
+    seed: u64,
+    number: u64,
+    fly: impl Fn(&Script) -> Outcome,
+) -> (Script, Outcome) {
     let run = |attempt| {
         let script = match world {
             World::Host => Script::random(seed, number, attempt),
             World::Twin => Script::small(seed, number, attempt),
         };
         let script = if masters == 1 { script } else { script.with_standby() };
-        let outcome = fly(world, &script);
+        let outcome = fly(&script);
         (script, outcome)
     };
     let is_done = |outcome: &Outcome| !outcome.violations.is_empty() || outcome.effective.contains(&true);
@@ -95,6 +125,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let (run, parts) = shard::merged(COMMAND, files)?;
         return report(&run, &Results::joined(parts));
     }
+    if options.compare && options.world != World::Twin {
+        let text = "--compare: the images fly in the world twin alone: add `--world twin`";
+        return Err(Misuse::of(COMMAND, text.to_owned()).into());
+    }
     let prepare = |masters| {
         if options.world == World::Twin {
             on_twin::prepare(masters, !options.no_build)?;
@@ -108,11 +142,13 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
         let script: Script = text.parse().map_err(refuse)?;
         prepare(script.masters)?;
-        let outcome = fly(options.world, &script);
+        let outcome = fly_asked(options.world, options.compare, &script);
         outcome.violations.iter().try_for_each(output::line)?;
-        return match outcome.violations.len() {
-            0 => output::line("no violation"),
-            count => bail!("{count} violations"),
+        let differences = outcome.comparison.map(|comparison| comparison.differences).unwrap_or_default();
+        differences.iter().try_for_each(output::line)?;
+        return match (outcome.violations.len(), differences.len()) {
+            (0, 0) => output::line("no violation"),
+            (violations, differences) => bail!("{violations} violations, {differences} differences"),
         };
     }
     options.shard.check(COMMAND, options.runs, "runs")?;
@@ -135,6 +171,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             runs: options.runs,
             world: options.world.name().into(),
             masters: options.masters,
+            is_compared: options.compare,
         },
     };
     // In a row, so that each shard has all kinds, and two faults in half of its runs.
@@ -169,7 +206,9 @@ fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
 
 fn report(run: &Run<Asked>, results: &Results) -> anyhow::Result<()> {
     results.lines(run).iter().try_for_each(output::line)?;
+    let differences = results.agreement.as_ref().map_or(0, |agreement| agreement.differences.len());
     match results.violations.len() {
+        0 if differences > 0 => bail!("images and machines of redundancy differ in {differences} places"),
         0 => Ok(()),
         count => bail!("{count} of {} runs violate something", results.flown),
     }
@@ -189,7 +228,8 @@ pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, s
                     if number >= end {
                         return;
                     }
-                    let (script, outcome) = fly_run(world, asked.masters, asked.seed, number);
+                    let fly = |script: &Script| fly_asked(world, asked.is_compared, script);
+                    let (script, outcome) = fly_run_by(world, asked.masters, asked.seed, number, fly);
                     if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
                         return;
                     }

@@ -14,7 +14,7 @@ pub enum MasterVerdict {
     /// Heartbeat or boot-up message of a node, for [`MasterRedundancy::on_heartbeat`], or
     /// [`MasterRedundancy::on_overheard`] if this board is not active.
     Heartbeat {
-        /// The node.
+        /// Node that sent the message.
         node: NodeId,
         /// NMT state of the node.
         state: NmtState,

@@ -95,6 +95,18 @@ fn takeover_on_the_twin_is_judged_like_one_on_the_host() {
     assert_eq!(early, ["0 of 1 masters are active, expected 1"]);
 }
 
+/// Given a foreign node that resets slave 2, when the slave sends its time just before a reset and soon after it, then its clock
+/// began anew and did not go back.
+#[test]
+fn a_clock_that_began_anew_did_not_go_back() {
+    campaign::prepare_twin(2, true).unwrap();
+    let text = "run seed=58665334515748677 masters=2 slaves=2 length=15500000\n\
+        foreign-nmt at=9931081 bus=nominal node=2 value=129 times=30 every=165408\n";
+    let flown = fly(World::Twin, &text.parse().unwrap());
+    let clocks: Vec<_> = flown.violations.iter().filter(|text| text.contains("clock")).collect();
+    assert!(clocks.is_empty(), "{clocks:?}");
+}
+
 /// Given two faults of which the shorter one ends the other as well on the wire, then the other one goes on. A master that babbles is
 /// not accused of it.
 #[test]

@@ -33,6 +33,7 @@ mod controller;
 mod errors;
 mod fifo;
 mod filter;
+mod journal;
 mod line;
 mod mailbox;
 mod regs;
@@ -47,6 +48,7 @@ pub(crate) use clock::bit_pclks;
 use controller::Mode;
 pub(crate) use controller::Registers;
 use filter::FilterBlock;
+pub use journal::Exchange;
 pub use line::Line;
 use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
 
@@ -208,6 +210,22 @@ impl BxcanPair {
         if side == Side::Can1 {
             self.filters = FilterBlock::default();
         }
+    }
+
+    /// Keeps a journal of both controllers from now on. [`BxcanPair::take_journal`] empties it.
+    pub fn keep_journal(&mut self) {
+        self.controllers.iter_mut().for_each(|controller| controller.journal.begin());
+    }
+
+    /// Returns what happened between `side` and its program since the last call, in the order of time. Nothing without
+    /// [`BxcanPair::keep_journal`].
+    pub fn take_journal(&mut self, side: Side) -> Vec<(Time, Exchange)> {
+        self.controllers[side as usize].journal.take()
+    }
+
+    /// Adds an entry to the journals of both controllers.
+    pub fn note(&mut self, now: Time, exchange: Exchange) {
+        self.controllers.iter_mut().for_each(|controller| controller.journal.note(now, exchange));
     }
 
     /// The length of a PCLK1 tick changed (clock tree, drift of the crystal).

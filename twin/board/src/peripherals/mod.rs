@@ -31,7 +31,7 @@ mod timers;
 use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
-use crate::bxcan::{BxcanPair, Line, PclkTick, Registers, Side};
+use crate::bxcan::{BxcanPair, Exchange, Line, PclkTick, Registers, Side};
 use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
 use crate::model::{FLASH_BASE, Model, Part, Pins};
 use crate::part::Family;
@@ -54,7 +54,7 @@ use rcc::{APB1, BDCR, Gate, Rcc};
 pub use rcc::{Clocks, ResetCause};
 pub use requests::Ram;
 use rtc::Rtc;
-use system::{Dbgmcu, Pwr, signature};
+use system::{Dbgmcu, Pwr, signature, unique_id};
 use timer::{Kind, Timer};
 use timers::Timers;
 
@@ -252,6 +252,8 @@ impl Peripherals {
         self.adc.reset();
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
+        let is_power = cause == ResetCause::PowerOn;
+        self.can.note(now, if is_power { Exchange::Power } else { Exchange::Reset });
         self.can_routed = [false; 2];
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();
@@ -598,6 +600,11 @@ impl Peripherals {
             self.dma[1].next_event(),
         ];
         timers.into_iter().chain(others).flatten().min()
+    }
+
+    /// Unique ID of the chip.
+    pub fn uid(&self) -> [u8; 12] {
+        unique_id(self.serial)
     }
 
     /// The two CAN controllers.

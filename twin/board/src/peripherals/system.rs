@@ -160,13 +160,24 @@ impl Dbgmcu {
     }
 }
 
+const UNIQUE_ID: u32 = 0x1FFF_7A10;
+const UNIQUE_ID_END: u32 = UNIQUE_ID + 12;
+
+/// Unique ID of a chip: its first word is `serial`.
+pub fn unique_id(serial: u32) -> [u8; 12] {
+    let words = [serial, 0x3430_3546, 0x2054_5749];
+    let bytes = words.map(u32::to_le_bytes);
+    bytes.concat().try_into().unwrap_or_default()
+}
+
 /// Device signature in system memory, RM0090 chapter 39: unique ID and flash size; calibration of the ADC's inner
 /// channels.
 pub fn signature(part: Part, serial: u32, address: u32) -> Option<u32> {
     match address {
-        0x1FFF_7A10 => Some(serial),
-        0x1FFF_7A14 => Some(0x3430_3546),
-        0x1FFF_7A18 => Some(0x2054_5749),
+        UNIQUE_ID..UNIQUE_ID_END => {
+            let word = unique_id(serial).as_chunks().0.get((address - UNIQUE_ID) as usize / 4).copied()?;
+            Some(u32::from_le_bytes(word))
+        }
         0x1FFF_7A28 => Some(calibration()[0]),
         0x1FFF_7A2C => Some(calibration()[1]),
         // Flash size in KiB in the upper half; the lower is reserved.

@@ -6,6 +6,7 @@ mod abort;
 mod bus_off;
 mod errors;
 mod filters;
+mod journal;
 mod modes;
 mod receive;
 mod sleep;

@@ -1,0 +1,230 @@
+//! A master: its redundancy, fed with what its program took from its controllers.
+//!
+//! The boot-up process, the watch for two slaves with one Node-ID and the watch for babbling slaves give the redundancy
+//! inputs. They are the machines of flight, too, and run along.
+
+mod actions;
+mod boot;
+mod health;
+mod received;
+
+use std::collections::BTreeSet;
+
+use ecss_can::link::port::Health;
+use ecss_can::nmt::StateClashes;
+use ecss_can::profile::Profile;
+use ecss_can::redundancy::{Babblers, MasterRedundancy, MasterSetup, Strap, TwoBoards};
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
+
+use crate::machine::{Machine, Produced};
+use boot::BootProcess;
+
+/// A master with parallel access.
+pub struct Master {
+    profile: &'static Profile,
+    strap: Option<Strap>,
+    /// Slaves that its 1016h names.
+    monitored: Vec<NodeId>,
+    redundancy: MasterRedundancy<TwoBoards>,
+    boot: BootProcess,
+    clashes: StateClashes,
+    babblers: Babblers,
+    health: PerBus<Health>,
+    /// Controllers that went bus-off too often.
+    failed: PerBus<bool>,
+    heartbeat: Option<Heartbeat>,
+    /// Errors that were reported and are not gone: error code, source.
+    errors: BTreeSet<(u16, u8)>,
+    produced: Vec<Produced>,
+}
+
+/// Heartbeat that waits for its acknowledgement.
+#[derive(Clone, Copy, Debug)]
+struct Heartbeat {
+    bus: Bus,
+    expires: Instant,
+    /// It is in a mailbox.
+    is_requested: bool,
+}
+
+impl Master {
+    /// Makes a master before its first power-on. `monitored`: slaves that its 1016h names.
+    pub fn new(strap: Option<Strap>, profile: &'static Profile, monitored: Vec<NodeId>) -> Master {
+        let dwell = profile.redundancy().dwell(profile.dwell);
+        Master {
+            profile,
+            strap,
+            monitored,
+            redundancy: redundancy(strap, profile),
+            boot: BootProcess::new(profile),
+            clashes: StateClashes::default(),
+            babblers: Babblers::new(profile.budget.heard, dwell),
+            health: PerBus::default(),
+            failed: PerBus::default(),
+            heartbeat: None,
+            errors: BTreeSet::new(),
+            produced: Vec::new(),
+        }
+    }
+
+    fn log(&mut self, now: Instant, line: String) {
+        self.produced.push(Produced::line(now, line));
+    }
+
+    fn raise(&mut self, now: Instant, error: (u16, u8)) {
+        if self.errors.insert(error) {
+            self.produced.push(Produced::emergency(now, error));
+        }
+    }
+
+    /// Entries of 1016h, with the consumer time of the profile.
+    fn consumers(&self) -> Vec<u32> {
+        let time = self.profile.consumer.as_millis() as u32;
+        self.monitored.iter().map(|node| u32::from(node.get()) << 16 | time).collect()
+    }
+}
+
+fn redundancy(strap: Option<Strap>, profile: &Profile) -> MasterRedundancy<TwoBoards> {
+    let setup = MasterSetup {
+        parameters: profile.master_redundancy(),
+        silent_share: profile.silent_share,
+        dwell: profile.dwell,
+        grace: profile.grace,
+        access: profile.access(NodeId::MASTER),
+        lifetime: profile.heartbeat,
+    };
+    let pair = profile.standby.filter(|_| strap.is_some());
+    MasterRedundancy::new(TwoBoards::new(pair, strap.unwrap_or(Strap::Prime)), &setup)
+}
+
+impl Machine for Master {
+    fn lose_power(&mut self) {}
+
+    fn start_delay(&self) -> Duration {
+        Duration::from_micros(985)
+    }
+
+    fn start(&mut self, now: Instant) {
+        let produced = std::mem::take(&mut self.produced);
+        *self = Master::new(self.strap, self.profile, std::mem::take(&mut self.monitored));
+        self.produced = produced;
+        let consumers = self.consumers();
+        self.redundancy.peers_mut().set_times(&consumers);
+        for slave in self.profile.slaves {
+            self.redundancy.peers_mut().assign(slave.node, true);
+        }
+        if self.redundancy.start(now) {
+            self.boot_up(now);
+        }
+        self.poll(now);
+    }
+
+    fn poll(&mut self, now: Instant) {
+        if let Some(heartbeat) = self.heartbeat.filter(|heartbeat| !heartbeat.is_requested)
+            && heartbeat.expires <= now
+        {
+            self.on_heartbeat_failed(heartbeat);
+        }
+        if self.redundancy.is_active() {
+            self.poll_babblers(now);
+        }
+        while let Some(action) = self.redundancy.poll(now, now) {
+            self.act(action, now);
+        }
+        if self.redundancy.is_active() {
+            self.poll_boot(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        if !self.redundancy.is_active() {
+            return self.redundancy.deadline();
+        }
+        let waiting = self.heartbeat.filter(|heartbeat| !heartbeat.is_requested);
+        let expires = waiting.map(|heartbeat| heartbeat.expires);
+        let (redundancy, boot) = (self.redundancy.deadline(), self.boot.deadline());
+        earliest(&[redundancy, self.babblers.deadline(), boot, expires, self.asks_at()])
+    }
+
+    fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {
+        self.poll(now);
+        if self.redundancy.is_active() {
+            self.on_frame(bus, frame, now);
+        } else {
+            self.overhear(bus, frame, now);
+        }
+    }
+
+    fn on_sent(&mut self, bus: Bus, frame: &Frame, now: Instant) {
+        if !self.redundancy.is_active() {
+            return;
+        }
+        if self.redundancy.on_sent(bus, frame.id(), now) {
+            self.heartbeat.take_if(|heartbeat| heartbeat.bus == bus);
+        } else if frame.id() == CobId::SYNC {
+            self.boot.on_sync_sent();
+        }
+    }
+
+    fn on_aborted(&mut self, bus: Bus, frame: &Frame, now: Instant) {
+        if frame.id() != CobId::heartbeat(NodeId::MASTER) {
+            return;
+        }
+        let Some(heartbeat) = self.heartbeat.as_mut().filter(|heartbeat| heartbeat.bus == bus) else {
+            return;
+        };
+        heartbeat.is_requested = false;
+        // Before the end of its lifetime it was aborted for an urgent frame, and returned to the queue.
+        let heartbeat = *heartbeat;
+        if self.redundancy.is_active() && heartbeat.expires <= now {
+            self.on_heartbeat_failed(heartbeat);
+        }
+    }
+
+    fn on_requested(&mut self, bus: Bus, frame: &Frame, now: Instant) {
+        if frame.id() == CobId::heartbeat(NodeId::MASTER) {
+            if let Some(heartbeat) = self.heartbeat.as_mut().filter(|heartbeat| heartbeat.bus == bus) {
+                heartbeat.is_requested = true;
+            }
+        } else if self.redundancy.is_active() {
+            self.on_sdo_request(bus, frame, now);
+        }
+    }
+
+    fn on_line(&mut self, line: &str, now: Instant) {
+        self.on_health_line(line, now);
+        self.on_silent_node(line, now);
+    }
+
+    fn bus(&self) -> Option<Bus> {
+        // The log of a standby does not show the bus that it follows.
+        self.redundancy.is_active().then(|| self.redundancy.active())
+    }
+
+    fn state(&self) -> NmtState {
+        self.redundancy.state()
+    }
+
+    fn is_of_machine(&self, line: &str) -> bool {
+        let states = ["Initialising", "Stopped", "Operational", "PreOperational"];
+        let beginnings =
+            ["active bus: ", "this master board: ", "another master sends", "no more 701h", "no slave heard"];
+        let of_slave = |rest: &str| {
+            let is_state = |state: &&str| rest.starts_with(&format!("{state} on "));
+            states.iter().any(is_state)
+                || ["back on ", "lost", "never heard", "sends too much"]
+                    .iter()
+                    .any(|text| rest.starts_with(text))
+        };
+        let slave = line.strip_prefix("slave ").and_then(|rest| rest.split_once(": "));
+        states.contains(&line)
+            || beginnings.iter().any(|beginning| line.starts_with(beginning))
+            || line.contains(" have Node-ID ")
+            || line.contains(" has Node-ID ")
+            || slave.is_some_and(|(_, rest)| of_slave(rest))
+    }
+
+    fn take_produced(&mut self) -> Vec<Produced> {
+        std::mem::take(&mut self.produced)
+    }
+}

@@ -1,0 +1,106 @@
+//! Replay of the record of one board: feeds its machine, and notes what that does.
+
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::time::Time;
+use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState};
+use twin::bxcan::Exchange;
+
+use crate::clock::NodeClock;
+use crate::machine::Machine;
+use crate::output::Output;
+use crate::recording::{BoardRecord, What};
+
+/// Part of the first line of a program.
+pub const STARTS: &str = " starts, profile ";
+
+/// Bus and state of a machine after a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct After {
+    /// Instant of the frame.
+    pub at: Time,
+    /// Active bus. `None`: the log does not show it.
+    pub bus: Option<Bus>,
+    /// NMT state.
+    pub state: NmtState,
+}
+
+/// All that a machine did.
+#[derive(Debug, Default)]
+pub struct Replayed {
+    /// Outputs, in the order in which they were produced.
+    pub outputs: Vec<(Time, Output)>,
+    /// Bus and state after each frame.
+    pub after: Vec<After>,
+}
+
+/// Returns the frame as the protocol knows it. `None` for a frame that no node of the protocol takes.
+pub fn frame(wire: &WireFrame) -> Option<Frame> {
+    let WireId::Standard(id) = wire.id else { return None };
+    Frame::new(CobId::new(id)?, wire.payload()).ok()
+}
+
+/// Replays a record. Goes on to `end`, beyond its last entry.
+pub fn replay(record: &BoardRecord, machine: &mut dyn Machine, end: Time) -> Replayed {
+    let clock = NodeClock::new(record.ppm);
+    let mut replayed = Replayed::default();
+    let mut is_running = false;
+    for entry in &record.entries {
+        let now = clock.show(entry.at);
+        if is_running {
+            run_until(machine, now);
+        }
+        match &entry.what {
+            What::Line(line) if line.contains(STARTS) => {
+                is_running = true;
+                machine.start(now + machine.start_delay());
+            }
+            What::Exchange(_, Exchange::Reset) => is_running = false,
+            What::Exchange(_, Exchange::Power) => {
+                is_running = false;
+                machine.lose_power();
+            }
+            _ if !is_running => {}
+            What::Line(line) => {
+                machine.on_line(line, now);
+                machine.poll(now);
+            }
+            What::Exchange(bus, exchange) => {
+                if take(machine, *bus, exchange, &clock, entry.at) {
+                    let (bus, state) = (machine.bus(), machine.state());
+                    replayed.after.push(After { at: entry.at, bus, state });
+                }
+            }
+        }
+    }
+    if is_running {
+        run_until(machine, clock.show(end));
+    }
+    let produced = machine.take_produced().into_iter();
+    replayed.outputs = produced.map(|one| (clock.time(one.at), one.output)).collect();
+    replayed
+}
+
+fn run_until(machine: &mut dyn Machine, until: Instant) {
+    while let Some(due) = machine.deadline().filter(|due| *due <= until) {
+        machine.poll(due);
+    }
+}
+
+/// Feeds an exchange. Returns whether a frame was received or sent.
+fn take(machine: &mut dyn Machine, bus: Bus, exchange: &Exchange, clock: &NodeClock, at: Time) -> bool {
+    let now = clock.show(at);
+    let (Exchange::Requested(wire) | Exchange::Sent(wire) | Exchange::Aborted(wire) | Exchange::Taken(wire)) =
+        exchange
+    else {
+        return false;
+    };
+    let Some(frame) = frame(wire) else { return false };
+    match exchange {
+        Exchange::Taken(_) => machine.on_received(bus, &frame, now),
+        Exchange::Sent(_) => machine.on_sent(bus, &frame, now),
+        Exchange::Aborted(_) => machine.on_aborted(bus, &frame, now),
+        _ => machine.on_requested(bus, &frame, now),
+    }
+    machine.poll(now);
+    matches!(exchange, Exchange::Taken(_) | Exchange::Sent(_))
+}
