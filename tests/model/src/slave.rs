@@ -11,7 +11,7 @@ use ecss_can::types::{
 };
 
 use crate::defect::{self, Defect};
-use crate::profile::{GRACE, PARAMETERS};
+use crate::profile::{GRACE, PARALLEL, PARAMETERS};
 use crate::station::{Outgoing, Station};
 use adapter::{Adapter, Node};
 
@@ -28,7 +28,9 @@ pub struct Slave {
 impl Slave {
     /// A slave before power-on. `defect`: a rule that does not hold.
     pub fn new(id: NodeId, access: BusAccess, defect: Option<Defect>) -> Self {
-        Slave::of(id, access, defect, PARAMETERS.bdefault, Retained::default())
+        let mut slave = Slave::of(id, access, defect, PARAMETERS.bdefault, Retained::default());
+        slave.node.retained = after_power_on(id);
+        slave
     }
 
     fn of(id: NodeId, access: BusAccess, defect: Option<Defect>, stored: Bus, retained: Retained) -> Self {
@@ -93,6 +95,13 @@ impl Slave {
     }
 }
 
+/// Words that a slave finds at power-on, where it keeps Bdefault and resets in a row: no copy of each other, or without their mark.
+fn after_power_on(id: NodeId) -> [u32; 2] {
+    let bdefault = Some(PARAMETERS.bdefault.other());
+    let [word, check] = Retained { bdefault, resets: 1, ..Retained::default() }.encode();
+    if id == PARALLEL { [word, 0] } else { [word & 0xFF_FFFF, check | 0xFF00_0000] }
+}
+
 impl Canonical for Slave {
     type Context = ();
 
@@ -113,6 +122,7 @@ impl Station for Slave {
 
     fn power_off(&mut self) {
         *self = self.restarted(Retained::default());
+        self.node.retained = after_power_on(self.id);
     }
 
     fn poll(&mut self, now: Instant) {
