@@ -1,10 +1,13 @@
-//! Nodes on two buses, and what can go wrong with them.
+//! Nodes on two buses.
+
+mod crew;
+mod fault;
 
 use core::ops::Range;
 
 use ecss_can::heartbeat;
-use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::redundancy::{BusAccess, Strap};
+use ecss_can::nmt::{NmtMessage, Target};
+use ecss_can::redundancy::BusAccess;
 use ecss_can::types::{Bus, Canonical, CobId, Frame, Instant, NmtState, NodeId};
 
 use crate::defect::{self, Defect};
@@ -12,6 +15,8 @@ use crate::master::Master;
 use crate::profile::{PARALLEL, SELECTIVE, TICK};
 use crate::slave::Slave;
 use crate::station::Station;
+pub use crew::Crew;
+pub use fault::{Fault, Kind, Message};
 
 /// The most nodes: the master, two slaves, and the second master.
 pub const STATIONS: usize = 4;
@@ -19,104 +24,6 @@ pub const STATIONS: usize = 4;
 const SLAVES: [usize; 2] = [1, 2];
 /// Places of the masters.
 pub const MASTERS: [usize; 2] = [0, 3];
-
-/// What a foreign master commands.
-const COMMANDS: [Command; 5] = [
-    Command::Start,
-    Command::Stop,
-    Command::EnterPreOperational,
-    Command::ResetNode,
-    Command::ResetCommunication,
-];
-
-/// What happens between two moments.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Fault {
-    /// A node is cut from a bus, at its stub. In a line of three nodes every cut of a segment separates one node, too.
-    Cut(Bus, usize),
-    /// The stub is mended, and its controller on the bus again.
-    Restore(Bus, usize),
-    /// The controller of the master is bus-off too often: the bus is failed for it.
-    BusOff(Bus),
-    /// The application of the master asks for a bus.
-    Request(Bus),
-    /// The application of the master stops a slave for a while.
-    Hold(usize),
-    /// The application of a slave chooses a bus.
-    Choose(Bus, usize),
-    /// The budget of a slave silences it for a while.
-    Silence(usize),
-    /// A slave saves its parameters.
-    Save(usize),
-    /// The chip of a node is reset.
-    Reset(usize),
-    /// A node loses its power.
-    Off(usize),
-    /// It has power again.
-    On(usize),
-    /// The next frame of this kind that arrives at a node is lost there.
-    Lose(usize, Kind),
-    /// A node that is none of ours sends this frame on a bus.
-    Foreign(Bus, Message),
-}
-
-/// Frames that a receiver loses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// A heartbeat or boot-up message.
-    Heartbeat,
-    /// A command of the master.
-    Command,
-}
-
-/// Frames of one of ours that somebody else sends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Message {
-    /// Heartbeat of the master.
-    Heartbeat,
-    /// Heartbeat of the slave with parallel access: another node with its Node-ID.
-    OfSlave,
-    /// A module control command to all slaves.
-    Command(Command),
-}
-
-/// Who is there beside the two slaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Crew {
-    /// A master without a standby.
-    OneMaster,
-    /// The same, with what is around: a boot process that checks a slave by SDO before it starts it, controllers of the master that go
-    /// bus-off, applications, and budgets.
-    OneMasterInUse,
-    /// Two master boards. Their clocks differ: of equal frames that both send, each hears that of the other one.
-    TwoMasters,
-    /// Two master boards with equal clocks: equal frames of the same moment are one frame on the wire, and neither hears it.
-    TwoMastersInStep,
-    /// The same, and no slave is assigned: masters learn who their slaves are, and forget it when they are reset. Faults happen after
-    /// the active one has asked both slaves.
-    TwoMastersUnassigned,
-}
-
-impl Crew {
-    /// All of them.
-    pub const ALL: [Crew; 5] = [
-        Crew::OneMaster,
-        Crew::OneMasterInUse,
-        Crew::TwoMasters,
-        Crew::TwoMastersInStep,
-        Crew::TwoMastersUnassigned,
-    ];
-
-    /// Masters before power-on.
-    fn masters(self) -> Vec<Master> {
-        let straps = match self {
-            Crew::OneMaster | Crew::OneMasterInUse => vec![None],
-            _ => vec![Some(Strap::Prime), Some(Strap::Second)],
-        };
-        let (is_assigned, has_boot) = (self != Crew::TwoMastersUnassigned, self == Crew::OneMasterInUse);
-        straps.into_iter().map(|strap| Master::new(strap, is_assigned, has_boot)).collect()
-    }
-}
 
 /// A whole spacecraft.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -217,58 +124,6 @@ impl World {
     /// Whether it sends and acknowledges.
     fn takes_part(&self, bus: Bus, place: usize) -> bool {
         self.hears(bus, place) && !self.seen(place).is_silent()
-    }
-
-    /// Every fault that can happen now.
-    pub fn faults(&self, faults: &mut Vec<Fault>) {
-        for bus in Bus::ALL {
-            for place in self.places() {
-                let is_whole = self.is_connected(bus, place);
-                faults.push(if is_whole { Fault::Cut(bus, place) } else { Fault::Restore(bus, place) });
-            }
-            if self.is_in_use {
-                self.events_of_use(bus, faults);
-            }
-            faults.push(Fault::Foreign(bus, Message::Heartbeat));
-            // How a slave reacts does not depend on the number of masters.
-            if self.masters.len() == 1 {
-                faults.push(Fault::Foreign(bus, Message::OfSlave));
-            }
-            faults.extend(COMMANDS.map(|command| Fault::Foreign(bus, Message::Command(command))));
-        }
-        for place in self.places() {
-            if !self.is_powered(place) {
-                faults.push(Fault::On(place));
-                continue;
-            }
-            faults.extend([Fault::Reset(place), Fault::Off(place)]);
-            for kind in [Kind::Heartbeat, Kind::Command] {
-                if (!MASTERS.contains(&place) || kind == Kind::Heartbeat)
-                    && self.losing & loss(place, kind) == 0
-                {
-                    faults.push(Fault::Lose(place, kind));
-                }
-            }
-        }
-    }
-
-    fn events_of_use(&self, bus: Bus, faults: &mut Vec<Fault>) {
-        if self.is_connected(bus, MASTERS[0]) {
-            faults.push(Fault::BusOff(bus));
-        }
-        if self.is_powered(MASTERS[0]) {
-            faults.push(Fault::Request(bus));
-        }
-        for place in SLAVES.into_iter().filter(|place| self.is_powered(*place)) {
-            faults.push(Fault::Choose(bus, place));
-            // Once, not for each bus.
-            if bus == Bus::Nominal {
-                faults.extend([Fault::Silence(place), Fault::Save(place)]);
-                if self.is_powered(MASTERS[0]) && !self.masters[0].is_holding() {
-                    faults.push(Fault::Hold(place));
-                }
-            }
-        }
     }
 
     /// A fault happens, and what follows from it at once. `on_loss`: called when a frame is lost.

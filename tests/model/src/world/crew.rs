@@ -1,0 +1,43 @@
+//! Who is there.
+
+use ecss_can::redundancy::Strap;
+
+use crate::master::Master;
+
+/// Who is there beside the two slaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Crew {
+    /// A master without a standby.
+    OneMaster,
+    /// The same, with what is around: a boot process that checks a slave by SDO before it starts it, controllers of the master that go
+    /// bus-off, applications, and budgets.
+    OneMasterInUse,
+    /// Two master boards. Their clocks differ: of equal frames that both send, each hears that of the other one.
+    TwoMasters,
+    /// Two master boards with equal clocks: equal frames of the same moment are one frame on the wire, and neither hears it.
+    TwoMastersInStep,
+    /// The same, and no slave is assigned: masters learn who their slaves are, and forget it when they are reset. Faults happen after
+    /// the active one has asked both slaves.
+    TwoMastersUnassigned,
+}
+
+impl Crew {
+    /// All of them.
+    pub const ALL: [Crew; 5] = [
+        Crew::OneMaster,
+        Crew::OneMasterInUse,
+        Crew::TwoMasters,
+        Crew::TwoMastersInStep,
+        Crew::TwoMastersUnassigned,
+    ];
+
+    /// Masters before power-on.
+    pub(super) fn masters(self) -> Vec<Master> {
+        let straps = match self {
+            Crew::OneMaster | Crew::OneMasterInUse => vec![None],
+            _ => vec![Some(Strap::Prime), Some(Strap::Second)],
+        };
+        let (is_assigned, has_boot) = (self != Crew::TwoMastersUnassigned, self == Crew::OneMasterInUse);
+        straps.into_iter().map(|strap| Master::new(strap, is_assigned, has_boot)).collect()
+    }
+}
