@@ -5,7 +5,7 @@ mod application;
 mod boot;
 
 use ecss_can::link::queue;
-use ecss_can::redundancy::{MasterRedundancy, RoleChange, Strap, SwitchCause, TwoBoards};
+use ecss_can::redundancy::{MasterRedundancy, RoleCause, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{
     Bus, Canonical, CobId, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, Periodic, earliest,
 };
@@ -26,6 +26,8 @@ pub struct Master {
     sync: Periodic,
     outgoing: Outgoing,
     unacknowledged: PerBus<bool>,
+    /// A heartbeat or boot-up message was sent on the active bus, or none could be sent in its lifetime.
+    is_announced: bool,
     /// Its controller was bus-off too often.
     failed: PerBus<bool>,
     /// Slave that the application stopped, and when it starts it again.
@@ -51,6 +53,7 @@ impl Master {
             sync: Periodic::new(PARAMETERS.producer),
             outgoing: Outgoing::default(),
             unacknowledged: PerBus::default(),
+            is_announced: false,
             failed: PerBus::default(),
             held: None,
             switched: None,
@@ -72,6 +75,12 @@ impl Master {
         }
     }
 
+    fn change_role(&mut self, change: RoleChange, was_active: bool) {
+        let gives_up = matches!(change.cause, RoleCause::Yielded | RoleCause::Commanded);
+        assert_eq!(gives_up, was_active, "{change:?}");
+        self.role_changed = Some(change);
+    }
+
     /// Nothing happened yet in this step.
     pub fn forget_news(&mut self) {
         (self.switched, self.role_changed) = (None, None);
@@ -79,6 +88,7 @@ impl Master {
 
     fn boot_up(&mut self, now: Instant) {
         let (queue::Outgoing { frame, expires }, _) = self.redundancy.boot_up(now);
+        self.is_announced = false;
         self.outgoing.send_until(self.active(), frame, expires);
         self.sync.restart(now);
     }
@@ -89,6 +99,10 @@ impl Master {
             self.outgoing.send(self.active(), Frame::of(CobId::sdo_request(node), []), now);
         }
     }
+}
+
+fn is_heartbeat(frame: &Frame) -> bool {
+    frame.id() == CobId::heartbeat(NodeId::MASTER)
 }
 
 impl Canonical for Master {
@@ -130,6 +144,7 @@ impl Station for Master {
     fn poll(&mut self, now: Instant) {
         while let Some(action) = self.redundancy.poll(now, now) {
             self.act(action, now);
+            assert!(self.redundancy.has_room(), "few frames wait for a bus at a time");
         }
         self.release(now);
         if self.is_active() && self.redundancy.is_announced() {
@@ -152,11 +167,17 @@ impl Station for Master {
 
     fn on_sent(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         self.outgoing.acknowledge(bus, frame);
+        // A claim of the bus that was left before may still wait here.
+        if bus == self.active() && PAIR.claim(frame).is_none() {
+            self.is_announced |= is_heartbeat(frame);
+            assert!(self.is_announced, "{frame:?} before the heartbeat on {bus:?}");
+        }
         self.redundancy.on_sent(bus, frame.id(), now);
         self.poll(now);
     }
 
     fn on_expired(&mut self, bus: Bus, frame: &Frame, now: Instant) {
+        self.is_announced |= bus == self.active() && is_heartbeat(frame);
         self.redundancy.on_failed(bus, frame.id());
         if let Some(node) = frame.id().node().filter(|node| frame.id() == CobId::sdo_request(*node)) {
             self.redundancy.peers_mut().ask_again(node);

@@ -5,7 +5,7 @@ mod application;
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
-use ecss_can::redundancy::{BusAccess, Parameters, Retained, SlaveRedundancy};
+use ecss_can::redundancy::{BusAccess, Parameters, Retained, SlaveRedundancy, SlaveVerdict};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, earliest,
 };
@@ -144,9 +144,13 @@ impl Station for Slave {
         if frame.id() == question && bus == self.active() && self.state().allows_sdo() {
             self.node.outgoing.send(bus, Frame::of(CobId::sdo_response(self.id), []), now);
         } else {
+            let mut verdict = SlaveVerdict::Ignored;
             self.step(now, |redundancy, node| {
-                redundancy.on_frame(bus, frame, now, now, node);
+                verdict = redundancy.on_frame(bus, frame, now, now, node);
             });
+            let is_heartbeat = frame.id() == CobId::heartbeat(NodeId::MASTER);
+            let is_heard = is_heartbeat && bus == self.active();
+            assert_eq!(verdict == SlaveVerdict::Heard, is_heard, "{frame:?} on {bus:?}");
         }
         self.poll(now);
     }

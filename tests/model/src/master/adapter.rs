@@ -48,10 +48,8 @@ impl Master {
     }
 
     pub(super) fn send(&mut self, frame: Frame, now: Instant) {
-        let (expires, has_room) = (now + LIFETIME, self.redundancy.has_room());
-        let sending = self.redundancy.send(queue::Outgoing { frame, expires });
-        assert_eq!(has_room, !matches!(sending, Sending::Refused(_)), "{sending:?}");
-        match sending {
+        let expires = now + LIFETIME;
+        match self.redundancy.send(queue::Outgoing { frame, expires }) {
             Sending::Now(bus) => self.outgoing.send_until(bus, frame, expires),
             Sending::Held => {}
             Sending::Refused(bus) => self.act(MasterAction::Refused(bus), now),
@@ -66,19 +64,20 @@ impl Master {
             }
             MasterAction::Switched { from, cause, .. } => {
                 self.switched = Some(cause);
+                self.is_announced = false;
                 self.outgoing.abandon(from);
                 Bus::ALL.into_iter().for_each(|bus| self.report_health(bus, now));
             }
             MasterAction::TookOver { change, .. } => {
                 self.boot_up(now);
-                self.role_changed = Some(change);
+                self.change_role(change, false);
             }
             MasterAction::StoodBy { change, .. } => {
                 self.outgoing.clear();
                 self.unacknowledged = PerBus::default();
-                self.role_changed = Some(change);
+                self.change_role(change, true);
             }
-            MasterAction::HeardMaster(change) => self.role_changed = Some(change),
+            MasterAction::HeardMaster(change) => self.change_role(change, false),
             MasterAction::Refused(bus) => panic!("more frames wait for {bus:?} than the model has places"),
             _ => {}
         }

@@ -87,6 +87,9 @@ impl SlaveNode for Adapter<'_> {
             SlaveAction::MasterMissed { .. } => node.has_given_up = false,
             SlaveAction::Raise { code: ErrorCode::HEARTBEAT, .. } => node.is_warning = true,
             SlaveAction::Clear { code: ErrorCode::HEARTBEAT, .. } => node.has_given_up = false,
+            SlaveAction::BdefaultNoted { bus, is_kept } => {
+                assert!(is_kept && node.stored == bus, "few notes are written");
+            }
             SlaveAction::ResetNode => node.waits_for_reset = true,
             SlaveAction::Retain(retained) => node.retained = retained.encode(),
             _ => {}
