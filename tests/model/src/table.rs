@@ -94,6 +94,9 @@ fn words(fault: Fault) -> String {
         Fault::Lose(place, Kind::Command) => format!("{} will lose a command", NAMES[place]),
         Fault::Foreign(bus, Message::Heartbeat) => format!("foreign master's heartbeat on {}", letter(bus)),
         Fault::Foreign(bus, Message::OfSlave) => format!("foreign slave's heartbeat on {}", letter(bus)),
+        Fault::Foreign(bus, Message::OfSlaveLater) => {
+            format!("foreign slave's heartbeat on {}, later", letter(bus))
+        }
         Fault::Foreign(bus, Message::Command(command)) => format!("foreign {command:?} on {}", letter(bus)),
     }
 }

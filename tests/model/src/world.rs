@@ -8,7 +8,7 @@ use core::ops::Range;
 use ecss_can::heartbeat;
 use ecss_can::nmt::{NmtMessage, Target};
 use ecss_can::redundancy::BusAccess;
-use ecss_can::types::{Bus, Canonical, CobId, Frame, Instant, NmtState, NodeId};
+use ecss_can::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId};
 
 use crate::defect::{self, Defect};
 use crate::master::Master;
@@ -160,10 +160,14 @@ impl World {
             Fault::Foreign(bus, message) => {
                 let frame = match message {
                     Message::Heartbeat => heartbeat::encode(NodeId::MASTER, NmtState::Operational),
-                    Message::OfSlave => heartbeat::encode(PARALLEL, NmtState::Operational),
+                    Message::OfSlave | Message::OfSlaveLater => {
+                        heartbeat::encode(PARALLEL, NmtState::Operational)
+                    }
                     Message::Command(command) => NmtMessage { command, target: Target::All }.encode(),
                 };
-                self.deliver(bus, &frame, &[], now, on_loss);
+                let is_later = message == Message::OfSlaveLater;
+                let at = if is_later { now + Duration::from_micros(TICK.as_micros() / 2) } else { now };
+                self.deliver(bus, &frame, &[], at, on_loss);
             }
         }
         self.settle(now, on_loss);

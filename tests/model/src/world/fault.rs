@@ -61,6 +61,8 @@ pub enum Message {
     Heartbeat,
     /// Heartbeat of the slave with parallel access: another node with its Node-ID.
     OfSlave,
+    /// The same half a tick later: no heartbeat of that slave crosses it.
+    OfSlaveLater,
     /// A module control command to all slaves.
     Command(Command),
 }
@@ -100,6 +102,7 @@ impl World {
     }
 
     fn events_of_use(&self, bus: Bus, faults: &mut Vec<Fault>) {
+        faults.push(Fault::Foreign(bus, Message::OfSlaveLater));
         if self.is_connected(bus, MASTERS[0]) {
             faults.push(Fault::BusOff(bus));
         }
