@@ -52,7 +52,8 @@ pub trait Device: Objects + DeviceObjects + Default + 'static {
 
     /// PDOs at power-on and after "reset communication".
     const PDOS: PdoSet;
-    /// COB-IDs of frames that no PDO covers. A master passes these frames to its application unchanged.
+    /// COB-IDs of frames that no PDO covers. A master passes these frames to its application unchanged, except
+    /// heartbeats, claims and SDO, which it handles itself.
     const RAW_FRAMES: &'static [CobId] = &[];
 
     /// Number of bits of fine time that the device keeps, 0 to 24. The lower bits are sent as zero and ignored in

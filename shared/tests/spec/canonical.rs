@@ -23,7 +23,7 @@ fn canonical<M: Canonical + Clone>(machine: &M, now: u64, context: &M::Context) 
     machine
 }
 
-/// So many milliseconds after the origin of canonical states.
+/// Returns the instant this many milliseconds after the origin of canonical states.
 fn after(ms: u64) -> Instant {
     Instant::ORIGIN + span(ms)
 }

@@ -8,12 +8,12 @@ use async_canopen::types::{Bus, Canonical, Duration, Instant, Instants, PerBus, 
 
 use crate::bench::{frame, ms, node, span};
 
-/// So many milliseconds after the origin of canonical states.
+/// Returns the instant this many milliseconds after the origin of canonical states.
 fn after(ms: u64) -> Instant {
     Instant::ORIGIN + span(ms)
 }
 
-/// So many milliseconds before it.
+/// Returns the instant this many milliseconds before that origin.
 fn before(ms: u64) -> Instant {
     Instant::ORIGIN - span(ms)
 }

@@ -25,7 +25,7 @@ pub struct Memory {
     pub received: PerBus<u32>,
     /// Errors that were reported and are not gone: error code, source.
     errors: Vec<(u16, u8)>,
-    /// The application was told to reset the chip.
+    /// The redundancy has asked for the reset of the chip, which has not come yet.
     waits_for_reset: bool,
 }
 
