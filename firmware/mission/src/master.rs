@@ -5,7 +5,9 @@ use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{MasterBoards, OneBoard, Strap, TwoBoards};
+#[cfg(not(feature = "standby"))]
+use ecss_can::redundancy::OneBoard;
+use ecss_can::redundancy::{MasterBoards, Strap, TwoBoards};
 use ecss_can::store::ParameterStore;
 use ecss_can::time::{LocalScet, ScetGet};
 use ecss_can::types::{Instant, NodeId, Scet};

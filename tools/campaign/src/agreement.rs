@@ -23,7 +23,7 @@ pub struct Agreement {
     pub changes: u64,
     /// Of these, frames that waited for a mailbox or an inhibit time.
     pub waited: u64,
-    /// Heartbeats and claims whose lifetime ended before there was a mailbox for them.
+    /// Heartbeats and claims whose lifetime ended before there was a mailbox for them, and EMCYs that found the queue full.
     pub given_up: u64,
     /// Longest time from an output of a machine to that of its board, microseconds.
     pub latest_us: u64,
@@ -77,7 +77,7 @@ impl Agreement {
                  {changes} of them with the active bus"
             ),
             format!(
-                "{waited} frames waited for a mailbox or an inhibit time, {given_up} never had a mailbox; all others came within \
+                "{waited} frames waited for a mailbox or an inhibit time, {given_up} never had a place; all others came within \
                  {latest_us} us"
             ),
         ];

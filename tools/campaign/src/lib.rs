@@ -181,9 +181,12 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         output::warn(format_args!("the campaign was interrupted after {} runs", results.flown));
         return Err(Silently::INTERRUPTED.into());
     }
+    // The images of the twin are those of one number of masters.
+    let can_fly = |script: &Script| options.world == World::Host || script.masters == options.masters;
     for violation in results.violations.iter_mut().take(SHRUNK) {
         if let Ok(script) = violation.script.parse() {
-            violation.shrunk = shrink::shrink(&script, |script| fly(options.world, script)).to_string();
+            let shrunk = shrink::shrink(&script, can_fly, |script| fly(options.world, script));
+            violation.shrunk = shrunk.to_string();
         }
     }
     let part = Part { run, shard: options.shard.index, results };
@@ -197,7 +200,7 @@ fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
     let Some((run, script, outcome)) = broken::find(rule, options.seed, options.runs) else {
         bail!("{} runs did not find the broken rule", options.runs);
     };
-    let shrunk = shrink::shrink(&script, |script| broken::fly(rule, script));
+    let shrunk = shrink::shrink(&script, |_| true, |script| broken::fly(rule, script));
     output::line(format_args!("found by run {run} of seed {}:", options.seed))?;
     outcome.violations.iter().try_for_each(output::line)?;
     output::line("the simplest script that finds it:")?;

@@ -6,12 +6,16 @@ use crate::script::{Fault, NOBODY, SPARE, Script};
 /// Flights at most.
 const FLIGHTS: usize = 300;
 
-/// The simplest script found that still violates something. `fly` is how it is flown.
-pub fn shrink(script: &Script, fly: impl Fn(&Script) -> Outcome) -> Script {
+/// The simplest script found that still violates something. `can_fly`: whether there is a spacecraft for it. `fly` is how it is flown.
+pub fn shrink(
+    script: &Script,
+    can_fly: impl Fn(&Script) -> bool,
+    fly: impl Fn(&Script) -> Outcome,
+) -> Script {
     let mut best = script.clone();
     let mut flights = 0;
     loop {
-        let better = candidates(&best).into_iter().find(|candidate| {
+        let better = candidates(&best).into_iter().filter(&can_fly).find(|candidate| {
             flights += 1;
             flights <= FLIGHTS && !fly(candidate).violations.is_empty()
         });
@@ -86,17 +90,27 @@ mod tests {
     use super::*;
     use crate::kind::Kind;
 
+    /// A spacecraft that fails whenever something is cut after 5 s.
+    fn fails(script: &Script) -> Outcome {
+        let is_bad = script.faults.iter().any(|fault| fault.kind == Kind::Cut && fault.at > 5_000_000);
+        Outcome { violations: if is_bad { vec!["cut".into()] } else { vec![] }, ..Outcome::default() }
+    }
+
     /// Given runs that fail whenever something is cut after 5 s, then a single cut at 6 s is left.
     #[test]
     fn script_ends_with_what_it_needs() {
-        let fails = |script: &Script| {
-            let is_bad = script.faults.iter().any(|fault| fault.kind == Kind::Cut && fault.at > 5_000_000);
-            Outcome { violations: if is_bad { vec!["cut".into()] } else { vec![] }, ..Outcome::default() }
-        };
         let script = "run seed=9 slaves=6 selective=1 length=70000000\nflip at=3123456 value=3\ncut at=5234567 lasts=777777 place=3\n";
-        let shrunk = shrink(&script.parse().unwrap(), fails);
+        let shrunk = shrink(&script.parse().unwrap(), |_| true, fails);
         let expected =
             "run seed=1 slaves=2 selective=0 length=60000000\ncut at=6000000 lasts=1000000 place=3\n";
         assert_eq!(shrunk, expected.parse().unwrap());
+    }
+
+    /// Given a spacecraft for two masters only, as the twin builds it, then the script keeps both.
+    #[test]
+    fn script_keeps_what_the_spacecraft_has() {
+        let script = "run seed=9 masters=2 slaves=2 length=70000000\ncut at=6000000 lasts=1000000 place=3\n";
+        let shrunk = shrink(&script.parse().unwrap(), |script| script.masters == 2, fails);
+        assert_eq!((shrunk.masters, shrunk.seed), (2, 1));
     }
 }

@@ -14,13 +14,14 @@ use crate::run::{After, Replayed};
 /// Latest output of a board after that of its machine. A machine decides in no time. The program of a board wakes up, handles the
 /// frames before, and writes a mailbox or the log: some 50 us as a rule. The longest is the first step of a master, 1.7 ms.
 pub const LATE: Time = Time::from_ms(2);
-/// Earliest output of a board before that of its machine. The machine hears of the state of a controller by the log, after the
-/// board.
+/// Earliest output of a board before that of its machine.
 pub const EARLY: Time = LATE;
 /// Lifetime of a heartbeat that waits for a mailbox.
 const LIFETIME: Time = Time::from_ms(100);
-/// An EMCY waits for those before it: at most eight, with an inhibit time of 100 ms (1015h).
-const INHIBITED: Time = Time::from_ms(900);
+/// EMCYs that may wait.
+const WAITING: usize = 8;
+/// An EMCY waits for those before it, with an inhibit time of 100 ms (1015h).
+const INHIBITED: Time = Time::from_ms(100 * (WAITING as u64 + 1));
 
 /// Result of a comparison.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -33,7 +34,7 @@ pub struct Comparison {
     pub changes: u64,
     /// Frames that waited for a mailbox or for an inhibit time, and agreed.
     pub waited: u64,
-    /// Heartbeats and claims whose lifetime ended before there was a mailbox for them.
+    /// Heartbeats and claims whose lifetime ended before there was a mailbox for them, and EMCYs that found the queue full.
     pub given_up: u64,
     /// Longest time from an output of the machine to that of the board, without those that waited for a mailbox.
     pub latest: Time,
@@ -98,7 +99,7 @@ impl Comparison {
             if wait.is_some_and(|wait| take((*at + wait).min(next)).is_some()) {
                 self.agree(stream, output);
                 self.waited += 1;
-            } else if wait.is_some() && matches!(stream, Stream::Heartbeat | Stream::Claim(_)) {
+            } else if wait.is_some() && compared.may_be_lost(*at, stream) {
                 self.given_up += 1;
             } else if !compared.is_cut_off(*at, wait.unwrap_or(LATE)) {
                 let instead = flown.peek().map_or("nothing more".into(), |(at, output)| {
@@ -150,6 +151,19 @@ impl Compared<'_> {
             Output::Frame(bus, _) => self.flown.mailboxes.is_full(*bus, at, at + LATE).then_some(LIFETIME),
             Output::Emergency(..) => Some(INHIBITED),
             Output::Line(_) => None,
+        }
+    }
+
+    /// Returns whether an output that may wait may never have come.
+    fn may_be_lost(&self, at: Time, stream: Stream) -> bool {
+        match stream {
+            Stream::Heartbeat | Stream::Claim(_) => true,
+            // Those that waited before it have all been sent.
+            Stream::Emergency => {
+                let is_after = |sent: &&Time| **sent > at && **sent <= at + INHIBITED;
+                self.flown.emergencies.iter().filter(is_after).count() >= WAITING
+            }
+            Stream::Command | Stream::Question | Stream::Line => false,
         }
     }
 

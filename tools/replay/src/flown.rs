@@ -21,6 +21,8 @@ const STATES: [NmtState; 4] =
 pub struct Flown {
     /// Outputs, in the order of time.
     pub outputs: Vec<(Time, Output)>,
+    /// Instants of all EMCYs.
+    pub emergencies: Vec<Time>,
     /// Changes of the active bus, in the order of time.
     pub buses: Vec<(Time, Bus)>,
     /// Changes of the NMT state, in the order of time.
@@ -63,7 +65,7 @@ impl Flown {
                 let Some(frame) = frame(wire) else { return };
                 self.mailboxes.end(at, bus, &frame, matches!(exchange, Exchange::Aborted(_)));
             }
-            Exchange::Taken(_) => {}
+            Exchange::Taken(_) | Exchange::Errors(_) => {}
         }
     }
 
@@ -73,7 +75,10 @@ impl Flown {
         }
         if frame.id() != CobId::emcy(own) {
             self.outputs.push((at, Output::Frame(bus, frame)));
-        } else if let &[low, high, _, source, ..] = frame.data() {
+            return;
+        }
+        self.emergencies.push(at);
+        if let &[low, high, _, source, ..] = frame.data() {
             let code = u16::from_le_bytes([low, high]);
             // Missed slaves are reported by the consumers of 1016h, not by the redundancy.
             let is_of_master = code == ErrorCode::HEARTBEAT.get() && source == NodeId::MASTER.get();

@@ -55,6 +55,7 @@
 mod clock;
 mod compare;
 mod difference;
+mod esr;
 mod flown;
 mod machine;
 mod mailboxes;

@@ -1,5 +1,6 @@
 //! A machine under replay: its inputs, its deadline and what it produces.
 
+use ecss_can::link::port::Health;
 use ecss_can::types::{Bus, Duration, Frame, Instant, NmtState};
 
 use crate::output::Output;
@@ -51,8 +52,8 @@ pub trait Machine {
     fn on_aborted(&mut self, bus: Bus, frame: &Frame, now: Instant);
     /// The program requested the transmission of a frame.
     fn on_requested(&mut self, bus: Bus, frame: &Frame, now: Instant);
-    /// The program logged a line.
-    fn on_line(&mut self, line: &str, now: Instant);
+    /// The program read another state of a controller.
+    fn on_health(&mut self, bus: Bus, health: Health, now: Instant);
     /// Returns the bus that the node considers active. `None`: its log does not show it.
     fn bus(&self) -> Option<Bus>;
     /// Returns the NMT state of the node.

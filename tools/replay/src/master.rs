@@ -14,10 +14,11 @@ use ecss_can::link::port::Health;
 use ecss_can::nmt::StateClashes;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Babblers, MasterRedundancy, MasterSetup, Strap, TwoBoards};
-use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
 use crate::machine::{Machine, Produced};
 use boot::BootProcess;
+use health::Controllers;
 
 /// A master with parallel access.
 pub struct Master {
@@ -29,9 +30,7 @@ pub struct Master {
     boot: BootProcess,
     clashes: StateClashes,
     babblers: Babblers,
-    health: PerBus<Health>,
-    /// Controllers that went bus-off too often.
-    failed: PerBus<bool>,
+    controllers: Controllers,
     heartbeat: Option<Heartbeat>,
     /// Errors that were reported and are not gone: error code, source.
     errors: BTreeSet<(u16, u8)>,
@@ -59,8 +58,7 @@ impl Master {
             boot: BootProcess::new(profile),
             clashes: StateClashes::default(),
             babblers: Babblers::new(profile.budget.heard, dwell),
-            health: PerBus::default(),
-            failed: PerBus::default(),
+            controllers: Controllers::new(profile.bus_off),
             heartbeat: None,
             errors: BTreeSet::new(),
             produced: Vec::new(),
@@ -126,6 +124,7 @@ impl Machine for Master {
             self.on_heartbeat_failed(heartbeat);
         }
         if self.redundancy.is_active() {
+            self.poll_recoveries(now);
             self.poll_babblers(now);
         }
         while let Some(action) = self.redundancy.poll(now, now) {
@@ -142,8 +141,14 @@ impl Machine for Master {
         }
         let waiting = self.heartbeat.filter(|heartbeat| !heartbeat.is_requested);
         let expires = waiting.map(|heartbeat| heartbeat.expires);
-        let (redundancy, boot) = (self.redundancy.deadline(), self.boot.deadline());
-        earliest(&[redundancy, self.babblers.deadline(), boot, expires, self.asks_at()])
+        earliest(&[
+            self.redundancy.deadline(),
+            self.controllers.deadline(),
+            self.babblers.deadline(),
+            self.boot.deadline(),
+            expires,
+            self.asks_at(),
+        ])
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {
@@ -191,9 +196,8 @@ impl Machine for Master {
         }
     }
 
-    fn on_line(&mut self, line: &str, now: Instant) {
-        self.on_health_line(line, now);
-        self.on_silent_node(line, now);
+    fn on_health(&mut self, bus: Bus, health: Health, now: Instant) {
+        self.on_health(bus, health, now);
     }
 
     fn bus(&self) -> Option<Bus> {

@@ -6,6 +6,7 @@ use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState};
 use twin::bxcan::Exchange;
 
 use crate::clock::NodeClock;
+use crate::esr::health;
 use crate::machine::Machine;
 use crate::output::Output;
 use crate::recording::{BoardRecord, What};
@@ -59,9 +60,10 @@ pub fn replay(record: &BoardRecord, machine: &mut dyn Machine, end: Time) -> Rep
                 is_running = false;
                 machine.lose_power();
             }
+            What::Line(_) => {}
             _ if !is_running => {}
-            What::Line(line) => {
-                machine.on_line(line, now);
+            What::Exchange(bus, Exchange::Errors(esr)) => {
+                machine.on_health(*bus, health(*esr), now);
                 machine.poll(now);
             }
             What::Exchange(bus, exchange) => {

@@ -3,6 +3,7 @@
 mod surroundings;
 
 use ecss_can::heartbeat::NodeControl;
+use ecss_can::link::port::Health;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Parameters, Retained, SlaveRedundancy};
 use ecss_can::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
@@ -103,7 +104,7 @@ impl Machine for Slave {
 
     fn on_requested(&mut self, _: Bus, _: &Frame, _: Instant) {}
 
-    fn on_line(&mut self, _: &str, _: Instant) {}
+    fn on_health(&mut self, _: Bus, _: Health, _: Instant) {}
 
     fn bus(&self) -> Option<Bus> {
         Some(self.redundancy.selected())

@@ -52,10 +52,12 @@ impl Master {
             }
             MasterAction::TookOver { bus, change } => {
                 self.boot_up(now);
+                self.join(now);
                 self.log_role(now, change, Some(bus));
             }
             MasterAction::StoodBy { change, .. } => {
-                (self.heartbeat, self.failed) = Default::default();
+                self.heartbeat = None;
+                self.controllers.leave();
                 self.boot.lose_role();
                 self.end_clashes(Instant::NEVER, now);
                 self.errors.retain(|(code, _)| *code != COLLISION);

@@ -28,6 +28,8 @@ const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 
 /// Time in which no other node is asked after one that did not answer.
 const PAUSE: Duration = Duration::from_millis(500);
+/// The program counts this pause from the end of its patience. The abort, from which the replay counts, is requested later.
+const ABORT_DELAY: Duration = Duration::from_micros(500);
 
 /// The process, and the SDO client that it shares with the questions to new nodes.
 pub struct BootProcess {
@@ -109,9 +111,10 @@ impl Master {
         let Some(node) = frame.id().node().filter(|node| frame.id() == CobId::sdo_request(*node)) else {
             return;
         };
-        let Some(transfer) = &mut self.boot.transfer else { return };
         let (command, rest) =
             (frame.data().first().map(|byte| byte >> 5), frame.data().get(4..).unwrap_or(&[]));
+        self.ask_by(now + ABORT_DELAY);
+        let Some(transfer) = &mut self.boot.transfer else { return };
         match command {
             Some(1 | 2) if !transfer.is_sent => {
                 transfer.is_sent = true;
@@ -120,10 +123,16 @@ impl Master {
                     self.produced.push(Produced::frame(now, bus, begin));
                 }
             }
-            // An abort: the slave did not answer in time.
-            Some(4) if transfer.node == node && transfer.is_sent && !transfer.is_question => {
+            // An abort: the node did not answer in time.
+            Some(4) if transfer.node == node && transfer.is_sent => {
+                let is_question = transfer.is_question;
                 self.boot.transfer = None;
-                self.boot.on_done(Err(Error::Timeout), |_| false);
+                if is_question {
+                    self.boot.not_before = now + PAUSE;
+                    self.redundancy.peers_mut().on_no_answer(node, now);
+                } else {
+                    self.boot.on_done(Err(Error::Timeout), |_| false);
+                }
             }
             _ => {}
         }
@@ -155,13 +164,6 @@ impl Master {
         self.boot.on_done(outcome, |_| false);
     }
 
-    /// A new node did not answer, by the log.
-    pub(super) fn on_no_answer(&mut self, node: NodeId, now: Instant) {
-        self.boot.transfer = None;
-        self.boot.not_before = now + PAUSE;
-        self.redundancy.peers_mut().on_no_answer(node, now);
-    }
-
     /// Sends the commands of the process, and begins the next transfer.
     pub(super) fn poll_boot(&mut self, now: Instant) {
         self.boot.poll(now);
@@ -180,11 +182,16 @@ impl Master {
         self.boot.transfer.take_if(|transfer| !transfer.is_question && !is_asking);
         if self.boot.transfer.is_none() && self.redundancy.is_announced() {
             self.boot.begin(self.profile);
-            if self.asks_at().is_some_and(|at| at <= now)
-                && let Some(node) = self.redundancy.peers_mut().take_unasked()
-            {
-                self.boot.start(node, 0x40, DEVICE_TYPE, true);
-            }
+            self.ask_by(now);
+        }
+    }
+
+    /// Begins the next question to a new node, if that is due by `until`.
+    fn ask_by(&mut self, until: Instant) {
+        if self.asks_at().is_some_and(|at| at <= until)
+            && let Some(node) = self.redundancy.peers_mut().take_unasked()
+        {
+            self.boot.start(node, 0x40, DEVICE_TYPE, true);
         }
     }
 

@@ -162,7 +162,12 @@ impl Registers {
     pub fn write(&mut self, offset: u32, value: u32, now: Time) -> Option<bool> {
         match offset {
             MCR => self.write_mcr(value, now),
-            MSR => self.msr_flags &= !(value & (MSR_ERRI | MSR_WKUI | MSR_SLAKI)),
+            MSR => {
+                if value & self.msr_flags & MSR_ERRI != 0 {
+                    self.journal.clear_errors();
+                }
+                self.msr_flags &= !(value & (MSR_ERRI | MSR_WKUI | MSR_SLAKI));
+            }
             TSR => {
                 for (frame, is_sent) in self.mailboxes.acknowledged(value) {
                     let exchange = if is_sent { Exchange::Sent(frame) } else { Exchange::Aborted(frame) };

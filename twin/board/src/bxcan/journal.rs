@@ -1,7 +1,7 @@
-//! Journal of a controller: the frames that it and its program hand over to each other.
+//! Journal of a controller: the frames that it and its program hand over to each other, and the errors that the program saw.
 //!
 //! A wire shows what was sent. It does not show which frames a program requested in vain, and when a program took a frame from
-//! its FIFO. The journal has both, at the instants of the program's accesses.
+//! its FIFO or read an error state. The journal has all of them, at the instants of the program's accesses.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -17,31 +17,50 @@ pub enum Exchange {
     Aborted(WireFrame),
     /// The program took this frame: RFOM.
     Taken(WireFrame),
+    /// The program read this value of ESR: another one than before, or the first one after it cleared ERRI.
+    Errors(u32),
     /// The chip was reset.
     Reset,
     /// The chip lost its power, or got it.
     Power,
 }
 
-/// Entries since the last call of [`Journal::take`], if the journal is kept.
+/// Journal of a controller, if it is kept.
 #[derive(Clone, Debug, Default)]
-pub struct Journal(Option<Vec<(Time, Exchange)>>);
+pub struct Journal {
+    /// Entries since the last call of [`Journal::take`].
+    entries: Option<Vec<(Time, Exchange)>>,
+    /// The latest ESR that the program read since it cleared ERRI.
+    errors: Option<u32>,
+}
 
 impl Journal {
     /// Begins the journal.
     pub fn begin(&mut self) {
-        self.0.get_or_insert_default();
+        self.entries.get_or_insert_default();
     }
 
     /// Adds an entry.
     pub fn note(&mut self, at: Time, exchange: Exchange) {
-        if let Some(entries) = &mut self.0 {
+        if let Some(entries) = &mut self.entries {
             entries.push((at, exchange));
         }
     }
 
+    /// The program read ESR.
+    pub fn note_errors(&mut self, at: Time, esr: u32) {
+        if self.errors.replace(esr) != Some(esr) {
+            self.note(at, Exchange::Errors(esr));
+        }
+    }
+
+    /// The program cleared ERRI.
+    pub fn clear_errors(&mut self) {
+        self.errors = None;
+    }
+
     /// Takes all entries.
     pub fn take(&mut self) -> Vec<(Time, Exchange)> {
-        self.0.as_mut().map(std::mem::take).unwrap_or_default()
+        self.entries.as_mut().map(std::mem::take).unwrap_or_default()
     }
 }

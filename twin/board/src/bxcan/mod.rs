@@ -50,7 +50,7 @@ pub(crate) use controller::Registers;
 use filter::FilterBlock;
 pub use journal::Exchange;
 pub use line::Line;
-use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
+use regs::{BTR, CONTROLLER_SIZE, ESR, FMR, IER, MCR, MCR_DBF};
 
 /// One of the two controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -233,6 +233,19 @@ impl BxcanPair {
         for controller in &mut self.controllers {
             controller.set_pclk(pclk);
         }
+    }
+
+    /// Reads the word at `offset` from 4000 6400h for the program at `now`, as [`BxcanPair::read`] does. The journal notes an ESR.
+    ///
+    /// # Errors
+    /// [`BadAccess`] where there is no register.
+    pub fn load(&mut self, offset: u32, now: Time) -> Result<u32, BadAccess> {
+        let value = self.read(offset)?;
+        let (side, within) = locate(offset)?;
+        if within == ESR {
+            self.controllers[side as usize].journal.note_errors(now, value);
+        }
+        Ok(value)
     }
 
     /// Reads the word at `offset` from 4000 6400h; CAN2 begins at 400h. Reading has no side effect.

@@ -291,7 +291,7 @@ impl Peripherals {
             Block::Rtc => self.rtc.read(now.time, word),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
             Block::Adc => Some(self.adc.read(now.cycle, word)?),
-            Block::Can => self.can.read(word).ok(),
+            Block::Can => self.can.load(word, now.time).ok(),
             Block::Pwr => self.pwr.read(word),
             Block::Syscfg => self.syscfg.read(word),
             Block::Exti => self.exti.read(word),

@@ -1,5 +1,6 @@
-//! The journal of frames that controller and program hand over to each other.
+//! The journal of frames that controller and program hand over to each other, and of the errors that the program saw.
 
+use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::bxcan::{Exchange, Side};
@@ -7,6 +8,8 @@ use twin::bxcan::{Exchange, Side};
 use super::bench::*;
 
 const RFOM: u32 = 1 << 5;
+const LECIE: u32 = 1 << 11;
+const ERRIE: u32 = 1 << 15;
 
 /// A controller on its bus, with a journal.
 fn kept() -> Bench {
@@ -17,6 +20,11 @@ fn kept() -> Bench {
 
 fn journal(bench: &Bench) -> Vec<(Time, Exchange)> {
     bench.pair().take_journal(Side::Can1)
+}
+
+/// The program reads a register.
+fn load(bench: &Bench, offset: u32) -> u32 {
+    bench.pair().load(offset, bench.now()).expect("a register")
 }
 
 /// Given a frame that was sent, then the journal has its request and the acknowledgement of the program, each when the program wrote.
@@ -61,6 +69,42 @@ fn the_journal_has_a_frame_when_it_is_taken() {
     bench.write(RF0R, RFOM);
     let rest: Vec<Exchange> = journal(&bench).into_iter().map(|(_, exchange)| exchange).collect();
     assert_eq!(rest, [Exchange::Taken(two)]);
+}
+
+/// Given error interrupts that the program acknowledges, then the journal has the next ESR each time, also without a change.
+#[test]
+fn the_journal_has_errors_after_each_interrupt() {
+    let mut bench = kept();
+    bench.write(IER, ERRIE | LECIE);
+    for _ in 0..2 {
+        bench.flip(CAN1, Field::CrcDelimiter);
+        // After the error enough frames for REC to be zero again.
+        (0..10).for_each(|_| bench.deliver(frame(0x123)));
+        assert_ne!(load(&bench, MSR) & ERRI, 0);
+        bench.write(MSR, ERRI);
+        load(&bench, ESR);
+        load(&bench, ESR);
+    }
+    let exchanges: Vec<Exchange> = journal(&bench).into_iter().map(|(_, exchange)| exchange).collect();
+    assert_eq!(exchanges, [Exchange::Errors(0); 2]);
+}
+
+/// Given an error, then the journal has each value of ESR once, when the program reads it, not when it changes.
+#[test]
+fn the_journal_has_errors_when_they_are_read() {
+    let mut bench = kept();
+    let fresh = bench.now();
+    assert_eq!(load(&bench, ESR), 0);
+    bench.flip(CAN1, Field::CrcDelimiter);
+    bench.send(frame(0x123));
+    bench.pass(bits(500));
+    let noticed = bench.now();
+    let errors = load(&bench, ESR);
+    assert_ne!(errors, 0);
+    bench.pass(bits(500));
+    load(&bench, ESR);
+    load(&bench, TSR);
+    assert_eq!(journal(&bench), [(fresh, Exchange::Errors(0)), (noticed, Exchange::Errors(errors))]);
 }
 
 #[test]
