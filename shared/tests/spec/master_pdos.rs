@@ -248,7 +248,7 @@ fn what_it_stores_holds_after_the_next_start() {
     assert!(ids(&master).contains(&0x609));
 }
 
-/// Its slaves send images in frames of their own, 6A0h, which it asks for by 6A1h.
+/// Its slaves send images in frames of their own, 6A0h, which it asks for by 6A1h. It names a heartbeat too.
 #[derive(Debug, Objects)]
 #[objects(device)]
 struct Viewer {}
@@ -260,7 +260,7 @@ impl Device for Viewer {
     type Consumers = HeartbeatConsumers<1>;
 
     const PDOS: PdoSet = PdoSet::NONE;
-    const RAW_FRAMES: &'static [CobId] = &[IMAGE];
+    const RAW_FRAMES: &'static [CobId] = &[IMAGE, CobId::heartbeat(NodeId::of::<3>())];
 }
 
 #[test]
@@ -282,4 +282,15 @@ fn frames_that_no_pdo_covers_pass_both_ways() {
     master.receive(NOMINAL, 0x6A2, &[1, 2, 3]);
     master.receive(NOMINAL.other(), 0x6A0, &[1, 2, 3]);
     assert_eq!(master.events, [MasterEvent::Frame { bus: NOMINAL, frame: image }]);
+}
+
+/// Given a master that wants the heartbeats of node 3 as raw frames, when one comes, then the redundancy takes it all the same.
+#[test]
+fn raw_frames_do_not_hide_a_heartbeat() {
+    let mut master = Bench::new(ecss_can::node::Master::new(&STANDARD, Viewer::default(), None));
+    let node = NodeId::of::<3>();
+    master.clear();
+    master.receive(NOMINAL, 0x703, &[5]);
+    let state = MasterEvent::SlaveState { node, bus: NOMINAL, state: NmtState::Operational };
+    assert_eq!(master.events, [state]);
 }

@@ -1,7 +1,10 @@
 //! Kinds of faults.
 
+use serde::{Deserialize, Serialize};
+
 /// What a fault does. Its name is that of scripts and tables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Both wires of a bus break at a place (ECSS Table 5-2, case 8).
     Cut,

@@ -89,28 +89,23 @@ fn fly_asked(world: World, is_compared: bool, script: &Script) -> Outcome {
     if is_compared { fly_compared(script) } else { fly(world, script) }
 }
 
-/// A run of a campaign: random scripts until a fault of one takes effect, or something is violated.
-pub fn fly_run(world: World, masters: u8, seed: u64, number: u64) -> (Script, Outcome) {
-    fly_run_by(world, masters, seed, number, |script| fly(world, script))
-}
-
-/// As [`fly_run`], with the scripts of this world flown by `fly`.
-fn fly_run_by(
-    world: World,
-    masters: u8,
-    seed: u64,
-    number: u64,
-    fly: impl Fn(&Script) -> Outcome,
-) -> (Script, Outcome) {
+/// A run of a campaign: random scripts until a fault of one takes effect, or something is violated. If the campaign asks for kinds of
+/// faults, there is one script only.
+pub fn fly_run(world: World, asked: &Asked, number: u64) -> (Script, Outcome) {
     let run = |attempt| {
-        let script = match world {
-            World::Host => Script::random(seed, number, attempt),
-            World::Twin => Script::small(seed, number, attempt),
+        let script = match (&*asked.kinds, world) {
+            (&[first], _) => Script::of_kinds(asked.seed, number, first, None),
+            (&[first, second, ..], _) => Script::of_kinds(asked.seed, number, first, Some(second)),
+            ([], World::Host) => Script::random(asked.seed, number, attempt),
+            ([], World::Twin) => Script::small(asked.seed, number, attempt),
         };
-        let script = if masters == 1 { script } else { script.with_standby() };
-        let outcome = fly(&script);
+        let script = if asked.masters == 1 { script } else { script.with_standby() };
+        let outcome = fly_asked(world, asked.is_compared, &script);
         (script, outcome)
     };
+    if !asked.kinds.is_empty() {
+        return run(0);
+    }
     let is_done = |outcome: &Outcome| !outcome.violations.is_empty() || outcome.effective.contains(&true);
     let early = (0..MOST_ATTEMPTS).map(run).find(|(_, outcome)| is_done(outcome));
     early.unwrap_or_else(|| run(MOST_ATTEMPTS))
@@ -127,6 +122,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
     if options.compare && options.world != World::Twin {
         let text = "--compare: the images fly in the world twin alone: add `--world twin`";
+        return Err(Misuse::of(COMMAND, text.to_owned()).into());
+    }
+    if options.kinds.len() > 2 || !options.kinds.is_empty() && options.world == World::Twin {
+        let text = "--kinds: one or two kinds, in the world host alone";
         return Err(Misuse::of(COMMAND, text.to_owned()).into());
     }
     let prepare = |masters| {
@@ -171,6 +170,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             runs: options.runs,
             world: options.world.name().into(),
             masters: options.masters,
+            kinds: options.kinds.clone(),
             is_compared: options.compare,
         },
     };
@@ -231,8 +231,7 @@ pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, s
                     if number >= end {
                         return;
                     }
-                    let fly = |script: &Script| fly_asked(world, asked.is_compared, script);
-                    let (script, outcome) = fly_run_by(world, asked.masters, asked.seed, number, fly);
+                    let (script, outcome) = fly_run(world, asked, number);
                     if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
                         return;
                     }

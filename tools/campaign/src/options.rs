@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
 use support::shard::Shard;
 
+use crate::kind::Kind;
 use crate::rule::Rule;
 
 /// Greatest number of runs of a campaign.
@@ -38,6 +40,10 @@ pub struct Options {
     #[arg(long, value_name = "M", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) masters: u8,
 
+    /// Fly faults of this kind only, or one of each of these two kinds in each run (world host)
+    #[arg(long, value_name = "KIND[,KIND]", value_delimiter = ',', value_parser = kind_names().map(kind_named), conflicts_with_all = ["broken", "replay"])]
+    pub(crate) kinds: Vec<Kind>,
+
     /// Fly one of N parts of the runs, I from 1 to N, and write its results to DIR/WORLD-I-of-N.json
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub(crate) shard: Shard,
@@ -65,6 +71,14 @@ pub struct Options {
     /// Fly the script of a file instead, as a violation prints it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["runs", "seed", "masters", "shard"])]
     pub(crate) replay: Option<PathBuf>,
+}
+
+fn kind_names() -> PossibleValuesParser {
+    Kind::ALL.map(|(_, name)| name).into()
+}
+
+fn kind_named(name: String) -> Kind {
+    Kind::named(&name).expect("one of the possible values")
 }
 
 /// What else can be done.

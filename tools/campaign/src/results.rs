@@ -21,6 +21,9 @@ pub struct Asked {
     pub world: String,
     /// Masters in each run.
     pub masters: u8,
+    /// Kinds of the faults of each run. Empty: any.
+    #[serde(default)]
+    pub kinds: Vec<Kind>,
     /// The machines of redundancy are replayed and compared.
     #[serde(default)]
     pub is_compared: bool,
@@ -141,10 +144,11 @@ impl Results {
         lines.push(String::new());
         lines.push(format!(
             "{flown} runs in world {} with {masters}, {double} of them with two faults, {idle} without effect, {:.1} h of virtual time; \
-             seed {}, {}",
+             seed {}{}, {}",
             asked.world,
             self.virtual_us as f64 / 3.6e9,
             asked.seed,
+            asked.kinds.iter().map(|kind| format!(", {}", kind.name())).collect::<String>(),
             run.commit
         ));
         if let (Some(median), Some(last)) =

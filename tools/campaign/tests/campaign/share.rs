@@ -1,10 +1,22 @@
 //! A small fixed share of the campaign.
 
+use campaign::results::Asked;
 use campaign::script::Script;
 use campaign::{World, fly, fly_run};
 
 /// Runs of seed 1: each kind of fault alone, and as the first of two.
 const RUNS: u64 = 38;
+
+fn asked(masters: u8) -> Asked {
+    Asked {
+        seed: 1,
+        runs: RUNS,
+        world: World::Host.name().into(),
+        masters,
+        kinds: vec![],
+        is_compared: false,
+    }
+}
 
 /// Flies the runs on all cores; gives what they violate, with their scripts.
 fn violations(masters: u8, runs: &[u64]) -> Vec<String> {
@@ -14,7 +26,7 @@ fn violations(masters: u8, runs: &[u64]) -> Vec<String> {
             let numbers = runs.iter().copied().skip(core).step_by(cores);
             scope.spawn(move || {
                 let flown = numbers.map(|number| {
-                    let (script, outcome) = fly_run(World::Host, masters, 1, number);
+                    let (script, outcome) = fly_run(World::Host, &asked(masters), number);
                     (number, outcome.violations, script)
                 });
                 let bad = flown.filter(|(_, violations, _)| !violations.is_empty());
@@ -124,6 +136,6 @@ fn faults_that_overlap_end_one_by_one() {
 #[test]
 fn every_run_has_a_fault_that_took_effect() {
     for number in [0, 17, 24] {
-        assert!(fly_run(World::Host, 1, 1, number).1.effective.contains(&true), "run {number}");
+        assert!(fly_run(World::Host, &asked(1), number).1.effective.contains(&true), "run {number}");
     }
 }
