@@ -23,9 +23,10 @@
 //! | --- | --- |
 //! | frames that the program took from a FIFO, each at that instant | journal |
 //! | frames of the node that were sent or aborted, at the instant at which the program noticed | journal |
+//! | error states of a master's controllers, each when the program read it | journal |
+//! | requests, answers and aborts of SDO transfers of a master | journal |
 //! | resets, loss of power | journal |
-//! | start of the node, states of a master's controllers, nodes that did not answer a master | log |
-//! | requests and answers of the boot-up process | journal |
+//! | start of the node | log |
 //!
 //! Nothing else is an input. What a node keeps over a reset (Bdefault, resets in a row) the replay keeps itself.
 //!
