@@ -25,6 +25,8 @@ pub struct Agreement {
     pub waited: u64,
     /// Heartbeats and claims whose lifetime ended before there was a mailbox for them, and EMCYs that found the queue full.
     pub given_up: u64,
+    /// Boards that agree if frames come before deadlines that were up to 10 us earlier.
+    pub reordered: u64,
     /// Longest time from an output of a machine to that of its board, microseconds.
     pub latest_us: u64,
     /// Differences, each with its run.
@@ -45,6 +47,7 @@ impl Agreement {
         self.changes += comparison.changes;
         self.waited += comparison.waited;
         self.given_up += comparison.given_up;
+        self.reordered += comparison.reordered;
         self.latest_us = self.latest_us.max(comparison.latest.as_us());
         self.differences.extend(comparison.differences.iter().map(|one| (run, one.to_string())));
     }
@@ -60,6 +63,7 @@ impl Agreement {
         self.changes += part.changes;
         self.waited += part.waited;
         self.given_up += part.given_up;
+        self.reordered += part.reordered;
         self.latest_us = self.latest_us.max(part.latest_us);
         self.differences.extend(part.differences);
     }
@@ -67,7 +71,7 @@ impl Agreement {
     /// Returns the sums for people.
     pub fn lines(&self) -> Vec<String> {
         let Agreement { runs, frames, heartbeats, commands, emergencies, lines, changes, .. } = self;
-        let Agreement { waited, given_up, latest_us, differences, .. } = self;
+        let Agreement { waited, given_up, reordered, latest_us, differences, .. } = self;
         let mut text = vec![
             format!(
                 "machines of redundancy against images: {runs} runs, bus and state after {frames} frames"
@@ -80,6 +84,7 @@ impl Agreement {
                 "{waited} frames waited for a mailbox or an inhibit time, {given_up} never had a place; all others came within \
                  {latest_us} us"
             ),
+            format!("{reordered} boards agree if frames come before deadlines that were up to 10 us earlier"),
         ];
         text.extend(differences.iter().map(|(run, difference)| format!("run {run}, {difference}")));
         text.push(format!("{} differences", differences.len()));

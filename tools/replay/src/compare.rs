@@ -36,6 +36,8 @@ pub struct Comparison {
     pub waited: u64,
     /// Heartbeats and claims whose lifetime ended before there was a mailbox for them, and EMCYs that found the queue full.
     pub given_up: u64,
+    /// Boards that agree if frames come before deadlines that were up to 10 us earlier.
+    pub reordered: u64,
     /// Longest time from an output of the machine to that of the board, without those that waited for a mailbox.
     pub latest: Time,
     /// First difference of each stream of each board.
@@ -60,6 +62,7 @@ impl Comparison {
         self.changes += other.changes;
         self.waited += other.waited;
         self.given_up += other.given_up;
+        self.reordered += other.reordered;
         self.latest = self.latest.max(other.latest);
         self.differences.extend(other.differences);
     }

@@ -6,8 +6,8 @@ use ecss_can::types::{Bus, Frame, PerBus};
 /// Mailboxes that a frame without urgency may have: one of three is kept free.
 const MAILBOXES: usize = 2;
 /// A frame that was aborted for an urgent one is requested again within its lifetime, 100 ms. A request at the end of the
-/// lifetime is that of the next frame.
-const RETURN: Time = Time::from_us(99_500);
+/// lifetime is that of the next frame. The lifetime begins up to 2 ms before the first request.
+const RETURN: Time = Time::from_ms(98);
 
 /// Requests that have not ended, and spans in which frames had to wait.
 #[derive(Debug, Default)]

@@ -31,7 +31,8 @@ pub struct Master {
     clashes: StateClashes,
     babblers: Babblers,
     controllers: Controllers,
-    heartbeat: Option<Heartbeat>,
+    /// Those that are neither acknowledged nor given up, the oldest first.
+    heartbeats: Vec<Heartbeat>,
     /// Errors that were reported and are not gone: error code, source.
     errors: BTreeSet<(u16, u8)>,
     produced: Vec<Produced>,
@@ -59,7 +60,7 @@ impl Master {
             clashes: StateClashes::default(),
             babblers: Babblers::new(profile.budget.heard, dwell),
             controllers: Controllers::new(profile.bus_off),
-            heartbeat: None,
+            heartbeats: Vec::new(),
             errors: BTreeSet::new(),
             produced: Vec::new(),
         }
@@ -73,6 +74,11 @@ impl Master {
         if self.errors.insert(error) {
             self.produced.push(Produced::emergency(now, error));
         }
+    }
+
+    /// Returns the place of the oldest heartbeat of a bus that is requested, or not.
+    fn heartbeat(&self, bus: Bus, is_requested: bool) -> Option<usize> {
+        self.heartbeats.iter().position(|one| one.bus == bus && one.is_requested == is_requested)
     }
 
     /// Entries of 1016h, with the consumer time of the profile.
@@ -118,10 +124,9 @@ impl Machine for Master {
     }
 
     fn poll(&mut self, now: Instant) {
-        if let Some(heartbeat) = self.heartbeat.filter(|heartbeat| !heartbeat.is_requested)
-            && heartbeat.expires <= now
-        {
-            self.on_heartbeat_failed(heartbeat);
+        let is_over = |one: &Heartbeat| !one.is_requested && one.expires <= now;
+        while let Some(place) = self.heartbeats.iter().position(is_over) {
+            self.on_heartbeat_failed(place);
         }
         if self.redundancy.is_active() {
             self.poll_recoveries(now);
@@ -139,7 +144,7 @@ impl Machine for Master {
         if !self.redundancy.is_active() {
             return self.redundancy.deadline();
         }
-        let waiting = self.heartbeat.filter(|heartbeat| !heartbeat.is_requested);
+        let waiting = self.heartbeats.iter().find(|heartbeat| !heartbeat.is_requested);
         let expires = waiting.map(|heartbeat| heartbeat.expires);
         earliest(&[
             self.redundancy.deadline(),
@@ -165,7 +170,9 @@ impl Machine for Master {
             return;
         }
         if self.redundancy.on_sent(bus, frame.id(), now) {
-            self.heartbeat.take_if(|heartbeat| heartbeat.bus == bus);
+            if let Some(place) = self.heartbeat(bus, true) {
+                self.heartbeats.remove(place);
+            }
         } else if frame.id() == CobId::SYNC {
             self.boot.on_sync_sent();
         }
@@ -175,21 +182,18 @@ impl Machine for Master {
         if frame.id() != CobId::heartbeat(NodeId::MASTER) {
             return;
         }
-        let Some(heartbeat) = self.heartbeat.as_mut().filter(|heartbeat| heartbeat.bus == bus) else {
-            return;
-        };
-        heartbeat.is_requested = false;
+        let Some(place) = self.heartbeat(bus, true) else { return };
         // Before the end of its lifetime it was aborted for an urgent frame, and returned to the queue.
-        let heartbeat = *heartbeat;
-        if self.redundancy.is_active() && heartbeat.expires <= now {
-            self.on_heartbeat_failed(heartbeat);
+        self.heartbeats[place].is_requested = false;
+        if self.redundancy.is_active() && self.heartbeats[place].expires <= now {
+            self.on_heartbeat_failed(place);
         }
     }
 
     fn on_requested(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
-            if let Some(heartbeat) = self.heartbeat.as_mut().filter(|heartbeat| heartbeat.bus == bus) {
-                heartbeat.is_requested = true;
+            if let Some(place) = self.heartbeat(bus, false) {
+                self.heartbeats[place].is_requested = true;
             }
         } else if self.redundancy.is_active() {
             self.on_sdo_request(bus, frame, now);

@@ -2,7 +2,7 @@
 
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
-use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState};
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
 use twin::bxcan::Exchange;
 
 use crate::clock::NodeClock;
@@ -40,13 +40,16 @@ pub fn frame(wire: &WireFrame) -> Option<Frame> {
     Frame::new(CobId::new(id)?, wire.payload()).ok()
 }
 
-/// Replays a record. Goes on to `end`, beyond its last entry.
-pub fn replay(record: &BoardRecord, machine: &mut dyn Machine, end: Time) -> Replayed {
+/// Replays a record. Goes on to `end`, beyond its last entry. `stamped`: a program stamps a frame this long before it takes it.
+pub fn replay(record: &BoardRecord, machine: &mut dyn Machine, end: Time, stamped: Duration) -> Replayed {
     let clock = NodeClock::new(record.ppm);
     let mut replayed = Replayed::default();
     let mut is_running = false;
+    let mut now = Instant::ZERO;
     for entry in &record.entries {
-        let now = clock.show(entry.at);
+        let is_taken = matches!(entry.what, What::Exchange(_, Exchange::Taken(_)));
+        let before = if is_taken { stamped } else { Duration::ZERO };
+        now = now.max(clock.show(entry.at) - before);
         if is_running {
             run_until(machine, now);
         }
@@ -67,7 +70,7 @@ pub fn replay(record: &BoardRecord, machine: &mut dyn Machine, end: Time) -> Rep
                 machine.poll(now);
             }
             What::Exchange(bus, exchange) => {
-                if take(machine, *bus, exchange, &clock, entry.at) {
+                if take(machine, *bus, exchange, now) {
                     let (bus, state) = (machine.bus(), machine.state());
                     replayed.after.push(After { at: entry.at, bus, state });
                 }
@@ -89,8 +92,7 @@ fn run_until(machine: &mut dyn Machine, until: Instant) {
 }
 
 /// Feeds an exchange. Returns whether a frame was received or sent.
-fn take(machine: &mut dyn Machine, bus: Bus, exchange: &Exchange, clock: &NodeClock, at: Time) -> bool {
-    let now = clock.show(at);
+fn take(machine: &mut dyn Machine, bus: Bus, exchange: &Exchange, now: Instant) -> bool {
     let (Exchange::Requested(wire) | Exchange::Sent(wire) | Exchange::Aborted(wire) | Exchange::Taken(wire)) =
         exchange
     else {

@@ -15,7 +15,7 @@ impl Master {
     pub(super) fn act(&mut self, action: MasterAction, now: Instant) {
         match action {
             MasterAction::Heartbeat { bus, frame, expires } => {
-                self.heartbeat = Some(Heartbeat { bus, expires, is_requested: false });
+                self.heartbeats.push(Heartbeat { bus, expires, is_requested: false });
                 self.produced.push(Produced::frame(now, bus, frame));
                 self.end_clashes(now, now);
             }
@@ -23,7 +23,7 @@ impl Master {
                 self.produced.push(Produced::frame(now, bus, outgoing.frame));
             }
             MasterAction::Switched { from, to, cause, .. } => {
-                self.heartbeat = None;
+                self.heartbeats.clear();
                 self.report_health(from, now);
                 self.report_health(to, now);
                 self.log(now, format!("active bus: {to:?}, no longer {from:?} ({cause:?})"));
@@ -56,7 +56,7 @@ impl Master {
                 self.log_role(now, change, Some(bus));
             }
             MasterAction::StoodBy { change, .. } => {
-                self.heartbeat = None;
+                self.heartbeats.clear();
                 self.controllers.leave();
                 self.boot.lose_role();
                 self.end_clashes(Instant::NEVER, now);
@@ -93,8 +93,8 @@ impl Master {
         }
     }
 
-    pub(super) fn on_heartbeat_failed(&mut self, heartbeat: Heartbeat) {
-        self.heartbeat = None;
+    pub(super) fn on_heartbeat_failed(&mut self, place: usize) {
+        let heartbeat = self.heartbeats.remove(place);
         self.redundancy.on_failed(heartbeat.bus, ecss_can::types::CobId::heartbeat(NodeId::MASTER));
     }
 
