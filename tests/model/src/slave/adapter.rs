@@ -2,7 +2,7 @@
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
-use ecss_can::redundancy::{BusCause, Parameters, SlaveAction, SlaveNode};
+use ecss_can::redundancy::{BusCause, Parameters, Retained, SlaveAction, SlaveNode};
 use ecss_can::types::{Bus, Instant, PerBus};
 use judge::selector::is_bdefault_right;
 
@@ -88,7 +88,9 @@ impl SlaveNode for Adapter<'_> {
             SlaveAction::Raise { code: ErrorCode::HEARTBEAT, .. } => node.is_warning = true,
             SlaveAction::Clear { code: ErrorCode::HEARTBEAT, .. } => node.has_given_up = false,
             SlaveAction::BdefaultNoted { bus, is_kept } => {
-                assert!(is_kept && node.stored == bus, "few notes are written");
+                let written = Retained::decode(node.retained).map_or(0, |retained| retained.notes);
+                assert_eq!(is_kept, written <= Retained::MOST_NOTES, "note {written} since power-on");
+                assert_eq!(node.stored, if is_kept { bus } else { bus.other() }, "Bdefault in the store");
             }
             SlaveAction::ResetNode => node.waits_for_reset = true,
             SlaveAction::Retain(retained) => node.retained = retained.encode(),
