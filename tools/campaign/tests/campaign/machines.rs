@@ -11,6 +11,21 @@ use twin::bxcan::Exchange;
 /// Slaves of the mission.
 const MONITORED: [NodeId; 2] = [NodeId::of::<2>(), NodeId::of::<3>()];
 
+/// The master goes bus-off on both buses, on the second one too often.
+const BUS_OFFS: &str = "run seed=5543303039800390226 slaves=2 length=5000000\n\
+    dominant at=3581687 lasts=2970 bus=nominal place=6 in_frame=1\n\
+    short at=3603686 bus=redundant place=4 in_frame=1\n";
+
+/// A slave boots up while the master waits for the answer of a node that there is not.
+const QUESTIONS: &str = "run seed=8996252604400556510 slaves=2 length=12000000\n\
+    unknown-node at=10169877 bus=nominal node=127 value=5 times=39 every=226715\n\
+    reset-slave at=10361938 node=3\n";
+
+/// A babbling slave holds the bus of the master for longer than the lifetime of a heartbeat.
+const BABBLE: &str = "run seed=944461058010338757 masters=2 slaves=2 length=6500000\n\
+    babble at=5003161 lasts=568669 bus=redundant node=2 value=130 in_frame=1\n\
+    short at=5108677 lasts=686139 bus=nominal place=2 in_frame=1\n";
+
 /// The master is without power from 2 s to 5 s: the slaves search it.
 const SEARCH: &str = "run seed=9 slaves=2 length=6000000\npower-master at=2000000 lasts=3000000 node=1\n";
 
@@ -30,7 +45,7 @@ fn compared(masters: u8, texts: &[&str]) -> Comparison {
     sum
 }
 
-/// Given cuts, a search, resets and a foreign NMT master, when one master and two slaves fly, then bus, state, heartbeats, EMCYs,
+/// Given cuts, a search, bus-offs, resets, unknown nodes and a foreign NMT master, when one master and two slaves fly, then bus, state, heartbeats, EMCYs,
 /// commands and logs of the images are those of the machines.
 #[test]
 fn images_do_what_the_machines_decide() {
@@ -40,6 +55,8 @@ fn images_do_what_the_machines_decide() {
             SEARCH,
             "run seed=5 slaves=2 length=5000000\ncut at=2000000 place=3\n",
             "run seed=6 slaves=2 length=5000000\nreset-slave at=2000000 node=2\nreset-master at=2500000 node=1\n",
+            BUS_OFFS,
+            QUESTIONS,
             "run seed=7 slaves=2 length=5000000\nforeign-nmt at=2000000 node=0 value=129 times=3 every=50000\n",
         ],
     );
@@ -48,11 +65,12 @@ fn images_do_what_the_machines_decide() {
     assert!(found.outputs[&Stream::Line] > 50, "{found:?}");
 }
 
-/// Given two master boards, when the active one loses its power and returns, then both do what the machines decide.
+/// Given two master boards, when the active one loses its power and returns, or its bus is held by another node, then both do what the
+/// machines decide.
 #[test]
 fn two_masters_do_what_the_machines_decide() {
     let text = "run seed=5 masters=2 slaves=2 length=7000000\npower-master at=3000000 lasts=2000000 node=1\n";
-    let found = compared(2, &[text]);
+    let found = compared(2, &[text, BABBLE]);
     assert_eq!(found.differences, []);
     let claims = Bus::ALL.map(|bus| found.outputs[&Stream::Claim(bus)]);
     assert!(claims.iter().all(|claims| *claims > 30), "{found:?}");
