@@ -80,6 +80,9 @@ pub use output::Stream;
 pub use recording::{BoardRecord, Entry, Part, Recording, What};
 use slave::Slave;
 
+/// A deadline and a frame that are closer than this have no order in a record. If a board differs, the other order is tried.
+const UNORDERED: Duration = Duration::from_micros(10);
+
 /// Numbers that images and machines share.
 #[derive(Clone, Copy, Debug)]
 pub struct Mission<'a> {
@@ -123,9 +126,6 @@ fn compare_board(record: &BoardRecord, mission: &Mission<'_>, end: Time) -> Comp
     let other = compare(UNORDERED);
     if other.differences.is_empty() { Comparison { reordered: 1, ..other } } else { comparison }
 }
-
-/// A deadline and a frame that are closer than this have no order in a record. If a board differs, the other order is tried.
-const UNORDERED: Duration = Duration::from_micros(10);
 
 /// Pattern of late heartbeats of a chip: CRC-32C of its unique ID.
 fn late_heartbeats(uid: &[u8; 12]) -> u32 {

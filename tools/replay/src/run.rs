@@ -108,3 +108,41 @@ fn take(machine: &mut dyn Machine, bus: Bus, exchange: &Exchange, now: Instant) 
     machine.poll(now);
     matches!(exchange, Exchange::Taken(_) | Exchange::Sent(_))
 }
+
+#[cfg(test)]
+mod tests {
+    use ecss_can::profile::Profile;
+    use ecss_can::types::NodeId;
+
+    use super::*;
+    use crate::recording::{Entry, Part};
+    use crate::slave::Slave;
+
+    /// Given a slave whose heartbeat is due 4 us before it takes a frame that moves it to the other bus, then its heartbeat goes out on
+    /// the old bus. If frames are stamped 10 us before they are taken, it goes out on the new bus alone.
+    #[test]
+    fn a_frame_that_is_stamped_earlier_comes_before_a_deadline() {
+        let node = NodeId::of::<2>();
+        let master = WireFrame::standard(CobId::heartbeat(NodeId::MASTER).raw(), &[5]);
+        let line = |at, text: &str| Entry { at, what: What::Line(text.into()) };
+        let taken = What::Exchange(Bus::Redundant, Exchange::Taken(master));
+        let entries = vec![
+            line(Time::ZERO, "slave 2 starts, profile standard"),
+            Entry { at: Time::from_us(100_339), what: taken },
+        ];
+        let record =
+            BoardRecord { name: "node 2".into(), part: Part::Slave(node), ppm: 0.0, uid: [0; 12], entries };
+        let buses = |stamped| -> Vec<Bus> {
+            let mut slave = Slave::new(node, &Profile::DEFAULT, 0);
+            let replayed = replay(&record, &mut slave, Time::from_ms(110), stamped);
+            let is_heartbeat = |(_, output): &(Time, Output)| match output {
+                Output::Frame(bus, frame) if frame.id() == CobId::heartbeat(node) => Some(*bus),
+                _ => None,
+            };
+            replayed.outputs.iter().filter_map(is_heartbeat).collect()
+        };
+        // The first one is the boot-up message.
+        assert_eq!(buses(Duration::ZERO), [Bus::Nominal, Bus::Nominal, Bus::Redundant]);
+        assert_eq!(buses(Duration::from_micros(10)), [Bus::Nominal, Bus::Redundant]);
+    }
+}

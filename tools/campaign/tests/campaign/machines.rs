@@ -21,6 +21,11 @@ const QUESTIONS: &str = "run seed=8996252604400556510 slaves=2 length=12000000\n
     unknown-node at=10169877 bus=nominal node=127 value=5 times=39 every=226715\n\
     reset-slave at=10361938 node=3\n";
 
+/// Noise lets the error state of the master change ten times a second: an EMCY finds the queue full.
+const NOISE: &str = "run seed=6506986047076237374 slaves=2 length=24000000\n\
+    noise at=19831395 bus=nominal value=4 in_frame=1\n\
+    foreign-master at=22055391 bus=nominal node=1 value=5 times=35 every=2015\n";
+
 /// A babbling slave holds the bus of the master for longer than the lifetime of a heartbeat.
 const BABBLE: &str = "run seed=944461058010338757 masters=2 slaves=2 length=6500000\n\
     babble at=5003161 lasts=568669 bus=redundant node=2 value=130 in_frame=1\n\
@@ -57,10 +62,12 @@ fn images_do_what_the_machines_decide() {
             "run seed=6 slaves=2 length=5000000\nreset-slave at=2000000 node=2\nreset-master at=2500000 node=1\n",
             BUS_OFFS,
             QUESTIONS,
+            NOISE,
             "run seed=7 slaves=2 length=5000000\nforeign-nmt at=2000000 node=0 value=129 times=3 every=50000\n",
         ],
     );
     assert_eq!(found.differences, []);
+    assert!(found.given_up >= 1, "noise: {found:?}");
     assert!(found.outputs[&Stream::Command] >= 8 && found.outputs[&Stream::Emergency] >= 2, "{found:?}");
     assert!(found.outputs[&Stream::Line] > 50, "{found:?}");
 }

@@ -1,5 +1,6 @@
 //! A small fixed share of the campaign.
 
+use campaign::kind::Kind;
 use campaign::results::Asked;
 use campaign::script::Script;
 use campaign::{World, fly, fly_run};
@@ -137,5 +138,17 @@ fn faults_that_overlap_end_one_by_one() {
 fn every_run_has_a_fault_that_took_effect() {
     for number in [0, 17, 24] {
         assert!(fly_run(World::Host, &asked(1), number).1.effective.contains(&true), "run {number}");
+    }
+}
+
+/// Given a campaign of two kinds, then each run has one fault of each.
+#[test]
+fn a_campaign_of_kinds_flies_these_alone() {
+    let asked = Asked { kinds: vec![Kind::Cut, Kind::ResetSlave], ..asked(1) };
+    for number in 0..3 {
+        let (script, _) = fly_run(World::Host, &asked, number);
+        let mut kinds: Vec<Kind> = script.faults.iter().map(|fault| fault.kind).collect();
+        kinds.sort();
+        assert_eq!(kinds, asked.kinds, "run {number}");
     }
 }
