@@ -17,6 +17,7 @@ pub mod broken;
 pub mod failover;
 mod flight;
 mod host;
+pub mod jolt;
 pub mod judge;
 pub mod kind;
 mod nodes;
