@@ -217,7 +217,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         if self.services.dictionary.stored.store.is_some() {
             self.services.load(Group::All);
             let objects = &self.services.dictionary.objects;
-            let redundancy = objects::written_redundancy(objects, self.redundancy.parameters());
+            let redundancy = objects::written_redundancy(objects, &self.initial);
             self.redundancy.restore(redundancy);
             self.are_filters_due = true;
         }

@@ -56,7 +56,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.initial.restore(&mut self.services.dictionary.objects);
                 self.services.load(Group::Communication);
                 let objects = &self.services.dictionary.objects;
-                let redundancy = objects::written_redundancy(objects, self.redundancy.parameters());
+                let redundancy = objects::written_redundancy(objects, &self.initial);
                 self.take_assignments();
                 self.redundancy.configure(redundancy, now);
                 self.are_filters_due = true;

@@ -4,7 +4,7 @@ use super::declared::MasterObjects;
 use super::{Master, Out};
 use crate::boot::Assignment;
 use crate::emcy::{EmcyConsumers, ErrorCode, PostMortem};
-use crate::heartbeat::ConsumerSlots;
+use crate::heartbeat::{ConsumerSlots, monitored};
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::NetworkObjects;
@@ -147,15 +147,16 @@ fn network(profile: &Profile) -> NetworkObjects {
     network
 }
 
-/// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h).
+/// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h). Without an entry of 1016h in use the
+/// consumer time is that of power-on.
 pub(super) fn written_redundancy<D: Device>(
     objects: &NodeObjects<MasterObjects<D>>,
-    present: &Parameters,
+    initial: &Initial,
 ) -> Parameters {
     // The longest: no decision goes before a slave's own time.
-    let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
-    let longest = times.max().filter(|time| *time > 0);
-    let consumer = longest.map_or(present.consumer, |time| Duration::from_millis(u64::from(time)));
+    let in_use = objects.consumers.entries().iter().filter(|entry| monitored(**entry).is_some());
+    let longest = in_use.map(|entry| *entry as u16).max();
+    let consumer = longest.map_or(initial.redundancy.consumer, |time| Duration::from_millis(u64::from(time)));
     let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
     objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
 }
@@ -216,7 +217,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.sync.follow(at, &objects.communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
-                let redundancy = written_redundancy(objects, self.redundancy.parameters());
+                let redundancy = written_redundancy(objects, &self.initial);
                 self.redundancy.peers_mut().set_times(objects.consumers.entries());
                 self.redundancy.configure(redundancy, now);
             }
