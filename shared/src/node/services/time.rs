@@ -126,17 +126,16 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.refresh_time(of_sync.unwrap_or_else(|| now.into()));
     }
 
-    /// Samples the time objects that an SDO request may read. There is one sample for all sub-indices of a
-    /// record.
+    /// Samples the time objects that an SDO request may read. There is one sample for all parts of a record. The
+    /// server ignores requests of other lengths, and so does the sample.
     pub fn refresh_time_for(&mut self, request: &Frame, now: Instant) {
-        let [command, low, high, sub, ..] = request.bits().to_le_bytes();
+        let Some(&[command, low, high, sub, ..]) = request.full() else { return };
         let at = Address::new(u16::from_le_bytes([low, high]), sub);
         let parts = if at.index == SCET_GET { LocalScet::PARTS } else { LocalUtc::PARTS };
         if is_local_time(at.index)
             && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD)
-            && let Some(time) = E::time(&mut self.time)
+            && let Some(sample) = E::time(&mut self.time).and_then(|time| time.read(at, parts, now))
         {
-            let sample = time.read(at, parts, now);
             self.show_time(sample, false);
         }
         if at.index == CLOCK_QUALITY {
