@@ -29,6 +29,7 @@
 //!   the response times of the frames.
 
 mod heartbeats;
+mod node_ids;
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
