@@ -70,6 +70,12 @@ impl Producer {
         self.timer.restart(now);
     }
 
+    /// Starts the counter again: the next SYNC has counter 1. CiA 301 7.2.5.2 requires this when the producer leaves
+    /// Stopped.
+    pub fn restart_counter(&mut self) {
+        self.counter = 0;
+    }
+
     /// Takes new values of 1005h, 1006h or 1019h. The next SYNC is due a new period from `now`. The counter
     /// continues if only the period changed. Otherwise it starts again.
     pub fn configure(&mut self, config: Config, now: Instant) {

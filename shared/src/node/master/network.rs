@@ -23,6 +23,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
         self.services.entered(state, now);
+        if !state.allows_sync() {
+            self.sync.restart_counter();
+        }
         self.services.next = now;
         self.show_state(NodeId::MASTER, state.byte());
         out.event(MasterEvent::State(state));
