@@ -220,11 +220,14 @@ impl<D: Device> Node for Slave<D> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        let is_ranged =
-            self.canopen.services.time.is_ranged() && id == CobId::heartbeat(self.canopen.control.id());
-        (self.stamped.contains(&id) || is_ranged)
-            && bus == self.redundancy.selected()
-            && (!self.canopen.services.is_sync(id) || is_sync_length(frame))
+        let Canopen { services, control, .. } = &self.canopen;
+        let is_measured = if services.is_sync(id) {
+            is_sync_length(frame)
+        } else {
+            let is_ranged = services.time.is_ranged() && id == CobId::heartbeat(control.id());
+            is_ranged || self.stamped.contains(&id)
+        };
+        is_measured && bus == self.redundancy.selected()
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::Config;
 use super::objects::{COB_ID, CYCLE_PERIOD, OVERFLOW, SyncObjects};
-use crate::types::{Address, CobId, Duration, Frame, Instant, Periodic};
+use crate::types::{Address, Duration, Frame, Instant, Periodic};
 
 /// Producer of SYNC. It runs in Pre-operational and Operational.
 #[doc(alias("1005h", "1006h", "1019h", "SYNC producer", "communication cycle period"))]
@@ -99,11 +99,6 @@ impl Producer {
         if matches!(at.index, COB_ID | CYCLE_PERIOD | OVERFLOW) {
             self.configure(objects.config(), now);
         }
-    }
-
-    /// Returns the COB-ID of the SYNC.
-    pub const fn id(&self) -> CobId {
-        self.config.id
     }
 
     /// Returns the SYNC when it is due.

@@ -9,8 +9,8 @@ use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::NetworkObjects;
 use crate::node::index::{
-    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, RANGING, REDUNDANCY, REQUEST_NMT, RPDO,
-    SYNC_DITHER,
+    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_TPDO_MAPPING, PRODUCER_HEARTBEAT, RANGING, REDUNDANCY, REQUEST_NMT,
+    RPDO, SYNC_COB_ID, SYNC_DITHER,
 };
 use crate::node::network_objects::entry;
 use crate::node::services::{SdoStep, carries_time};
@@ -24,8 +24,6 @@ use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
-/// Retry interval for changed filters.
-const FILTER_PAUSE: Duration = Duration::from_millis(1);
 /// Transmission type of a PDO that goes with each SYNC.
 const EVERY_SYNC: u8 = 1;
 /// 1F82h: never heard, or forgotten.
@@ -221,7 +219,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.redundancy.peers_mut().set_times(objects.consumers.entries());
                 self.redundancy.configure(redundancy, now);
             }
-            RPDO..=LAST_RPDO => self.are_filters_due = true,
+            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.are_filters_due = true,
             SYNC_DITHER => self.sync.set_dither(objects.application.network.sync_dither),
             RANGING => self.services.dictionary.objects.application.network.ranging.heard = 0,
             ASSIGNMENT => {
@@ -292,13 +290,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        self.services.next = Instant::NEVER;
-        if self.are_filters_due {
-            self.are_filters_due = !self.set_filters(out);
-            if self.are_filters_due {
-                self.services.next = now + FILTER_PAUSE;
-            }
-        }
+        self.services.next = self.run_filters(now, out);
         while let Some(missed) = self.services.monitor.poll(until) {
             self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
         }
