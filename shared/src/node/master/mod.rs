@@ -156,7 +156,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             if self.produces_sync()
                 && let Some(frame) = self.sync.poll(until)
             {
-                out.send_for(bus, frame, now, self.services.lifetimes.synchronous);
+                out.send_for(bus, frame, now, self.services.sync_lifetime());
             }
         }
         self.services.wake(self.due());

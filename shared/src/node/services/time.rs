@@ -6,8 +6,8 @@ use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
-use crate::od::CobIdEntry;
 use crate::od::checked::find;
+use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
@@ -347,13 +347,21 @@ impl<D: Device, E: Extension> Services<D, E> {
         })
     }
 
+    /// Returns the lifetime of a SYNC, at most the communication cycle period (1006h).
+    pub fn sync_lifetime(&self) -> Duration {
+        let period = Duration::from_micros(self.dictionary.objects.communication.sync.cycle_period.into());
+        let most = self.lifetimes.synchronous;
+        if period > Duration::ZERO { most.min(period) } else { most }
+    }
+
     /// Returns the lifetime of a synchronous PDO. A PDO that carries the time must not be taken for that of the
     /// next SYNC.
     pub fn synchronous_lifetime(&self) -> Duration {
         let pdos = &self.dictionary.objects.pdos;
         let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref());
-        let carries_time = tpdos.any(|(pdo, carries)| *carries && is_synchronous(pdo.transmission));
-        let whole = self.lifetimes.synchronous;
+        let carries_time = tpdos
+            .any(|(pdo, carries)| *carries && pdo.cob_id & INVALID == 0 && is_synchronous(pdo.transmission));
+        let whole = self.sync_lifetime();
         if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
     }
 }
