@@ -36,7 +36,7 @@ pub struct Slave<D: Device> {
 }
 
 impl<D: Device> Slave<D> {
-    /// Makes a slave before power-on. `id` is 2 to 127.
+    /// Makes a slave before power-on. `id` is 2 to 126, or 127 for [`Slave::in_maintenance`].
     #[inline(never)] // places on a small stack are reached by short instructions
     pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
