@@ -6,7 +6,7 @@ use ecss_can::node::{MasterEvent, SelfTest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
 
-use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::console;
 
 pub(crate) const TWO: NodeId = NodeId::of::<2>();
@@ -129,6 +129,20 @@ fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
         .map(|sent| sent.frame.data().to_vec())
         .collect();
     assert_eq!(counters, [[1], [2], [3], [1], [2]]);
+}
+
+/// Given a written 1017h, then a heartbeat of the master lives at most one period.
+#[test]
+fn its_heartbeat_lives_no_longer_than_1017h() {
+    let mut master = powered(&STANDARD);
+    for (period, lifetime) in [(30, 30), (100, 100), (1_000, 100)] {
+        assert_eq!(write(&mut master, 0x1017, 0, period, 2), Ok(()));
+        master.clear();
+        let until = master.now + span(1_000);
+        master.run_until(until);
+        let beat = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x701).expect("a heartbeat");
+        assert_eq!(beat.expires.since(beat.at), span(lifetime), "{period} ms");
+    }
 }
 
 /// 2043h is the largest delay of a SYNC in microseconds. The grid of the period stays.

@@ -39,7 +39,7 @@ mod producer;
 mod staggered;
 
 pub use consumer::{Consumer, ConsumerTimes};
-pub use entry::check_entry;
+pub use entry::{check_entry, monitored};
 pub use monitor::{Heard, Missed, Monitor};
 pub use node_control::NodeControl;
 pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};

@@ -120,7 +120,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.check_node_id();
         }
         if let Some(frame) = self.control.poll(until) {
-            out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+            let lifetime = self.services.lifetimes.heartbeat.min(self.control.period());
+            out.send_for(bus, frame, now, lifetime);
         }
         while let Some(bus) = self.services.buses.poll(until, out) {
             out.event(SlaveEvent::BusFailed { bus });

@@ -152,7 +152,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.is_booting = false;
             self.services.note_heartbeat(&stamp);
             self.services.on_heartbeat_sent();
-        } else if frame.id() == self.sync.id() {
+        } else if self.services.is_sync(frame.id()) {
             self.boot.on_sync_sent();
             // Its own SYNC has the right length.
             if let Ok(counter) = self.services.on_sync(bus, frame, &stamp)

@@ -69,7 +69,7 @@ pub struct MinimalSlave<D: MinimalDevice> {
 }
 
 impl<D: MinimalDevice> MinimalSlave<D> {
-    /// Makes a slave before power-on. `id` is 2 to 127.
+    /// Makes a slave before power-on. `id` is 2 to 126.
     pub fn new(id: NodeId, numbers: Numbers, device: D) -> Self {
         const { D::PDOS.assert_possible() };
         MinimalSlave {
