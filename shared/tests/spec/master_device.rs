@@ -208,13 +208,14 @@ fn a_slave_is_asked_checked_and_started() {
     let mut master = powered(&BOOTS_TWO);
     master.receive(NOMINAL, 0x702, &[0x00]);
     assert_eq!(requests(&master), [[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]]);
-    // Other servers and other lengths are not its answer.
+    // Other servers, other objects and other lengths are not its answer.
     master.receive(NOMINAL, 0x583, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x00]);
     master.receive(REDUNDANT, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(requests(&master).len(), 1);
     let counters = master.node.status(master.now).counters;
-    assert_eq!((counters.nominal.ignored, counters.nominal.malformed, counters.redundant.ignored), (1, 1, 1));
+    assert_eq!((counters.nominal.ignored, counters.nominal.malformed, counters.redundant.ignored), (2, 1, 1));
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(requests(&master)[1], [0x40, 0x18, 0x10, 2, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);

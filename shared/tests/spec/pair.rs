@@ -14,7 +14,7 @@ use crate::console::{self, Console};
 use crate::instrument::STANDARD;
 use crate::manager::ALONE;
 
-type Board = Bench<Master<Console, TwoBoards>>;
+pub type Board = Bench<Master<Console, TwoBoards>>;
 
 const PROFILE: Profile = Profile { standby: Some(Profile::PAIR), ..STANDARD };
 
@@ -25,7 +25,7 @@ fn role(role: Role, cause: RoleCause) -> MasterEvent {
     MasterEvent::Role(RoleChange { role, cause })
 }
 
-fn powered(strap: Strap) -> Board {
+pub fn powered(strap: Strap) -> Board {
     Bench::new(Master::of_two(&PROFILE, strap, Console::default(), None))
 }
 

@@ -60,6 +60,11 @@ pub fn decode(frame: &Frame) -> Option<NmtState> {
     NmtState::from_byte(byte)
 }
 
+/// Returns whether it is a heartbeat with bit 7 set, which CiA 301 reserves. [`decode`] ignores the bit.
+pub fn is_toggled(frame: &Frame) -> bool {
+    is_heartbeat(frame.id()) && matches!(frame.data(), [0x80..=0xFF, ..])
+}
+
 /// Returns whether this COB-ID has the function code of heartbeats.
 pub fn is_heartbeat(id: CobId) -> bool {
     id.function() == CobId::heartbeat(NodeId::MASTER).function()

@@ -92,6 +92,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let Some(heard) = self.services.monitor.on_heartbeat(node, state, stamp.at) else {
             return self.services.buses.ignored(bus);
         };
+        self.services.buses.taken(bus, frame);
         if heard.resolved {
             self.services.clear(ErrorCode::HEARTBEAT, node.get());
             self.services.next = stamp.at;

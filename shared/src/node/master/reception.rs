@@ -31,6 +31,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterVerdict::Claim(action) => self.act_if(action, now, out),
             MasterVerdict::Heartbeat { node, state } => {
+                self.services.buses.taken(bus, frame);
                 self.on_heartbeat(bus, node, state, *stamp, now, out);
             }
             MasterVerdict::Response(node) => self.on_response(bus, node, frame, now, out),

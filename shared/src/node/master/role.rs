@@ -83,9 +83,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         match self.redundancy.on_received(bus, frame, stamp.at, now) {
             MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
+                self.services.buses.taken(bus, frame);
                 self.act_if(action, now, out);
             }
             MasterVerdict::Heartbeat { node, state } => {
+                self.services.buses.taken(bus, frame);
                 let heard = self.redundancy.on_overheard(bus, node, state, stamp.at);
                 self.boot.on_overheard(node, state);
                 if heard.changed {

@@ -176,6 +176,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         if !self.follows_master() {
             return self.buses.ignored(bus);
         }
+        self.buses.taken(bus, frame);
         if let Some(selection) = self.selector.on_master(bus, MasterMessage::Heartbeat, stamp.at) {
             self.apply(selection, now, out);
         }
