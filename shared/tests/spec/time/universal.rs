@@ -111,7 +111,7 @@ fn part(slave: &mut Node<Universal<true>>, index: u16, sub: u8) -> u32 {
 }
 
 /// Given a client that reads the parts of a time in any order, when it reads sub-index 0, asks for what is not there, or sends a
-/// request that is too short before each of them, then all parts are of one sample (design: sub-index 0 takes none).
+/// request that is too short before each of them, then all parts are of one sample.
 ///
 /// Verifies: ECSS 7.1.2d, 7.1.3c
 #[test]
