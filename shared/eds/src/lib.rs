@@ -45,6 +45,7 @@
 
 #![forbid(unsafe_code)]
 
+mod data_sheet;
 mod description;
 mod device;
 mod dictionary;
@@ -54,6 +55,7 @@ mod notes;
 mod program;
 mod value;
 
+pub use data_sheet::{DataSheet, Entry, Unreadable, Value};
 pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
 pub use program::{master_program, program, slave_program};

@@ -100,7 +100,7 @@ fn a_cob_id_that_two_devices_send_is_found() {
     let complaint = String::from_utf8_lossy(&complaint.stderr);
     assert!(complaint.contains(&format!("{two} and {six} have Node-ID 2")), "{complaint}");
     let output = eds(&["--check-network", &path("slave.eds")]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("[DeviceComissioning] NodeID"), "{output:?}");
 }
 
