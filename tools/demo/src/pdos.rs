@@ -224,7 +224,11 @@ fn shipped(plan: &Plan, board: &BoardPlan) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
+    use can_wire::frame::WireFrame;
+
     use super::*;
+    use crate::meaning::Scope;
+    use crate::record::{Bus, FlightEvent, Nodes, Occurrence, Seen};
     use crate::sample;
 
     /// Given a master that distributes its time every 10 s, the last time 30 s at 30.05 s, then the PDO has both parts by name.
@@ -256,6 +260,88 @@ mod tests {
         let error = Sheets::of(&sample::plan(), &[own]).unwrap_err().to_string();
         assert!(
             error.contains("'9=a.eds' for '--eds <N=FILE>'") && error.contains("no board is node 9"),
+            "{error}"
+        );
+    }
+
+    /// The data sheets of a user: node 2 with this text.
+    fn of_node_2(text: &str) -> Result<Sheets, Misuse> {
+        let here = tempfile::tempdir().unwrap();
+        let file = here.path().join("a.eds");
+        std::fs::write(&file, text).unwrap();
+        Sheets::of(&sample::plan(), &[OwnSheet { node: 2, file }])
+    }
+
+    /// Node 2 sends 382h with 3 bytes, and answers uploads of its identity.
+    fn flight_with_answers() -> Flight {
+        let mut flight = sample::flight();
+        for answer in [
+            [0x43, 0x00, 0x10, 0, 0x91, 0x01, 0x02, 0x00],
+            [0x43, 0x18, 0x10, 1, 0x34, 0x12, 0x00, 0x00],
+            [0x4B, 0x18, 0x10, 2, 0x15, 0x50, 0x00, 0x00],
+            [0x43, 0x18, 0x10, 3, 0x07, 0x00, 0x02, 0x00],
+            // An abort, and a download that was accepted.
+            [0x80, 0x18, 0x10, 1, 0x00, 0x00, 0x02, 0x06],
+            [0x60, 0x00, 0x10, 0, 0x00, 0x00, 0x00, 0x00],
+        ] {
+            let frame = WireFrame::standard(0x582, &answer);
+            let seen = Seen::new(Bus::Nominal, frame, Scope::Mission, 2, Nodes::default());
+            flight.records.push(Occurrence { at: Time::from_ms(30_000), what: FlightEvent::Frame(seen) });
+        }
+        flight
+    }
+
+    const OF_NODE_2: &str = "[1000]\nDefaultValue=0x20191\n[1018sub1]\nDefaultValue=0x1234\n[1018sub2]\nDefaultValue=0x5015\n\
+        [1018sub3]\nDefaultValue=0x20001\n[1802sub1]\nDefaultValue=$NODEID+0x380\n[1A02sub0]\nDefaultValue=2\n\
+        [1A02sub1]\nDefaultValue=0x20000010\n[1A02sub2]\nDefaultValue=0x20010008\n";
+
+    /// Given a data sheet that differs from what its node sends and answers, then each difference is named with both values.
+    #[test]
+    fn data_sheet_of_another_device_is_named() {
+        let flight = flight_with_answers();
+        let differences = |text: &str| of_node_2(text).unwrap().differences(&flight);
+        assert_eq!(differences(OF_NODE_2), Vec::<String>::new());
+        for (own, other, said) in [
+            ("0x20191", "0x191", "object 1000h sub 00h is 00000191h there, node 2 has 00020191h"),
+            ("0x1234", "0x4321", "object 1018h sub 01h is 00004321h there, node 2 has 00001234h"),
+            ("0x5015", "0x5016", "object 1018h sub 02h is 00005016h there, node 2 has 00005015h"),
+            ("0x20001", "0x30001", "object 1018h sub 03h is 00030001h there, node 2 has 00020007h"),
+            ("0x20010008", "0x20010010", "TPDO 3 (382h) has 4 bytes there, node 2 sends 3"),
+            ("$NODEID+0x380", "$NODEID+0x280", "node 2 sends 382h, which no transmit PDO has there"),
+        ] {
+            assert!(OF_NODE_2.contains(own), "{own}");
+            let differences = differences(&OF_NODE_2.replacen(own, other, 1));
+            let [difference] = &differences[..] else { panic!("{own}: {differences:?}") };
+            assert!(difference.contains("a.eds: ") && difference.contains(said), "{difference}");
+        }
+        // What the file does not say, and the multiplex PDO, whose COB-ID is known.
+        let silent = OF_NODE_2
+            .replace("0x1234", "0")
+            .replace("0x20191", "")
+            .replace("DefaultValue=2\n", "DefaultValue=0xFE\n");
+        assert_eq!(differences(&silent), Vec::<String>::new());
+    }
+
+    /// Given a data sheet of the user with an entry that is not understood, then a note has its file, line, section and key.
+    #[test]
+    fn entries_that_are_left_out_are_noted_with_their_file() {
+        assert_eq!(of_node_2(OF_NODE_2).unwrap().notes(), Vec::<String>::new());
+        let notes = of_node_2(&OF_NODE_2.replace("$NODEID+0x380", "MODULE")).unwrap().notes();
+        let [left_out, nothing] = &notes[..] else { panic!("{notes:?}") };
+        assert!(left_out.contains("a.eds: line 10: [1802sub1] DefaultValue=MODULE: "), "{left_out}");
+        assert!(left_out.ends_with("; TPDO 3 is left out"), "{left_out}");
+        assert!(
+            nothing
+                .ends_with("a.eds: no transmit PDO with known objects: the report has no values of node 2"),
+            "{nothing}"
+        );
+    }
+
+    #[test]
+    fn text_in_place_of_a_data_sheet_is_refused() {
+        let error = of_node_2("# Heater\n\nA heater = 5 W.\n").map(drop).unwrap_err().to_string();
+        assert!(
+            error.contains("for '--eds <N=FILE>'") && error.contains("no EDS or DCF (CiA 306)"),
             "{error}"
         );
     }
