@@ -10,17 +10,22 @@ mod period;
 
 /// Node-IDs 0..=127; those of no slave stay empty.
 pub(super) const PLACES: usize = 128;
-/// Consumer times without a heartbeat after which a foreign node is forgotten.
+/// Consumer times without a heartbeat after which a node is forgotten that has to answer first, or again.
 const MEMORY: u32 = 10;
+/// Questions to a new node. One may be lost, and a slow server needs some seconds after its boot-up message.
+const QUESTIONS: u8 = 3;
 
 /// A set of nodes: bit n stands for Node-ID n.
 pub(super) type NodeSet = u128;
 
 /// Nodes heard since power-on. Node-IDs are below `N`.
 ///
-/// A node counts for the decisions of the master if 1F81h assigns it, or if its SDO server answered since its last
-/// boot-up message. Any other node is a *foreign node*. The master follows its state, but neither its heartbeats nor
-/// its silence decide anything. After ten consumer times of silence the master forgets it.
+/// A node counts for the decisions of the master if 1F81h assigns it, or if its SDO server answered once. Any other node
+/// is a *foreign node*. The master follows its state, but neither its heartbeats nor its silence decide anything. After
+/// ten consumer times of silence the master forgets it.
+///
+/// A node that counts goes on to count after its boot-up message, because a reset must not hide that its bus is broken.
+/// It has to answer again. Until then ten consumer times of silence on both buses make the master forget it as well.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[canonical(context = Parameters)]
 pub struct Peers<const N: usize = PLACES> {
@@ -33,10 +38,11 @@ pub struct Peers<const N: usize = PLACES> {
     periods: [u16; N],
     /// Assigned by 1F81h.
     assigned: NodeSet,
-    /// Answered since their last boot-up message.
+    /// Answered once.
     answered: NodeSet,
-    /// Answered before their last boot-up message and not since: while such a node is heard, it counts as heard on
-    /// the active bus.
+    /// Slaves of the master that was active before, which did not answer this one yet. They count.
+    adopted: NodeSet,
+    /// Answered or adopted before their last boot-up message, and no answer since.
     rebooted: NodeSet,
     /// Nodes whose device type has to be read, once they are heard on the active bus in a state that allows SDO.
     unasked: NodeSet,
@@ -55,6 +61,8 @@ pub struct Peers<const N: usize = PLACES> {
 #[canonical(context = PeerTimes)]
 struct Peer {
     state: NmtState,
+    /// Questions without an answer since the node was first heard, or since its last boot-up message.
+    unanswered: u8,
     #[canonical(within = context.heartbeat)]
     heartbeat: Consumer,
     /// Silent on the active bus from then on.
@@ -85,7 +93,7 @@ impl Peer {
         self.elsewhere_at(parameters) <= now && self.last_there + parameters.hold_time() > now
     }
 
-    /// Returns when a foreign node is forgotten.
+    /// Returns when the node is forgotten if it may be.
     fn forgotten_at(&self, consumer: Duration) -> Option<Instant> {
         match self.heartbeat {
             Consumer::Missed { last } => Some(last + consumer.times(MEMORY)),
@@ -122,6 +130,7 @@ impl<const N: usize> Peers<N> {
             periods: [0; N],
             assigned: 0,
             answered: 0,
+            adopted: 0,
             rebooted: 0,
             unasked: 0,
             ready: 0,
@@ -183,6 +192,7 @@ impl<const N: usize> Peers<N> {
         let known = place.is_some();
         let peer = place.get_or_insert_with(|| Peer {
             state,
+            unanswered: 0,
             heartbeat: Consumer::Unarmed,
             // Time in which a slave heard on the other bus may come to the active one.
             silent_at: at + parameters.settling_time().max(consumer),
@@ -219,8 +229,8 @@ impl<const N: usize> Peers<N> {
         }
         self.unheard &= !bit;
         if state == NmtState::Initialising {
-            self.rebooted |= self.answered & bit;
-            self.answered &= !bit;
+            peer.unanswered = 0;
+            self.rebooted |= (self.answered | self.adopted) & bit;
         }
         if !known || state == NmtState::Initialising {
             self.unasked |= bit;
@@ -231,10 +241,11 @@ impl<const N: usize> Peers<N> {
         PeerHeartbeat { changed, returned, start: active && waiting && self.held & bit == 0 }
     }
 
-    /// Returns the next foreign node whose device type (1000h) has to be read, once for each new Node-ID and boot-up
-    /// message.
+    /// Returns the next node whose device type (1000h) has to be read: one that is new, or booted up, or did not answer
+    /// before. Nodes with fewer unanswered questions go first.
     pub fn take_unasked(&mut self) -> Option<NodeId> {
-        let node = first(self.ready & !self.assigned)?;
+        let ready = self.each_of(self.ready & !self.assigned);
+        let (node, _) = ready.min_by_key(|(_, peer)| peer.unanswered)?;
         self.ready &= !node_bit(node);
         self.unasked &= !node_bit(node);
         Some(node)
@@ -250,27 +261,44 @@ impl<const N: usize> Peers<N> {
         self.unasked |= node_bit(node);
     }
 
-    /// Takes an answer of the SDO server of `node`: the node counts.
-    pub fn on_answer(&mut self, node: NodeId, now: Instant) {
-        if self.place(node).is_some() {
-            self.answered |= node_bit(node);
-            self.rebooted &= !node_bit(node);
-            self.recheck(now);
-        }
+    /// Returns whether `node` left a question without an answer, so that a late answer is one.
+    pub fn is_answer_late(&self, node: NodeId) -> bool {
+        self.place(node).is_some_and(|peer| peer.unanswered > 0)
     }
 
-    /// Takes the timeout of the question to `node`. A node that is heard on the active bus but does not answer no
-    /// longer counts, even if it was [adopted](Peers::adopt).
-    pub fn on_no_answer(&mut self, node: NodeId, now: Instant) {
-        if self.place(node).is_some_and(|peer| peer.silent_at > now) {
-            self.answered &= !node_bit(node);
+    /// Takes an answer of the SDO server of `node`: the node counts.
+    pub fn on_answer(&mut self, node: NodeId, now: Instant) {
+        let Some(Some(peer)) = self.places.get_mut(usize::from(node.get())) else { return };
+        peer.unanswered = 0;
+        self.answered |= node_bit(node);
+        for set in [&mut self.adopted, &mut self.rebooted, &mut self.unasked, &mut self.ready] {
+            *set &= !node_bit(node);
         }
+        self.recheck(now);
+    }
+
+    /// Takes the timeout of the question to `node`. The node is asked again when it is next heard on the active bus, up to
+    /// three times. Returns `true` after the last time if the node does not count. A node that was
+    /// [adopted](Peers::adopt), and is heard on the active bus, no longer counts then.
+    pub fn on_no_answer(&mut self, node: NodeId, now: Instant) -> bool {
+        let bit = node_bit(node);
+        let Some(Some(peer)) = self.places.get_mut(usize::from(node.get())) else { return false };
+        peer.unanswered = peer.unanswered.saturating_add(1);
+        if peer.unanswered < QUESTIONS {
+            self.unasked |= bit;
+            return false;
+        }
+        if peer.silent_at > now {
+            self.adopted &= !bit;
+            self.rebooted &= self.answered | !bit;
+        }
+        !self.counts(node)
     }
 
     /// Counts each of `slaves` that was heard as if it had answered. The master asks them anyway.
     pub fn adopt(&mut self, slaves: NodeSet) {
         let heard = self.each_of(slaves).fold(0, |heard, (node, _)| heard | node_bit(node));
-        self.answered |= heard;
+        self.adopted |= heard & !self.answered;
     }
 
     /// Notes that the active bus changed. Every node has until `silent_at` to be heard there.
@@ -318,10 +346,11 @@ impl<const N: usize> Peers<N> {
         })
     }
 
-    /// Returns the next foreign node that was silent for ten consumer times, each once.
+    /// Returns the next node that was silent on both buses for ten consumer times and did not answer before, or since
+    /// its last boot-up message. Each once.
     pub fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
         let is_over = |peer: &Peer| peer.forgotten_at(consumer).is_some_and(|at| at <= now);
-        let (node, _) = self.each().find(|(node, peer)| is_over(peer) && !self.counts(*node))?;
+        let (node, _) = self.each().find(|(node, peer)| is_over(peer) && self.is_forgettable(*node))?;
         self.forget(node);
         Some(node)
     }
@@ -333,14 +362,14 @@ impl<const N: usize> Peers<N> {
         Some(node)
     }
 
-    /// Slaves that count and are silent on the active bus, and those that are heard there, rebooted ones included.
+    /// Slaves that count and are silent on the active bus, and those that are heard there.
     pub(super) fn silent_and_heard(&self, now: Instant) -> (NodeSet, NodeSet) {
         let (mut silent, mut heard) = (0, 0);
-        for (node, peer) in self.each_of(self.counted() | self.rebooted) {
+        for (node, peer) in self.each_counted() {
             let set = if peer.silent_at <= now { &mut silent } else { &mut heard };
             *set |= node_bit(node);
         }
-        (silent & self.counted(), heard)
+        (silent, heard)
     }
 
     /// Returns whether a slave that counts is silent on the active bus and heard on the other one for the hold
@@ -361,7 +390,7 @@ impl<const N: usize> Peers<N> {
             if let Some(due) = peer.heartbeat.deadline(self.time(node, parameters.consumer)) {
                 add(due);
             }
-            if !self.counts(node)
+            if self.is_forgettable(node)
                 && let Some(due) = peer.forgotten_at(parameters.consumer)
             {
                 add(due);
@@ -391,7 +420,12 @@ impl<const N: usize> Peers<N> {
     }
 
     const fn counted(&self) -> NodeSet {
-        self.assigned | self.answered
+        self.assigned | self.answered | self.adopted
+    }
+
+    /// Returns whether silence makes the master forget this node.
+    const fn is_forgettable(&self, node: NodeId) -> bool {
+        !self.assigned & (!self.counted() | self.rebooted) & node_bit(node) != 0
     }
 
     /// Returns the nodes that count and were heard.
@@ -414,9 +448,9 @@ impl<const N: usize> Peers<N> {
         if let Some(place) = self.places.get_mut(usize::from(node.get())) {
             *place = None;
         }
-        let sets =
-            [&mut self.answered, &mut self.rebooted, &mut self.unasked, &mut self.ready, &mut self.unheard];
-        for set in sets {
+        let answers = [&mut self.answered, &mut self.adopted, &mut self.rebooted];
+        let rest = [&mut self.unasked, &mut self.ready, &mut self.unheard];
+        for set in answers.into_iter().chain(rest) {
             *set &= !node_bit(node);
         }
     }
@@ -430,7 +464,7 @@ impl<const N: usize> Peers<N> {
     }
 }
 
-fn node_bit(node: NodeId) -> NodeSet {
+const fn node_bit(node: NodeId) -> NodeSet {
     1 << (node.get() & 0x7F)
 }
 

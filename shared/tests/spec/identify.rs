@@ -8,6 +8,7 @@ use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
+use ecss_can::types::NodeId;
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::master_device::{BOOTS_TWO, powered, read};
@@ -35,24 +36,74 @@ fn new_nodes_are_asked_one_at_a_time() {
     assert_eq!(questions(&master), [(5, 1), (6, 1), (7, 1)]);
 }
 
-#[test]
-fn one_that_does_not_answer_is_reported_once() {
-    let mut master = powered(&STANDARD);
-    master.receive(NOMINAL, 0x705, &[0x05]);
-    master.receive(NOMINAL, 0x706, &[0x05]);
-    master.clear_events();
-    for at in (50..=1_950).step_by(100) {
+/// Heartbeats of these nodes every 100 ms, until `end` in milliseconds.
+fn heartbeats(master: &mut Bench<Master>, ids: &[u16], end: u64) {
+    for at in (master.now.as_micros() / 1_000 / 100 * 100 + 50..end).step_by(100) {
         master.run_until(ms(at));
-        master.receive(NOMINAL, 0x705, &[0x05]);
+        ids.iter().for_each(|id| master.receive(NOMINAL, *id, &[0x05]));
     }
-    // Between two questions the client is free for others as long as one takes.
-    assert_eq!(questions(&master), [(5, 1), (6, 1_001)]);
-    let foreign_nodes = master.events.iter().filter(|event| matches!(event, MasterEvent::UnknownNode { .. }));
-    let foreign_nodes: Vec<&MasterEvent> = foreign_nodes.collect();
-    assert_eq!(
-        foreign_nodes,
-        [&MasterEvent::UnknownNode { node: node(5) }, &MasterEvent::UnknownNode { node: node(6) }]
-    );
+}
+
+fn unknown_nodes(master: &Bench<Master>) -> Vec<NodeId> {
+    let unknown = |event: &MasterEvent| match event {
+        MasterEvent::UnknownNode { node } => Some(*node),
+        _ => None,
+    };
+    master.events.iter().filter_map(unknown).collect()
+}
+
+/// Given two nodes that send heartbeats and answer no SDO, Then each is asked three times, and reported after the last
+/// time. Between two questions the client is free for others as long as one takes.
+#[test]
+fn a_node_without_an_answer_is_asked_three_times() {
+    let mut master = powered(&STANDARD);
+    heartbeats(&mut master, &[0x705, 0x706], 4_400);
+    let asked = [(5, 50), (6, 1_050), (5, 2_050), (6, 3_050), (5, 4_050)];
+    assert_eq!(questions(&master), asked);
+    assert_eq!(unknown_nodes(&master), []);
+    heartbeats(&mut master, &[0x705, 0x706], 9_000);
+    assert_eq!(questions(&master), [&asked[..], &[(6, 5_050)]].concat());
+    assert_eq!(unknown_nodes(&master), [node(5), node(6)]);
+    // Its next boot-up message makes it be asked again.
+    master.receive(NOMINAL, 0x705, &[0x00]);
+    heartbeats(&mut master, &[0x705], 9_200);
+    assert_eq!(questions(&master).len(), 7);
+}
+
+/// Given forged heartbeats of nodes that do not exist, When they end, Then no more questions follow.
+#[test]
+fn a_node_that_is_not_heard_is_not_asked_again() {
+    let mut master = powered(&STANDARD);
+    heartbeats(&mut master, &[0x705], 400);
+    master.run_until(ms(3_000));
+    assert_eq!(questions(&master), [(5, 50)]);
+    heartbeats(&mut master, &[0x705], 3_100);
+    assert_eq!(questions(&master), [(5, 50), (5, 3_050)]);
+}
+
+/// Given a slave whose server misses the first questions, or answers each question 120 ms too late, Then it counts: its silence
+/// moves the master.
+#[test]
+fn a_slave_with_a_slow_server_counts() {
+    for (answers, is_late) in [(1, false), (2, false), (3, false), (1, true)] {
+        let mut master = powered(&STANDARD);
+        while questions(&master).len() < answers {
+            let end = master.now.as_micros() / 1_000 + 101;
+            heartbeats(&mut master, &[0x705], end);
+        }
+        if is_late {
+            heartbeats(&mut master, &[0x705], 620);
+        }
+        master.receive(NOMINAL, 0x585, &SOMEBODY);
+        heartbeats(&mut master, &[0x705], 6_000);
+        assert_eq!(questions(&master).len(), answers);
+        assert_eq!(unknown_nodes(&master), []);
+        master.clear_events();
+        master.run_until(ms(6_300));
+        let left =
+            MasterEvent::BusSwitched { from: NOMINAL, to: REDUNDANT, cause: SwitchCause::SlavesSilent };
+        assert!(master.events.contains(&left), "{answers} {is_late}: {:?}", master.events);
+    }
 }
 
 #[test]

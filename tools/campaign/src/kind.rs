@@ -70,6 +70,23 @@ impl Kind {
         (Kind::PowerSlave, "power-slave"),
     ];
 
+    /// Those that strike one node, its stub or the cable beside it: two of them may have one cause.
+    pub const LOCAL: [Kind; 13] = [
+        Kind::Cut,
+        Kind::Short,
+        Kind::Dominant,
+        Kind::Disconnect,
+        Kind::Stuck,
+        Kind::Babble,
+        Kind::Drift,
+        Kind::Glitch,
+        Kind::Flip,
+        Kind::ResetMaster,
+        Kind::ResetSlave,
+        Kind::PowerMaster,
+        Kind::PowerSlave,
+    ];
+
     /// Its name.
     pub fn name(self) -> &'static str {
         Kind::ALL[self as usize].1
@@ -104,6 +121,11 @@ impl Kind {
             self,
             Kind::ForeignNmt | Kind::ForeignMaster | Kind::UnknownNode | Kind::Clash | Kind::ForeignLoad
         )
+    }
+
+    /// Whether it strikes the cable at a place.
+    pub fn has_place(self) -> bool {
+        matches!(self, Kind::Cut | Kind::Short | Kind::Dominant)
     }
 
     /// Whether it belongs to a node and not to a bus.

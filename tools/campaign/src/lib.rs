@@ -1,7 +1,7 @@
 //! `cargo campaign`: random faults against the redundancy of a spacecraft.
 //!
 //! Each run has a [`Script`] from the seed of the campaign and its own number: single faults and pairs of them, at random
-//! times, in a spacecraft of one master, or two, and some slaves. After each run the same must hold, see [`judge`]. A script that
+//! times, in a spacecraft of one master, or two, and some slaves. Half of the pairs have one cause, such as a jolt of a connector. After each run the same must hold, see [`judge`]. A script that
 //! violates something is made as simple as possible and printed; `--replay` flies it.
 //!
 //! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files (see
@@ -17,6 +17,7 @@ pub mod broken;
 pub mod failover;
 mod flight;
 mod host;
+pub mod jolt;
 pub mod judge;
 pub mod kind;
 mod nodes;
@@ -174,7 +175,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             is_compared: options.compare,
         },
     };
-    // In a row, so that each shard has all kinds, and two faults in half of its runs.
+    // In a row, so that each shard has all kinds, two faults in half of its runs, and related ones in a quarter.
     let share = options.shard.share(options.runs);
     let mut results = campaign(&run.parameters, options.world, share, jobs, &stop);
     if stop.is_asked() {

@@ -36,7 +36,9 @@ pub struct Results {
     pub flown: u64,
     /// Of them with two faults.
     pub double: u64,
-    /// Of them those in which no fault changed a frame or a state.
+    /// Of these those whose faults are related.
+    pub related: u64,
+    /// Of all those in which no fault changed a frame or a state.
     pub idle: u64,
     /// Virtual time, microseconds.
     pub virtual_us: u64,
@@ -69,6 +71,7 @@ impl Results {
         Results {
             flown: 0,
             double: 0,
+            related: 0,
             idle: 0,
             virtual_us: 0,
             kinds: Kind::ALL.iter().map(|(_, name)| ((*name).to_owned(), (0, 0))).collect(),
@@ -82,6 +85,7 @@ impl Results {
     pub fn add(&mut self, run: u64, script: &Script, outcome: Outcome) {
         self.flown += 1;
         self.double += u64::from(script.faults.len() > 1);
+        self.related += u64::from(script.is_related());
         self.idle += u64::from(!outcome.effective.contains(&true));
         self.virtual_us += script.length;
         for (index, fault) in script.faults.iter().enumerate() {
@@ -119,6 +123,7 @@ impl Results {
     fn add_all(&mut self, part: Results) {
         self.flown += part.flown;
         self.double += part.double;
+        self.related += part.related;
         self.idle += part.idle;
         self.virtual_us += part.virtual_us;
         for (kind, (planned, effective)) in part.kinds {
@@ -138,12 +143,13 @@ impl Results {
         for (kind, (planned, effective)) in &self.kinds {
             lines.push(format!("{kind:<16} {planned:>9} {effective:>12}"));
         }
-        let Results { flown, double, idle, .. } = self;
+        let Results { flown, double, related, idle, .. } = self;
         let asked = &run.parameters;
         let masters = if asked.masters == 1 { "one master" } else { "two masters" };
         lines.push(String::new());
         lines.push(format!(
-            "{flown} runs in world {} with {masters}, {double} of them with two faults, {idle} without effect, {:.1} h of virtual time; \
+            "{flown} runs in world {} with {masters}, {double} of them with two faults, {related} with related ones, {idle} without effect, \
+             {:.1} h of virtual time; \
              seed {}{}, {}",
             asked.world,
             self.virtual_us as f64 / 3.6e9,

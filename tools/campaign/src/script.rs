@@ -1,6 +1,7 @@
 //! Scripts: what is to happen in a run, from a seed or from a file.
 
 use std::fmt;
+use std::ops::{Range, RangeInclusive};
 use std::str::FromStr;
 
 use ecss_can::types::{Bus, NodeId};
@@ -12,12 +13,16 @@ use crate::kind::Kind;
 const SECOND: u64 = 1_000_000;
 /// Faults begin after everybody is operational.
 const FIRST_US: u64 = 3 * SECOND;
+/// The first fault begins before.
+const LAST_US: u64 = 20 * SECOND;
 /// The most that a fault lasts that ends.
 const LONGEST_US: u64 = 8 * SECOND;
 /// The same where the wire computes every bit meanwhile.
 const LONGEST_SLOW_US: u64 = SECOND;
 /// What the last fault leaves for recovery: two dwells of a master that hears no slave, and what a search needs.
 const RECOVERY_US: u64 = 30 * SECOND;
+/// The most that lies between two related faults.
+const RELATED_US: u64 = SECOND;
 /// Shortest run.
 const SHORTEST_US: u64 = 60 * SECOND;
 /// A node that few scripts have among their slaves.
@@ -28,6 +33,8 @@ pub const SPARE: u8 = 128;
 pub const SELECTIVE: NodeId = NodeId::of::<4>();
 /// Distance between neighbours on the cable, metres: node n sits at n times this.
 pub const SPACING: u32 = 2;
+/// Most that lies between a node and a fault beside it, metres.
+const BESIDE: u32 = SPACING / 2;
 /// Bits of a frame that a flip may strike, then those of EOF.
 pub const EOF: u32 = 60;
 const LAST_BIT_OF_EOF: u32 = EOF + 6;
@@ -77,7 +84,8 @@ pub struct Script {
 }
 
 impl Script {
-    /// A script of run `number` of a campaign: one fault, or two in every second run. `attempt`: from 0, another one each time.
+    /// A script of run `number` of a campaign: one fault, or two in every second run. In every fourth run the two are related
+    /// ([`Script::is_related`]). `attempt`: from 0, another one each time.
     pub fn random(campaign: u64, number: u64, attempt: u64) -> Script {
         let seed = campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number);
         let mut rng = Rng::with_seed(seed.wrapping_add(attempt.wrapping_mul(0xD1B5_4A32_D192_ED03)));
@@ -104,6 +112,10 @@ impl Script {
     }
 
     fn of(rng: &mut Rng, slaves: u8, number: u64) -> Script {
+        if number % 4 == 3 {
+            let faults = related(rng, slaves, number as usize / 4);
+            return Script::with_faults(rng, slaves, faults.into());
+        }
         let (first, _) = Kind::ALL[number as usize / 2 % Kind::ALL.len()];
         Script::with(rng, slaves, first, number % 2 == 1, |rng| {
             Some(Kind::ALL[rng.usize(..Kind::ALL.len())].0)
@@ -117,21 +129,27 @@ impl Script {
         is_double: bool,
         second: impl Fn(&mut Rng) -> Option<Kind>,
     ) -> Script {
-        let mut faults = vec![fault(rng, first, slaves, FIRST_US..20 * SECOND)];
+        let anywhere = 1..=slaves + 1;
+        let mut faults = vec![fault(rng, first, slaves, anywhere.clone(), FIRST_US..LAST_US)];
         let second = if is_double { second(rng) } else { None };
         if let Some(second) = second {
             let from = faults[0].at;
             let span = if rng.bool() { SECOND / 5 } else { 12 * SECOND };
-            faults.push(fault(rng, second, slaves, from..from + span));
+            faults.push(fault(rng, second, slaves, anywhere, from..from + span));
         }
-        let (seed, selective, assigned) = (rng.u64(..), rng.bool(), rng.u8(0..4) == 0);
-        let mut script = Script { seed, masters: 1, slaves, selective, assigned, length: 0, faults };
-        script.length = script.shortest_length();
+        let mut script = Script::with_faults(rng, slaves, faults);
         if let [Fault { lasts: None, .. }, _] = script.faults[..]
             && rng.bool()
         {
             script.foreign_node_on_a_dead_bus(rng);
         }
+        script
+    }
+
+    fn with_faults(rng: &mut Rng, slaves: u8, faults: Vec<Fault>) -> Script {
+        let (seed, selective, assigned) = (rng.u64(..), rng.bool(), rng.u8(0..4) == 0);
+        let mut script = Script { seed, masters: 1, slaves, selective, assigned, length: 0, faults };
+        script.length = script.shortest_length();
         script
     }
 
@@ -156,12 +174,29 @@ impl Script {
     }
 
     /// The same script with a second master board at the other end of the cable. Half of what strikes the first one strikes that
-    /// one, in its share of the cases what strikes the cable does so beside it, and a master may lose its power for ever.
+    /// one, in its share of the cases what strikes the cable does so beside it, and a master may lose its power for ever. Related
+    /// faults stay related.
     #[must_use]
     pub fn with_standby(mut self) -> Script {
         let mut rng = Rng::with_seed(!self.seed);
-        let end = self.slaves + 2;
+        let is_related = self.is_related();
         self.masters = 2;
+        if is_related {
+            self.move_to_standby(&mut rng);
+        } else {
+            self.spread_to_standby(&mut rng);
+        }
+        for fault in self.faults.iter_mut().filter(|fault| fault.kind == Kind::PowerMaster) {
+            if rng.u8(0..3) == 0 {
+                fault.lasts = None;
+            }
+        }
+        self.length = self.length.max(self.shortest_length());
+        self
+    }
+
+    fn spread_to_standby(&mut self, rng: &mut Rng) {
+        let end = self.slaves + 2;
         let place = self.place(SPARE);
         for fault in &mut self.faults {
             let is_masters = fault.node == 1 && !fault.kind.is_foreign();
@@ -171,12 +206,42 @@ impl Script {
             match fault.kind {
                 Kind::Cut if rng.u8(1..end) == 1 => fault.place = place - 1,
                 Kind::Short | Kind::Dominant if rng.u8(1..=end) == 1 => fault.place = place,
-                Kind::PowerMaster if rng.u8(0..3) == 0 => fault.lasts = None,
                 _ => {}
             }
         }
-        self.length = self.length.max(self.shortest_length());
-        self
+    }
+
+    /// In half of the cases, moves both faults from the first master board to the second one.
+    fn move_to_standby(&mut self, rng: &mut Rng) {
+        let (first, second) = (self.place(1), self.place(SPARE));
+        let is_beside = |fault: &Fault| self.spot(fault).is_some_and(|spot| spot.abs_diff(first) <= BESIDE);
+        if !self.faults.iter().all(is_beside) || rng.bool() {
+            return;
+        }
+        for fault in &mut self.faults {
+            if fault.kind.has_place() {
+                // The cable behind the first board is that before the second one.
+                fault.place = first + second - fault.place;
+            } else {
+                fault.node = SPARE;
+            }
+        }
+    }
+
+    /// Whether one cause explains both faults: they strike the same node, its stub or the cable beside it, within a second.
+    pub fn is_related(&self) -> bool {
+        let [first, second] = &self.faults[..] else { return false };
+        let (Some(one), Some(other)) = (self.spot(first), self.spot(second)) else { return false };
+        first.at.abs_diff(second.at) <= RELATED_US && one.abs_diff(other) <= BESIDE
+    }
+
+    /// Where a fault strikes, metres from the left end of the cable; `None`: a whole bus, or somewhere by frames.
+    fn spot(&self, fault: &Fault) -> Option<u32> {
+        if fault.kind.has_place() {
+            return Some(fault.place);
+        }
+        let strikes_node = !fault.kind.is_foreign() && fault.node > 0;
+        strikes_node.then(|| self.place(fault.node))
     }
 
     /// Where a node sits, metres from the left end of the cable: the second master board behind the last slave.
@@ -232,11 +297,42 @@ impl Fault {
     }
 }
 
-fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fault {
+/// Two faults that have one cause, as a jolt of a connector has: see [`Script::is_related`]. `number` counts such scripts.
+fn related(rng: &mut Rng, slaves: u8, number: usize) -> [Fault; 2] {
+    let first = Kind::LOCAL[number % Kind::LOCAL.len()];
+    let node = match first {
+        Kind::ResetMaster | Kind::PowerMaster => 1,
+        Kind::ResetSlave | Kind::PowerSlave => rng.u8(2..=slaves + 1),
+        _ => rng.u8(1..=slaves + 1),
+    };
+    let other =
+        if node == 1 { [Kind::ResetSlave, Kind::PowerSlave] } else { [Kind::ResetMaster, Kind::PowerMaster] };
+    // In half of the cases one of the wires and one of the node.
+    let is_mixed = rng.bool();
+    let may_follow =
+        |kind: &Kind| !other.contains(kind) && (!is_mixed || kind.is_of_node() != first.is_of_node());
+    let seconds: Vec<Kind> = Kind::LOCAL.into_iter().filter(may_follow).collect();
+    let second = seconds[rng.usize(..seconds.len())];
+    // At the same time, soon, or later: each in a third of the cases.
+    let span = [1, RELATED_US / 5, RELATED_US][rng.usize(..3)];
+    let mut strike = |kind, at| {
+        let mut fault = fault(rng, kind, slaves, node..=node, at);
+        if matches!(kind, Kind::Glitch | Kind::Flip) {
+            fault.node = node;
+        }
+        fault
+    };
+    let first = strike(first, FIRST_US..LAST_US);
+    [first, strike(second, first.at..first.at + span)]
+}
+
+/// A fault of this kind. One that strikes a node or a place strikes one of `nodes`, or the cable beside it.
+fn fault(rng: &mut Rng, kind: Kind, slaves: u8, nodes: RangeInclusive<u8>, at: Range<u64>) -> Fault {
     // Mostly on the bus that is in use.
     let bus = if rng.u8(0..5) == 0 && !kind.is_of_node() { Bus::Redundant } else { Bus::Nominal };
-    let slave = rng.u8(2..=slaves + 1);
-    let any = rng.u8(1..=slaves + 1);
+    let (from, to) = nodes.into_inner();
+    let slave = rng.u8(from.max(2)..=to.max(2));
+    let any = rng.u8(from..=to);
     // From a millisecond to the longest, all magnitudes alike.
     let longest = if kind.is_slow() { LONGEST_SLOW_US } else { LONGEST_US };
     let lasts = (1_000.0 * (longest as f64 / 1_000.0).powf(rng.f64())) as u64;
@@ -254,8 +350,11 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fau
         in_frame: !kind.is_foreign() && !kind.is_of_node() && kind != Kind::Flip && rng.u8(0..3) > 0,
     };
     match kind {
-        Kind::Cut => fault.place = 2 * u32::from(rng.u8(1..=slaves)) + 1,
-        Kind::Short | Kind::Dominant => fault.place = 2 * u32::from(any),
+        Kind::Cut => {
+            let left = rng.u8((from - 1).max(1)..=to.min(slaves));
+            fault.place = SPACING * u32::from(left) + BESIDE;
+        }
+        Kind::Short | Kind::Dominant => fault.place = SPACING * u32::from(any),
         Kind::Disconnect | Kind::Stuck => fault.node = any,
         // Bit error rates of 1e-4 and 1e-5.
         Kind::Noise => fault.value = rng.u32(4..=5),
@@ -466,6 +565,8 @@ fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, S
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
@@ -477,6 +578,7 @@ mod tests {
             assert_ne!(script, Script::random(7, number, 1));
             assert!(script.length >= 60_000_000);
             assert_eq!(script.faults.len(), 1 + number as usize % 2);
+            assert!(number % 4 < 3 || script.is_related(), "{script}");
             let pair = script.clone().with_standby();
             assert_eq!(pair.to_string().parse(), Ok(pair.clone()), "{pair}");
             assert_eq!(pair.masters, 2);
@@ -485,7 +587,74 @@ mod tests {
                 let (node, place, lasts) = (one.node, one.place, one.lasts);
                 assert_eq!(*one, Fault { node, place, lasts, ..*two });
             }
+            assert!(number % 4 < 3 || pair.is_related(), "{pair}");
         }
+    }
+
+    /// Given 20,000 runs, then each pair of kinds that may strike one node does so, in both orders, on the twin too.
+    #[test]
+    fn related_faults_come_in_every_pair_and_order() {
+        type Draw = fn(u64, u64, u64) -> Script;
+        for draw in [Script::random as Draw, Script::small as Draw] {
+            let related = (0..20_000).map(|number| draw(5, number, 0)).filter(Script::is_related);
+            let pairs: BTreeSet<_> = related.map(|script| [0, 1].map(|at| script.faults[at].kind)).collect();
+            let of_master = |kind| matches!(kind, Kind::ResetMaster | Kind::PowerMaster);
+            let of_slave = |kind| matches!(kind, Kind::ResetSlave | Kind::PowerSlave);
+            for (first, second) in Kind::LOCAL.iter().flat_map(|one| Kind::LOCAL.map(|two| (*one, two))) {
+                let is_possible =
+                    !(of_master(first) && of_slave(second) || of_slave(first) && of_master(second));
+                assert_eq!(pairs.contains(&[first, second]), is_possible, "{first:?} {second:?}");
+            }
+        }
+    }
+
+    /// A slave loses its stub of the bus in use for ever, and is reset or loses its power: at the same time, and up to a second before
+    /// and after, with one master and with two.
+    #[test]
+    fn related_faults_are_a_jolt_at_any_distance() {
+        for standby in [false, true] {
+            let script = |number| {
+                let script = Script::random(5, number, 0);
+                if standby { script.with_standby() } else { script }
+            };
+            let jolts = (0..40_000).map(script).filter_map(|script| {
+                let stub = script.faults.iter().find(|fault| fault.kind == Kind::Disconnect)?;
+                let restart = script
+                    .faults
+                    .iter()
+                    .find(|fault| matches!(fault.kind, Kind::ResetSlave | Kind::PowerSlave))?;
+                let is_jolt = script.is_related() && stub.lasts.is_none() && stub.bus == Bus::Nominal;
+                is_jolt.then(|| (restart.at as i64 - stub.at as i64) / 1_000)
+            });
+            let jolts: BTreeSet<i64> = jolts.collect();
+            for around in [-900, -500, -100, 0, 100, 500, 900] {
+                let near = around - 100..=around + 100;
+                assert!(jolts.range(near).next().is_some(), "{around} ms: {jolts:?}");
+            }
+            assert!(jolts.contains(&0));
+        }
+    }
+
+    /// Node n sits at 2 n metres.
+    #[test]
+    fn faults_are_related_within_a_second_and_a_metre() {
+        let is_related = |faults: &str| {
+            let script: Script = format!("run masters=2 slaves=3\n{faults}").parse().unwrap();
+            script.is_related()
+        };
+        assert!(is_related("disconnect at=5000000 node=4\nreset-slave at=5000000 node=4"));
+        assert!(is_related("reset-slave at=5000000 node=4\ndisconnect at=6000000 bus=redundant node=4"));
+        assert!(!is_related("reset-slave at=5000000 node=4\ndisconnect at=6000001 node=4"));
+        assert!(!is_related("disconnect at=5000000 node=3\nreset-slave at=5000000 node=4"));
+        assert!(!is_related("disconnect at=5000000 node=4"));
+        assert!(is_related("cut at=5000000 place=7\npower-slave at=5000000 node=4"));
+        assert!(is_related("short at=5000000 place=10\nreset-master at=5000000 node=128"));
+        assert!(!is_related("cut at=5000000 place=5\npower-slave at=5000000 node=4"));
+        // They strike a whole bus.
+        assert!(!is_related("noise at=5000000 value=4\nreset-slave at=5000000 node=4"));
+        assert!(!is_related("glitch at=5000000 lasts=9 node=0\ncut at=5000000 place=1"));
+        // No fault of the node itself.
+        assert!(!is_related("foreign-nmt at=5000000 node=4 value=129\nreset-slave at=5000000 node=4"));
     }
 
     #[test]

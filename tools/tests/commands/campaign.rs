@@ -31,7 +31,7 @@ fn wrong_values_of_the_campaign_are_refused() {
 fn part(folder: &std::path::Path, name: &str, commit: &str, seed: u64, shard: u64) -> String {
     let parameters = format!(r#"{{"seed":{seed},"runs":4,"world":"host","masters":1}}"#);
     let run = format!(r#"{{"command":"campaign","commit":"{commit}","shards":2,"parameters":{parameters}}}"#);
-    let results = r#"{"flown":2,"double":1,"idle":0,"virtual_us":120000000,"kinds":{"cut":[2,1]},"detections":[99],"violations":[]}"#;
+    let results = r#"{"flown":2,"double":1,"related":1,"idle":0,"virtual_us":120000000,"kinds":{"cut":[2,1]},"detections":[99],"violations":[]}"#;
     let path = folder.join(name);
     std::fs::write(&path, format!(r#"{{"run":{run},"shard":{shard},"results":{results}}}"#)).expect("a file");
     path.to_string_lossy().into_owned()
@@ -47,7 +47,9 @@ fn only_all_parts_of_one_campaign_are_merged() {
     let (one, two) = (file("1.json", "abc", 1, 1), file("2.json", "abc", 1, 2));
     let (code, table, stderr) = TOOLS.run(&["campaign", "merge", &two, &one]);
     assert_eq!(code, 0, "{stderr}");
-    assert!(table.contains("4 runs in world host with one master, 2 of them with two faults"), "{table}");
+    let runs =
+        "4 runs in world host with one master, 2 of them with two faults, 2 with related ones, 0 without";
+    assert!(table.contains(runs), "{table}");
     assert!(table.contains("cut                      4            2\n"), "{table}");
 
     let masters = std::fs::read_to_string(&two).expect("a file").replace(r#""masters":1"#, r#""masters":2"#);

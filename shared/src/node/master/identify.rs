@@ -1,7 +1,8 @@
 //! Asks each new node for its device type. A node that answers counts as a slave.
 //!
-//! The master reads 1000h of each new Node-ID once, and again after its next boot-up message. The boot-up process goes
-//! first. After a question without an answer the SDO client is free for others for the same time.
+//! The master reads 1000h of each new Node-ID, and again after its next boot-up message. It asks up to three times while
+//! the node is heard, and takes a late answer as well. The boot-up process goes first. After a question without an answer
+//! the SDO client is free for others for the same time.
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
@@ -63,8 +64,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Err(Error::BusChanged) => self.redundancy.peers_mut().ask_again(node),
             Err(Error::Timeout) => {
                 self.identification.not_before = until + self.services.lifetimes.sdo;
-                self.redundancy.peers_mut().on_no_answer(node, until);
-                out.event(MasterEvent::UnknownNode { node });
+                if self.redundancy.peers_mut().on_no_answer(node, until) {
+                    out.event(MasterEvent::UnknownNode { node });
+                }
             }
         }
     }

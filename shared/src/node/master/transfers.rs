@@ -147,6 +147,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.next = Instant::ZERO;
         if !was_used {
             self.services.buses.ignored(bus);
+            if self.redundancy.peers().is_answer_late(node) {
+                self.redundancy.on_answer(node, now);
+            }
         }
     }
 

@@ -35,13 +35,13 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// Times for which what is noted of the node with Node-ID `raw` has an effect. Of a miss it has one on foreign nodes
-    /// alone, which are forgotten.
+    /// Times for which what is noted of the node with Node-ID `raw` has an effect. Of a miss it has one on nodes
+    /// alone that may be forgotten.
     pub(super) fn times_of(&self, raw: usize, parameters: &Parameters) -> PeerTimes {
         let node = NodeId::new(raw as u8);
         let common = parameters.consumer;
-        let memory =
-            if node.is_some_and(|node| self.counts(node)) { Duration::ZERO } else { common.times(MEMORY) };
+        let is_forgettable = node.is_none_or(|node| self.is_forgettable(node));
+        let memory = if is_forgettable { common.times(MEMORY) } else { Duration::ZERO };
         let consumer = node.map_or(common, |node| self.time(node, common));
         PeerTimes { heartbeat: ConsumerTimes { consumer, memory }, hold: parameters.hold_time() }
     }

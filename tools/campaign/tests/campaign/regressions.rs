@@ -3,7 +3,7 @@
 use campaign::{World, fly};
 
 /// What was wrong, and the script.
-const SCRIPTS: [(&str, &str); 15] = [
+const SCRIPTS: [(&str, &str); 16] = [
     (
         "the master did not go back to a bus that had served more slaves",
         "run seed=1 slaves=5 length=60000000\n\
@@ -92,6 +92,12 @@ const SCRIPTS: [(&str, &str); 15] = [
         "run seed=1 slaves=4 selective=1 length=60000000\n\
          disconnect at=16000000 bus=nominal node=5\n\
          foreign-master at=17000000 bus=nominal node=1 value=5 times=4 every=200000\n",
+    ),
+    (
+        "a slave that was reset as its stub broke did not count any more, and the master stayed where it was not heard",
+        "run seed=1 slaves=3 length=60000000\n\
+         disconnect at=18000000 bus=nominal node=4\n\
+         reset-slave at=18000000 node=4\n",
     ),
 ];
 

@@ -143,7 +143,12 @@ impl Master {
         if !self.redundancy.is_announced() {
             return;
         }
-        let Some(transfer) = self.boot.transfer.take_if(is_ours) else { return };
+        let Some(transfer) = self.boot.transfer.take_if(is_ours) else {
+            if self.redundancy.peers().is_answer_late(node) {
+                self.redundancy.on_answer(node, now);
+            }
+            return;
+        };
         if transfer.is_question {
             return self.redundancy.on_answer(node, now);
         }

@@ -1,0 +1,3 @@
+//! Tables of flights in host worlds that take minutes.
+
+mod jolts;
