@@ -24,6 +24,7 @@
 //! # Ok::<(), eds::Unreadable>(())
 //! ```
 
+use std::borrow::Cow;
 use std::collections::btree_map::Entry as Place;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -100,12 +101,12 @@ impl DataSheet {
     /// # Errors
     /// When it has neither a section `[DeviceInfo]` nor one of an object.
     pub fn read(bytes: &[u8]) -> Result<DataSheet, Unreadable> {
-        let (text, ..) = match std::str::from_utf8(bytes) {
-            Ok(text) => (text.strip_prefix('\u{FEFF}').unwrap_or(text).into(), WINDOWS_1252, false),
+        let text = match std::str::from_utf8(bytes) {
+            Ok(text) => Cow::Borrowed(text),
             // It also finds the byte order mark of UTF-16.
-            Err(_) => WINDOWS_1252.decode(bytes),
+            Err(_) => WINDOWS_1252.decode(bytes).0,
         };
-        let text = text.replace("\r\n", "\n").replace('\r', "\n");
+        let text = text.trim_start_matches('\u{FEFF}').replace("\r\n", "\n").replace('\r', "\n");
         let mut sheet = DataSheet { entries: BTreeMap::new(), doubles: Vec::new() };
         let (mut section, mut is_sheet) = (String::new(), false);
         for (line, text) in (1..).zip(text.split('\n').map(str::trim)) {
