@@ -20,6 +20,7 @@
 //! const _: () = assert!(MISSION.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
 //! const _: () = assert!(MISSION.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
 //! const _: () = MISSION.assert_heartbeats();
+//! const _: () = MISSION.assert_node_ids();
 //! ```
 //!
 //! # Limits
@@ -29,6 +30,7 @@
 //!   the response times of the frames.
 
 mod heartbeats;
+mod node_ids;
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
@@ -76,7 +78,8 @@ pub struct Profile {
     /// Shortest time that a master stays on a bus while it hears no slave on either. It is never less than two
     /// toggling times and two heartbeat periods.
     pub dwell: Duration,
-    /// COB-IDs of frames whose end is measured in hardware if the board can, received and sent.
+    /// COB-IDs of frames whose end is measured in hardware if the board can, received and sent. SYNC (1005h) always is
+    /// one of them.
     pub stamped: &'static [CobId],
     /// Limits of the crystals of the nodes. The error bound of every clock (2015h) relies on them.
     pub clocks: ClockPolicy,
@@ -141,7 +144,7 @@ impl Profile {
         selective: &[],
         silent_share: 50,
         dwell: Duration::from_millis(10_000),
-        stamped: &[CobId::SYNC],
+        stamped: &[],
         clocks: ClockPolicy::DEFAULT,
         sdo_timeout: Duration::from_millis(500),
         slaves: &[],

@@ -223,3 +223,46 @@ fn a_mended_bus_carries_frames_again() {
     let heartbeats = after.iter().filter(|sent| sent.frame.id().raw() == 0x701);
     assert_eq!(heartbeats.map(|sent| sent.bus).collect::<Vec<_>>(), [Bus::Nominal; 10]);
 }
+
+/// An application that never waits would keep the test in one step.
+#[test]
+#[should_panic(expected = "tasks wake each other without end")]
+fn tasks_that_wake_themselves_for_ever_are_a_panic() {
+    let mut tasks = Tasks::default();
+    tasks.spawn(std::future::poll_fn(|context| {
+        context.waker().wake_by_ref();
+        Poll::<()>::Pending
+    }));
+    tasks.run();
+}
+
+/// Given an application that reads an object of a slave, then it waits for the answer, and has it.
+#[test]
+fn an_application_reads_a_slave_by_sdo() {
+    let mut spacecraft = MockSpacecraft::new();
+    let (one, _) = spacecraft.power_on(master);
+    spacecraft.power_on(|| slave(TWO));
+    spacecraft.run_until(at(1_000));
+    let read = Rc::new(Cell::new(None));
+    let place = read.clone();
+    spacecraft.spawn(async move {
+        let mut state = [0; 2];
+        place.set(Some(one.sdo().read(TWO, Address::new(0x1017, 0), &mut state).await.map(|_| state)));
+    });
+    spacecraft.run_until(at(1_100));
+    assert_eq!(read.take(), Some(Ok([100, 0])));
+}
+
+/// Given an application that reads without a pause, then the test ends: frames take no time.
+#[test]
+#[should_panic(expected = "time stands still")]
+fn an_application_that_never_waits_for_time_is_a_panic() {
+    let mut spacecraft = MockSpacecraft::new();
+    let (one, _) = spacecraft.power_on(master);
+    spacecraft.power_on(|| slave(TWO));
+    spacecraft.run_until(at(1_000));
+    spacecraft.spawn(async move {
+        while one.sdo().read(TWO, Address::new(0x1017, 0), &mut [0; 2]).await.is_ok() {}
+    });
+    spacecraft.run_until(at(2_000));
+}

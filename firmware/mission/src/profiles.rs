@@ -63,8 +63,11 @@ const _: () = assert!(PROFILE.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
 const _: () = assert!(TWO_MASTERS.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
 // Heartbeat times that objects cannot hold, or that raise errors without a reason, fail it here.
 const _: () = STANDARD.assert_heartbeats();
+const _: () = STANDARD.assert_node_ids();
 const _: () = TWO_MASTERS.assert_heartbeats();
+const _: () = TWO_MASTERS.assert_node_ids();
 const _: () = LIBRECUBE.assert_heartbeats();
+const _: () = LIBRECUBE.assert_node_ids();
 
 /// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slaves 4 and 6 have
 /// selective access, so that both ways to fail over are seen; slave 6 is a minimal one, if it is there. The master boots slaves

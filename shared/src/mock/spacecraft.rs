@@ -55,6 +55,9 @@ pub struct MockSpacecraft {
     tasks: Tasks,
 }
 
+/// Steps at one instant, of which a long transfer by SDO needs one for each frame.
+const MOST_STEPS: u32 = 100_000;
+
 /// Frame that a node sent and another one acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SentFrame {
@@ -124,10 +127,19 @@ impl MockSpacecraft {
     }
 
     /// Runs until `end`. Returns the frames that were sent, the first one first.
+    ///
+    /// # Panics
+    /// When time stands still, for example because applications answer each other without end: frames take no time.
     pub fn run_until(&mut self, end: Instant) -> Vec<SentFrame> {
-        let mut all = Vec::new();
+        let (mut all, mut steps) = (Vec::new(), 0);
         while self.now() < end {
+            let before = self.now();
             all.extend(self.step(end));
+            steps = if self.now() == before { steps + 1 } else { 0 };
+            assert!(
+                steps < MOST_STEPS,
+                "time stands still at {before:?}: frames answer each other without end"
+            );
         }
         all
     }

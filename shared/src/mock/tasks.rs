@@ -13,14 +13,20 @@ use super::MockBoard;
 use crate::node::Node;
 use crate::runner::Runners;
 
+/// Rounds in which tasks come to rest, unless they wake each other without end.
+const MOST_ROUNDS: u32 = 10_000;
+
 /// Tasks of nodes and applications on mock boards. On a board an executor runs them.
 #[derive(Default)]
 pub struct Tasks {
-    futures: Vec<Pin<Box<dyn Future<Output = ()>>>>,
+    tasks: Vec<Task>,
+}
+
+struct Task {
+    future: Pin<Box<dyn Future<Output = ()>>>,
     is_woken: Arc<Woken>,
 }
 
-#[derive(Default)]
 struct Woken(AtomicBool);
 
 impl Wake for Woken {
@@ -47,21 +53,32 @@ impl Tasks {
 
     /// Adds a task, for example an application.
     pub fn spawn<F: Future + 'static>(&mut self, task: F) {
-        self.futures.push(Box::pin(async {
+        let future = Box::pin(async {
             task.await;
-        }));
+        });
+        self.tasks.push(Task { future, is_woken: Arc::new(Woken(AtomicBool::new(true))) });
     }
 
     /// Runs the tasks until each of them waits or has ended.
+    ///
+    /// # Panics
+    /// When tasks wake each other, or themselves, without end.
     pub fn run(&mut self) {
-        let waker = Waker::from(self.is_woken.clone());
-        loop {
-            self.is_woken.0.store(false, Ordering::Relaxed);
-            self.futures.retain_mut(|task| task.as_mut().poll(&mut Context::from_waker(&waker)).is_pending());
-            if !self.is_woken.0.load(Ordering::Relaxed) {
+        for _ in 0..MOST_ROUNDS {
+            let mut is_at_rest = true;
+            self.tasks.retain_mut(|Task { future, is_woken }| {
+                if !is_woken.0.swap(false, Ordering::Relaxed) {
+                    return true;
+                }
+                is_at_rest = false;
+                let waker = Waker::from(is_woken.clone());
+                future.as_mut().poll(&mut Context::from_waker(&waker)).is_pending()
+            });
+            if is_at_rest {
                 return;
             }
         }
+        panic!("tasks wake each other without end: let them wait for an event or for the clock");
     }
 }
 

@@ -1,10 +1,11 @@
 //! Buses of a node: counters, health, recovery from bus-off, joining and leaving.
 
+use crate::heartbeat::is_toggled;
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
 use crate::node::{BusCommand, FailCause, LinkEvent, Outbox};
 use crate::redundancy::{BusAccess, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
-use crate::types::{Bus, Duration, Instant, NmtState, PerBus, Scet, earliest};
+use crate::types::{Bus, Duration, Frame, Instant, NmtState, PerBus, Scet, earliest};
 
 /// Counters of the frames of one bus. `received` and `sent` wrap; all others stay at their maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -14,7 +15,8 @@ pub struct Counters {
     pub received: u32,
     /// Frames sent and acknowledged.
     pub sent: u32,
-    /// Received frames with an error in the protocol: wrong length, unknown command or state.
+    /// Received frames with an error in the protocol: wrong length, unknown command or state. Heartbeats with bit 7 set,
+    /// whose state is used all the same.
     pub malformed: u16,
     /// Received frames without an error that were not for this node in this state on this bus.
     pub ignored: u16,
@@ -204,6 +206,13 @@ impl Buses {
     /// Counts a received frame with an error in the protocol.
     pub fn malformed(&mut self, bus: Bus) {
         count(&mut self.counters[bus].malformed);
+    }
+
+    /// Counts a heartbeat that was taken as malformed if its bit 7 is set.
+    pub fn taken(&mut self, bus: Bus, heartbeat: &Frame) {
+        if is_toggled(heartbeat) {
+            self.malformed(bus);
+        }
     }
 
     /// Counts a received frame that is not for this node in this state.

@@ -12,6 +12,7 @@ use crate::time::{ClockObjects, LocalScet, LocalUtc};
 
 pub const PRE_DEFINED_ERRORS: u16 = EmcyObjects::ERRORS.index();
 pub const SYNC_COB_ID: u16 = SyncObjects::COB_ID.index();
+pub const CYCLE_PERIOD: u16 = SyncObjects::CYCLE_PERIOD.index();
 pub const SYNC_OVERFLOW: u16 = SyncObjects::OVERFLOW.index();
 pub const STORE: u16 = StoreObjects::STORE.index();
 pub const RESTORE: u16 = StoreObjects::RESTORE.index();

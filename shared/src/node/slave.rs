@@ -36,7 +36,7 @@ pub struct Slave<D: Device> {
 }
 
 impl<D: Device> Slave<D> {
-    /// Makes a slave before power-on. `id` is 2 to 127.
+    /// Makes a slave before power-on. `id` is 2 to 126, or 127 for [`Slave::in_maintenance`].
     #[inline(never)] // places on a small stack are reached by short instructions
     pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
@@ -220,11 +220,14 @@ impl<D: Device> Node for Slave<D> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        let is_ranged =
-            self.canopen.services.time.is_ranged() && id == CobId::heartbeat(self.canopen.control.id());
-        (self.stamped.contains(&id) || is_ranged)
-            && bus == self.redundancy.selected()
-            && (!self.canopen.services.is_sync(id) || is_sync_length(frame))
+        let Canopen { services, control, .. } = &self.canopen;
+        let is_measured = if services.is_sync(id) {
+            is_sync_length(frame)
+        } else {
+            let is_ranged = services.time.is_ranged() && id == CobId::heartbeat(control.id());
+            is_ranged || self.stamped.contains(&id)
+        };
+        is_measured && bus == self.redundancy.selected()
     }
 }
 

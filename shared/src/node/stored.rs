@@ -3,6 +3,7 @@
 use crate::od::checked::find;
 use crate::od::{Entry, Objects, checked, number};
 use crate::store;
+use crate::store::identity::is_slave;
 use crate::store::{
     Content, Group, Loaded, Loss, ParameterStore, Parameters, Row, Save, SaveLimit, StoreError, StoreRequest,
 };
@@ -203,10 +204,12 @@ impl Storage for Stored {
             [id, complement, b'I', b'D'] if id == !complement => id,
             _ => return Err(AbortCode::CannotTransfer),
         };
-        if id == NodeId::MASTER.get() || id > 127 {
+        let node = NodeId::new(id);
+        // Zero: none.
+        if id != 0 && !node.is_some_and(is_slave) {
             return Err(AbortCode::ValueRange);
         }
-        store.store_node_id(NodeId::new(id)).map_err(StoreError::abort_code)?;
+        store.store_node_id(node).map_err(StoreError::abort_code)?;
         Ok(id.into())
     }
 }

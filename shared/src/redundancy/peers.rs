@@ -1,7 +1,7 @@
 //! Nodes that the master hears: their states, and which of them count, are lost or silent.
 
 use super::Parameters;
-use crate::heartbeat::{Consumer, ConsumerTimes};
+use crate::heartbeat::{Consumer, ConsumerTimes, monitored};
 use crate::nmt::Target;
 use crate::types::{Canonical, Duration, Instant, NmtState, NodeId};
 
@@ -159,11 +159,13 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// Sets the consumer times of 1016h: node << 16 | milliseconds. Other nodes have the common one.
+    /// Sets the consumer times of the entries of 1016h that are in use. Other nodes have the common one.
     pub fn set_times(&mut self, entries: &[u32]) {
         self.times = [0; N];
         for entry in entries {
-            if let Some(time) = self.times.get_mut((entry >> 16) as usize) {
+            if let Some(node) = monitored(*entry)
+                && let Some(time) = self.times.get_mut(usize::from(node.get()))
+            {
                 *time = *entry as u16;
             }
         }

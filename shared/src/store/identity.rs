@@ -26,6 +26,11 @@ use crate::types::NodeId;
 /// it.
 pub const MAINTENANCE: NodeId = NodeId::of::<127>();
 
+/// Returns whether a slave may have this Node-ID: 2 to 126, neither that of the master nor [`MAINTENANCE`].
+pub const fn is_slave(id: NodeId) -> bool {
+    id.get() != NodeId::MASTER.get() && id.get() != MAINTENANCE.get()
+}
+
 /// The upper two bits of a copy.
 const MARK: u16 = 0b01;
 /// The generator x5 + x2 + 1, of degree 5.
@@ -66,12 +71,12 @@ pub enum NoNodeId {
 /// [`NoNodeId`]: the board stays silent.
 pub const fn node_id(straps: Straps, stored: Option<NodeId>) -> Result<NodeId, NoNodeId> {
     match (straps, stored) {
-        (Straps::Wrong, _) => Err(NoNodeId::Straps),
-        (Straps::Open, None) => Err(NoNodeId::Missing),
-        (Straps::Closed(straps), Some(stored)) if straps.get() != stored.get() => {
+        (Straps::Closed(straps), Some(stored)) if is_slave(straps) && straps.get() != stored.get() => {
             Err(NoNodeId::Contradiction { straps, stored })
         }
-        (Straps::Closed(id), _) | (Straps::Open, Some(id)) => Ok(id),
+        (Straps::Closed(id), _) | (Straps::Open, Some(id)) if is_slave(id) => Ok(id),
+        (Straps::Closed(_) | Straps::Wrong, _) => Err(NoNodeId::Straps),
+        (Straps::Open, _) => Err(NoNodeId::Missing),
     }
 }
 
@@ -80,7 +85,7 @@ pub const fn node_id(straps: Straps, stored: Option<NodeId>) -> Result<NodeId, N
 pub fn agreed([first, second, third]: [u8; 3]) -> Option<NodeId> {
     let value = if second == third { second } else { first };
     let is_agreed = value == second || value == third;
-    NodeId::new(value).filter(|id| is_agreed && *id != NodeId::MASTER)
+    NodeId::new(value).filter(|id| is_agreed && is_slave(*id))
 }
 
 /// Makes a copy with its `number`, 1 to 3, of a Node-ID or 0: 4001h to 7FFFh.

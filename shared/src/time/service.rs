@@ -41,9 +41,12 @@ pub struct TimeService {
     /// Times since the last SYNC.
     times: u8,
     twice: Run<TWICE_IN_A_ROW>,
-    sample: FineScet,
-    read: Parts,
-    written: Parts,
+    /// Sample of which clients read 2011h, and that of 2013h.
+    samples: [FineScet; 2],
+    /// Parts of 2011h and 2013h that are still to be read.
+    read: [Parts; 2],
+    /// Parts of 2010h and 2012h that are still to be written.
+    written: [Parts; 2],
     /// Number of heartbeats of this node that are still to be stamped.
     ranged: u8,
 }
@@ -78,24 +81,28 @@ impl<const MOST: u8> Run<MOST> {
 /// Parts of a record that are still to come.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parts {
-    index: u16,
     /// A bit for each sub-index.
     left: u8,
     until: Instant,
 }
 
 impl Parts {
-    /// Takes one of `count` parts. Whether it belongs to those before.
-    fn take(&mut self, at: Address, count: u8, now: Instant) -> bool {
-        let bit = 1 << (at.sub & 7);
-        let belongs = self.index == at.index && self.left & bit != 0 && now < self.until;
+    /// Takes part `sub` of `count`, 1 to `count`. Whether it belongs to those before.
+    fn take(&mut self, sub: u8, count: u8, now: Instant) -> bool {
+        let bit = 1 << (sub & 7);
+        let belongs = self.left & bit != 0 && now < self.until;
         if !belongs {
             // Sub-indices 1 to `count`.
-            *self = Parts { index: at.index, left: (2 << count) - 2, until: now + PATIENCE };
+            *self = Parts { left: (2 << count) - 2, until: now + PATIENCE };
         }
         self.left &= !bit;
         belongs
     }
+}
+
+/// Number of a record among two: 0 for SCET (2010h, 2011h), 1 for UTC (2012h, 2013h).
+const fn record(at: Address) -> usize {
+    (at.index >> 1 & 1) as usize
 }
 
 /// Binary places of a received time.
@@ -143,9 +150,9 @@ impl TimeService {
             uncaptured: Run(0),
             times: 0,
             twice: Run(0),
-            sample: FineScet::default(),
-            read: Parts::default(),
-            written: Parts::default(),
+            samples: [FineScet::default(); 2],
+            read: [Parts::default(); 2],
+            written: [Parts::default(); 2],
             ranged: 0,
         }
     }
@@ -194,12 +201,13 @@ impl TimeService {
 
     /// Sets the clock by command, which is always a step.
     pub fn set(&mut self, scet: FineScet, at: FineInstant) -> Step {
-        self.written = Parts::default();
         self.clock.set(at, scet)
     }
 
-    /// Notes the binary places of a spacecraft time that was received.
+    /// Notes the binary places of a spacecraft time that was received. It stands in 2010h or 2012h in place of the
+    /// parts that a client wrote.
     pub fn on_places(&mut self, places: Places) {
+        self.written = Default::default();
         self.times = self.times.saturating_add(1);
         self.clock.set_fine_bits(places.bits);
         self.short.note(places.is_short);
@@ -243,7 +251,6 @@ impl TimeService {
         if is_late && !was_late {
             return self.unused();
         }
-        self.written = Parts::default();
         let refused = self.clock.refused();
         match self.clock.discipline(at, scet, source, now.into()) {
             Some(step) => PairOutcome::Stepped(step),
@@ -257,13 +264,17 @@ impl TimeService {
         PairOutcome::Unused
     }
 
-    /// Returns the sample for a client that reads one of `count` sub-indices: a new sample, unless the client
-    /// read another sub-index before.
-    pub fn read(&mut self, at: Address, count: u8, now: Instant) -> FineScet {
-        if !self.read.take(at, count, now) {
-            self.sample = self.clock.at(now.into());
+    /// Returns the sample for a client that reads part `at` of `count`: a new sample, unless the client read another
+    /// part of the record before. `None`: sub-index 0 and those above `count` are no part of the time.
+    pub fn read(&mut self, at: Address, count: u8, now: Instant) -> Option<FineScet> {
+        if at.sub == 0 || at.sub > count {
+            return None;
         }
-        self.sample
+        let nth = record(at);
+        if !self.read[nth].take(at.sub, count, now) {
+            self.samples[nth] = self.clock.at(now.into());
+        }
+        Some(self.samples[nth])
     }
 
     /// Notes that a client reads the time of a heartbeat: the next heartbeats are stamped.
@@ -282,14 +293,11 @@ impl TimeService {
         Some(self.clock.at(at))
     }
 
-    /// Notes that a client wrote one of `count` sub-indices. Returns whether it was the last one.
+    /// Notes that a client wrote part `at` of `count`. Returns whether it was the last one.
     pub fn is_written(&mut self, at: Address, count: u8, now: Instant) -> bool {
-        self.written.take(at, count, now);
-        let is_whole = self.written.left == 0;
-        if is_whole {
-            self.written = Parts::default();
-        }
-        is_whole
+        let parts = &mut self.written[record(at)];
+        parts.take(at.sub, count, now);
+        parts.left == 0
     }
 
     /// Returns the value of object 2015h. Until the delay of the bus is known, it counts as the longest of the

@@ -194,6 +194,12 @@ impl<N: Node> Bench<N> {
         self.with(|node, now, out| node.on_request(request, now, out));
     }
 
+    /// Returns whether a filter of the controller of this bus admits frames with this COB-ID.
+    pub fn admits(&self, bus: Bus, id: u16) -> bool {
+        let id = CobId::new(id).unwrap();
+        self.filters.iter().any(|((of, _), filter)| *of == bus && filter.admits(id))
+    }
+
     /// Forget what was done so far.
     pub fn clear(&mut self) {
         self.sent.clear();

@@ -13,7 +13,7 @@ use crate::bench::{Bench, NOMINAL, frame, ms, node};
 /// An input and an output.
 #[derive(Debug, Objects)]
 #[objects(device)]
-struct Channel {
+pub struct Channel {
     /// Input
     #[object(0x6000, ro, pdo)]
     input: u16,
@@ -40,7 +40,7 @@ fn powered() -> Bench<CanopenSlave<Channel>> {
 }
 
 /// Started by the master, what it sent before forgotten.
-fn operational() -> Bench<CanopenSlave<Channel>> {
+pub fn operational() -> Bench<CanopenSlave<Channel>> {
     let mut slave = powered();
     slave.receive(NOMINAL, 0x000, &[1, 5]);
     assert_eq!(slave.node.state(), NmtState::Operational);

@@ -47,5 +47,6 @@ mod slave_bus;
 mod slave_search;
 mod standby;
 mod time;
+mod toggled;
 mod trial;
 mod utc;

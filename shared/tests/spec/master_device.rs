@@ -6,7 +6,7 @@ use ecss_can::node::{MasterEvent, SelfTest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
 
-use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::console;
 
 pub(crate) const TWO: NodeId = NodeId::of::<2>();
@@ -131,6 +131,20 @@ fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
     assert_eq!(counters, [[1], [2], [3], [1], [2]]);
 }
 
+/// Given a written 1017h, then a heartbeat of the master lives at most one period.
+#[test]
+fn its_heartbeat_lives_no_longer_than_1017h() {
+    let mut master = powered(&STANDARD);
+    for (period, lifetime) in [(30, 30), (100, 100), (1_000, 100)] {
+        assert_eq!(write(&mut master, 0x1017, 0, period, 2), Ok(()));
+        master.clear();
+        let until = master.now + span(1_000);
+        master.run_until(until);
+        let beat = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x701).expect("a heartbeat");
+        assert_eq!(beat.expires.since(beat.at), span(lifetime), "{period} ms");
+    }
+}
+
 /// 2043h is the largest delay of a SYNC in microseconds. The grid of the period stays.
 #[test]
 fn sync_is_dithered_when_2043h_says_so() {
@@ -194,13 +208,14 @@ fn a_slave_is_asked_checked_and_started() {
     let mut master = powered(&BOOTS_TWO);
     master.receive(NOMINAL, 0x702, &[0x00]);
     assert_eq!(requests(&master), [[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]]);
-    // Other servers and other lengths are not its answer.
+    // Other servers, other objects and other lengths are not its answer.
     master.receive(NOMINAL, 0x583, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x00]);
     master.receive(REDUNDANT, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(requests(&master).len(), 1);
     let counters = master.node.status(master.now).counters;
-    assert_eq!((counters.nominal.ignored, counters.nominal.malformed, counters.redundant.ignored), (1, 1, 1));
+    assert_eq!((counters.nominal.ignored, counters.nominal.malformed, counters.redundant.ignored), (2, 1, 1));
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(requests(&master)[1], [0x40, 0x18, 0x10, 2, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);

@@ -2,8 +2,9 @@
 
 use ecss_can::emcy::PostMortem;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{LinkEvent, MasterEvent, SelfTest};
-use ecss_can::types::Duration;
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{LinkEvent, MasterEvent, MasterRequest, SelfTest};
+use ecss_can::types::{Duration, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::console;
@@ -168,4 +169,49 @@ fn its_dictionary_is_there_without_it() {
     let objects = console::master(&STANDARD, None).into_objects();
     assert_eq!(objects.communication.heartbeat.time, 100);
     assert_eq!(objects.consumers.consumer_heartbeat[0], u32::from(node(2).get()) << 16 | 250);
+}
+
+/// Counters of the SYNCs that it sent since the last clear.
+fn counters(master: &Bench<Master>) -> Vec<u8> {
+    let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x080);
+    sent.map(|sent| sent.frame.data()[0]).collect()
+}
+
+/// Given SYNCs with a counter, when the master was stopped and started, then the first SYNC has counter 1 (CiA 301 7.2.5.2).
+/// SYNC goes on in Pre-operational, and so does its counter.
+///
+/// Verifies: ECSS 6.3b
+#[test]
+fn sync_counter_begins_with_1_after_the_master_was_stopped() {
+    let own = |command| MasterRequest::Nmt(NmtMessage { command, target: Target::Node(NodeId::MASTER) });
+    let (start, stop, enter) = (Command::Start, Command::Stop, Command::EnterPreOperational);
+    let cases: [(&[Command], [u8; 2]); 6] = [
+        (&[stop, start], [1, 2]),
+        (&[stop, enter], [1, 2]),
+        (&[stop, enter, start], [1, 2]),
+        (&[stop, stop, start, stop, start], [1, 2]),
+        (&[enter, start], [4, 5]),
+        (&[start], [4, 5]),
+    ];
+    for (commands, expected) in cases {
+        let mut master = powered(&STANDARD);
+        for (index, value, len) in [(0x1006, 0, 4), (0x1019, 10, 1), (0x1006, 10_000, 4)] {
+            assert_eq!(write(&mut master, index, 0, value, len), Ok(()));
+        }
+        master.clear();
+        master.run_until(ms(35));
+        assert_eq!(counters(&master), [1, 2, 3]);
+        master.clear();
+        commands.iter().for_each(|command| master.request(own(*command)));
+        master.run_until(ms(55));
+        assert_eq!(counters(&master), expected, "{commands:?}");
+        // A pause of several periods.
+        master.request(own(stop));
+        master.clear();
+        master.run_until(ms(205));
+        assert_eq!(counters(&master), []);
+        master.request(own(start));
+        master.run_until(ms(225));
+        assert_eq!(counters(&master)[..2], [1, 2], "{commands:?}");
+    }
 }

@@ -129,6 +129,35 @@ fn a_slave_is_lost_after_its_own_time_of_1016h() {
     assert_eq!(lost_at(&mut master), Some(601));
 }
 
+/// Given entries without a Node-ID of 1 to 127 or without a time, then they are not in use (CiA 301 7.5.2.15): the longest consumer
+/// time is that of the others, and an entry that names a node again takes no time from it.
+///
+/// Verifies: ECSS 8.3.1c
+#[test]
+fn entries_of_1016h_not_in_use_delay_no_decision() {
+    let common = |master: &Bench<Master>| master.node.status(master.now).redundancy.consumer;
+    for unused in [0x0000_FFFF, 0x0080_FFFF, 0x00FF_FFFF, 0x0009_0000] {
+        let mut master = powered(&STANDARD);
+        assert_eq!(write(&mut master, 0x1016, 8, unused, 4), Ok(()));
+        assert_eq!(common(&master), span(250), "{unused:08X}h");
+        assert_eq!(lost_at(&mut master), Some(251), "{unused:08X}h");
+    }
+    // Without an entry in use: the time of the profile, not one that was written before.
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x1016, 1, 2 << 16 | 60_000, 4), Ok(()));
+    assert_eq!(common(&master), span(60_000));
+    for sub in 1..=8 {
+        assert_eq!(write(&mut master, 0x1016, sub, 0, 4), Ok(()));
+    }
+    assert_eq!(common(&master), span(250));
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x1016, 8, 9 << 16, 4), Ok(()));
+    assert_eq!(write(&mut master, 0x1016, 7, 9 << 16 | 600, 4), Ok(()));
+    assert_eq!(write(&mut master, 0x1016, 6, 8 << 16 | 900, 4), Ok(()));
+    assert_eq!(common(&master), span(900));
+    assert_eq!(lost_at(&mut master), Some(601), "its own time, not the longest");
+}
+
 const STAMP: [u32; 2] = [12_321, 43_200_000];
 
 /// Slave 2 has one setting.

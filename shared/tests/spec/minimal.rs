@@ -17,7 +17,7 @@ use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 /// Counts what it is told to do. A first byte of A5h asks for telemetry: the transmit PDO by the second byte, with the rest of
 /// the request as its data. Any other one is a command.
 #[derive(Default)]
-struct Probe {
+pub struct Probe {
     commands: Vec<(usize, Vec<u8>, Instant)>,
 }
 
@@ -74,7 +74,7 @@ fn numbers() -> Numbers {
 }
 
 /// It follows the master and sends no heartbeat, so that what it sends is telemetry.
-fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
+pub fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
     let mut bench = Bench::new(MinimalSlave::new(node(5), numbers().without_heartbeat(), D::default()));
     bench.clear();
     bench

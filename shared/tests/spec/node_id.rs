@@ -48,7 +48,7 @@ fn a_copy_has_the_documented_format() {
 /// Verifies: ECSS 6.10k
 #[test]
 fn every_flipped_bit_of_every_copy_changes_no_node_id() {
-    for id in 2..=127 {
+    for id in 2..=126 {
         for flipped in 1..=3 {
             for bit in 0..16 {
                 let found = [1, 2, 3].map(|number| {
@@ -67,7 +67,7 @@ fn every_flipped_bit_of_every_copy_changes_no_node_id() {
 /// Verifies: ECSS 6.10k
 #[test]
 fn one_wrong_copy_of_three_changes_no_node_id() {
-    for id in 2..=127 {
+    for id in 2..=126 {
         for wrong in (0..=127).filter(|wrong| *wrong != id) {
             for place in 0..3 {
                 let mut copies = [id; 3];
@@ -84,6 +84,35 @@ fn one_wrong_copy_of_three_changes_no_node_id() {
     }
     // Three that differ, none that is one of a slave.
     assert_eq!([agreed([2, 3, 4]), agreed([0; 3]), agreed([1; 3])], [None; 3]);
+}
+
+/// Given copies or straps with the Node-ID of the master, 1, or of boards in maintenance mode, 127, then they give the board none,
+/// alone or together.
+///
+/// Verifies: ECSS 6.10h, 6.10k
+#[test]
+fn no_slave_has_the_node_id_of_master_or_maintenance() {
+    for id in [1, 127] {
+        assert_eq!(agreed([id; 3]), None);
+        for other in 0..=127 {
+            for copies in [[other, id, id], [id, other, id], [id, id, other]] {
+                assert_eq!(agreed(copies), None, "{copies:?}");
+            }
+        }
+        let id = node(id);
+        assert_eq!(node_id(Straps::Open, Some(id)), Err(NoNodeId::Missing));
+        for stored in [None, Some(node(3)), Some(id)] {
+            assert_eq!(node_id(Straps::Closed(id), stored), Err(NoNodeId::Straps), "{stored:?}");
+        }
+        // The straps are right, the store is not.
+        let found = node_id(Straps::Closed(node(3)), Some(id));
+        assert_eq!(found, Err(NoNodeId::Contradiction { straps: node(3), stored: id }));
+    }
+    for id in [2, 126] {
+        assert_eq!(agreed([id; 3]), Some(node(id)));
+        assert_eq!(node_id(Straps::Open, Some(node(id))), Ok(node(id)));
+        assert_eq!(node_id(Straps::Closed(node(id)), None), Ok(node(id)));
+    }
 }
 
 /// Every setting of five straps: 1 is closed.

@@ -14,7 +14,7 @@ use crate::console::{self, Console};
 use crate::instrument::STANDARD;
 use crate::manager::ALONE;
 
-type Board = Bench<Master<Console, TwoBoards>>;
+pub type Board = Bench<Master<Console, TwoBoards>>;
 
 const PROFILE: Profile = Profile { standby: Some(Profile::PAIR), ..STANDARD };
 
@@ -25,7 +25,7 @@ fn role(role: Role, cause: RoleCause) -> MasterEvent {
     MasterEvent::Role(RoleChange { role, cause })
 }
 
-fn powered(strap: Strap) -> Board {
+pub fn powered(strap: Strap) -> Board {
     Bench::new(Master::of_two(&PROFILE, strap, Console::default(), None))
 }
 
@@ -47,6 +47,12 @@ fn standing_by() -> Board {
 /// With another device.
 fn standing_by_with<D: Device>(device: D) -> Bench<Master<D, TwoBoards>> {
     let mut board = Bench::new(Master::of_two(&PROFILE, Strap::Prime, device, None));
+    stand_by(&mut board);
+    board
+}
+
+/// A board that got power becomes this standby.
+fn stand_by<D: Device>(board: &mut Bench<Master<D, TwoBoards>>) {
     for beat in 1..=10 {
         board.run_until(ms(100 * beat));
         board.receive(REDUNDANT, 0x701, &[0x05]);
@@ -56,7 +62,6 @@ fn standing_by_with<D: Device>(device: D) -> Bench<Master<D, TwoBoards>> {
         }
     }
     assert_eq!(board.frames(), []);
-    board
 }
 
 /// Heartbeats of slaves 2 and 3 every 100 ms until then.

@@ -20,7 +20,7 @@ pub fn powered(profile: &Profile) -> Bench<TestSlave> {
 }
 
 /// Operational on the nominal bus at 10 ms, the master heard at 10 ms.
-fn operational(profile: &Profile) -> Bench<TestSlave> {
+pub fn operational(profile: &Profile) -> Bench<TestSlave> {
     let mut slave = powered(profile);
     slave.run_until(ms(10));
     slave.receive(NOMINAL, 0x701, &[0x05]);

@@ -36,6 +36,8 @@ enum Masters {
     One,
     /// The same in use: boot process, bus-off, applications, budgets
     OneInUse,
+    /// The same as one, and no slave is assigned
+    OneUnassigned,
     /// Two boards, one of which is the standby of the other
     Two,
     /// The same with equal clocks: equal frames merge
@@ -54,6 +56,7 @@ fn main() -> ExitCode {
     let crew = match arguments.masters {
         Masters::One => Crew::OneMaster,
         Masters::OneInUse => Crew::OneMasterInUse,
+        Masters::OneUnassigned => Crew::OneMasterUnassigned,
         Masters::Two => Crew::TwoMasters,
         Masters::TwoInStep => Crew::TwoMastersInStep,
         Masters::TwoUnassigned => Crew::TwoMastersUnassigned,

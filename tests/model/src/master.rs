@@ -5,13 +5,18 @@ mod application;
 mod boot;
 
 use ecss_can::link::queue;
-use ecss_can::redundancy::{MasterRedundancy, RoleCause, RoleChange, Strap, SwitchCause, TwoBoards};
+use ecss_can::redundancy::{
+    MasterRedundancy, MasterSetup, RoleCause, RoleChange, Strap, SwitchCause, TwoBoards,
+};
 use ecss_can::types::{
     Bus, Canonical, CobId, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, Periodic, earliest,
 };
 
 use self::boot::BootProcess;
-use crate::profile::{HELD, MASTER_PARAMETERS, MASTER_SETUP, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE};
+use crate::profile::{
+    HELD, MASTER_PARAMETERS, MASTER_SETUP, MINORITY_SHARE, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE,
+    SILENT_SHARE,
+};
 use crate::station::{Outgoing, Station};
 
 /// A master.
@@ -40,10 +45,11 @@ pub struct Master {
 
 impl Master {
     /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `has_boot`: it checks
-    /// slaves before it starts them.
+    /// slaves before it starts them. Without a list, one silent slave of two is a minority.
     pub fn new(strap: Option<Strap>, is_assigned: bool, has_boot: bool) -> Self {
         let boards = TwoBoards::new(strap.map(|_| PAIR), strap.unwrap_or(Strap::Prime));
-        let redundancy = MasterRedundancy::new(boards, &MASTER_SETUP);
+        let silent_share = if is_assigned { SILENT_SHARE } else { MINORITY_SHARE };
+        let redundancy = MasterRedundancy::new(boards, &MasterSetup { silent_share, ..MASTER_SETUP });
         Master {
             redundancy,
             strap,

@@ -31,8 +31,10 @@ pub const PARAMETERS: Parameters = Parameters {
 /// The master searches without a limit, as in every profile of the mission.
 pub const MASTER_PARAMETERS: Parameters = Parameters { ntoggle: Parameters::NO_LIMIT, ..PARAMETERS };
 
-/// Share of silent slaves that moves the master, percent.
+/// Share of silent slaves that moves the master, percent: one of two.
 pub const SILENT_SHARE: u8 = 50;
+/// The same where one silent slave of two is a minority, for which the master tries the other bus.
+pub const MINORITY_SHARE: u8 = 100;
 /// The dwell is two toggling times and two heartbeat periods: 24 ticks.
 pub const DWELL: Duration = Duration::ZERO;
 /// No bus has errors here, so nothing waits for their end.

@@ -2,7 +2,7 @@
 
 use crate::world::Crew;
 
-/// Where the numbers are: masters (`1+`: in use, `2=`: two with equal clocks, `2?`: and slaves that are not assigned), faults, states.
+/// Where the numbers are: masters (`1+`: in use, `1?`: no slave is assigned, `2=`: two with equal clocks, `2?`: and no slave is assigned), faults, states.
 pub const PATH: &str = "tests/model/states.txt";
 
 /// States of a whole search with up to `faults` faults, as known.
@@ -10,6 +10,7 @@ pub fn states(crew: Crew, faults: u8) -> Option<usize> {
     let masters = match crew {
         Crew::OneMaster => "1",
         Crew::OneMasterInUse => "1+",
+        Crew::OneMasterUnassigned => "1?",
         Crew::TwoMasters => "2",
         Crew::TwoMastersInStep => "2=",
         Crew::TwoMastersUnassigned => "2?",

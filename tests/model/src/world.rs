@@ -44,6 +44,8 @@ pub struct World {
     is_in_step: bool,
     /// Applications and budgets act, and controllers of the master go bus-off.
     is_in_use: bool,
+    /// No master loses its memory.
+    is_memory_kept: bool,
     /// A rule that does not hold.
     defect: Option<Defect>,
 }
@@ -63,13 +65,14 @@ impl World {
             left: faults,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
             is_in_use: crew == Crew::OneMasterInUse,
+            is_memory_kept: crew == Crew::OneMasterUnassigned,
             defect,
         };
         let now = Instant::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
         world.settle(now, &mut |_| {});
         world.canonical(now, &());
-        while crew == Crew::TwoMastersUnassigned && !world.are_known() {
+        while !crew.is_assigned() && !world.are_known() {
             let now = world.tick_from(Instant::ORIGIN, &mut |_| {});
             world.canonical(now, &());
         }

@@ -145,11 +145,12 @@ impl Meaning {
             (0x580 | 0x600, _) => (data.len() == 8).then_some(Meaning::Sdo { node }),
             (0x700, _) => {
                 let &[state] = data else { return None };
+                // Bit 7 is reserved (CiA 301 7.2.8.3.2.2), and the toggle bit of node guarding. No boot-up message has it.
                 match state {
                     0x00 => Some(Meaning::BootUp { node }),
-                    0x04 => Some(Meaning::Heartbeat { node, state: NmtState::Stopped }),
-                    0x05 => Some(Meaning::Heartbeat { node, state: NmtState::Operational }),
-                    0x7F => Some(Meaning::Heartbeat { node, state: NmtState::PreOperational }),
+                    0x04 | 0x84 => Some(Meaning::Heartbeat { node, state: NmtState::Stopped }),
+                    0x05 | 0x85 => Some(Meaning::Heartbeat { node, state: NmtState::Operational }),
+                    0x7F | 0xFF => Some(Meaning::Heartbeat { node, state: NmtState::PreOperational }),
                     _ => None,
                 }
             }
@@ -239,6 +240,10 @@ mod tests {
         );
         assert_eq!(decode(0x703, &[0x00]), Some(Meaning::BootUp { node: 3 }));
         assert_eq!(
+            decode(0x701, &[0x85]), // bit 7 is reserved
+            Some(Meaning::Heartbeat { node: 1, state: NmtState::Operational })
+        );
+        assert_eq!(
             decode(0x701, &[0x05]),
             Some(Meaning::Heartbeat { node: 1, state: NmtState::Operational })
         );
@@ -317,6 +322,7 @@ mod tests {
             (0x000, &[0x03, 2]),          // no such command
             (0x702, &[]),                 // state missing
             (0x702, &[0x06]),             // no such state
+            (0x702, &[0x80]),             // no boot-up message
             (0x181, &[1, 2, 3, 4, 5, 6]), // one byte short
             (0x302, &[1]),                // half a code
             (0x7E5, &[0; 8]),             // LSS: not on this spacecraft

@@ -99,10 +99,12 @@ mod tests {
     /// COB-IDs and bytes are those of CiA 301 and of the mission's data sheets.
     #[test]
     fn frames_of_interest_are_described() {
-        let cases: [(u16, &[u8], Option<&str>); 9] = [
+        let cases: [(u16, &[u8], Option<&str>); 11] = [
             (0x080, &[], Some("SYNC")),
             (0x701, &[0x05], Some("heartbeat of node 1: Operational")),
             (0x703, &[0x7F], Some("heartbeat of node 3: PreOperational")),
+            (0x703, &[0x85], Some("heartbeat of node 3: Operational")),
+            (0x703, &[0x80], None),
             (0x703, &[0x00], Some("boot-up of node 3")),
             (0x302, &[1, 0, 1, 0, 0, 0, 0, 7], Some("TC to node 2: SetLed(true)")),
             (0x302, &[9, 9, 0, 0, 0, 0, 0, 0], Some("TC to node 2: unknown")),

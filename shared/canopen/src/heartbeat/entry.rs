@@ -13,12 +13,22 @@ pub fn check_entry(present: &[u32], sub: u8, value: u32) -> Result<(), AbortCode
     if value >> 24 != 0 {
         return Err(AbortCode::ValueRange);
     }
-    let Some(node) = used(value) else { return Ok(()) };
-    let twice = present.iter().enumerate().any(|(other, value)| other != place && used(*value) == Some(node));
+    let Some(node) = monitored(value) else { return Ok(()) };
+    let is_same = |value: &u32| monitored(*value) == Some(node);
+    let twice = present.iter().enumerate().any(|(other, value)| other != place && is_same(value));
     if twice { Err(AbortCode::ParameterIncompatible) } else { Ok(()) }
 }
 
-/// The node of an entry in use.
-pub(super) const fn used(value: u32) -> Option<NodeId> {
-    if value as u16 == 0 { None } else { NodeId::new((value >> 16) as u8) }
+/// Returns the node that an entry of 1016h monitors. `None` if the entry is not in use: its time is zero, or its
+/// Node-ID is not in 1 to 127 (CiA 301 7.5.2.15).
+///
+/// ```
+/// use async_canopen::heartbeat::monitored;
+/// use async_canopen::types::NodeId;
+///
+/// assert_eq!(monitored(0x0003_00FA), Some(NodeId::of::<3>())); // 250 ms
+/// assert_eq!([monitored(0x0003_0000), monitored(0x0000_00FA), monitored(0x0080_00FA)], [None; 3]);
+/// ```
+pub const fn monitored(entry: u32) -> Option<NodeId> {
+    if entry as u16 == 0 { None } else { NodeId::new((entry >> 16) as u8) }
 }

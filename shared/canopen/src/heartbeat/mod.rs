@@ -39,7 +39,7 @@ mod producer;
 mod staggered;
 
 pub use consumer::{Consumer, ConsumerTimes};
-pub use entry::check_entry;
+pub use entry::{check_entry, monitored};
 pub use monitor::{Heard, Missed, Monitor};
 pub use node_control::NodeControl;
 pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};
@@ -58,6 +58,11 @@ pub fn encode(node: NodeId, state: NmtState) -> Frame {
 pub fn decode(frame: &Frame) -> Option<NmtState> {
     let &[byte] = frame.data() else { return None };
     NmtState::from_byte(byte)
+}
+
+/// Returns whether it is a heartbeat with bit 7 set, which CiA 301 reserves. [`decode`] ignores the bit.
+pub fn is_toggled(frame: &Frame) -> bool {
+    is_heartbeat(frame.id()) && matches!(frame.data(), [0x80..=0xFF, ..])
 }
 
 /// Returns whether this COB-ID has the function code of heartbeats.

@@ -1,7 +1,7 @@
 //! Consumers of many nodes' heartbeats (object 1016h).
 
 use super::ConsumerSlots;
-use super::entry::used;
+use super::entry::monitored;
 use super::objects::CONSUMERS;
 use crate::types::{Address, Duration, Instant, NmtState, NodeId};
 
@@ -69,7 +69,7 @@ impl Entry {
         Entry { deadline: Instant::NEVER, time: 0, node: 0, state: None, phase: Phase::Armed };
 
     const fn new(value: u32) -> Entry {
-        match used(value) {
+        match monitored(value) {
             Some(node) => Entry { node: node.get(), time: (value & 0xFFFF) * 1_000, ..Entry::UNUSED },
             None => Entry::UNUSED,
         }

@@ -59,6 +59,11 @@ impl NodeControl {
         self.nmt.set_autostart(autostart);
     }
 
+    /// Returns the period of the heartbeats. Zero: none.
+    pub const fn period(&self) -> Duration {
+        self.heartbeat.period()
+    }
+
     /// Takes a new period, as [`Staggered::set_period`].
     pub fn set_period(&mut self, period: Duration, now: Instant) {
         self.heartbeat.set_period(period, now);

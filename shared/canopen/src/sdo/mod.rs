@@ -52,7 +52,9 @@
 //!   aborted.
 //! - The client of a block transfer always offers a checksum. The server offers one only to a client that does:
 //!   some clients take an offer of the server for an agreement.
-//! - The client ignores a late abort, which names another object than that of its transfer.
+//! - The client ignores late answers of earlier transfers: each answer and each abort that names another object, and
+//!   before the first answer of its transfer each frame that does not name its object. A first answer that names its
+//!   object and has another command specifier than the request ends the transfer (0504 0001h).
 
 mod block;
 mod client;

@@ -59,12 +59,12 @@ pub(super) enum Request {
 pub(super) enum Response {
     UploadSegment(Segment),
     DownloadSegment { toggle: bool },
-    Upload(Address, Content),
-    Download(Address),
-    BlockDownload { at: Address, crc: bool, block_size: u8 },
+    Upload(Content),
+    Download,
+    BlockDownload { crc: bool, block_size: u8 },
     BlockDownloadAck { ackseq: u8, block_size: u8 },
     BlockDownloadEnd,
-    BlockUpload { at: Address, crc: bool, size: Option<u32> },
+    BlockUpload { crc: bool, size: Option<u32> },
     BlockUploadEnd { unused: u8, crc: u16 },
     Abort(Address, u32),
     Unknown,
@@ -137,27 +137,33 @@ impl Response {
         match command >> 5 {
             0 => Response::UploadSegment(Segment::parse(payload)),
             1 => Response::DownloadSegment { toggle: command & TOGGLE != 0 },
-            2 => Response::Upload(address(payload), Content::parse(payload)),
-            3 => Response::Download(address(payload)),
+            2 => Response::Upload(Content::parse(payload)),
+            3 => Response::Download,
             4 => Response::Abort(address(payload), tail(payload)),
             5 => match command & 3 {
-                0 => Response::BlockDownload {
-                    at: address(payload),
-                    crc: command & CRC != 0,
-                    block_size: four,
-                },
+                0 => Response::BlockDownload { crc: command & CRC != 0, block_size: four },
                 1 => Response::BlockDownloadEnd,
                 2 => Response::BlockDownloadAck { ackseq: one, block_size: two },
                 _ => Response::Unknown,
             },
             6 if command & 1 == 0 => Response::BlockUpload {
-                at: address(payload),
                 crc: command & CRC != 0,
                 size: (command & BLOCK_SIZED != 0).then(|| tail(payload)),
             },
             6 => Response::BlockUploadEnd { unused: (command >> 2) & 7, crc: u16::from_le_bytes([one, two]) },
             _ => Response::Unknown,
         }
+    }
+
+    /// Returns whether it is the first answer of a transfer, which [names](address) the object.
+    pub fn is_initiate(&self) -> bool {
+        matches!(
+            self,
+            Response::Upload(_)
+                | Response::Download
+                | Response::BlockUpload { .. }
+                | Response::BlockDownload { .. }
+        )
     }
 }
 

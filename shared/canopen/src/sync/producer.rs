@@ -6,7 +6,7 @@
 
 use super::Config;
 use super::objects::{COB_ID, CYCLE_PERIOD, OVERFLOW, SyncObjects};
-use crate::types::{Address, CobId, Duration, Frame, Instant, Periodic};
+use crate::types::{Address, Duration, Frame, Instant, Periodic};
 
 /// Producer of SYNC. It runs in Pre-operational and Operational.
 #[doc(alias("1005h", "1006h", "1019h", "SYNC producer", "communication cycle period"))]
@@ -70,6 +70,12 @@ impl Producer {
         self.timer.restart(now);
     }
 
+    /// Starts the counter again: the next SYNC has counter 1. CiA 301 7.2.5.2 requires this when the producer leaves
+    /// Stopped.
+    pub fn restart_counter(&mut self) {
+        self.counter = 0;
+    }
+
     /// Takes new values of 1005h, 1006h or 1019h. The next SYNC is due a new period from `now`. The counter
     /// continues if only the period changed. Otherwise it starts again.
     pub fn configure(&mut self, config: Config, now: Instant) {
@@ -93,11 +99,6 @@ impl Producer {
         if matches!(at.index, COB_ID | CYCLE_PERIOD | OVERFLOW) {
             self.configure(objects.config(), now);
         }
-    }
-
-    /// Returns the COB-ID of the SYNC.
-    pub const fn id(&self) -> CobId {
-        self.config.id
     }
 
     /// Returns the SYNC when it is due.

@@ -18,12 +18,15 @@ pub enum NmtState {
 
 impl NmtState {
     /// Returns the state of the byte of a heartbeat. `None` for a byte that CiA 301 does not define.
+    ///
+    /// Bit 7 is reserved, and some nodes set it: it is the toggle bit of node guarding. It is ignored, but not in 80h: a
+    /// node that was not reset must not look as if it was.
     pub const fn from_byte(byte: u8) -> Option<NmtState> {
         match byte {
             0x00 => Some(NmtState::Initialising),
-            0x04 => Some(NmtState::Stopped),
-            0x05 => Some(NmtState::Operational),
-            0x7F => Some(NmtState::PreOperational),
+            0x04 | 0x84 => Some(NmtState::Stopped),
+            0x05 | 0x85 => Some(NmtState::Operational),
+            0x7F | 0xFF => Some(NmtState::PreOperational),
             _ => None,
         }
     }

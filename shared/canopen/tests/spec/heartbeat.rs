@@ -40,9 +40,18 @@ fn heartbeat_and_boot_up_on_the_wire() {
     assert_eq!(heartbeat::encode(node(4), NmtState::Operational), frame(0x704, &[0x05]));
     assert_eq!(heartbeat::encode(node(4), NmtState::Initialising), frame(0x704, &[0x00]));
     assert_eq!(heartbeat::decode(&frame(0x701, &[0x7F])), Some(NmtState::PreOperational));
-    for data in [&[][..], &[0x05, 0], &[0x01]] {
+    for data in [&[][..], &[0x05, 0], &[0x01], &[0x80], &[0x85, 0]] {
         assert_eq!(heartbeat::decode(&frame(0x701, data)), None);
     }
+}
+
+#[test]
+fn heartbeat_with_bit_7_has_a_state_and_is_noted() {
+    assert_eq!(heartbeat::decode(&frame(0x704, &[0x85])), Some(NmtState::Operational));
+    assert!(heartbeat::is_toggled(&frame(0x704, &[0x85])));
+    assert!(!heartbeat::is_toggled(&frame(0x704, &[0x05])));
+    // "Enter Pre-operational" is no heartbeat.
+    assert!(!heartbeat::is_toggled(&frame(0x000, &[0x80, 4])));
 }
 
 /// Verifies: ECSS 6.5.2a

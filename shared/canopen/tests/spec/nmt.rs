@@ -71,7 +71,17 @@ fn heartbeat_bytes_of_the_states() {
     for byte in bytes {
         assert_eq!(NmtState::from_byte(byte).map(NmtState::byte), Some(byte));
     }
-    assert_eq!([0x01, 0x06, 0x80, 0x85, 0xFF].map(NmtState::from_byte), [None; 5]);
+    assert_eq!([0x01, 0x06].map(NmtState::from_byte), [None; 2]);
+}
+
+/// Bit 7 toggles in node guarding (CiA 301 7.2.8.3.2.1).
+#[test]
+fn bit_7_of_a_heartbeat_is_ignored_but_in_80h() {
+    for byte in 0x81..=0xFF {
+        assert_eq!(NmtState::from_byte(byte), NmtState::from_byte(byte & 0x7F), "{byte:02X}h");
+    }
+    assert_eq!(NmtState::from_byte(0xFF), Some(NmtState::PreOperational));
+    assert_eq!(NmtState::from_byte(0x80), None, "no boot-up message");
 }
 
 #[test]

@@ -15,8 +15,8 @@ pub const SYNC_FILTER: usize = 1;
 pub const FILTERS_OF_PEERS: usize = 4;
 
 impl<D: Device, E: Extension> Canopen<D, E> {
-    /// Returns the filters: exact COB-IDs only. There is one for each entry of 1016h and for each RPDO, valid or
-    /// not. The last one is for heartbeats of another node with this Node-ID. Filters above [`MAX_FILTERS`] are
+    /// Returns the filters: exact COB-IDs only. There is one for each entry of 1016h and for each RPDO, in
+    /// use or not. The last one is for heartbeats of another node with this Node-ID. Filters above [`MAX_FILTERS`] are
     /// left out.
     pub fn filters(&self) -> Filters {
         (0..self.wanted_filters().min(MAX_FILTERS)).map(|number| self.filter(number)).collect()
@@ -53,7 +53,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             3 => Some(CobId::heartbeat(NodeId::MASTER)),
             0..FILTERS_OF_PEERS => None,
             _ => match number.checked_sub(self.filters_of_rpdos()) {
-                None => self.services.monitored(number - FILTERS_OF_PEERS),
+                None => self.services.consumed(number - FILTERS_OF_PEERS),
                 // Behind the RPDOs: another node with this Node-ID.
                 Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.control.id())),
                 Some(pdo) => self.services.rpdo_id(pdo),

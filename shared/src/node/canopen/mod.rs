@@ -92,6 +92,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let Some(heard) = self.services.monitor.on_heartbeat(node, state, stamp.at) else {
             return self.services.buses.ignored(bus);
         };
+        self.services.buses.taken(bus, frame);
         if heard.resolved {
             self.services.clear(ErrorCode::HEARTBEAT, node.get());
             self.services.next = stamp.at;
@@ -120,7 +121,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.check_node_id();
         }
         if let Some(frame) = self.control.poll(until) {
-            out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+            let lifetime = self.services.lifetimes.heartbeat.min(self.control.period());
+            out.send_for(bus, frame, now, lifetime);
         }
         while let Some(bus) = self.services.buses.poll(until, out) {
             out.event(SlaveEvent::BusFailed { bus });

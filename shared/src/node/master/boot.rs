@@ -50,26 +50,26 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if !(is_overdue || self.transfers.is_due || self.boot.is_due() || is_asking) {
             return;
         }
-        loop {
+        self.run_client(until, now, out);
+        self.collect(now, out);
+        self.collect_answer(until, out);
+        self.tell_boot(until, now, out);
+        // Once: only a frame or the time ends what has begun.
+        if self.begin_transfer() || self.begin_identification(until) {
             self.run_client(until, now, out);
-            self.collect();
-            self.collect_answer(until, out);
             self.tell_boot(until, now, out);
-            if !(self.begin_transfer() || self.begin_identification(until)) {
-                break;
-            }
         }
         self.transfers.wake(now);
     }
 
     /// Collects the result of a transfer of the boot-up process.
-    fn collect(&mut self) {
+    fn collect(&mut self, now: Instant, out: &mut Out) {
         if self.transfers.owner != Owner::Boot {
             return;
         }
         if !self.boot.is_asking() {
             // Its slave booted up again, is lost, or is awaited on another bus.
-            self.release_sdo();
+            self.cancel_transfer(now, out);
             return;
         }
         let client = &mut self.transfers.client;
@@ -87,14 +87,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Starts the next transfer of the boot-up process. Whether there is something to run.
+    /// Starts the next transfer of the boot-up process, if the client is free. Returns whether it did.
     fn begin_transfer(&mut self) -> bool {
-        match self.transfers.owner {
-            Owner::Nobody => {}
-            Owner::Abandoned => return true,
-            Owner::Boot | Owner::Application | Owner::Identification => return false,
-        }
-        if !self.redundancy.is_announced() {
+        if self.transfers.owner != Owner::Nobody || !self.redundancy.is_announced() {
             return false;
         }
         let time = self.services.time_pdo();

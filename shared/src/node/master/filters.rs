@@ -5,14 +5,16 @@ use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
 use crate::node::{BusCommand, Device, Filters};
 use crate::redundancy::MasterBoards;
-use crate::types::{Address, Bus, CobId, Instant, NodeId};
+use crate::types::{Address, Bus, CobId, Duration, Instant, NodeId};
 
+/// Retry interval for changed filters.
+const FILTER_PAUSE: Duration = Duration::from_millis(1);
 /// Function codes of COB-IDs.
 pub(super) const FUNCTIONS: u16 = 16;
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// Returns the filters by function codes: heartbeats, SDO responses, EMCY, foreign SYNCs, PDOs, and requests
-    /// to the SDO server of the master.
+    /// Returns the filters by function codes: heartbeats, SDO responses, EMCY, SYNCs of another master, PDOs, and
+    /// requests to the SDO server of the master.
     pub fn filters(&self) -> Filters {
         (0..=FUNCTIONS).map(|number| self.filter(number)).collect()
     }
@@ -23,7 +25,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let is_of = |id: CobId| id.raw() >> 7 == number;
         let node = NodeId::MASTER;
         let raw = D::RAW_FRAMES.iter().copied();
-        let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::SYNC];
+        let sync = self.services.written_sync_id();
+        let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::emcy(node), sync];
         let mut wanted = own
             .into_iter()
             .chain(self.of_other_master())
@@ -56,9 +59,15 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         ids.into_iter().flatten().chain(time)
     }
 
-    /// Sends both buses the filters that have changed, as many as fit into the outbox beside frames. Returns
-    /// whether that is all.
-    pub(super) fn set_filters(&mut self, out: &mut Out) -> bool {
+    /// Sends both buses the filters that have changed, as a standby, too. Returns when to go on: never, unless the
+    /// outbox has no room for all of them.
+    pub(super) fn run_filters(&mut self, now: Instant, out: &mut Out) -> Instant {
+        self.are_filters_due = self.are_filters_due && !self.set_filters(out);
+        if self.are_filters_due { now + FILTER_PAUSE } else { Instant::NEVER }
+    }
+
+    /// Sends changed filters, as many as fit into the outbox beside frames. Returns whether that is all.
+    fn set_filters(&mut self, out: &mut Out) -> bool {
         for number in 0..FUNCTIONS {
             let filter = self.filter(number);
             let Some(told) = self.filters_set.get_mut(usize::from(number)) else { continue };

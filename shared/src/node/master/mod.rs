@@ -146,7 +146,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.act(action, now, out);
         }
         if !self.is_active() {
-            self.services.next = Instant::NEVER;
+            self.services.next = self.run_filters(now, out);
             return self.services.wake(self.redundancy.deadline());
         }
         self.run_boot(until, now, out);
@@ -156,7 +156,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             if self.produces_sync()
                 && let Some(frame) = self.sync.poll(until)
             {
-                out.send_for(bus, frame, now, self.services.lifetimes.synchronous);
+                out.send_for(bus, frame, now, self.services.sync_lifetime());
             }
         }
         self.services.wake(self.due());
@@ -217,7 +217,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         if self.services.dictionary.stored.store.is_some() {
             self.services.load(Group::All);
             let objects = &self.services.dictionary.objects;
-            let redundancy = objects::written_redundancy(objects, self.redundancy.parameters());
+            let redundancy = objects::written_redundancy(objects, &self.initial);
             self.redundancy.restore(redundancy);
             self.are_filters_due = true;
         }
@@ -321,9 +321,12 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        bus == self.redundancy.active()
-            && (self.stamped.contains(&id) || self.is_ranged(id))
-            && (id != self.sync.id() || sync::is_sync_length(frame))
+        let is_measured = if self.services.is_sync(id) {
+            sync::is_sync_length(frame)
+        } else {
+            self.stamped.contains(&id) || self.is_ranged(id)
+        };
+        is_measured && bus == self.redundancy.active()
     }
 }
 

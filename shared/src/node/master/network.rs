@@ -23,6 +23,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
         self.services.entered(state, now);
+        if !state.allows_sync() {
+            self.sync.restart_counter();
+        }
         self.services.next = now;
         self.show_state(NodeId::MASTER, state.byte());
         out.event(MasterEvent::State(state));
@@ -56,7 +59,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.initial.restore(&mut self.services.dictionary.objects);
                 self.services.load(Group::Communication);
                 let objects = &self.services.dictionary.objects;
-                let redundancy = objects::written_redundancy(objects, self.redundancy.parameters());
+                let redundancy = objects::written_redundancy(objects, &self.initial);
                 self.take_assignments();
                 self.redundancy.configure(redundancy, now);
                 self.are_filters_due = true;

@@ -4,13 +4,13 @@ use super::declared::MasterObjects;
 use super::{Master, Out};
 use crate::boot::Assignment;
 use crate::emcy::{EmcyConsumers, ErrorCode, PostMortem};
-use crate::heartbeat::ConsumerSlots;
+use crate::heartbeat::{ConsumerSlots, monitored};
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::NetworkObjects;
 use crate::node::index::{
-    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, RANGING, REDUNDANCY, REQUEST_NMT, RPDO,
-    SYNC_DITHER,
+    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_TPDO_MAPPING, PRODUCER_HEARTBEAT, RANGING, REDUNDANCY, REQUEST_NMT,
+    RPDO, SYNC_COB_ID, SYNC_DITHER,
 };
 use crate::node::network_objects::entry;
 use crate::node::services::{SdoStep, carries_time};
@@ -24,8 +24,6 @@ use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
-/// Retry interval for changed filters.
-const FILTER_PAUSE: Duration = Duration::from_millis(1);
 /// Transmission type of a PDO that goes with each SYNC.
 const EVERY_SYNC: u8 = 1;
 /// 1F82h: never heard, or forgotten.
@@ -147,15 +145,16 @@ fn network(profile: &Profile) -> NetworkObjects {
     network
 }
 
-/// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h).
+/// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h). Without an entry of 1016h in use the
+/// consumer time is that of power-on.
 pub(super) fn written_redundancy<D: Device>(
     objects: &NodeObjects<MasterObjects<D>>,
-    present: &Parameters,
+    initial: &Initial,
 ) -> Parameters {
     // The longest: no decision goes before a slave's own time.
-    let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
-    let longest = times.max().filter(|time| *time > 0);
-    let consumer = longest.map_or(present.consumer, |time| Duration::from_millis(u64::from(time)));
+    let in_use = objects.consumers.entries().iter().filter(|entry| monitored(**entry).is_some());
+    let longest = in_use.map(|entry| *entry as u16).max();
+    let consumer = longest.map_or(initial.redundancy.consumer, |time| Duration::from_millis(u64::from(time)));
     let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
     objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
 }
@@ -216,11 +215,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.sync.follow(at, &objects.communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
-                let redundancy = written_redundancy(objects, self.redundancy.parameters());
+                let redundancy = written_redundancy(objects, &self.initial);
                 self.redundancy.peers_mut().set_times(objects.consumers.entries());
                 self.redundancy.configure(redundancy, now);
             }
-            RPDO..=LAST_RPDO => self.are_filters_due = true,
+            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.are_filters_due = true,
             SYNC_DITHER => self.sync.set_dither(objects.application.network.sync_dither),
             RANGING => self.services.dictionary.objects.application.network.ranging.heard = 0,
             ASSIGNMENT => {
@@ -291,13 +290,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        self.services.next = Instant::NEVER;
-        if self.are_filters_due {
-            self.are_filters_due = !self.set_filters(out);
-            if self.are_filters_due {
-                self.services.next = now + FILTER_PAUSE;
-            }
-        }
+        self.services.next = self.run_filters(now, out);
         while let Some(missed) = self.services.monitor.poll(until) {
             self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
         }

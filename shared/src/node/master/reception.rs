@@ -31,6 +31,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterVerdict::Claim(action) => self.act_if(action, now, out),
             MasterVerdict::Heartbeat { node, state } => {
+                self.services.buses.taken(bus, frame);
                 self.on_heartbeat(bus, node, state, *stamp, now, out);
             }
             MasterVerdict::Response(node) => self.on_response(bus, node, frame, now, out),
@@ -152,7 +153,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.is_booting = false;
             self.services.note_heartbeat(&stamp);
             self.services.on_heartbeat_sent();
-        } else if frame.id() == self.sync.id() {
+        } else if self.services.is_sync(frame.id()) {
             self.boot.on_sync_sent();
             // Its own SYNC has the right length.
             if let Ok(counter) = self.services.on_sync(bus, frame, &stamp)

@@ -83,9 +83,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         match self.redundancy.on_received(bus, frame, stamp.at, now) {
             MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
+                self.services.buses.taken(bus, frame);
                 self.act_if(action, now, out);
             }
             MasterVerdict::Heartbeat { node, state } => {
+                self.services.buses.taken(bus, frame);
                 let heard = self.redundancy.on_overheard(bus, node, state, stamp.at);
                 self.boot.on_overheard(node, state);
                 if heard.changed {
@@ -102,7 +104,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Returns whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
     fn is_of_master(&self, id: CobId) -> bool {
-        id == self.sync.id() || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
+        self.services.is_sync(id) || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
     }
 
     /// Takes a frame that only a master sends, perhaps in place of its heartbeat.
@@ -118,7 +120,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.act_if(action, now, out);
         if bus != self.redundancy.active() {
             self.services.buses.ignored(bus);
-        } else if frame.id() == self.sync.id() {
+        } else if self.services.is_sync(frame.id()) {
             self.boot.on_sync_overheard();
             // A wrong length is reported by the master that is active.
             let _ = self.services.on_sync(bus, frame, stamp);

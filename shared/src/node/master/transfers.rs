@@ -32,7 +32,7 @@ pub(super) enum Owner {
     Application,
     /// The master asks a node for its device type.
     Identification,
-    /// No owner any more: the transfer is to be cancelled.
+    /// The application released it: the transfer is to be cancelled.
     Abandoned,
 }
 
@@ -194,9 +194,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Drops all transfers without an abort: another master is active.
     pub(super) fn drop_transfers(&mut self, now: Instant) {
-        self.transfers.client.bus_changed(&mut |_| {});
-        if matches!(self.transfers.owner, Owner::Boot | Owner::Identification) {
-            self.transfers.owner = Owner::Abandoned;
+        let mut silent: &mut dyn FnMut(sdo::Payload) = &mut |_| {};
+        if self.transfers.owner == Owner::Application {
+            // Its task collects the error.
+            self.transfers.client.bus_changed(&mut silent);
+        } else {
+            if self.transfers.owner == Owner::Identification {
+                self.redundancy.peers_mut().ask_again(self.transfers.node);
+            }
+            self.transfers.client.cancel(&mut silent);
+            self.transfers.owner = Owner::Nobody;
         }
         self.transfers.pause = None;
         self.transfers.wake(now);
@@ -206,6 +213,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Lets the client do what is due.
     pub(super) fn run_client(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        if self.transfers.owner == Owner::Abandoned {
+            self.cancel_transfer(now, out);
+        }
         let is_overdue = self.transfers.deadline().is_some_and(|deadline| deadline <= until);
         if self.transfers.pause.is_some_and(|pause| pause <= until) {
             self.transfers.pause = None;
@@ -213,13 +223,15 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if !(is_overdue || self.transfers.is_due) {
             return;
         }
-        if self.transfers.owner == Owner::Abandoned {
-            self.transfers.owner = Owner::Nobody;
-            self.with_client(now, out, |client, mut send| client.cancel(&mut send));
-        }
         if self.redundancy.is_announced() && self.transfers.pause.is_none() {
             self.transfers.is_due = false;
             self.with_client(now, out, |client, mut send| client.poll(until, &mut send));
         }
+    }
+
+    /// Aborts the running transfer, if there is one. The client is free.
+    pub(super) fn cancel_transfer(&mut self, now: Instant, out: &mut Out) {
+        self.transfers.owner = Owner::Nobody;
+        self.with_client(now, out, |client, mut send| client.cancel(&mut send));
     }
 }

@@ -69,7 +69,7 @@ pub struct MinimalSlave<D: MinimalDevice> {
 }
 
 impl<D: MinimalDevice> MinimalSlave<D> {
-    /// Makes a slave before power-on. `id` is 2 to 127.
+    /// Makes a slave before power-on. `id` is 2 to 126.
     pub fn new(id: NodeId, numbers: Numbers, device: D) -> Self {
         const { D::PDOS.assert_possible() };
         MinimalSlave {
@@ -176,6 +176,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         if !self.follows_master() {
             return self.buses.ignored(bus);
         }
+        self.buses.taken(bus, frame);
         if let Some(selection) = self.selector.on_master(bus, MasterMessage::Heartbeat, stamp.at) {
             self.apply(selection, now, out);
         }

@@ -3,8 +3,8 @@
 use super::{Answer, Dictionary, FIRST_TOLD, NodeEvent, Services};
 use crate::emcy::ErrorCode;
 use crate::node::index::{
-    CONFIGURATION, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE, RPDO, SCET_SET,
-    SELF_TEST_START, STORE, UTC_SET,
+    CONFIGURATION, CYCLE_PERIOD, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE,
+    RPDO, SCET_SET, SELF_TEST_START, STORE, UTC_SET,
 };
 use crate::node::stored::Storage;
 use crate::node::{Device, Extension, NodeObjects, Outbox, SelfTest};
@@ -156,7 +156,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         if let Some(missed) = self.monitor.follow(at, &objects.consumers) {
             self.clear(ErrorCode::HEARTBEAT, missed.get());
         }
-        if matches!(at.index, RPDO..=LAST_TPDO_MAPPING) {
+        if matches!(at.index, CYCLE_PERIOD | RPDO..=LAST_TPDO_MAPPING) {
             self.note_mappings();
         }
         if E::IS_GUARDED {

@@ -18,7 +18,7 @@ use self::guarded::Guarded;
 use super::buses::Buses;
 use super::{Device, Extension, NodeObjects, Spacecraft};
 use crate::emcy::{ErrorCode, PostMortem};
-use crate::heartbeat::{ConsumerSlots, Monitor};
+use crate::heartbeat::{ConsumerSlots, Monitor, monitored};
 use crate::link::Stamp;
 use crate::link::port::{ErrorState, Health, LastError};
 use crate::node::stored::Storage;
@@ -155,10 +155,10 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.dictionary.objects.consumers.entries().len()
     }
 
-    /// Returns the COB-ID of the heartbeat that an entry of 1016h consumes, valid or not.
-    pub fn monitored(&self, entry: usize) -> Option<CobId> {
+    /// Returns the COB-ID of the heartbeat that an entry of 1016h consumes, if the entry is in use.
+    pub fn consumed(&self, entry: usize) -> Option<CobId> {
         let entry = self.dictionary.objects.consumers.entries().get(entry)?;
-        NodeId::new((entry >> 16) as u8).map(CobId::heartbeat)
+        monitored(*entry).map(CobId::heartbeat)
     }
 
     /// Returns whether this is the COB-ID of SYNC.

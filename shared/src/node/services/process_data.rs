@@ -6,6 +6,7 @@ use super::{Dictionary, NodeEvent, Services};
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT, HEARTBEAT_SENT};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
+use crate::od::INVALID;
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots, Taken};
 use crate::types::{Bus, CobId, Duration, FineInstant, Frame, Instant, NmtState, NodeId};
@@ -25,19 +26,26 @@ fn has(mapping: &impl Mapping, is_it: impl Fn(u16) -> bool) -> bool {
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// Notes which PDOs carry the time or live values. Call after each change of a mapping.
+    /// Notes which PDOs carry the time or live values, and how long those of a SYNC live. Call after each change of a
+    /// PDO or of 1006h.
     pub(super) fn note_mappings(&mut self) {
-        let NodeObjects { pdos, spacecraft, .. } = &mut self.dictionary.objects;
-        if spacecraft.spacecraft().is_none() {
-            return;
+        if self.dictionary.objects.spacecraft.spacecraft().is_some() {
+            self.note_live_values();
         }
+        self.synchronous_lifetime = self.synchronous_lifetime();
+    }
+
+    fn note_live_values(&mut self) {
+        let NodeObjects { pdos, .. } = &self.dictionary.objects;
         (self.is_time_by_sync, self.notes_syncs) = (false, self.id == NodeId::MASTER);
         let (parameters, mappings) = pdos.rpdos();
         for ((brings_time, pdo), mapping) in
             self.brings_time.as_mut().iter_mut().zip(parameters).zip(mappings)
         {
             *brings_time = Brings::of(mapping);
-            self.is_time_by_sync |= *brings_time != Brings::Nothing && is_synchronous(pdo.transmission);
+            self.is_time_by_sync |= *brings_time != Brings::Nothing
+                && pdo.cob_id & INVALID == 0
+                && is_synchronous(pdo.transmission);
         }
         for (carries_time, mapping) in self.carries_time.as_mut().iter_mut().zip(pdos.tpdos().1) {
             *carries_time = time::carries_time(mapping);
@@ -47,7 +55,6 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.carries_quality = carried.any(|mapping| has(mapping, |index| index == CLOCK_QUALITY));
         self.notes_syncs |= self.carries_live_value || self.is_time_by_sync;
         self.sync.watch(self.notes_syncs);
-        self.synchronous_lifetime = self.synchronous_lifetime();
     }
 
     /// Samples the live objects for transmit PDOs.

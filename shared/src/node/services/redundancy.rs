@@ -1,7 +1,7 @@
 //! Redundancy parameters in the dictionary (1016h, 1017h, 2000h).
 
 use super::{Device, Services};
-use crate::heartbeat::ConsumerSlots;
+use crate::heartbeat::{ConsumerSlots, monitored};
 use crate::redundancy::{Parameters, Redundancy, RedundancyObjects};
 use crate::types::{Address, Duration, Instant, NodeId};
 
@@ -12,7 +12,7 @@ impl<D: Device> Services<D> {
     /// Returns the redundancy parameters as the dictionary has them.
     pub fn written_redundancy(&self) -> Parameters {
         let objects = &self.dictionary.objects;
-        let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
+        let of_master = |entry: &&u32| monitored(**entry) == Some(NodeId::MASTER);
         let consumer = objects.consumers.entries().iter().find(of_master);
         let time = consumer.map_or(0, |entry| entry & 0xFFFF);
         let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));

@@ -2,7 +2,7 @@
 //! objects. The rules that concern several services are here.
 
 use crate::emcy::EmcyConsumers;
-use crate::heartbeat::{ConsumerSlots, check_entry};
+use crate::heartbeat::{ConsumerSlots, check_entry, monitored};
 use crate::node::{Communication, Device, Extension, NetworkObjects, NodeObjects, index};
 use crate::od::{CobIdEntry, EntryUse, INVALID, Objects};
 use crate::pdo::{Direction, PdoSlots};
@@ -113,7 +113,7 @@ pub fn check_sender(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> 
 /// others: the master, and those that 1016h names (ECSS 6.10l, m).
 fn is_anothers(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> bool {
     let is_heard = |owner: NodeId| {
-        let of_owner = |entry: &u32| *entry as u16 != 0 && *entry >> 16 == u32::from(owner.get());
+        let of_owner = |entry: &u32| monitored(*entry) == Some(owner);
         owner == NodeId::MASTER || consumers.entries().iter().any(of_owner)
     };
     let owner = CobIdEntry::from_raw(cob_id).cob_id().and_then(CobId::sender);

@@ -6,8 +6,8 @@ use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
-use crate::od::CobIdEntry;
 use crate::od::checked::find;
+use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
@@ -126,17 +126,16 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.refresh_time(of_sync.unwrap_or_else(|| now.into()));
     }
 
-    /// Samples the time objects that an SDO request may read. There is one sample for all sub-indices of a
-    /// record.
+    /// Samples the time objects that an SDO request may read. There is one sample for all parts of a record. The
+    /// server ignores requests of other lengths, and so does the sample.
     pub fn refresh_time_for(&mut self, request: &Frame, now: Instant) {
-        let [command, low, high, sub, ..] = request.bits().to_le_bytes();
+        let Some(&[command, low, high, sub, ..]) = request.full() else { return };
         let at = Address::new(u16::from_le_bytes([low, high]), sub);
         let parts = if at.index == SCET_GET { LocalScet::PARTS } else { LocalUtc::PARTS };
         if is_local_time(at.index)
             && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD)
-            && let Some(time) = E::time(&mut self.time)
+            && let Some(sample) = E::time(&mut self.time).and_then(|time| time.read(at, parts, now))
         {
-            let sample = time.read(at, parts, now);
             self.show_time(sample, false);
         }
         if at.index == CLOCK_QUALITY {
@@ -348,13 +347,21 @@ impl<D: Device, E: Extension> Services<D, E> {
         })
     }
 
+    /// Returns the lifetime of a SYNC, at most the communication cycle period (1006h).
+    pub fn sync_lifetime(&self) -> Duration {
+        let period = Duration::from_micros(self.dictionary.objects.communication.sync.cycle_period.into());
+        let most = self.lifetimes.synchronous;
+        if period > Duration::ZERO { most.min(period) } else { most }
+    }
+
     /// Returns the lifetime of a synchronous PDO. A PDO that carries the time must not be taken for that of the
     /// next SYNC.
     pub fn synchronous_lifetime(&self) -> Duration {
         let pdos = &self.dictionary.objects.pdos;
         let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref());
-        let carries_time = tpdos.any(|(pdo, carries)| *carries && is_synchronous(pdo.transmission));
-        let whole = self.lifetimes.synchronous;
+        let carries_time = tpdos
+            .any(|(pdo, carries)| *carries && pdo.cob_id & INVALID == 0 && is_synchronous(pdo.transmission));
+        let whole = self.sync_lifetime();
         if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
     }
 }

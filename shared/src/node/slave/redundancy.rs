@@ -37,8 +37,11 @@ impl<D: Device> Slave<D> {
         }
         let (redundancy, node) = self.split(now, out);
         match redundancy.on_frame(bus, frame, stamp.at, now, node) {
-            SlaveVerdict::Heard => out.event(SlaveEvent::Heartbeat { bus }),
-            SlaveVerdict::Taken => {}
+            SlaveVerdict::Heard => {
+                self.canopen.services.buses.taken(bus, frame);
+                out.event(SlaveEvent::Heartbeat { bus });
+            }
+            SlaveVerdict::Taken => self.canopen.services.buses.taken(bus, frame),
             SlaveVerdict::Peer => self.canopen.on_peer_heartbeat(bus, frame, stamp, out),
             SlaveVerdict::Ignored => self.canopen.services.buses.ignored(bus),
             SlaveVerdict::Malformed => self.canopen.services.buses.malformed(bus),

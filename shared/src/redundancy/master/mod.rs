@@ -68,7 +68,7 @@ pub struct MasterSetup {
     pub grace: Duration,
     /// Access to the two buses.
     pub access: BusAccess,
-    /// Lifetime of heartbeats and claims.
+    /// Longest lifetime of heartbeats and claims. It is never more than the period of the heartbeat.
     pub lifetime: Duration,
 }
 
@@ -143,7 +143,13 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         let frame = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
         let state = self.nmt.boot();
         self.manager.set_state(state);
-        (Outgoing { frame, expires: now + self.lifetime }, state)
+        (Outgoing { frame, expires: now + self.lifetime() }, state)
+    }
+
+    /// Returns the lifetime of heartbeats and claims, at most a period of the heartbeat (1017h).
+    fn lifetime(&self) -> Duration {
+        let period = self.parameters().producer;
+        if period > Duration::ZERO { self.lifetime.min(period) } else { self.lifetime }
     }
 
     /// Takes a command to the master itself. After a reset of the communication boot up again.
@@ -291,7 +297,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         match action {
             Action::Heartbeat { bus, frame } => {
                 self.call(now);
-                MasterAction::Heartbeat { bus, frame, expires: now + self.lifetime }
+                MasterAction::Heartbeat { bus, frame, expires: now + self.lifetime() }
             }
             Action::Switched { from, to, cause } => {
                 let dropped = self.held.drop_all();

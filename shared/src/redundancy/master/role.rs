@@ -118,7 +118,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
 
     fn claim(&self, claim: Claim, now: Instant) -> Option<Outgoing> {
         let frame = self.boards.standby()?.pair().frame(claim);
-        Some(Outgoing { frame, expires: now + self.lifetime })
+        Some(Outgoing { frame, expires: now + self.lifetime() })
     }
 
     /// Claims with each heartbeat: the other board hears that this one is active.

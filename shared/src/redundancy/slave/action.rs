@@ -164,6 +164,6 @@ pub enum SlaveVerdict {
     Peer,
     /// Not for this node in this state on this bus.
     Ignored,
-    /// An error in the protocol: wrong length, unknown command or state.
+    /// An error in the protocol: wrong length, unknown command or state. It had no effect.
     Malformed,
 }

@@ -1,7 +1,7 @@
 //! What the application of a slave changes itself takes effect as if it had been written over the bus.
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, DeviceNode, SlaveEvent};
+use ecss_can::node::{BusCommand, DeviceNode, Node, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::types::{AbortCode, Bus, CobId, NmtState, Scet};
 
@@ -215,4 +215,47 @@ fn cob_ids_of_other_senders_are_refused() {
     // What others send may be received.
     write(&mut slave, (0x1401, 1), INVALID | NO_REMOTE | 0x305).unwrap();
     write(&mut slave, (0x1401, 1), NO_REMOTE | 0x187).unwrap();
+}
+
+/// Given entries of 1016h with the Node-ID of the master, of which one is in use, when the master falls silent, then the slave
+/// misses it after the time of that entry. An entry without a time or without a Node-ID is not in use (CiA 301 7.5.2.15).
+///
+/// Verifies: ECSS 6.5.2b, 8.3.1c
+#[test]
+fn master_is_missed_by_its_entry_in_use() {
+    const NOT_IN_USE: [[u8; 4]; 4] = [[0, 0, 1, 0], [0; 4], [0xFA, 0, 0, 0], [100, 0, 0x81, 0]];
+    for first in NOT_IN_USE {
+        let mut slave = powered();
+        slave.receive(NOMINAL, 0x701, &[5]);
+        write_all(&mut slave, &[((0x1016, 1), &first), ((0x1016, 2), &[0xFA, 0, 1, 0])]);
+        slave.clear();
+        slave.run_until(ms(249));
+        assert_eq!(slave.events, [], "{first:02X?}");
+        slave.run_until(ms(250));
+        assert_eq!(slave.events[0], SlaveEvent::MasterMissed { bus: NOMINAL }, "{first:02X?}");
+    }
+}
+
+/// Given that no entry in use has the Node-ID of the master, when the master falls silent, then the slave does not miss it.
+///
+/// Verifies: ECSS 8.3.1c
+#[test]
+fn master_without_an_entry_in_use_is_not_missed() {
+    for first in [[0, 0, 1, 0], [0; 4], [0xFA, 0, 0, 0], [0xFA, 0, 0x81, 0]] {
+        let mut slave = powered();
+        slave.receive(NOMINAL, 0x701, &[5]);
+        write_all(&mut slave, &[((0x1016, 1), &first)]);
+        slave.clear();
+        slave.run_until(ms(10_000));
+        assert_eq!(slave.events, [], "{first:02X?}");
+    }
+}
+
+/// Given an entry of 1016h that is not in use, then no filter admits the heartbeats of its node.
+#[test]
+fn entry_without_a_time_admits_no_heartbeat() {
+    let mut slave = powered();
+    write_all(&mut slave, &[((0x1016, 2), &[0, 0, 7, 0])]);
+    let heartbeat = CobId::new(0x707).unwrap();
+    assert!(slave.node.filters().iter().all(|filter| !filter.admits(heartbeat)));
 }

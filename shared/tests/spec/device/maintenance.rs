@@ -82,15 +82,15 @@ fn a_node_id_is_stored_in_maintenance_mode() {
     let memory = Memory::default();
     let mut slave = maintained(Some(&memory));
     assert_eq!(ask(&mut slave, [0x40, 0x46, 0x20, 1, 0, 0, 0, 0]), [0x43, 0x46, 0x20, 1, 0, 0, 0, 0]);
-    for id in [2, 15, 127] {
+    for id in [2, 15, 126] {
         assert_eq!(store(&mut slave, storing(id)), done(0x2046, 1));
         assert_eq!(memory.clone().node_id(), Some(node(id)));
         assert_eq!(ask(&mut slave, [0x40, 0x46, 0x20, 1, 0, 0, 0, 0])[4..], [id, 0, 0, 0]);
     }
     // It takes effect with the next reset only.
     assert_eq!(ask(&mut slave, [0x40, 0x00, 0x10, 0, 0, 0, 0, 0])[..4], [0x43, 0x00, 0x10, 0]);
-    // The master's, and what is none.
-    for id in [1, 128, 255] {
+    // The master's, that of maintenance mode, and what is none.
+    for id in [1, 127, 128, 255] {
         assert_eq!(store(&mut slave, storing(id)), refused(0x2046, 1, 0x0609_0030));
     }
     // Every flipped bit of what is written.
@@ -101,7 +101,7 @@ fn a_node_id_is_stored_in_maintenance_mode() {
     // One byte, and the count of flipped bits.
     assert_eq!(ask(&mut slave, [0x2F, 0x46, 0x20, 1, 9, 0, 0, 0])[..4], [0x80, 0x46, 0x20, 1]);
     assert_eq!(ask(&mut slave, [0x2B, 0x46, 0x20, 2, 0, 0, 0, 0]), refused(0x2046, 2, 0x0601_0002));
-    assert_eq!(memory.clone().node_id(), Some(node(127)));
+    assert_eq!(memory.clone().node_id(), Some(node(126)));
     assert_eq!(store(&mut slave, storing(0)), done(0x2046, 1));
     assert_eq!(memory.clone().node_id(), None);
     assert_eq!(ask(&mut slave, [0x40, 0x46, 0x20, 1, 0, 0, 0, 0])[4..], [0; 4]);

@@ -20,7 +20,7 @@ use ecss_can::node::{BusCommand, SelfTest, SlaveEvent};
 use ecss_can::types::{Bus, CobId, NmtState};
 
 use self::fixture::{ask, done, powered, read, refused, write};
-use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node, span};
 
 /// Verifies: ECSS 6.1a, 6.8a
 #[test]
@@ -108,6 +108,20 @@ fn heartbeat_of_another_slave_passes_filters_once_monitored() {
         }
     }
     assert_eq!(slave.controls.len(), 4);
+}
+
+/// Given a written 1017h, then a heartbeat lives at most one period: an older one is never sent behind it.
+#[test]
+fn heartbeat_lives_no_longer_than_1017h() {
+    let mut slave = powered();
+    for (period, lifetime) in [([30, 0], 30), ([100, 0], 100), ([0xE8, 3], 100)] {
+        assert_eq!(write(&mut slave, 0x1017, 0, &period), done(0x1017, 0));
+        slave.clear();
+        let until = slave.now + span(1_000);
+        slave.run_until(until);
+        let beat = slave.sent.iter().find(|sent| sent.frame.id().raw() == 0x705).expect("a heartbeat");
+        assert_eq!(beat.expires.since(beat.at), span(lifetime), "{period:?}");
+    }
 }
 
 /// Verifies: ECSS 8.3.1c

@@ -1,15 +1,19 @@
 //! The spacecraft time of two master boards.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, MasterEvent, MasterRequest};
+use ecss_can::node::{Device, Master, MasterEvent, MasterRequest, Node};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
 use ecss_can::redundancy::Strap;
 use ecss_can::time::{LocalUtc, UtcGet};
-use ecss_can::types::{NodeId, Scet, Utc, UtcRelation};
+use ecss_can::types::{Bus, NodeId, Scet, Utc, UtcRelation};
 
-use super::{Board, fly_until, heartbeat, powered, standing_by, standing_by_with, taken_over};
-use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
+use super::{
+    Board, PROFILE, fly_until, heartbeat, powered, stand_by, standing_by, standing_by_with, taken_over,
+};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms};
+use crate::console::Console;
+use crate::device::fixture::Memory;
 
 /// Verifies: ECSS 7.2.2b
 #[test]
@@ -126,4 +130,81 @@ fn a_time_on_the_bus_that_is_not_active_is_not_taken() {
     board.receive(NOMINAL, 0x181, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
     board.receive(REDUNDANT, 0x182, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
     assert_eq!(board.node.status(board.now).scet, Scet::new(1, 0).unwrap());
+}
+
+/// A COB-ID whose function code no filter of the board admits by default.
+const MOVED: u16 = 0x2C5;
+
+/// The client, or the application, moves SYNC to [`MOVED`]: the COB-ID changes while the board does not produce SYNC.
+fn move_sync(board: &mut Board) {
+    let [low, high] = MOVED.to_le_bytes();
+    assert_eq!(board.write((0x1005, 0), &[0x80, 0, 0, 0]), Ok(()));
+    assert_eq!(board.write((0x1005, 0), &[low, high, 0, 0x40]), Ok(()));
+}
+
+/// Asserts that a standby takes SYNC by [`MOVED`] and no longer by 080h.
+fn assert_follows_moved_sync(board: &mut Board) {
+    for bus in Bus::ALL {
+        assert!(board.admits(bus, MOVED));
+        assert!(board.admits(bus, 0x082), "emergencies of slave 2");
+    }
+    let stamped = [(MOVED, &[][..]), (MOVED, &[1]), (MOVED, &[1, 2]), (0x080, &[]), (0x181, &[0; 7])];
+    let is_stamped = |bus| stamped.map(|(id, data)| board.node.is_stamped(bus, &frame(id, data)));
+    assert_eq!(is_stamped(REDUNDANT), [true, true, false, false, false]);
+    assert_eq!(is_stamped(NOMINAL), [false; 5]);
+    // 1000.5 s at that SYNC, and no time at 080h.
+    board.receive(REDUNDANT, 0x080, &[]);
+    assert_eq!(board.node.scet_at_sync(), None);
+    board.receive(REDUNDANT, MOVED, &[]);
+    board.receive(REDUNDANT, 0x181, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
+    assert_eq!(board.node.status(board.now).scet, Scet::new(1_000, 0x80_0000).unwrap());
+    // It is a sign of life in place of the heartbeat, which would be missed at 1400 ms.
+    board.run_until(ms(1_300));
+    board.receive(REDUNDANT, MOVED, &[]);
+    board.run_until(ms(1_500));
+    assert_eq!(board.frames(), []);
+}
+
+/// Given a standby, when 1005h is written, then its filters, stamps and clock follow SYNC to the new COB-ID.
+///
+/// Verifies: ECSS 6.3b, 7.2.3c
+#[test]
+fn standby_follows_sync_to_a_written_cob_id() {
+    let mut board = standing_by();
+    assert!(!board.admits(REDUNDANT, MOVED));
+    move_sync(&mut board);
+    board.settle();
+    assert_follows_moved_sync(&mut board);
+}
+
+/// Given a board with another COB-ID of SYNC in its store, when it becomes the standby, then it takes SYNC by that one.
+///
+/// Verifies: ECSS 6.3b, 7.2.3c
+#[test]
+fn standby_follows_sync_by_its_stored_cob_id() {
+    let memory = Memory::default();
+    let board = || {
+        let store: &'static mut Memory = Box::leak(Box::new(memory.clone()));
+        Bench::new(Master::of_two(&PROFILE, Strap::Prime, Console::default(), Some(store)))
+    };
+    let mut writer = board();
+    move_sync(&mut writer);
+    assert_eq!(writer.write((0x1010, 2), b"save"), Ok(()));
+    writer.settle();
+    let mut board = board();
+    stand_by(&mut board);
+    assert_follows_moved_sync(&mut board);
+}
+
+/// Given a standby, when the TPDO of the spacecraft time gets another COB-ID, then its filters admit that one.
+///
+/// Verifies: ECSS 7.2.2b
+#[test]
+fn standby_admits_the_time_by_another_cob_id() {
+    let mut board = standing_by();
+    for value in [0xC000_0181_u32, 0x4000_0000 | u32::from(MOVED)] {
+        assert_eq!(board.write((0x1800, 1), &value.to_le_bytes()), Ok(()));
+    }
+    board.settle();
+    assert!(Bus::ALL.into_iter().all(|bus| board.admits(bus, MOVED)));
 }

@@ -5,8 +5,8 @@ use ecss_can::time::Step;
 
 use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, sync_at, time, us};
-use crate::bench::{NOMINAL, frame, ms};
-use crate::device::fixture::{done, read, refused, write};
+use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
+use crate::device::fixture::{ask_on, done, read, refused, write, write_on};
 
 fn steps(slave: &Node<Keeper>) -> Vec<Step> {
     let step = |event: &SlaveEvent| match event {
@@ -195,4 +195,37 @@ fn the_quality_of_the_clock_travels_alone() {
     run(&mut slave, ms(20));
     sync(&mut slave);
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x285, &[1, 0]))], "one step");
+}
+
+/// Given a client that wrote one part, when a PDO brings a time that is not used, then the other part sets nothing: the first one is
+/// that of the PDO now.
+///
+/// Verifies: ECSS 7.1.2c
+#[test]
+fn time_of_a_pdo_that_is_not_used_ends_a_pair_begun() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(write(&mut slave, 0x2010, 1, &[7, 0, 0, 0]), done(0x2010, 1));
+    // There was no SYNC.
+    time(&mut slave, scet(50, 0));
+    assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0]), done(0x2010, 2));
+    assert_eq!(steps(&slave), []);
+    assert_eq!(write(&mut slave, 0x2010, 1, &[8, 0, 0, 0]), done(0x2010, 1));
+    assert_eq!(slave.node.scet(slave.now), scet(8, 0));
+}
+
+/// Given a client that read one part and wrote another, when the slave follows the master to the other bus, then the client goes on
+/// there: what it reads is of one sample, and what it wrote is one step.
+///
+/// Verifies: ECSS 7.1.2c, 7.1.2d
+#[test]
+fn parts_before_a_change_of_the_bus_belong_to_those_after() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(999));
+    assert_eq!(write(&mut slave, 0x2010, 1, &[7, 0, 0, 0]), done(0x2010, 1));
+    assert_eq!(read(&mut slave, 0x2011, 1), [0; 4]);
+    slave.run_until(ms(1_001));
+    slave.receive(REDUNDANT, 0x701, &[5]);
+    assert_eq!(ask_on(&mut slave, REDUNDANT, [0x40, 0x11, 0x20, 2, 0, 0, 0, 0])[4..], [0x77, 0xBE, 0xFF, 0]);
+    assert_eq!(write_on(&mut slave, REDUNDANT, 0x2010, 2, &[0, 0, 0]), done(0x2010, 2));
+    assert_eq!(slave.node.scet(slave.now), scet(7, 0));
 }

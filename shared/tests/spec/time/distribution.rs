@@ -7,7 +7,7 @@ use ecss_can::types::{Duration, Scet};
 use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, time, us};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
-use crate::device::fixture::{read, write};
+use crate::device::fixture::{done, read, write};
 
 /// How far the clock is from `scet` at the present, microseconds.
 fn off(slave: &Node<Keeper>, truth: Scet) -> i64 {
@@ -92,6 +92,19 @@ fn a_sync_of_wrong_length_has_no_time() {
     let is_stamped = |bus| stamped.map(|(id, data)| slave.node.is_stamped(bus, &frame(id, data)));
     assert_eq!(is_stamped(NOMINAL), [true, true, false, false, false]);
     assert_eq!(is_stamped(REDUNDANT), [false; 5], "it is not the active bus");
+}
+
+/// Given a slave whose SYNC has another COB-ID, then that one is stamped, and 080h is not.
+///
+/// Verifies: ECSS 7.2.3c
+#[test]
+fn sync_is_stamped_by_its_present_cob_id() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(write(&mut slave, 0x1005, 0, &[0xC5, 2, 0, 0]), done(0x1005, 0));
+    let frames = [(0x2C5, &[][..]), (0x2C5, &[1]), (0x2C5, &[1, 2]), (0x080, &[]), (0x181, &[0; 7])];
+    let is_stamped = |bus| frames.map(|(id, data)| slave.node.is_stamped(bus, &frame(id, data)));
+    assert_eq!(is_stamped(NOMINAL), [true, true, false, false, false]);
+    assert_eq!(is_stamped(REDUNDANT), [false; 5]);
 }
 
 /// Verifies: ECSS 7.2.3c

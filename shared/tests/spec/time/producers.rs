@@ -5,10 +5,11 @@ use ecss_can::node::{LinkEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Duration, FineInstant};
 
-use super::devices::{Producer, operational};
+use super::devices::{Keeper, Producer, operational};
 use super::{run, scet, sync, us};
 use crate::bench::{Bench, Master, NOMINAL, frame, ms};
 use crate::console;
+use crate::device::fixture::{payloads, write_all};
 use crate::instrument::STANDARD;
 use crate::master_device::{read, write};
 
@@ -51,6 +52,67 @@ fn types_1_to_240_send_the_time_at_the_end_of_the_last_sync() {
     assert_eq!(value, [4, 0, 0, 0xE9, 3, 0, 0, 0]);
     // It must be gone before the next SYNC: consumers would take it for that one's.
     assert_eq!(lifetime, Duration::from_millis(50));
+}
+
+/// Given SYNC every 20 ms by 1006h, then a SYNC lives 20 ms, and the time of one is gone before the next one.
+///
+/// Verifies: ECSS 7.2.3c
+#[test]
+fn sync_and_its_time_live_no_longer_than_1006h() {
+    let mut master = high_resolution(1);
+    assert_eq!(write(&mut master, 0x1006, 0, 20_000, 4), Ok(()));
+    let until = master.now + Duration::from_millis(20);
+    master.run_until(until);
+    let sync = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x080).expect("SYNC");
+    assert_eq!(sync.expires.since(sync.at), Duration::from_millis(20));
+    sync_sent(&mut master, FineInstant::from(until));
+    let [(_, lifetime)] = sent(&master)[..] else { panic!("one") };
+    assert_eq!(lifetime, Duration::from_millis(10));
+}
+
+/// Given a synchronous TPDO of the time that is not valid, then another TPDO lives as long as without it.
+#[test]
+fn time_pdo_that_is_not_valid_shortens_no_lifetime() {
+    let mut slave = operational::<Producer>();
+    // TPDO 2, 285h, with each SYNC: the source of the time.
+    let steps: [(u16, u8, &[u8]); 5] = [
+        (0x1800, 1, &[0x81, 1, 0, 0xC0]),
+        (0x1A01, 1, &[8, 2, 0x15, 0x20]),
+        (0x1A01, 0, &[1]),
+        (0x1801, 2, &[1]),
+        (0x1801, 1, &[0x85, 2, 0, 0x40]),
+    ];
+    write_all(&mut slave, &steps);
+    slave.clear();
+    sync(&mut slave);
+    let [sent] = slave.sent[..] else { panic!("one: {:?}", slave.sent) };
+    assert_eq!((sent.frame.id().raw(), sent.expires.since(sent.at)), (0x285, Duration::from_millis(100)));
+}
+
+/// Given a synchronous RPDO of the time that is not valid, then an event-driven Local Time PDO has the time when it is sent; while the
+/// RPDO is valid, it has the time of the last SYNC (ECSS 7.2.3k).
+///
+/// Verifies: ECSS 7.2.2c
+#[test]
+fn time_pdo_that_is_not_valid_makes_no_time_of_sync() {
+    for (valid, fine) in [(true, 0), (false, 0x80_0000_u32)] {
+        let mut slave = operational::<Keeper>();
+        // Local Time PDO each 500 ms.
+        let steps: [(u16, u8, &[u8]); 5] = [
+            (0x1400, 1, &[0x81, 1, 0, if valid { 0x40 } else { 0xC0 }]),
+            (0x1800, 1, &[0x85, 1, 0, 0xC0]),
+            (0x1800, 2, &[255]),
+            (0x1800, 5, &[0xF4, 1]),
+            (0x1800, 1, &[0x85, 1, 0, 0x40]),
+        ];
+        write_all(&mut slave, &steps);
+        sync(&mut slave);
+        slave.clear();
+        run(&mut slave, ms(500));
+        let [low, mid, high, ..] = fine.to_le_bytes();
+        let expected = vec![low, mid, high, 0, 0, 0, 0];
+        assert_eq!(payloads(&slave, 0x185), [expected], "valid: {valid}");
+    }
 }
 
 /// Verifies: ECSS 7.2.3e

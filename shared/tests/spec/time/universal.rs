@@ -5,7 +5,7 @@ use ecss_can::types::Utc;
 use super::devices::{Node, Universal, operational};
 use super::{run, scet, sync, us};
 use crate::bench::{NOMINAL, frame, ms};
-use crate::device::fixture::{done, read, refused, write};
+use crate::device::fixture::{ask, done, read, refused, write};
 
 fn utc(day: u16, ms: u32, micros: u16) -> Utc {
     Utc::new(day, ms, micros).unwrap()
@@ -99,4 +99,86 @@ fn device_without_submilliseconds_sends_zero_and_ignores_them() {
     slave.clear();
     sync(&mut slave);
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0xD1, 7, 0, 0, 100, 0]))], "2001 ms");
+}
+
+/// 0.999 s after power-on, of which the fine time is 0.999 x 2^24 = 16,760,438.8; parts of 2011h and 2013h.
+const SAMPLE: [(u16, u8, u32); 5] =
+    [(0x2011, 1, 0), (0x2011, 2, 16_760_439), (0x2013, 1, 100), (0x2013, 2, 999), (0x2013, 3, 0)];
+
+/// What a client reads.
+fn part(slave: &mut Node<Universal<true>>, index: u16, sub: u8) -> u32 {
+    u32::from_le_bytes(read(slave, index, sub))
+}
+
+/// Given a client that reads the parts of a time in any order, when it reads sub-index 0, asks for what is not there, or sends a
+/// request that is too short before each of them, then all parts are of one sample.
+///
+/// Verifies: ECSS 7.1.2d, 7.1.3c
+#[test]
+fn parts_of_a_time_are_of_one_sample_despite_other_reads() {
+    let orders: [(u16, &[u8]); 5] = [
+        (0x2011, &[1, 2]),
+        (0x2011, &[2, 1]),
+        (0x2013, &[1, 2, 3]),
+        (0x2013, &[3, 1, 2]),
+        (0x2013, &[2, 3, 1]),
+    ];
+    for (index, order) in orders {
+        let mut slave = operational::<Universal<true>>();
+        for (nth, sub) in (0..).zip(order) {
+            run(&mut slave, ms(999 + nth));
+            let [low, high] = index.to_le_bytes();
+            let count = order.len() as u8;
+            assert_eq!(read(&mut slave, index, 0), [count, 0, 0, 0]);
+            for none in [count + 1, 8, 8 + sub, 16 + sub, 0xFF] {
+                let answer = ask(&mut slave, [0x40, low, high, none, 0, 0, 0, 0]);
+                assert_eq!(answer, refused(index, none, 0x0609_0011));
+            }
+            slave.receive(NOMINAL, 0x605, &[0x40, low, high, *sub]);
+            // Sub-index 0 by a block upload of a client that accepts an expedited answer.
+            assert_eq!(ask(&mut slave, [0xA0, low, high, 0, 1, 4, 0, 0])[..5], [0x4F, low, high, 0, count]);
+            let (_, _, value) = SAMPLE.into_iter().find(|(at, part, _)| (*at, part) == (index, sub)).unwrap();
+            assert_eq!(part(&mut slave, index, *sub), value, "{index:04X}h sub {sub} of {order:?}");
+        }
+        // Each part was read: the next one is of a new sample. 1001 ms, or 1002 ms.
+        let after = [(0x2011, 1, 1), (0x2013, 2, 1_002)].into_iter().find(|(at, _, _)| *at == index).unwrap();
+        run(&mut slave, ms(1_002));
+        assert_eq!(part(&mut slave, after.0, after.1), after.2, "{index:04X}h");
+    }
+}
+
+/// Given a client that reads SCET and UTC in turns, then the parts of each are of one sample.
+///
+/// Verifies: ECSS 7.1.2d, 7.1.3c
+#[test]
+fn scet_and_utc_read_in_turns_are_whole() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, ms(999));
+    assert_eq!(part(&mut slave, 0x2011, 1), 0);
+    assert_eq!(part(&mut slave, 0x2013, 2), 999);
+    run(&mut slave, ms(1_001));
+    assert_eq!(part(&mut slave, 0x2011, 2), 16_760_439);
+    assert_eq!(part(&mut slave, 0x2013, 1), 100);
+    assert_eq!(part(&mut slave, 0x2011, 1), 1, "a new sample");
+    assert_eq!(part(&mut slave, 0x2013, 3), 0);
+}
+
+/// Given a client that writes SCET and UTC in turns, then each is one step, with its own parts.
+///
+/// Verifies: ECSS 7.1.2c, 7.1.3b
+#[test]
+fn scet_and_utc_written_in_turns_are_whole() {
+    let mut slave = operational::<Universal<true>>();
+    let parts: [(u16, u8, &[u8]); 5] = [
+        (0x2010, 1, &[7, 0, 0, 0]),
+        (0x2012, 1, &[100, 0]),
+        (0x2012, 2, &[0xE8, 3, 0, 0]),
+        (0x2010, 2, &[0, 0, 0x80]),
+        (0x2012, 3, &[0, 0]),
+    ];
+    let times = [scet(0, 0), scet(0, 0), scet(0, 0), scet(7, 0x80_0000), scet(1, 0)];
+    for ((index, sub, value), after) in parts.into_iter().zip(times) {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+        assert_eq!(slave.node.scet(slave.now), after, "{index:04X}h sub {sub}");
+    }
 }

@@ -184,7 +184,7 @@ pub fn run(mut input: Input, signature: &mut Signature) {
             }
             3 | 4 => {
                 let on = bus(input.byte());
-                let (state, dlc) = (input.pick(&[5, 0, 4, 0x7F, 5, 6]), input.pick(&[1, 1, 1, 0, 2, 1]));
+                let (state, dlc) = (input.pick(&[5, 0, 4, 0x7F, 0x85, 6]), input.pick(&[1, 1, 1, 0, 2, 1]));
                 let is_heard = profile.selective.is_empty() || on == bench.slave.status(bench.now).active;
                 bench.receive(on, frame(0x701, dlc, [state; 8]));
                 let is_active = bench.slave.status(bench.now).active == on;

@@ -33,3 +33,4 @@ mod support;
 mod thermometer;
 mod time;
 mod toggling;
+mod yielding;

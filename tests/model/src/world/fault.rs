@@ -90,7 +90,9 @@ impl World {
                 faults.push(Fault::On(place));
                 continue;
             }
-            faults.extend([Fault::Reset(place), Fault::Off(place)]);
+            if !(self.is_memory_kept && MASTERS.contains(&place)) {
+                faults.extend([Fault::Reset(place), Fault::Off(place)]);
+            }
             for kind in [Kind::Heartbeat, Kind::Command] {
                 if (!MASTERS.contains(&place) || kind == Kind::Heartbeat)
                     && self.losing & loss(place, kind) == 0

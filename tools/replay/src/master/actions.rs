@@ -28,9 +28,7 @@ impl Master {
                 self.report_health(to, now);
                 self.log(now, format!("active bus: {to:?}, no longer {from:?} ({cause:?})"));
                 self.boot.on_bus_changed();
-                if let Some(node) = self.boot.lose_transfer() {
-                    self.redundancy.peers_mut().ask_again(node);
-                }
+                self.ask_again();
             }
             MasterAction::Lost(node) => {
                 self.boot.on_lost(node);
@@ -58,6 +56,7 @@ impl Master {
             MasterAction::StoodBy { change, .. } => {
                 self.heartbeats.clear();
                 self.controllers.leave();
+                self.ask_again();
                 self.boot.lose_role();
                 self.end_clashes(Instant::NEVER, now);
                 self.errors.retain(|(code, _)| *code != COLLISION);

@@ -60,15 +60,10 @@ impl BootProcess {
         BootProcess { boot, transfer: None, not_before: Instant::ZERO }
     }
 
-    /// Another master is active: forgets slaves and transfer.
+    /// Another master is active: forgets slaves.
     pub fn lose_role(&mut self) {
         self.boot.stand_by();
-        (self.transfer, self.not_before) = (None, Instant::ZERO);
-    }
-
-    /// Ends the transfer. Returns the new node that was asked by it.
-    pub fn lose_transfer(&mut self) -> Option<NodeId> {
-        self.transfer.take().filter(|transfer| transfer.is_question).map(|transfer| transfer.node)
+        self.not_before = Instant::ZERO;
     }
 
     fn begin(&mut self, profile: &Profile) {
@@ -106,6 +101,15 @@ impl DerefMut for BootProcess {
 }
 
 impl Master {
+    /// The transfer ends without an answer. The new node that it asked is asked again.
+    pub(super) fn ask_again(&mut self) {
+        if let Some(transfer) = self.boot.transfer.take()
+            && transfer.is_question
+        {
+            self.redundancy.peers_mut().ask_again(transfer.node);
+        }
+    }
+
     /// The program requested a frame, perhaps of an SDO transfer.
     pub(super) fn on_sdo_request(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         let Some(node) = frame.id().node().filter(|node| frame.id() == CobId::sdo_request(*node)) else {
@@ -139,7 +143,12 @@ impl Master {
     }
 
     pub(super) fn on_sdo_response(&mut self, node: NodeId, frame: &Frame, now: Instant) {
-        let is_ours = |transfer: &mut Transfer| transfer.node == node && transfer.is_sent;
+        // A late answer to an earlier transfer names another object, an abort perhaps none.
+        let at = frame.data().get(1..4);
+        let is_abort = frame.data().starts_with(&[0x80, 0, 0, 0]);
+        let is_ours = |transfer: &mut Transfer| {
+            transfer.node == node && transfer.is_sent && (is_abort || at == transfer.begin.get(1..))
+        };
         if !self.redundancy.is_announced() {
             return;
         }

@@ -45,6 +45,17 @@ fn three_copies_have_the_documented_format() {
     assert_eq!((log.node_id(), found(log.into_flash())), (None, None));
 }
 
+/// Given copies of the Node-ID of the master or of maintenance mode, as an earlier program may have stored them, then they are none.
+///
+/// Verifies: ECSS 6.10k
+#[test]
+fn copies_that_no_slave_may_have_are_none() {
+    for raw in [1, 127] {
+        let (flash, _) = store_on(Flash::erased(), id(raw));
+        assert_eq!(found(flash), None, "{raw}");
+    }
+}
+
 #[test]
 fn sets_notes_and_changes_of_pages_keep_the_node_id() {
     let (mut log, _) = open(Flash::erased());

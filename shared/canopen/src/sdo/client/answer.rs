@@ -7,7 +7,7 @@ use crate::types::{AbortCode, Address, Instant};
 
 impl Client {
     /// Handles a response. Returns whether it was of use. Frames without a transfer, segments out of order,
-    /// repeated frames and aborts of other transfers are ignored.
+    /// repeated frames and late answers of other transfers are ignored.
     pub fn on_response(&mut self, payload: &Payload, now: Instant, send: &mut impl FnMut(Payload)) -> bool {
         let [command, data @ ..] = payload;
         if !self.is_on_the_way() || self.strays.claim(*command, now) {
@@ -24,7 +24,7 @@ impl Client {
             {
                 Ok(false)
             }
-            _ => self.on_answer(Response::parse(payload), now, send),
+            _ => self.on_answer(payload, now, send),
         };
         match used {
             Ok(was_used) => {
@@ -41,19 +41,28 @@ impl Client {
     /// Everything but segments of sub-blocks.
     fn on_answer(
         &mut self,
-        response: Response,
+        payload: &Payload,
         now: Instant,
         send: &mut impl FnMut(Payload),
     ) -> Result<bool, Error> {
+        let response = Response::parse(payload);
+        let is_first = matches!(self.state, State::Initiated(_));
         let used = match (&mut self.state, response) {
             (_, Response::Abort(at, code)) => return Ok(self.on_abort(at, code)),
-            (State::Initiated(Protocol::Download), Response::Download(at)) => self.on_download(at),
+            // Late: of a transfer before this one. The first answer of each transfer names its object.
+            _ if (is_first || response.is_initiate()) && wire::address(payload) != self.at => {
+                return Ok(false);
+            }
+            (State::Initiated(Protocol::Download), Response::Download) => {
+                self.on_download();
+                Ok(())
+            }
             (State::Download { toggle, asked: true }, Response::DownloadSegment { toggle: answered }) => {
                 let toggle = *toggle;
                 self.on_download_segment(toggle, answered)
             }
-            (State::Initiated(Protocol::BlockDownload), Response::BlockDownload { at, crc, block_size }) => {
-                self.on_block_download(at, crc, block_size)
+            (State::Initiated(Protocol::BlockDownload), Response::BlockDownload { crc, block_size }) => {
+                self.on_block_download(crc, block_size)
             }
             (State::BlockDownload { sender, .. }, Response::BlockDownload { .. }) if sender.is_first() => {
                 return Ok(false);
@@ -66,15 +75,15 @@ impl Client {
                 self.done(Ok(self.size as usize));
                 Ok(())
             }
-            (State::Initiated(Protocol::Upload | Protocol::BlockUpload), Response::Upload(at, content)) => {
-                self.on_upload(at, content)
+            (State::Initiated(Protocol::Upload | Protocol::BlockUpload), Response::Upload(content)) => {
+                self.on_upload(content)
             }
             (State::Upload { toggle, asked: true }, Response::UploadSegment(segment)) => {
                 let toggle = *toggle;
                 self.on_upload_segment(toggle, &segment)
             }
-            (State::Initiated(Protocol::BlockUpload), Response::BlockUpload { at, crc, size }) => {
-                self.on_block_upload(at, crc, size, now, send)
+            (State::Initiated(Protocol::BlockUpload), Response::BlockUpload { crc, size }) => {
+                self.on_block_upload(crc, size, now, send)
             }
             (State::BlockUploadEnd { crc, .. }, Response::BlockUploadEnd { unused, crc: sum }) => {
                 let sum = crc.then_some(sum);
@@ -106,10 +115,5 @@ impl Client {
         }
         self.done(Err(known.map_or(Error::UnknownAbort(code), Error::Abort)));
         true
-    }
-
-    /// An answer that names an object must name the one that was asked for.
-    pub(super) fn check(&self, at: Address) -> Result<(), Error> {
-        if at == self.at { Ok(()) } else { Err(Error::Protocol(AbortCode::ParameterIncompatible)) }
     }
 }

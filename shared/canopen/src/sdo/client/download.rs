@@ -37,14 +37,12 @@ fn bytes(staging: &Staging, at: u32, rest: u32) -> Option<([u8; 7], u8)> {
 }
 
 impl Client {
-    pub(super) fn on_download(&mut self, at: Address) -> Result<(), Error> {
-        self.check(at)?;
+    pub(super) fn on_download(&mut self) {
         if (1..=4).contains(&self.size) {
             self.done(Ok(self.size as usize));
         } else {
             self.state = State::Download { toggle: false, asked: false };
         }
-        Ok(())
     }
 
     pub(super) fn on_download_segment(&mut self, toggle: bool, answered: bool) -> Result<(), Error> {
@@ -60,8 +58,7 @@ impl Client {
         Ok(())
     }
 
-    pub(super) fn on_block_download(&mut self, at: Address, crc: bool, block_size: u8) -> Result<(), Error> {
-        self.check(at)?;
+    pub(super) fn on_block_download(&mut self, crc: bool, block_size: u8) -> Result<(), Error> {
         block::check_size(block_size).map_err(Error::Protocol)?;
         self.state = State::BlockDownload { sender: Sender::new(block_size), crc };
         Ok(())

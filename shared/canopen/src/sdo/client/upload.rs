@@ -5,7 +5,7 @@ use super::{Client, Error, State};
 use crate::sdo::block::{MOST, Receiver, SegmentOutcome};
 use crate::sdo::wire::{Content, Payload, Segment};
 use crate::sdo::{block, wire};
-use crate::types::{AbortCode, Address, Instant};
+use crate::types::{AbortCode, Instant};
 
 /// Bytes of a segment.
 pub(super) const SEGMENT: usize = block::SEGMENT as usize;
@@ -16,8 +16,7 @@ pub(super) fn block_size(staging: &Staging) -> u8 {
 }
 
 impl Client {
-    pub(super) fn on_upload(&mut self, at: Address, content: Content) -> Result<(), Error> {
-        self.check(at)?;
+    pub(super) fn on_upload(&mut self, content: Content) -> Result<(), Error> {
         match content {
             Content::Expedited(data, len) => self.on_expedited(data.get(..usize::from(len)).unwrap_or(&data)),
             Content::Unsized(data) => self.on_expedited(data.get(..self.size as usize).unwrap_or(&data)),
@@ -80,13 +79,11 @@ impl Client {
 
     pub(super) fn on_block_upload(
         &mut self,
-        at: Address,
         crc: bool,
         size: Option<u32>,
         now: Instant,
         send: &mut impl FnMut(Payload),
     ) -> Result<(), Error> {
-        self.check(at)?;
         self.on_size(size)?;
         self.state =
             State::BlockUpload { receiver: Receiver::new(block_size(&self.staging)), crc, due: false };

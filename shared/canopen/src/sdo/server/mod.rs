@@ -60,6 +60,8 @@ const PAUSE: u64 = 4;
 /// # Limits
 ///
 /// - A new initiate request ends a running transfer without an abort: the client has started again.
+/// - In a sub-block of a download a request is a segment. A client that gives up there sends an abort first, or waits
+///   for that of the server, which comes one and a quarter of the timeout after the last segment.
 /// - Any other request that does not belong to the transfer aborts it. A late segment of an ended transfer is
 ///   recognised, and ignored.
 #[doc(alias("SDO server", "SSDO", "1200h"))]
