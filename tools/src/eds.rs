@@ -17,6 +17,7 @@ use mission::minimal::prototype::PrototypeObjects;
 use mission::{CommanderObjects, MissionObjects};
 
 use support::board::{BitRate, Profile};
+use support::misuse::Misuse;
 use support::output;
 use support::project::manifest;
 
@@ -102,8 +103,11 @@ fn without_last_eds(text: &str) -> String {
 fn check_network(files: &[PathBuf]) -> anyhow::Result<()> {
     let mut senders = Vec::new();
     for path in files {
-        let text = std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
-        senders.push(Sender::of_dcf(&path.display().to_string(), &text)?);
+        let refuse =
+            |text: String| Misuse::of("eds", format!("invalid value for '--check-network <DCF>...': {text}"));
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|error| refuse(format!("{name}: {error}")))?;
+        senders.push(Sender::of_dcf(&name, &bytes).map_err(|error| refuse(error.to_string()))?);
     }
     let conflicts = network::conflicts(&senders);
     let list: Vec<String> = conflicts.iter().map(|conflict| format!("\n  {conflict}")).collect();

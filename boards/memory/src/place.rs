@@ -53,5 +53,7 @@ pub fn place_for(folder: &Path, out: Option<&Path>) -> Result<Vec<String>, Error
 }
 
 fn read(path: &Path) -> Result<String, Error> {
-    fs::read_to_string(path).map_err(|reason| Error::File { path: path.to_owned(), reason })
+    let text = fs::read(path).map_err(|reason| Error::File { path: path.to_owned(), reason })?;
+    // Comments may have any encoding.
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }

@@ -38,8 +38,8 @@ pub struct Attribute {
     pub shape: Shape,
     /// Access right. `None` for a record: each of its entries has its own.
     pub access: Option<Ident>,
-    /// PDOs may carry it.
-    pub pdo: bool,
+    /// Place of the word `pdo`: PDOs may carry it.
+    pub pdo: Option<Span>,
     /// A frame of a receive PDO may end before this value.
     pub optional: bool,
     /// Place of the word `keep`: "save" stores this DOMAIN.
@@ -94,13 +94,13 @@ impl Attribute {
     /// of the field.
     pub fn qualified(&self, of: &Type, entry: TokenStream) -> TokenStream {
         let krate = path::canopen();
-        let pdo = match (self.pdo, self.optional) {
-            (false, _) => quote!(No),
-            (true, false) => quote!(Required),
-            (true, true) => quote!(Optional),
-        };
-        let mut entry = quote!(#entry.for_pdo(#krate::od::PdoUse::#pdo));
+        let mut entry = entry;
         // Constants find the errors of these, which stand at the words.
+        if let Some(word) = self.pdo {
+            let krate = path::canopen_at(word);
+            let pdo = if self.optional { quote!(Optional) } else { quote!(Required) };
+            entry = quote_spanned!(word=> #krate::od::Entry::for_pdo(#entry, #krate::od::PdoUse::#pdo));
+        }
         if self.is_limited() {
             let (low, high, limits) = (&self.low, &self.high, self.limits());
             let function = quote!(#krate::od::Entry::within);
@@ -130,7 +130,8 @@ impl Attribute {
     /// Returns two flags: transmit PDOs may carry the value, and receive PDOs may carry it.
     pub fn directions(&self) -> (bool, bool) {
         let is_among = |rights: &[&str]| {
-            self.pdo && self.access.as_ref().is_some_and(|own| rights.iter().any(|right| own == right))
+            self.pdo.is_some()
+                && self.access.as_ref().is_some_and(|own| rights.iter().any(|right| own == right))
         };
         (is_among(&["Ro", "Rw", "Rwr", "Const"]), is_among(&["Wo", "Rw", "Rww"]))
     }
@@ -142,7 +143,7 @@ impl Attribute {
             "record" => self.shape = Shape::Record { as_array: false },
             "array" if self.shape != Shape::Var => self.shape = Shape::Record { as_array: true },
             "array" => self.shape = Shape::Array,
-            "pdo" => self.pdo = true,
+            "pdo" => self.pdo = Some(span),
             "optional" => self.optional = true,
             "keep" => self.keep = Some(span),
             "volatile" => self.volatile = Some(span),
@@ -175,7 +176,7 @@ impl Attribute {
                 "record" | "array" | "default" => continue,
                 _ if is_record => "the fields of the record say this: move it to their `#[sub(..)]`",
                 "volatile" if self.keep.is_some() => "`keep` and `volatile` exclude each other",
-                "optional" if !self.pdo => "`optional` is for values that PDOs may carry: add `pdo`",
+                "optional" if self.pdo.is_none() => "`optional` is for values that PDOs may carry: add `pdo`",
                 _ => continue,
             };
             errors.add(Error::new(word.span(), message));
@@ -232,7 +233,7 @@ impl Attribute {
             in_a_row,
             shape: Shape::Var,
             access: None,
-            pdo: false,
+            pdo: None,
             optional: false,
             keep: None,
             volatile: None,

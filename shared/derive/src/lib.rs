@@ -20,7 +20,7 @@
 //!
 //! - the access right: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`;
 //! - `record` or `array` for an object that is more than a single value;
-//! - `pdo` for a value that PDOs may carry, `optional` if a frame of a receive PDO may end before it;
+//! - `pdo` for a number, BOOLEAN or time that PDOs may carry, `optional` if a frame of a receive PDO may end before it;
 //! - `keep` for a DOMAIN that "save" (1010h) stores, `volatile` for a value that "save" does not store;
 //! - `low = ..` and `high = ..` for an integer: values of its type, `low` at most `high`;
 //! - `default = ..`, the value at power-on. Beside `low` or `high` it is a constant expression within these limits.

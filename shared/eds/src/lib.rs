@@ -27,7 +27,9 @@
 //! # Ok::<(), eds::Error>(())
 //! ```
 //!
-//! Written so that the readers at hand agree on what it means:
+//! [`DataSheet`] reads the files of other tools.
+//!
+//! The files are written so that the readers at hand agree on what it means:
 //!
 //! * Unsigned numbers are hexadecimal, signed ones decimal: some readers take FFh for 255 whatever the type.
 //! * REALs are decimal, as most readers want them; zero is `0`, which those of bit patterns read as well.
@@ -45,6 +47,7 @@
 
 #![forbid(unsafe_code)]
 
+mod data_sheet;
 mod description;
 mod device;
 mod dictionary;
@@ -54,6 +57,7 @@ mod notes;
 mod program;
 mod value;
 
+pub use data_sheet::{DataSheet, Entry, Unreadable, Value};
 pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
 pub use program::{master_program, program, slave_program};

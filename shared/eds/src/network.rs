@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use configparser::ini::Ini;
+use crate::data_sheet::{DataSheet, Unreadable};
 
 /// Bits of a COB-ID entry: not valid; the producer of SYNC.
 const INVALID: u32 = 1 << 31;
@@ -20,22 +20,12 @@ pub struct Sender {
     pub sent: Vec<(u16, String)>,
 }
 
-/// Why a file is no DCF of a device.
+/// Why a file is no DCF of a device: the file, the entry, what was found, what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FileError {
-    /// It has no sections and keys.
-    #[error("{0} is no DCF: {1}")]
-    Syntax(String, String),
-    /// An entry is missing or is no number.
-    #[error("{file}: [{section}] {key} is no number of 32 bits")]
-    Number {
-        /// Name of the file.
-        file: String,
-        /// Section of the entry.
-        section: String,
-        /// Key of the entry.
-        key: String,
-    },
+#[error("{file}: {cause}")]
+pub struct FileError {
+    file: String,
+    cause: Unreadable,
 }
 
 /// Two devices that cannot be on one network.
@@ -57,72 +47,35 @@ impl fmt::Display for Conflict {
 }
 
 impl Sender {
-    /// Reads a DCF. `file` names it.
+    /// Reads a DCF. `file` names it. Only the entries that name a COB-ID and the Node-ID need to be readable.
     ///
     /// # Errors
     /// [`FileError`]: it is none.
-    pub fn of_dcf(file: &str, text: &str) -> Result<Sender, FileError> {
-        let mut ini = Ini::new();
-        ini.read(text.to_owned()).map_err(|error| FileError::Syntax(file.to_owned(), error))?;
-        let dcf = Dcf { file, ini: &ini };
-        let node = dcf.number("DeviceComissioning", "NodeID", 0)?;
-        let node = node.and_then(|node| u8::try_from(node).ok()).filter(|node| (1..=127).contains(node));
-        let node = node.ok_or_else(|| dcf.wrong("DeviceComissioning", "NodeID"))?;
+    pub fn of_dcf(file: &str, bytes: &[u8]) -> Result<Sender, FileError> {
+        let sender = Sender::of_sheet(file, bytes);
+        sender.map_err(|cause| FileError { file: file.to_owned(), cause })
+    }
+
+    fn of_sheet(file: &str, bytes: &[u8]) -> Result<Sender, Unreadable> {
+        let dcf = DataSheet::read(bytes)?;
+        let node = dcf
+            .node()?
+            .ok_or_else(|| Unreadable::missing("[DeviceComissioning] NodeID: a DCF has 1 to 127"))?;
         let mut sent = vec![(0x700 + u16::from(node), "heartbeat".to_owned())];
         let mut note = |id: u32, from: String| sent.push(((id & 0x7FF) as u16, from));
-        if let Some(sync) = dcf.object("1005", node)?.filter(|sync| sync & PRODUCES != 0) {
+        let object =
+            |index, sub| Ok::<_, Unreadable>(dcf.object(index, sub, node)?.map(|value| value.number));
+        if let Some(sync) = object(0x1005, 0)?.filter(|sync| sync & PRODUCES != 0) {
             note(sync, "1005h".into());
         }
-        for (section, of) in [("1014", "1014h"), ("1200sub2", "1200h")] {
-            if let Some(id) = dcf.object(section, node)?.filter(|id| id & INVALID == 0) {
-                note(id, of.into());
-            }
-        }
-        for index in 0x1800..=0x19FF {
-            let id = dcf.object(&format!("{index:X}sub1"), node)?;
-            if let Some(id) = id.filter(|id| id & INVALID == 0) {
+        for (index, sub) in
+            [(0x1014, 0), (0x1200, 2)].into_iter().chain((0x1800..=0x19FF).map(|tpdo| (tpdo, 1)))
+        {
+            if let Some(id) = object(index, sub)?.filter(|id| id & INVALID == 0) {
                 note(id, format!("{index:X}h"));
             }
         }
         Ok(Sender { file: file.to_owned(), node, sent })
-    }
-}
-
-/// A file that is being read.
-struct Dcf<'a> {
-    file: &'a str,
-    ini: &'a Ini,
-}
-
-impl Dcf<'_> {
-    /// The value of an object: what the device has, or else its default. `None`: it has no such object.
-    fn object(&self, section: &str, node: u8) -> Result<Option<u32>, FileError> {
-        match self.number(section, "ParameterValue", node)? {
-            None => self.number(section, "DefaultValue", node),
-            value => Ok(value),
-        }
-    }
-
-    /// A number, decimal or with `0x`; `$NODEID+` adds the Node-ID (CiA 306).
-    fn number(&self, section: &str, key: &str, node: u8) -> Result<Option<u32>, FileError> {
-        let Some(text) = self.ini.get(section, key).filter(|text| !text.trim().is_empty()) else {
-            return Ok(None);
-        };
-        let upper = text.trim().to_uppercase();
-        let (base, digits) = match upper.strip_prefix("$NODEID+") {
-            Some(digits) => (u32::from(node), digits),
-            None => (0, upper.as_str()),
-        };
-        let value = match digits.strip_prefix("0X") {
-            Some(digits) => u32::from_str_radix(digits, 16),
-            None => digits.parse(),
-        };
-        let sum = value.ok().and_then(|value| value.checked_add(base));
-        sum.map(Some).ok_or_else(|| self.wrong(section, key))
-    }
-
-    fn wrong(&self, section: &str, key: &str) -> FileError {
-        FileError::Number { file: self.file.to_owned(), section: section.to_owned(), key: key.to_owned() }
     }
 }
 

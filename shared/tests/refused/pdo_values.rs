@@ -18,7 +18,7 @@ struct Thermometer {
     #[object(0x6002, rw)]
     private: u8,
     /// Name
-    #[object(0x6003, rw, pdo)]
+    #[object(0x6003, rw)]
     name: VisibleString<8>,
     /// Flags
     #[object(0x6004, array, rw, pdo)]

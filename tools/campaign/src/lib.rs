@@ -139,8 +139,9 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     };
     if let Some(path) = &options.replay {
         let refuse = |text: String| Misuse::of(COMMAND, format!("--replay {}: {text}", path.display()));
-        let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
-        let script: Script = text.parse().map_err(refuse)?;
+        let text = std::fs::read(path).map_err(|error| refuse(error.to_string()))?;
+        // Comments may have any encoding.
+        let script: Script = String::from_utf8_lossy(&text).parse().map_err(refuse)?;
         prepare(script.masters)?;
         let outcome = fly_asked(options.world, options.compare, &script);
         outcome.violations.iter().try_for_each(output::line)?;

@@ -457,6 +457,10 @@ impl fmt::Display for Fault {
     }
 }
 
+/// Keys of the line `run`, and of a fault.
+const OF_RUN: [&str; 6] = ["seed", "masters", "slaves", "selective", "assigned", "length"];
+const OF_FAULT: [&str; 9] = ["at", "lasts", "bus", "node", "place", "value", "times", "every", "in_frame"];
+
 /// Pairs of a line behind its first word.
 struct Pairs<'a> {
     line: &'a str,
@@ -468,7 +472,17 @@ impl<'a> Pairs<'a> {
         let mut words = line.split_whitespace();
         let first = words.next().unwrap_or_default();
         let pairs = words.map(|word| word.split_once('=').ok_or(format!("`{word}`: expected KEY=VALUE")));
-        Ok((first, Pairs { line, pairs: pairs.collect::<Result<_, _>>()? }))
+        let pairs: Vec<_> = pairs.collect::<Result<_, _>>()?;
+        let known: &[&str] = if first == "run" { &OF_RUN } else { &OF_FAULT };
+        for (nth, (key, value)) in pairs.iter().enumerate() {
+            if !known.contains(key) {
+                return Err(format!("`{line}`: unknown {key}={value}, allowed are {}", known.join(", ")));
+            }
+            if pairs[..nth].iter().any(|(earlier, _)| earlier == key) {
+                return Err(format!("`{line}`: {key}={value} is the second {key}, allowed is one"));
+            }
+        }
+        Ok((first, Pairs { line, pairs }))
     }
 
     fn text(&self, key: &str) -> Option<&'a str> {
@@ -490,32 +504,44 @@ impl FromStr for Script {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Script, String> {
-        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
-        let mut script: Option<Script> = None;
-        for line in lines {
-            let (word, pairs) = Pairs::of(line)?;
-            match (word, &mut script) {
-                ("run", None) => {
-                    let slaves = pairs.number("slaves", 126)? as u8;
-                    if slaves == 0 {
-                        return Err(format!("`{line}`: slaves=0, allowed are 1 to 126"));
-                    }
-                    script = Some(Script {
-                        seed: pairs.number("seed", u64::MAX)?,
-                        masters: read_masters(&pairs)?,
-                        slaves,
-                        selective: pairs.number("selective", 1)? == 1,
-                        assigned: pairs.number("assigned", 1)? == 1,
-                        length: pairs.number("length", HOUR_US)?,
-                        faults: Vec::new(),
-                    });
-                }
-                (_, None) => return Err(format!("`{line}`: a script begins with `run`")),
-                (_, Some(script)) => script.faults.push(read_fault(word, &pairs, script)?),
-            }
+        let lines = (1..).zip(text.trim_start_matches('\u{FEFF}').lines().map(str::trim));
+        let mut script = None;
+        for (number, line) in lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')) {
+            read_line(line, &mut script).map_err(|wrong| format!("line {number}: {wrong}"))?;
         }
-        script.ok_or("no line `run seed=.. slaves=.. selective=.. length=..`".into())
+        let mut script: Script = script.ok_or("no line `run seed=.. slaves=.. selective=.. length=..`")?;
+        if script.length == 0 {
+            script.length = script.shortest_length();
+        }
+        Ok(script)
     }
+}
+
+fn read_line(line: &str, script: &mut Option<Script>) -> Result<(), String> {
+    let (word, pairs) = Pairs::of(line)?;
+    match (word, &mut *script) {
+        ("run", None) => {
+            let slaves = pairs.number("slaves", 126)? as u8;
+            if slaves == 0 {
+                return Err(format!("`{line}`: slaves=0, allowed are 1 to 126"));
+            }
+            *script = Some(Script {
+                seed: pairs.number("seed", u64::MAX)?,
+                masters: read_masters(&pairs)?,
+                slaves,
+                selective: pairs.number("selective", 1)? == 1,
+                assigned: pairs.number("assigned", 1)? == 1,
+                length: pairs.number("length", HOUR_US)?,
+                faults: Vec::new(),
+            });
+        }
+        (_, None) => return Err(format!("`{line}`: a script begins with `run`")),
+        (_, Some(script)) => {
+            let fault = read_fault(word, &pairs, script)?;
+            script.faults.push(fault);
+        }
+    }
+    Ok(())
 }
 
 fn read_masters(pairs: &Pairs<'_>) -> Result<u8, String> {
@@ -534,7 +560,9 @@ fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, S
     let bus = match pairs.text("bus") {
         Some("nominal") | None => Bus::Nominal,
         Some("redundant") => Bus::Redundant,
-        Some(other) => return Err(format!("bus={other}: allowed are nominal and redundant")),
+        Some(other) => {
+            return Err(format!("`{}`: bus={other}, allowed are nominal and redundant", pairs.line));
+        }
     };
     let last = if kind == Kind::UnknownNode { NOBODY } else { script.slaves + 1 };
     let is_second = script.masters == 2 && pairs.text("node") == Some("128");
@@ -657,6 +685,22 @@ mod tests {
         assert!(!is_related("foreign-nmt at=5000000 node=4 value=129\nreset-slave at=5000000 node=4"));
     }
 
+    /// Given what editors of other systems do to a text, then it is the same script.
+    #[test]
+    fn script_is_read_with_ends_of_lines_and_marks_of_editors() {
+        let script = Script::random(7, 3, 0);
+        let edited = format!("\u{FEFF}  {}", script.to_string().replace('\n', " \r\n\r\n"));
+        assert_eq!(edited.parse(), Ok(script));
+    }
+
+    #[test]
+    fn script_without_length_leaves_room_for_recovery() {
+        let length = |text: &str| text.parse::<Script>().unwrap().length;
+        assert_eq!(length("run slaves=2"), 60_000_000);
+        assert_eq!(length("run slaves=2\ncut at=40000000 lasts=1000000 place=3"), 71_000_000);
+        assert_eq!(length("run slaves=2 length=1000000"), 1_000_000);
+    }
+
     #[test]
     fn wrong_scripts_are_refused_with_what_is_allowed() {
         let refused = |text: &str, part: &str| {
@@ -674,5 +718,13 @@ mod tests {
         refused("run masters=2 slaves=2\nreset-slave at=1 node=128", "not possible");
         refused("run slaves=2\nreset-slave at=1", "not possible");
         refused("run slaves=2\ncut soon", "KEY=VALUE");
+        refused("run slaves=0", "line 1: `run slaves=0`: slaves=0, allowed are 1 to 126");
+        refused(
+            "# two\n\nrun slaves=2\ncut at=1 plcae=3",
+            "line 4: `cut at=1 plcae=3`: unknown plcae=3, allowed are at,",
+        );
+        refused("run slaves=2 at=1", "unknown at=1, allowed are seed, masters");
+        refused("run slaves=2\ncut at=1 at=2", "at=2 is the second at, allowed is one");
+        refused("run slaves=2 length=0x10", "length=0x10, allowed are 0 to 3600000000");
     }
 }

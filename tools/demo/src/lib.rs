@@ -65,6 +65,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let plan = Plan::new(options)?;
     plan.check_length(options)?;
     let sheets = Sheets::of(&plan, &options.sheets)?;
+    sheets.notes().iter().for_each(output::warn);
     let nodes = options.nodes();
     let mut images = options.fleet.own_images("demo", &nodes)?;
     for (node, image) in &images {
@@ -96,6 +97,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     progress.finish_and_clear();
     let flight = flight?;
 
+    sheets.differences(&flight).iter().for_each(output::warn);
     let summary = Summary::of(&flight, origin, &sheets);
     files::write(&options.out, &flight, &summary)?;
     printed?;

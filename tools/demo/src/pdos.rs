@@ -1,6 +1,8 @@
 //! Values of PDOs by the names of their objects, as the data sheets of the boards have them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
 
 use can_wire::frame::WireId;
 use can_wire::time::Time;
@@ -9,7 +11,7 @@ use serde::Serialize;
 use super::flight::Flight;
 use super::options::OwnSheet;
 use super::plan::{BoardPlan, Plan};
-use super::sheet::Sheet;
+use super::sheet::{IDENTITY, Sheet};
 use support::board::Profile;
 use support::misuse::Misuse;
 use support::node::{MASTER, Node, is_master};
@@ -22,7 +24,17 @@ const OF_MINIMAL_LIBRECUBE: &str = include_str!("../../../docs/eds/minimal-libre
 
 /// Data sheets of the boards that have one.
 #[derive(Clone, Debug, Default)]
-pub struct Sheets(BTreeMap<Node, Sheet>);
+pub struct Sheets {
+    of: BTreeMap<Node, Sheet>,
+    /// Nodes whose data sheet is the user's, with its file.
+    own: BTreeMap<Node, PathBuf>,
+}
+
+/// First byte of the answer to an SDO upload: 4, 3, 2 or 1 bytes follow index and sub-index; 4 of which the number is not told.
+const ANSWERS: [(u8, usize); 5] = [(0x43, 4), (0x47, 3), (0x4B, 2), (0x4F, 1), (0x42, 4)];
+
+/// COB-IDs of PDOs in the pre-defined connection set.
+const PDO_IDS: RangeInclusive<u16> = 0x181..=0x57F;
 
 /// The last values of a PDO.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -52,7 +64,7 @@ impl Sheets {
                 format!("invalid value '{}={}' for '--eds <N=FILE>': {cause}", own.node, own.file.display());
             Misuse::of("demo", text)
         };
-        let mut sheets = BTreeMap::new();
+        let mut sheets = Sheets::default();
         for own in own {
             if !plan.boards.iter().any(|board| board.node == own.node) {
                 return Err(wrong(
@@ -60,26 +72,52 @@ impl Sheets {
                     format!("no board is node {}; give the Node-ID of one that flies", own.node),
                 ));
             }
-            let text = std::fs::read_to_string(&own.file).map_err(|error| wrong(own, error.to_string()))?;
-            let sheet = Sheet::read(&text, own.node).map_err(|cause| wrong(own, cause))?;
-            if sheets.insert(own.node, sheet).is_some() {
+            let bytes = std::fs::read(&own.file).map_err(|error| wrong(own, error.to_string()))?;
+            let sheet =
+                Sheet::read(&bytes, node_id(own.node)).map_err(|cause| wrong(own, cause.to_string()))?;
+            sheets.own.insert(own.node, own.file.clone());
+            if sheets.of.insert(own.node, sheet).is_some() {
                 return Err(wrong(own, format!("node {} has two; give one", own.node)));
             }
         }
         for board in &plan.boards {
             if let Some(text) = shipped(plan, board)
-                && !sheets.contains_key(&board.node)
+                && !sheets.of.contains_key(&board.node)
             {
-                // Both masters have Node-ID 1.
-                let node = if is_master(board.node) { MASTER } else { board.node };
-                let sheet = Sheet::read(text, node);
-                sheets.insert(
-                    board.node,
-                    sheet.map_err(|cause| Misuse::of("demo", format!("docs/eds: {cause}")))?,
-                );
+                let sheet = Sheet::read(text.as_bytes(), node_id(board.node));
+                let sheet = sheet.map_err(|cause| Misuse::of("demo", format!("docs/eds: {cause}")))?;
+                sheets.of.insert(board.node, sheet);
             }
         }
-        Ok(Sheets(sheets))
+        Ok(sheets)
+    }
+
+    /// What the data sheets of the user say that the report leaves out.
+    pub fn notes(&self) -> Vec<String> {
+        self.own()
+            .flat_map(|(node, file, sheet)| {
+                let nothing =
+                    format!("no transmit PDO with known objects: the report has no values of node {node}");
+                let notes = sheet.notes.iter().cloned().chain(sheet.pdos.is_empty().then_some(nothing));
+                notes.map(|note| format!("{}: {note}", file.display())).collect::<Vec<_>>()
+            })
+            .collect()
+    }
+
+    /// Where the nodes of a flight differ from the data sheets of the user: a file may be that of another device.
+    pub fn differences(&self, flight: &Flight) -> Vec<String> {
+        self.own()
+            .flat_map(|(node, file, sheet)| {
+                let differences = differences(node, sheet, flight);
+                differences.into_iter().map(|difference| {
+                    format!("{}: {difference}; is it the file of another device?", file.display())
+                })
+            })
+            .collect()
+    }
+
+    fn own(&self) -> impl Iterator<Item = (Node, &Path, &Sheet)> {
+        self.own.iter().filter_map(|(node, file)| Some((*node, file.as_path(), self.of.get(node)?)))
     }
 
     /// The last values of all PDOs that were sent, by board and number.
@@ -87,7 +125,7 @@ impl Sheets {
         let mut found: BTreeMap<(Node, u16), PdoValues> = BTreeMap::new();
         for (at, seen) in flight.frames() {
             let WireId::Standard(id) = seen.frame.id else { continue };
-            let pdos = self.0.get(&seen.from).into_iter().flat_map(|sheet| &sheet.pdos);
+            let pdos = self.of.get(&seen.from).into_iter().flat_map(|sheet| &sheet.pdos);
             let Some(pdo) = pdos.into_iter().find(|pdo| pdo.id == id) else { continue };
             let Some(values) = pdo.values(seen.frame.payload()) else { continue };
             let entry = found.entry((seen.from, pdo.number)).or_insert_with(|| PdoValues {
@@ -104,6 +142,69 @@ impl Sheets {
         }
         found.into_values().collect()
     }
+}
+
+/// Where a node differs from its data sheet, in words.
+fn differences(node: Node, sheet: &Sheet, flight: &Flight) -> Vec<String> {
+    let sent = flight.frames().filter(|(_, seen)| seen.from == node && !seen.frame.remote);
+    let frames: Vec<(u16, &[u8])> = sent
+        .filter_map(|(_, seen)| match seen.frame.id {
+            WireId::Standard(id) => Some((id, seen.frame.payload())),
+            WireId::Extended(_) => None,
+        })
+        .collect();
+    let answer = 0x580 + u16::from(node_id(node));
+    let answers: BTreeMap<(u16, u8), u32> =
+        frames.iter().filter(|(id, _)| *id == answer).filter_map(|(_, data)| uploaded(data)).collect();
+    let mut differences = Vec::new();
+    for (object, known) in IDENTITY.into_iter().zip(sheet.identity) {
+        let (Some(known), Some(&has)) = (known, answers.get(&object)) else { continue };
+        let is_other = match object {
+            (0x1000, _) => known != has,
+            // The lower half is the minor revision: what CANopen sees is the same.
+            (_, 3) => known > 0 && known >> 16 != has >> 16,
+            // 0: not filled in.
+            _ => known > 0 && known != has,
+        };
+        if is_other {
+            let (index, sub) = object;
+            differences.push(format!(
+                "object {index:04X}h sub {sub:02X}h is {known:08X}h there, node {node} has {has:08X}h"
+            ));
+        }
+    }
+    for pdo in &sheet.pdos {
+        let lengths: BTreeSet<usize> =
+            frames.iter().filter(|(id, _)| *id == pdo.id).map(|(_, data)| data.len()).collect();
+        if let Some(length) = lengths.into_iter().find(|length| *length != pdo.bytes()) {
+            let (number, id, bytes) = (pdo.number, pdo.id, pdo.bytes());
+            differences.push(format!(
+                "TPDO {number} ({id:03X}h) has {bytes} bytes there, node {node} sends {length}"
+            ));
+        }
+    }
+    let known: BTreeSet<u16> =
+        sheet.pdos.iter().map(|pdo| pdo.id).chain(sheet.others.iter().copied()).collect();
+    let ids: BTreeSet<u16> = frames.iter().map(|(id, _)| *id).filter(|id| PDO_IDS.contains(id)).collect();
+    let unknown: Vec<String> = ids.difference(&known).map(|id| format!("{id:03X}h")).collect();
+    if !unknown.is_empty() {
+        let unknown = unknown.join(", ");
+        differences.push(format!("node {node} sends {unknown}, which no transmit PDO has there"));
+    }
+    differences
+}
+
+/// Index, sub-index and value of the answer to an SDO upload.
+fn uploaded(data: &[u8]) -> Option<((u16, u8), u32)> {
+    let [first, low, high, sub, value @ ..] = data else { return None };
+    let (_, bytes) = ANSWERS.into_iter().find(|(specifier, _)| specifier == first)?;
+    let value = value.get(..bytes)?.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
+    Some(((u16::from_le_bytes([*low, *high]), *sub), value))
+}
+
+/// Node-ID of a board: both masters have 1.
+fn node_id(node: Node) -> Node {
+    if is_master(node) { MASTER } else { node }
 }
 
 fn seconds(at: Time) -> f64 {
@@ -123,7 +224,11 @@ fn shipped(plan: &Plan, board: &BoardPlan) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
+    use can_wire::frame::WireFrame;
+
     use super::*;
+    use crate::meaning::Scope;
+    use crate::record::{Bus, FlightEvent, Nodes, Occurrence, Seen};
     use crate::sample;
 
     /// Given a master that distributes its time every 10 s, the last time 30 s at 30.05 s, then the PDO has both parts by name.
@@ -155,6 +260,88 @@ mod tests {
         let error = Sheets::of(&sample::plan(), &[own]).unwrap_err().to_string();
         assert!(
             error.contains("'9=a.eds' for '--eds <N=FILE>'") && error.contains("no board is node 9"),
+            "{error}"
+        );
+    }
+
+    /// The data sheets of a user: node 2 with this text.
+    fn of_node_2(text: &str) -> Result<Sheets, Misuse> {
+        let here = tempfile::tempdir().unwrap();
+        let file = here.path().join("a.eds");
+        std::fs::write(&file, text).unwrap();
+        Sheets::of(&sample::plan(), &[OwnSheet { node: 2, file }])
+    }
+
+    /// Node 2 sends 382h with 3 bytes, and answers uploads of its identity.
+    fn flight_with_answers() -> Flight {
+        let mut flight = sample::flight();
+        for answer in [
+            [0x43, 0x00, 0x10, 0, 0x91, 0x01, 0x02, 0x00],
+            [0x43, 0x18, 0x10, 1, 0x34, 0x12, 0x00, 0x00],
+            [0x4B, 0x18, 0x10, 2, 0x15, 0x50, 0x00, 0x00],
+            [0x43, 0x18, 0x10, 3, 0x07, 0x00, 0x02, 0x00],
+            // An abort, and a download that was accepted.
+            [0x80, 0x18, 0x10, 1, 0x00, 0x00, 0x02, 0x06],
+            [0x60, 0x00, 0x10, 0, 0x00, 0x00, 0x00, 0x00],
+        ] {
+            let frame = WireFrame::standard(0x582, &answer);
+            let seen = Seen::new(Bus::Nominal, frame, Scope::Mission, 2, Nodes::default());
+            flight.records.push(Occurrence { at: Time::from_ms(30_000), what: FlightEvent::Frame(seen) });
+        }
+        flight
+    }
+
+    const OF_NODE_2: &str = "[1000]\nDefaultValue=0x20191\n[1018sub1]\nDefaultValue=0x1234\n[1018sub2]\nDefaultValue=0x5015\n\
+        [1018sub3]\nDefaultValue=0x20001\n[1802sub1]\nDefaultValue=$NODEID+0x380\n[1A02sub0]\nDefaultValue=2\n\
+        [1A02sub1]\nDefaultValue=0x20000010\n[1A02sub2]\nDefaultValue=0x20010008\n";
+
+    /// Given a data sheet that differs from what its node sends and answers, then each difference is named with both values.
+    #[test]
+    fn data_sheet_of_another_device_is_named() {
+        let flight = flight_with_answers();
+        let differences = |text: &str| of_node_2(text).unwrap().differences(&flight);
+        assert_eq!(differences(OF_NODE_2), Vec::<String>::new());
+        for (own, other, said) in [
+            ("0x20191", "0x191", "object 1000h sub 00h is 00000191h there, node 2 has 00020191h"),
+            ("0x1234", "0x4321", "object 1018h sub 01h is 00004321h there, node 2 has 00001234h"),
+            ("0x5015", "0x5016", "object 1018h sub 02h is 00005016h there, node 2 has 00005015h"),
+            ("0x20001", "0x30001", "object 1018h sub 03h is 00030001h there, node 2 has 00020007h"),
+            ("0x20010008", "0x20010010", "TPDO 3 (382h) has 4 bytes there, node 2 sends 3"),
+            ("$NODEID+0x380", "$NODEID+0x280", "node 2 sends 382h, which no transmit PDO has there"),
+        ] {
+            assert!(OF_NODE_2.contains(own), "{own}");
+            let differences = differences(&OF_NODE_2.replacen(own, other, 1));
+            let [difference] = &differences[..] else { panic!("{own}: {differences:?}") };
+            assert!(difference.contains("a.eds: ") && difference.contains(said), "{difference}");
+        }
+        // What the file does not say, and the multiplex PDO, whose COB-ID is known.
+        let silent = OF_NODE_2
+            .replace("0x1234", "0")
+            .replace("0x20191", "")
+            .replace("DefaultValue=2\n", "DefaultValue=0xFE\n");
+        assert_eq!(differences(&silent), Vec::<String>::new());
+    }
+
+    /// Given a data sheet of the user with an entry that is not understood, then a note has its file, line, section and key.
+    #[test]
+    fn entries_that_are_left_out_are_noted_with_their_file() {
+        assert_eq!(of_node_2(OF_NODE_2).unwrap().notes(), Vec::<String>::new());
+        let notes = of_node_2(&OF_NODE_2.replace("$NODEID+0x380", "MODULE")).unwrap().notes();
+        let [left_out, nothing] = &notes[..] else { panic!("{notes:?}") };
+        assert!(left_out.contains("a.eds: line 10: [1802sub1] DefaultValue=MODULE: "), "{left_out}");
+        assert!(left_out.ends_with("; TPDO 3 is left out"), "{left_out}");
+        assert!(
+            nothing
+                .ends_with("a.eds: no transmit PDO with known objects: the report has no values of node 2"),
+            "{nothing}"
+        );
+    }
+
+    #[test]
+    fn text_in_place_of_a_data_sheet_is_refused() {
+        let error = of_node_2("# Heater\n\nA heater = 5 W.\n").map(drop).unwrap_err().to_string();
+        assert!(
+            error.contains("for '--eds <N=FILE>'") && error.contains("no EDS or DCF (CiA 306)"),
             "{error}"
         );
     }

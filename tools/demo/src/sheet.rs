@@ -2,24 +2,45 @@
 //!
 //! A *data sheet* lists the objects of a device with their names, types and default values. Of a DCF, the values of the device itself
 //! count. The shipped images have theirs in `docs/eds`; an image of the user's has the file of `--eds N=FILE`.
+//!
+//! A PDO that the file does not describe is left out, and [`Sheet::notes`] says why: a flight does not need it.
 
-use configparser::ini::Ini;
+#[cfg(test)]
+mod odd;
+#[cfg(test)]
+mod tests;
 
-/// Bits of a COB-ID entry that exclude a PDO: not valid; 29-bit identifier.
-const EXCLUDED: u32 = 1 << 31 | 1 << 29;
+use eds::{DataSheet, Entry, Unreadable, Value};
+
+/// Bits of a COB-ID entry: not valid; 29-bit identifier; what an 11-bit identifier leaves zero.
+const INVALID: u32 = 1 << 31;
+const EXTENDED: u32 = 1 << 29;
+const UNUSED: u32 = 0x1FFF_F800;
 
 /// First and last communication record of a transmit PDO, and the distance to its mapping.
 const TPDOS: std::ops::RangeInclusive<u16> = 0x1800..=0x19FF;
 const TO_MAPPING: u16 = 0x200;
 
-/// Most objects in a PDO.
+/// Most objects and most bits in a PDO.
 const MOST: u32 = 64;
 
-/// The transmit PDOs of a device.
+/// Numbers of objects that stand for a multiplex PDO: by source address, by destination address.
+const MULTIPLEX: [u32; 2] = [0xFE, 0xFF];
+
+/// Device type, vendor, product and revision: the objects by which a device is known.
+pub const IDENTITY: [(u16, u8); 4] = [(0x1000, 0), (0x1018, 1), (0x1018, 2), (0x1018, 3)];
+
+/// What a data sheet says of the PDOs of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sheet {
-    /// By their numbers.
+    /// Transmit PDOs whose values have names, by their numbers.
     pub pdos: Vec<Pdo>,
+    /// COB-IDs of the other transmit PDOs.
+    pub others: Vec<u16>,
+    /// Values of the objects in [`IDENTITY`].
+    pub identity: [Option<u32>; 4],
+    /// What was left out, with its place in the file.
+    pub notes: Vec<String>,
 }
 
 /// A transmit PDO.
@@ -38,7 +59,7 @@ pub struct Pdo {
 pub struct Field {
     /// Name of the object and of its sub-index.
     pub name: String,
-    /// Data type, its index in CiA 301 table 44.
+    /// Data type, its index in CiA 301 table 44; 0 when it is not known.
     pub data_type: u32,
     /// Length in bits, at most 64.
     pub bits: u32,
@@ -48,30 +69,42 @@ impl Sheet {
     /// Reads the data sheet of a device with this Node-ID.
     ///
     /// # Errors
-    /// When the text has no sections and keys, or a PDO has an entry that is no number.
-    pub fn read(text: &str, node: u8) -> Result<Sheet, String> {
-        let mut ini = Ini::new();
-        ini.read(text.to_owned())?;
-        let file = File { ini: &ini, node };
-        let mut pdos = Vec::new();
-        for record in TPDOS {
-            let Some(id) = file.value(&format!("{record:x}sub1"))?.filter(|id| id & EXCLUDED == 0) else {
-                continue;
-            };
-            let fields = file.fields(record + TO_MAPPING)?;
-            if !fields.is_empty() {
-                pdos.push(Pdo { number: record - TPDOS.start() + 1, id: (id & 0x7FF) as u16, fields });
+    /// When the file is no data sheet.
+    pub fn read(bytes: &[u8], node: u8) -> Result<Sheet, Unreadable> {
+        let file = DataSheet::read(bytes)?;
+        let mut sheet = Sheet { notes: file.doubles().to_vec(), ..Sheet::default() };
+        match file.node() {
+            Ok(Some(other)) if other != node => {
+                sheet.notes.push(format!("the file is that of node {other}; it is taken for node {node}"));
+            }
+            Err(wrong) => sheet.notes.push(wrong.to_string()),
+            Ok(_) => {}
+        }
+        for ((index, sub), known) in IDENTITY.into_iter().zip(&mut sheet.identity) {
+            match file.object(index, sub, node) {
+                Ok(value) => *known = value.map(|value| value.number),
+                Err(wrong) => sheet.notes.push(format!("{wrong}; the node is not compared with it")),
             }
         }
-        Ok(Sheet { pdos })
+        let reader = Reader { file: &file, node };
+        for record in file.indices().filter(|index| TPDOS.contains(index)) {
+            if let Err(wrong) = reader.pdo(record, &mut sheet) {
+                sheet.notes.push(format!("{wrong}; TPDO {} is left out", record - TPDOS.start() + 1));
+            }
+        }
+        Ok(sheet)
     }
 }
 
 impl Pdo {
+    /// Length of its frames in bytes.
+    pub fn bytes(&self) -> usize {
+        self.fields.iter().map(|field| field.bits).sum::<u32>().div_ceil(8) as usize
+    }
+
     /// The values in a frame, by name; `None` when the frame has another length.
     pub fn values<'a>(&'a self, data: &[u8]) -> Option<Vec<(&'a str, String)>> {
-        let bits: u32 = self.fields.iter().map(|field| field.bits).sum();
-        if bits.div_ceil(8) as usize != data.len() || bits > 64 {
+        if self.bytes() != data.len() {
             return None;
         }
         let mut rest = data.iter().rev().fold(0_u64, |value, byte| value << 8 | u64::from(*byte));
@@ -100,106 +133,90 @@ impl Field {
     }
 }
 
-/// A file that is being read. Names of sections and keys are in small letters there.
-struct File<'a> {
-    ini: &'a Ini,
+/// Reads the PDOs of a file.
+struct Reader<'a> {
+    file: &'a DataSheet,
     node: u8,
 }
 
-impl File<'_> {
-    /// The objects of a mapping; empty when there are none.
-    fn fields(&self, mapping: u16) -> Result<Vec<Field>, String> {
-        let count = self.value(&format!("{mapping:x}sub0"))?.unwrap_or(0).min(MOST);
-        let mut fields = Vec::new();
-        for place in 1..=count {
-            let entry = self.value(&format!("{mapping:x}sub{place:x}"))?.unwrap_or(0);
-            let (index, sub, bits) = (entry >> 16, entry >> 8 & 0xFF, entry & 0xFF);
-            if !(1..=64).contains(&bits) {
-                return Err(format!("[{mapping:X}sub{place:X}] maps {bits} bits; allowed are 1 to 64"));
+impl Reader<'_> {
+    /// Adds the PDO of this communication record to the sheet, if it is valid.
+    fn pdo(&self, record: u16, sheet: &mut Sheet) -> Result<(), String> {
+        let mapping = record + TO_MAPPING;
+        let Some(id) = self.value(record, 1)? else {
+            let is_mapped = !self.mapped(mapping)?.is_empty();
+            return if is_mapped { Err(missing(record, 1)) } else { Ok(()) };
+        };
+        if id.number & INVALID != 0 {
+            return Ok(());
+        }
+        if id.number & (EXTENDED | UNUSED) != 0 {
+            return Err(wrong(id.entry, "allowed are identifiers of 11 bits"));
+        }
+        let (number, id) = (record - TPDOS.start() + 1, (id.number & 0x7FF) as u16);
+        let entries = self.mapped(mapping).inspect_err(|_| sheet.others.push(id))?;
+        let fields: Vec<Field> = entries.iter().map(|entry| self.field(*entry, &mut sheet.notes)).collect();
+        if fields.is_empty() {
+            sheet.others.push(id);
+        } else {
+            sheet.pdos.push(Pdo { number, id, fields });
+        }
+        Ok(())
+    }
+
+    /// Entries of a mapping. Those that are zero map nothing and are left out.
+    fn mapped(&self, mapping: u16) -> Result<Vec<u32>, String> {
+        let Some(count) = self.value(mapping, 0)? else {
+            let is_empty = self.value(mapping, 1)?.is_none_or(|first| first.number == 0);
+            return if is_empty { Ok(Vec::new()) } else { Err(missing(mapping, 0)) };
+        };
+        if MULTIPLEX.contains(&count.number) {
+            return Err(wrong(
+                count.entry,
+                "a multiplex PDO (MPDO), whose objects differ from frame to frame",
+            ));
+        }
+        if count.number > MOST {
+            return Err(wrong(
+                count.entry,
+                "allowed are 0 to 64 objects, and 0xFE and 0xFF for a multiplex PDO",
+            ));
+        }
+        let (mut entries, mut sum) = (Vec::new(), 0);
+        for sub in 1..=count.number as u8 {
+            let Some(entry) = self.value(mapping, sub)? else { return Err(missing(mapping, sub)) };
+            let bits = entry.number & 0xFF;
+            sum += bits;
+            match entry.number {
+                0 => {}
+                _ if bits == 0 || sum > MOST => {
+                    return Err(wrong(entry.entry, "allowed are 1 to 64 bits in a PDO"));
+                }
+                number => entries.push(number),
             }
-            let of_sub = format!("{index:04x}sub{sub:x}");
-            let section =
-                if self.ini.get(&of_sub, "datatype").is_some() { of_sub } else { format!("{index:04x}") };
-            let object = self.ini.get(&format!("{index:04x}"), "parametername");
-            let inner = self.ini.get(&section, "parametername");
-            let name = match (object, inner) {
-                (Some(object), Some(inner)) if object != inner => format!("{object}, {inner}"),
-                (Some(name), _) | (None, Some(name)) => name,
-                (None, None) => format!("{index:04X}h sub {sub:02X}h"),
-            };
-            let data_type = self.number(&section, "datatype")?.unwrap_or(0);
-            fields.push(Field { name, data_type, bits });
         }
-        Ok(fields)
+        Ok(entries)
     }
 
-    /// The value of an object: what the device has, or else its default. `None`: there is no such object.
-    fn value(&self, section: &str) -> Result<Option<u32>, String> {
-        match self.number(section, "parametervalue")? {
-            None => self.number(section, "defaultvalue"),
-            value => Ok(value),
-        }
+    /// The object of an entry of a mapping.
+    fn field(&self, entry: u32, notes: &mut Vec<String>) -> Field {
+        let (index, sub) = ((entry >> 16) as u16, (entry >> 8) as u8);
+        let data_type = self.file.data_type(index, sub).unwrap_or_else(|wrong| {
+            notes.push(format!("{wrong}; its values are shown in hexadecimal"));
+            None
+        });
+        Field { name: self.file.name(index, sub), data_type: data_type.unwrap_or(0), bits: entry & 0xFF }
     }
 
-    /// A number, decimal or with `0x`; `$NODEID+` adds the Node-ID (CiA 306).
-    fn number(&self, section: &str, key: &str) -> Result<Option<u32>, String> {
-        let Some(text) = self.ini.get(section, key).filter(|text| !text.trim().is_empty()) else {
-            return Ok(None);
-        };
-        let upper = text.trim().to_uppercase();
-        let (base, digits) = match upper.strip_prefix("$NODEID+") {
-            Some(digits) => (u32::from(self.node), digits),
-            None => (0, upper.as_str()),
-        };
-        let value = match digits.strip_prefix("0X") {
-            Some(digits) => u32::from_str_radix(digits, 16),
-            None => digits.parse(),
-        };
-        let sum = value.ok().and_then(|value| value.checked_add(base));
-        sum.map(Some).ok_or_else(|| format!("[{section}] {key}: '{text}' is no number of 32 bits"))
+    fn value(&self, index: u16, sub: u8) -> Result<Option<Value<'_>>, String> {
+        self.file.object(index, sub, self.node).map_err(|wrong| wrong.to_string())
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn wrong(entry: &Entry, allowed: &str) -> String {
+    entry.wrong(allowed).to_string()
+}
 
-    const TEXT: &str = "[1800sub1]\nDefaultValue=$NODEID+0x180\n[1801sub1]\nDefaultValue=$NODEID+0x80000280\n\
-        [1802sub1]\nDefaultValue=0x40000382\n\
-        [1A00sub0]\nDefaultValue=3\n[1A00sub1]\nDefaultValue=0x20000110\n[1A00sub2]\nDefaultValue=0x20010008\n\
-        [1A00sub3]\nDefaultValue=0x20020020\n[1A02sub0]\nDefaultValue=0\n\
-        [2000]\nParameterName=Heater\n[2000sub1]\nParameterName=Temperature\nDataType=0x0003\n\
-        [2001]\nParameterName=State\nDataType=0x0005\n[2002]\nParameterName=Power\nDataType=0x0008\n";
-
-    #[test]
-    fn valid_pdos_with_objects_are_read() {
-        let sheet = Sheet::read(TEXT, 5).unwrap();
-        assert_eq!(sheet.pdos.len(), 1);
-        let Pdo { number, id, fields } = &sheet.pdos[0];
-        assert_eq!((*number, *id), (1, 0x185));
-        let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-        assert_eq!(names, ["Heater, Temperature", "State", "Power"]);
-    }
-
-    /// Given the bytes of -5, 200 and 1.5 as IEEE 754 has it (3FC0 0000h), then they are values with names.
-    #[test]
-    fn frames_are_values_by_name() {
-        let sheet = Sheet::read(TEXT, 5).unwrap();
-        let values = sheet.pdos[0].values(&[0xFB, 0xFF, 200, 0, 0, 0xC0, 0x3F]).unwrap();
-        let expected = [("Heater, Temperature", "-5"), ("State", "200"), ("Power", "1.5")];
-        assert_eq!(values, expected.map(|(name, value)| (name, value.to_owned())));
-        assert_eq!(sheet.pdos[0].values(&[0; 8]), None, "another length");
-    }
-
-    #[test]
-    fn value_of_a_dcf_counts_before_the_default() {
-        let text = TEXT.replacen("DefaultValue=", "ParameterValue=0x201\nDefaultValue=", 1);
-        assert_eq!(Sheet::read(&text, 5).unwrap().pdos[0].id, 0x201);
-    }
-
-    #[test]
-    fn an_entry_that_is_no_number_is_an_error() {
-        let error = Sheet::read(&TEXT.replace("$NODEID+0x180", "some"), 5).unwrap_err();
-        assert!(error.contains("'some' is no number"), "{error}");
-    }
+fn missing(index: u16, sub: u8) -> String {
+    format!("[{index:X}sub{sub:X}] has no value: neither ParameterValue nor DefaultValue")
 }

@@ -14,6 +14,7 @@ use twin::model::{Oscillator, Part};
 use crate::board::{Board, Profile, Target};
 use crate::misuse::Misuse;
 use crate::node::{FIRST, LAST, MASTER, Node, SECOND_MASTER, is_master};
+use crate::output;
 
 /// An image for each node.
 pub type Images = BTreeMap<Node, Arc<Image>>;
@@ -233,6 +234,9 @@ pub fn shipped(
 pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
     let elf = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     let image = Image::parse(&elf).with_context(|| format!("{} is no image", path.display()))?;
+    if let Err(reason) = image.log_table() {
+        output::warn(format_args!("{}: its log is not shown: {reason}", path.display()));
+    }
     Ok(Arc::new(image))
 }
 

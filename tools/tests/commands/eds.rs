@@ -100,7 +100,7 @@ fn a_cob_id_that_two_devices_send_is_found() {
     let complaint = String::from_utf8_lossy(&complaint.stderr);
     assert!(complaint.contains(&format!("{two} and {six} have Node-ID 2")), "{complaint}");
     let output = eds(&["--check-network", &path("slave.eds")]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("[DeviceComissioning] NodeID"), "{output:?}");
 }
 
@@ -287,4 +287,20 @@ fn a_missing_manifest_is_named() {
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(complaint.contains("nowhere/Cargo.toml: no such file"), "{complaint}");
+}
+
+/// Given a text in place of a data sheet, then nothing flies or is compared, exit code 2, and the error says what such a file has.
+#[test]
+fn text_in_place_of_a_data_sheet_is_refused() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let file = here.path().join("notes.eds");
+    std::fs::write(&file, "# Heater\n\nvoltage = 5 V\n").unwrap();
+    let file = file.to_str().unwrap();
+    for arguments in [&["demo", "--eds", &format!("2={file}")][..], &["eds", "--check-network", file]] {
+        let output = crate::TOOLS.command(arguments).output().expect("the program starts");
+        let complaint = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{complaint}");
+        let says = ["notes.eds", "no EDS or DCF (CiA 306)", "[DeviceInfo]"];
+        assert!(says.iter().all(|part| complaint.contains(part)), "{complaint}");
+    }
 }

@@ -83,9 +83,9 @@ impl Description {
     /// When it cannot be read, or describes no board that the twin can emulate.
     pub fn read(path: &Path) -> Result<Description, Wrong> {
         let path = if path.is_dir() { path.join(FILE) } else { path.to_owned() };
-        let text =
-            std::fs::read_to_string(&path).map_err(|error| Wrong(format!("{}: {error}", path.display())))?;
-        Description::parse(&text, &path.display().to_string())
+        let text = std::fs::read(&path).map_err(|error| Wrong(format!("{}: {error}", path.display())))?;
+        // Comments may have any encoding. A value with other letters than ASCII is refused by its field.
+        Description::parse(&String::from_utf8_lossy(&text), &path.display().to_string())
     }
 
     /// Parses the text of a description; `file` stands in errors.

@@ -33,7 +33,8 @@ pub struct Image {
     symbols: HashMap<String, Symbol>,
     /// Functions in the order of their addresses.
     functions: Vec<(Symbol, String)>,
-    log_table: Option<Table>,
+    /// `None` for an image that does not log by defmt.
+    log: Option<Result<Table, String>>,
 }
 
 /// Why a file is no image for this part.
@@ -41,8 +42,6 @@ pub struct Image {
 pub enum ImageError {
     /// Not an ELF file, or a damaged one.
     Elf(object::Error),
-    /// The defmt section does not parse.
-    LogTable(String),
     /// The file ends inside a segment.
     Truncated,
     /// A segment is loaded outside flash, at this address.
@@ -53,7 +52,6 @@ impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ImageError::Elf(error) => write!(f, "not a usable ELF file: {error}"),
-            ImageError::LogTable(error) => write!(f, "the defmt log table does not parse: {error}"),
             ImageError::Truncated => f.write_str("the ELF file ends inside a segment"),
             ImageError::OutsideFlash(address) => {
                 write!(f, "a segment at {address:08X}h is outside the 1 MiB of flash at 0800 0000h")
@@ -156,9 +154,9 @@ impl Image {
             })
             .collect();
         functions.sort_by_key(|(place, _)| place.address);
-        let log_table = Table::parse(elf).map_err(|error| ImageError::LogTable(error.to_string()))?;
+        let log = Table::parse(elf).map_err(|error| error.to_string()).transpose();
         let elf = elf.to_vec();
-        Ok(Image { elf, flash, code: OnceLock::new(), symbols, functions, log_table })
+        Ok(Image { elf, flash, code: OnceLock::new(), symbols, functions, log })
     }
 
     /// A program without ELF file: `flash` is the content from 0800 0000h on, vector table first.
@@ -169,7 +167,7 @@ impl Image {
             code: OnceLock::new(),
             symbols: HashMap::new(),
             functions: Vec::new(),
-            log_table: None,
+            log: None,
         }
     }
 
@@ -228,9 +226,12 @@ impl Image {
         (address - place.address < place.size).then_some(name)
     }
 
-    /// What decodes the image's log, if it logs by defmt.
-    pub(crate) fn log_table(&self) -> Option<&Table> {
-        self.log_table.as_ref()
+    /// What decodes the image's log; `None` for an image that does not log by defmt.
+    ///
+    /// # Errors
+    /// When its section `.defmt` does not parse, such as one of another version: the image flies, and its log is not shown.
+    pub fn log_table(&self) -> Result<Option<&Table>, &str> {
+        self.log.as_ref().map(|table| table.as_ref().map_err(String::as_str)).transpose()
     }
 }
 
@@ -271,6 +272,38 @@ mod tests {
         }
         file.extend([1, 2, 3, 4]);
         file
+    }
+
+    /// The same with a section `.defmt` without the symbol that names its version.
+    fn elf_with_unknown_log() -> Vec<u8> {
+        const NAMES: &[u8] = b"\0.names\0.defmt\0";
+        let mut file = elf(0x0800_0000);
+        let names = file.len() as u32;
+        file.extend(NAMES);
+        file.resize(file.len().next_multiple_of(4), 0);
+        let headers = (file.len() as u32).to_le_bytes();
+        file[32..36].copy_from_slice(&headers);
+        for (place, half) in [(46, 40_u16), (48, 3), (50, 1)] {
+            file[place..place + 2].copy_from_slice(&half.to_le_bytes());
+        }
+        let (strings, program) = (3, 1);
+        for [name, kind, offset, size] in
+            [[0; 4], [1, strings, names, NAMES.len() as u32], [8, program, names, 4]]
+        {
+            let header = [name, kind, 0, 0, offset, size, 0, 0, 1, 0];
+            file.extend(header.into_iter().flat_map(u32::to_le_bytes));
+        }
+        file
+    }
+
+    /// Given an image whose log is of an unknown version, then it flies, and the reason is kept.
+    #[test]
+    fn image_flies_without_the_log_that_is_not_understood() {
+        let image = Image::parse(&elf_with_unknown_log()).unwrap();
+        assert_eq!(image.flash(), [1, 2, 3, 4]);
+        let Err(reason) = image.log_table() else { panic!("it has no version") };
+        assert!(reason.contains("version"), "{reason}");
+        assert!(matches!(Image::parse(&elf(0x0800_0000)).unwrap().log_table(), Ok(None)));
     }
 
     #[test]

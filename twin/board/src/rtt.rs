@@ -73,8 +73,10 @@ pub struct Rtt {
 impl Rtt {
     /// For a board that runs `image`.
     pub fn new(image: &Image) -> Self {
-        let control_block = image.symbol("_SEGGER_RTT").map(|symbol| symbol.address);
-        Rtt { control_block, is_text: image.log_table().is_none(), ..Rtt::default() }
+        // A log that cannot be decoded is left where it is.
+        let control_block = image.symbol("_SEGGER_RTT").filter(|_| image.log_table().is_ok());
+        let is_text = matches!(image.log_table(), Ok(None));
+        Rtt { control_block: control_block.map(|symbol| symbol.address), is_text, ..Rtt::default() }
     }
 
     /// Frames that did not decode: overwritten before the probe came, or cut by a reset.
@@ -152,7 +154,7 @@ impl Rtt {
     /// Decodes whole frames only, so that nothing is left in the stream decoder, which borrows the table.
     fn decode(&mut self, image: &Image, at: Time, lines: &mut Vec<Line>) {
         let (Some(table), Some(end)) =
-            (image.log_table(), self.pending.iter().rposition(|&byte| byte == END_OF_FRAME))
+            (image.log_table().ok().flatten(), self.pending.iter().rposition(|&byte| byte == END_OF_FRAME))
         else {
             return;
         };

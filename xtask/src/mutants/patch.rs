@@ -88,8 +88,9 @@ impl Patch {
     /// The file and what is wrong with it.
     pub fn read(file: &Path) -> Result<Patch, String> {
         let wrong = |text: String| format!("{}: {text}", file.display());
-        let text = std::fs::read_to_string(file).map_err(|error| wrong(error.to_string()))?;
-        let head = Head::parse(&text).map_err(wrong)?;
+        let text = std::fs::read(file).map_err(|error| wrong(error.to_string()))?;
+        // The diff may have any encoding: git reads it.
+        let head = Head::parse(&String::from_utf8_lossy(&text)).map_err(wrong)?;
         let file = file.canonicalize().map_err(|error| wrong(error.to_string()))?;
         Ok(Patch { file, head })
     }

@@ -172,9 +172,20 @@ impl Entry {
         if self.has(FIXED) { Some(self.value) } else { None }
     }
 
-    /// Returns the same entry with this use in PDOs.
+    /// Returns the same entry with this use in PDOs. A string or a DOMAIN does not compile: a mapping names the number of
+    /// bits, and theirs is not fixed.
+    ///
+    /// ```compile_fail
+    /// # use async_canopen::od::{Access, Entry, PdoUse, VisibleString};
+    /// const TEXT: Entry = Entry::of::<VisibleString<8>>(0, 1, Access::Rw).for_pdo(PdoUse::Required);
+    /// ```
     #[must_use]
+    #[track_caller]
     pub const fn for_pdo(self, pdo: PdoUse) -> Entry {
+        assert!(
+            matches!(pdo, PdoUse::No) || self.data_type.bits().is_some(),
+            "`pdo` is for numbers, BOOLEANs and times: no PDO carries a string or a DOMAIN, whose size is not fixed"
+        );
         match pdo {
             PdoUse::No => self,
             PdoUse::Required => self.with(MAPPABLE),

@@ -7,5 +7,6 @@ mod ini;
 mod notes;
 mod product;
 mod readers;
+mod reading;
 mod refused;
 mod values;

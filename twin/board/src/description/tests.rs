@@ -151,6 +151,27 @@ fn straps_say_the_node_id_with_odd_parity() {
     }
 }
 
+/// Given what editors of other systems do to a file, then it describes the same board. What a value has of it is refused by its field.
+#[test]
+fn description_is_read_with_marks_and_letters_of_editors() {
+    let here = tempfile::tempdir().unwrap();
+    let file = here.path().join(FILE);
+    let read = |bytes: &[u8]| {
+        std::fs::write(&file, bytes).unwrap();
+        Description::read(&file)
+    };
+    let expected = Description::parse(DISCOVERY, "board.toml").unwrap();
+    assert_eq!(read(["\u{FEFF}", DISCOVERY].concat().as_bytes()).as_ref(), Ok(&expected));
+    assert_eq!(read(DISCOVERY.replace('\n', "\r\n").as_bytes()).as_ref(), Ok(&expected));
+    // "für" in Windows-1252.
+    assert_eq!(read(&[b"# f\xFCr\n", DISCOVERY.as_bytes()].concat()).as_ref(), Ok(&expected));
+    let wrong = read(
+        &[b"name = \"f\xFCr\"\n", DISCOVERY.replacen("name = \"discovery\"", "", 1).as_bytes()].concat(),
+    );
+    let error = wrong.unwrap_err().to_string();
+    assert!(error.contains("name = \"f") && error.contains("allowed are lower-case letters"), "{error}");
+}
+
 #[test]
 fn file_that_is_not_there_is_named() {
     let error = Description::read(Path::new("no/such/board.toml")).unwrap_err().to_string();

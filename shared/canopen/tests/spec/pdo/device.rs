@@ -37,7 +37,7 @@ pub struct Device {
     #[object(0x6025, rw)]
     pub private: u8,
     /// Text
-    #[object(0x6026, rw, pdo)]
+    #[object(0x6026, rw)]
     pub text: VisibleString<8>,
     /// Level
     #[object(0x6027, rw, pdo, low = 10, high = 90, default = 10)]
