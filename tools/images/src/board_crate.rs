@@ -37,6 +37,22 @@ pub(crate) fn read(folder: &Path) -> Result<(PathBuf, String), Error> {
     Ok((folder, name.to_owned()))
 }
 
+/// Checks the chip of the board in `folder`, if its build script does so. The build script of the HAL would be faster, and panics without
+/// a word about the board.
+///
+/// # Errors
+/// When its `Cargo.toml` names no chip, one that is not supported, or another one than its `board.toml`.
+pub(crate) fn check_chip(folder: &Path) -> Result<(), Error> {
+    let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
+    let manifest: toml::Table = manifest.parse().unwrap_or_default();
+    let of_build = manifest.get("build-dependencies").and_then(toml::Value::as_table);
+    if of_build.is_none_or(|all| !all.contains_key("boards-memory")) {
+        return Ok(());
+    }
+    let checked = boards_memory::place_for(folder, None);
+    checked.map(drop).map_err(|error| Error::Board(folder.to_owned(), error))
+}
+
 /// A name that no other folder has, whatever its package is called.
 pub(crate) fn unique(package: &str, folder: &Path) -> String {
     let mut hasher = DefaultHasher::new();
