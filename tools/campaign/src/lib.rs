@@ -140,6 +140,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let refuse = |text: String| Misuse::of(COMMAND, format!("--replay {}: {text}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
         let script: Script = text.parse().map_err(refuse)?;
+        script.check().map_err(refuse)?;
         prepare(script.masters)?;
         let outcome = fly_asked(options.world, options.compare, &script);
         outcome.violations.iter().try_for_each(output::line)?;

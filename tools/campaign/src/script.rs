@@ -184,6 +184,37 @@ impl Script {
         SPACING * u32::from(if node == SPARE { self.slaves + 2 } else { node })
     }
 
+    /// Checks that each fault does something.
+    ///
+    /// # Errors
+    /// The first one that does not: why, and what is allowed.
+    pub fn check(&self) -> Result<(), String> {
+        let wrong = self.faults.iter().find_map(|fault| Some((fault, self.why_idle(fault)?)));
+        wrong.map_or(Ok(()), |(fault, why)| Err(format!("`{fault}` does nothing: {why}")))
+    }
+
+    /// Why a fault does nothing, if so.
+    fn why_idle(&self, fault: &Fault) -> Option<String> {
+        let (first, last) =
+            (self.place(1), self.place(if self.masters == 2 { SPARE } else { self.slaves + 1 }));
+        if fault.at >= self.length {
+            return Some(format!("the run ends at {}; give an earlier at or a longer length", self.length));
+        }
+        match fault.kind {
+            Kind::Cut if fault.place <= first || fault.place > last => {
+                Some(format!("no node is on one side of the cut; allowed are places {} to {last}", first + 1))
+            }
+            Kind::Drift if fault.value == 0 => Some("value is the drift in ppm, at least 1".into()),
+            kind if kind.is_foreign() && fault.times == 0 => {
+                Some("times is the number of frames, at least 1".into())
+            }
+            kind if kind.lasts() && fault.lasts == Some(0) => {
+                Some("lasts is a time in microseconds, at least 1".into())
+            }
+            _ => None,
+        }
+    }
+
     /// Node-IDs of the slaves, ascending.
     pub fn nodes(&self) -> impl Iterator<Item = NodeId> {
         (2..=self.slaves + 1).filter_map(NodeId::new)
@@ -372,6 +403,19 @@ impl<'a> Pairs<'a> {
         Ok((first, Pairs { line, pairs: pairs.collect::<Result<_, _>>()? }))
     }
 
+    /// Checks that each key is one of these, and there once.
+    fn check(&self, allowed: &[&str]) -> Result<(), String> {
+        let is_wrong = |nth: usize, key: &str| {
+            !allowed.contains(&key) || self.pairs[..nth].iter().any(|(before, _)| *before == key)
+        };
+        match self.pairs.iter().enumerate().find(|(nth, (key, _))| is_wrong(*nth, key)) {
+            None => Ok(()),
+            Some((_, (key, _))) => {
+                Err(format!("`{}`: {key}, allowed are {}, each of them once", self.line, allowed.join(", ")))
+            }
+        }
+    }
+
     fn text(&self, key: &str) -> Option<&'a str> {
         self.pairs.iter().find(|(name, _)| *name == key).map(|(_, value)| *value)
     }
@@ -383,6 +427,10 @@ impl<'a> Pairs<'a> {
         value.ok_or_else(|| format!("`{}`: {key}={text}, allowed are 0 to {most}", self.line))
     }
 }
+
+const KEYS_OF_RUN: [&str; 6] = ["seed", "masters", "slaves", "selective", "assigned", "length"];
+const KEYS_OF_FAULT: [&str; 9] =
+    ["at", "lasts", "bus", "node", "place", "value", "times", "every", "in_frame"];
 
 /// An hour: longer runs are mistakes.
 const HOUR_US: u64 = 3_600 * SECOND;
@@ -397,6 +445,7 @@ impl FromStr for Script {
             let (word, pairs) = Pairs::of(line)?;
             match (word, &mut script) {
                 ("run", None) => {
+                    pairs.check(&KEYS_OF_RUN)?;
                     let slaves = pairs.number("slaves", 126)? as u8;
                     if slaves == 0 {
                         return Err(format!("`{line}`: slaves=0, allowed are 1 to 126"));
@@ -428,6 +477,7 @@ fn read_masters(pairs: &Pairs<'_>) -> Result<u8, String> {
 }
 
 fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, String> {
+    pairs.check(&KEYS_OF_FAULT)?;
     let kind = Kind::named(word).ok_or_else(|| {
         let names: Vec<_> = Kind::ALL.iter().map(|(_, name)| *name).collect();
         format!("`{word}` is no fault: allowed are {}", names.join(", "))
@@ -505,5 +555,43 @@ mod tests {
         refused("run masters=2 slaves=2\nreset-slave at=1 node=128", "not possible");
         refused("run slaves=2\nreset-slave at=1", "not possible");
         refused("run slaves=2\ncut soon", "KEY=VALUE");
+        refused("run slaves=2\ncut palce=3", "palce, allowed are at, lasts");
+        refused("run slaves=2\ncut place=3 place=5", "each of them once");
+        refused("run slaves=2 lenght=7", "lenght, allowed are seed, masters");
+    }
+
+    /// Given one slave and one master at 4 m and 2 m, or two masters at 2 m and 6 m, then a script with a fault without effect is refused.
+    #[test]
+    fn fault_that_does_nothing_is_refused() {
+        let said = |masters: u8, fault: &str| {
+            let text = format!("run masters={masters} slaves=1 length=60000000\n{fault}\n");
+            text.parse::<Script>().unwrap().check().err().unwrap_or_default()
+        };
+        for (masters, wrong, part) in [
+            (1, "cut at=1 place=0", "no node is on one side of the cut; allowed are places 3 to 4"),
+            (1, "cut at=1 place=2", "places 3 to 4"),
+            (1, "cut at=1 place=5", "places 3 to 4"),
+            (2, "cut at=1 place=7", "places 3 to 6"),
+            (1, "short at=60000000", "the run ends at 60000000"),
+            (1, "cut at=1 place=3 lasts=0", "lasts is a time in microseconds, at least 1"),
+            (1, "power-slave at=1 node=2 lasts=0", "lasts is a time"),
+            (1, "drift at=1 node=1", "value is the drift in ppm"),
+            (1, "foreign-nmt at=1 value=1", "times is the number of frames, at least 1"),
+        ] {
+            assert!(said(masters, wrong).contains(part), "{wrong}: {}", said(masters, wrong));
+        }
+        for (masters, right) in [
+            (1, "cut at=1 place=3"),
+            (1, "cut at=1 place=4"),
+            (2, "cut at=1 place=6"),
+            (1, "reset-slave at=1 node=2"),
+        ] {
+            assert_eq!(said(masters, right), "", "{right}");
+        }
+        for number in 0..500 {
+            let script = Script::random(7, number, 0);
+            assert_eq!(script.check(), Ok(()));
+            assert_eq!(script.with_standby().check(), Ok(()));
+        }
     }
 }
