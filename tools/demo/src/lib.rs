@@ -80,6 +80,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 
     let origin = Origin::of(&plan, &images);
     let stop = Stop::at_ctrl_c()?;
+    output::note(format_args!(
+        "flying {} boards for {} s of virtual time",
+        nodes.len(),
+        plan.end.as_secs_f64()
+    ));
     let progress = progress(plan.end);
     let mut printed = Ok(());
     let flight = mission::fly(plan, &images, |now, lines| {
@@ -96,6 +101,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     progress.finish_and_clear();
     let flight = flight?;
 
+    output::note("writing report, pictures and logs");
     let summary = Summary::of(&flight, origin, &sheets);
     files::write(&options.out, &flight, &summary)?;
     printed?;
