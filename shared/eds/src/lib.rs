@@ -51,6 +51,7 @@ mod dictionary;
 mod file;
 pub mod network;
 mod notes;
+pub mod pdos;
 mod program;
 mod value;
 

@@ -65,6 +65,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let plan = Plan::new(options)?;
     plan.check_length(options)?;
     let sheets = Sheets::of(&plan, &options.sheets)?;
+    sheets.mismatches(&plan).iter().for_each(output::warn);
     let nodes = options.nodes();
     let mut images = options.fleet.own_images("demo", &nodes)?;
     for (node, image) in &images {

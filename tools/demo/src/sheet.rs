@@ -1,28 +1,34 @@
-//! Electronic data sheets (CiA 306): which PDOs a device sends, and the objects in them.
+//! Electronic data sheets (CiA 306): which PDOs a device sends and receives, and the objects in them.
 //!
 //! A *data sheet* lists the objects of a device with their names, types and default values. Of a DCF, the values of the device itself
 //! count. The shipped images have theirs in `docs/eds`; an image of the user's has the file of `--eds N=FILE`.
 
+use std::ops::RangeInclusive;
+
 use configparser::ini::Ini;
+use eds::pdos;
 
 /// Bits of a COB-ID entry that exclude a PDO: not valid; 29-bit identifier.
 const EXCLUDED: u32 = 1 << 31 | 1 << 29;
 
-/// First and last communication record of a transmit PDO, and the distance to its mapping.
-const TPDOS: std::ops::RangeInclusive<u16> = 0x1800..=0x19FF;
+/// First and last communication record of a transmit PDO and of a receive PDO, and the distance to its mapping.
+const TPDOS: RangeInclusive<u16> = 0x1800..=0x19FF;
+const RPDOS: RangeInclusive<u16> = 0x1400..=0x15FF;
 const TO_MAPPING: u16 = 0x200;
 
 /// Most objects in a PDO.
 const MOST: u32 = 64;
 
-/// The transmit PDOs of a device.
+/// The PDOs of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sheet {
-    /// By their numbers.
+    /// Transmit PDOs, by their numbers.
     pub pdos: Vec<Pdo>,
+    /// Receive PDOs, by their numbers.
+    pub received: Vec<Pdo>,
 }
 
-/// A transmit PDO.
+/// A PDO.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pdo {
     /// Number, from 1.
@@ -53,21 +59,28 @@ impl Sheet {
         let mut ini = Ini::new();
         ini.read(text.to_owned())?;
         let file = File { ini: &ini, node };
-        let mut pdos = Vec::new();
-        for record in TPDOS {
-            let Some(id) = file.value(&format!("{record:x}sub1"))?.filter(|id| id & EXCLUDED == 0) else {
-                continue;
-            };
-            let fields = file.fields(record + TO_MAPPING)?;
-            if !fields.is_empty() {
-                pdos.push(Pdo { number: record - TPDOS.start() + 1, id: (id & 0x7FF) as u16, fields });
-            }
-        }
-        Ok(Sheet { pdos })
+        Ok(Sheet { pdos: file.pdos(TPDOS)?, received: file.pdos(RPDOS)? })
+    }
+}
+
+impl Sheet {
+    /// Its PDOs, for the comparison with those of other nodes.
+    pub fn node(&self, name: &str) -> pdos::Node {
+        let all = |pdos: &[Pdo]| pdos.iter().map(Pdo::compared).collect();
+        pdos::Node { name: name.to_owned(), sent: all(&self.pdos), received: all(&self.received) }
     }
 }
 
 impl Pdo {
+    fn compared(&self) -> pdos::Pdo {
+        let fields = self.fields.iter().map(|field| pdos::Field {
+            name: field.name.clone(),
+            data_type: field.data_type,
+            bits: field.bits,
+        });
+        pdos::Pdo { number: self.number, id: self.id, fields: fields.collect() }
+    }
+
     /// The values in a frame, by name; `None` when the frame has another length.
     pub fn values<'a>(&'a self, data: &[u8]) -> Option<Vec<(&'a str, String)>> {
         let bits: u32 = self.fields.iter().map(|field| field.bits).sum();
@@ -107,6 +120,21 @@ struct File<'a> {
 }
 
 impl File<'_> {
+    /// The valid PDOs of a direction, by its communication records.
+    fn pdos(&self, records: RangeInclusive<u16>) -> Result<Vec<Pdo>, String> {
+        let mut pdos = Vec::new();
+        for record in records.clone() {
+            let Some(id) = self.value(&format!("{record:x}sub1"))?.filter(|id| id & EXCLUDED == 0) else {
+                continue;
+            };
+            let fields = self.fields(record + TO_MAPPING)?;
+            if !fields.is_empty() {
+                pdos.push(Pdo { number: record - records.start() + 1, id: (id & 0x7FF) as u16, fields });
+            }
+        }
+        Ok(pdos)
+    }
+
     /// The objects of a mapping; empty when there are none.
     fn fields(&self, mapping: u16) -> Result<Vec<Field>, String> {
         let count = self.value(&format!("{mapping:x}sub0"))?.unwrap_or(0).min(MOST);

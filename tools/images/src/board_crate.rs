@@ -4,6 +4,8 @@ use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use crate::Error;
 
 /// The crate of the board that images are built for.
@@ -51,6 +53,21 @@ pub(crate) fn check_chip(folder: &Path) -> Result<(), Error> {
     }
     let checked = boards_memory::place_for(folder, None);
     checked.map(drop).map_err(|error| Error::Board(folder.to_owned(), error))
+}
+
+/// Dependencies that a package calls `board`.
+pub(crate) fn dependencies(package: &Value) -> impl Iterator<Item = &Value> {
+    let all = package["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let name =
+        |dependency: &Value| dependency["rename"].as_str().or(dependency["name"].as_str()) == Some("board");
+    all.iter().filter(move |dependency| name(dependency))
+}
+
+/// Folders of the boards of the package `name`, by what `cargo metadata` prints.
+pub(crate) fn folders(metadata: &Value, name: &str) -> Vec<PathBuf> {
+    let packages = metadata["packages"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let boards = packages.iter().filter(|package| package["name"] == name).flat_map(dependencies);
+    boards.filter_map(|board| board["path"].as_str()).map(PathBuf::from).collect()
 }
 
 /// A name that no other folder has, whatever its package is called.

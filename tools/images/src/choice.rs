@@ -1,9 +1,8 @@
 //! How a package chooses its board: by a dependency `board` in its manifest, or by a feature for each of its boards.
 
-use std::path::PathBuf;
-
 use serde_json::Value;
 
+use crate::board_crate::dependencies;
 use crate::{Error, Package, target};
 
 /// What a manifest says of the board of its package.
@@ -40,24 +39,9 @@ fn choice(metadata: &Value, name: &str) -> Result<Choice, Vec<String>> {
         let names = packages.iter().filter_map(|package| package["name"].as_str());
         return Err(names.map(str::to_owned).collect());
     };
-    let is_fixed = boards(package).any(|board| board["optional"] == false);
+    let is_fixed = dependencies(package).any(|board| board["optional"] == false);
     let features = package["features"].as_object().into_iter().flat_map(|features| features.keys());
     Ok(Choice { is_fixed, features: features.cloned().collect() })
-}
-
-/// Dependencies that a package calls `board`.
-fn boards(package: &Value) -> impl Iterator<Item = &Value> {
-    let dependencies = package["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let name =
-        |dependency: &Value| dependency["rename"].as_str().or(dependency["name"].as_str()) == Some("board");
-    dependencies.iter().filter(move |dependency| name(dependency))
-}
-
-/// Folders of the boards of the package `name`, by what `cargo metadata` prints.
-pub(crate) fn board_folders(metadata: &Value, name: &str) -> Vec<PathBuf> {
-    let packages = metadata["packages"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let boards = packages.iter().filter(|package| package["name"] == name).flat_map(boards);
-    boards.filter_map(|board| board["path"].as_str()).map(PathBuf::from).collect()
 }
 
 #[cfg(test)]

@@ -32,6 +32,13 @@ pub fn clean(command: &mut Command) -> &mut Command {
     command
 }
 
+/// The host's cargo in a clean environment, whichever toolchain runs this program.
+pub fn host_cargo() -> Command {
+    let mut cargo = Command::new("cargo");
+    clean(&mut cargo);
+    cargo
+}
+
 /// Prefix of the variables with cargo's settings for [`TARGET`].
 pub fn of_target() -> String {
     format!("CARGO_TARGET_{}_", TARGET.to_uppercase().replace('-', "_"))

@@ -22,7 +22,7 @@ use std::env;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output, Stdio};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -31,8 +31,8 @@ use site::Site;
 pub use board_crate::BoardCrate;
 pub use chips::{CHIPS, check_chips};
 pub use choice::Choice;
-pub use environment::clean;
-pub use package::{Package, Refusal, host_cargo};
+pub use environment::{clean, host_cargo};
+pub use package::{Package, Refusal};
 pub use target::target;
 
 /// What people flash and the twin flies.
@@ -429,6 +429,13 @@ fn run(command: &mut Command) -> Result<(), Error> {
         Ok(status) => Err(Error::Failed(line, status)),
         Err(error) => Err(Error::Spawn(line, error)),
     }
+}
+
+/// Runs cargo to its end: its command line, and what it printed.
+fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
+    let line = command_line(cargo);
+    let output = cargo.stderr(Stdio::inherit()).output();
+    output.map(|output| (line.clone(), output)).map_err(|error| Error::Spawn(line, error))
 }
 
 fn command_line(command: &Command) -> String {

@@ -2,15 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::board_crate::check_chip;
-use crate::choice::board_folders;
-use crate::environment::clean;
+use crate::board_crate::{check_chip, folders};
 use crate::once::once;
-use crate::{Error, Job, LOG, TARGET, command_line, keep, target, workspace};
+use crate::{Error, Job, LOG, TARGET, command_line, keep, output, target, workspace};
 
 /// An error that stopped a build.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,7 +107,7 @@ impl Package {
             target::target()
         } else {
             let metadata = target::metadata(&manifest)?;
-            board_folders(&metadata, &self.name).iter().try_for_each(|folder| check_chip(folder))?;
+            folders(&metadata, &self.name).iter().try_for_each(|folder| check_chip(folder))?;
             target::of_workspace(&metadata, &manifest)?
         };
         let to = own.join("firmware").join(board.unwrap_or_default());
@@ -140,13 +138,6 @@ impl Package {
         }
         fs::write(&note, home).map_err(unusable)
     }
-}
-
-/// Runs cargo to its end: its command line, and what it printed.
-pub(crate) fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
-    let line = command_line(cargo);
-    let output = cargo.stderr(Stdio::inherit()).output();
-    output.map(|output| (line.clone(), output)).map_err(|error| Error::Spawn(line, error))
 }
 
 /// Messages of cargo, one a line.
@@ -183,13 +174,6 @@ fn flatten(key: &str, value: &toml::Value, settings: &mut Vec<String>) {
         // A profile has no others.
         _ => {}
     }
-}
-
-/// The host's cargo in a clean environment, whichever toolchain runs this program.
-pub fn host_cargo() -> Command {
-    let mut cargo = Command::new("cargo");
-    clean(&mut cargo);
-    cargo
 }
 
 #[cfg(test)]

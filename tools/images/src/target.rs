@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::package::{host_cargo, output};
-use crate::{Error, workspace};
+use crate::environment::host_cargo;
+use crate::{Error, output, workspace};
 
 /// A file that cargo keeps in each target directory.
 const MARK: &str = ".rustc_info.json";
