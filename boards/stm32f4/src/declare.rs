@@ -11,7 +11,7 @@
 ///
 /// | entry | what is allowed |
 /// | --- | --- |
-/// | `oscillator` | [`Oscillator::crystal`] of 4 to 26 MHz, or [`Oscillator::external`] of 1 to 50 MHz |
+/// | `oscillator` | [`Oscillator::crystal`](crate::Oscillator::crystal) of 4 to 26 MHz, or [`Oscillator::external`](crate::Oscillator::external) of 1 to 50 MHz |
 /// | `hclk` | may be left out: 168 MHz; or 84 MHz |
 /// | `nominal_rx`, `nominal_tx` | pins of CAN1 |
 /// | `redundant_rx`, `redundant_tx` | pins of CAN2 |

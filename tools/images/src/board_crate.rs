@@ -52,7 +52,7 @@ pub(crate) fn check_chip(folder: &Path) -> Result<(), Error> {
         return Ok(());
     }
     let checked = boards_memory::place_for(folder, None);
-    checked.map(drop).map_err(|error| Error::Board(folder.to_owned(), error))
+    checked.map(drop).map_err(|error| Error::Manifest(folder.to_owned(), error.to_string()))
 }
 
 /// Dependencies that a package calls `board`.

@@ -61,12 +61,9 @@ pub enum Error {
     /// The build directory cannot be used.
     #[error("cannot use {0}: {1}")]
     Directory(PathBuf, io::Error),
-    /// A manifest is not TOML, or lacks something.
+    /// A manifest is not TOML, or lacks something; or the folder of a board has no chip that is supported.
     #[error("{0}: {1}")]
     Manifest(PathBuf, String),
-    /// The crate of a board has no chip, or one that is not supported.
-    #[error("{0}: {1}")]
-    Board(PathBuf, boards_memory::Error),
     /// A workspace has no package of this name.
     #[error("{manifest} has no package {name}; allowed are {}", packages.join(", "))]
     NoPackage {

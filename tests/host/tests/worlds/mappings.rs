@@ -1,6 +1,7 @@
 //! Mappings of senders and receivers: whether a world finds that they do not fit.
 
 use ecss_can::node::Device;
+use ecss_can::od::Field;
 use ecss_can::prelude::*;
 use host_worlds::{Time, World, idle, plain_master};
 use mission::STANDARD;
@@ -10,7 +11,7 @@ use crate::support::running;
 const FIVE: NodeId = NodeId::of::<5>();
 const SIX: NodeId = NodeId::of::<6>();
 
-#[derive(Debug, Clone, Default, Objects)]
+#[derive(Debug, Objects)]
 #[objects(device)]
 struct Heater {
     /// Power
@@ -34,7 +35,7 @@ impl Device for Heater {
 }
 
 /// A slave that receives 285h in the way of `WAY`: 0 as it is sent, 1 with two values swapped, 2 with a value more, 3 at another COB-ID.
-#[derive(Debug, Clone, Default, Objects)]
+#[derive(Debug, Objects)]
 #[objects(device)]
 struct Display<const WAY: usize = 0> {
     /// Power
@@ -52,18 +53,20 @@ struct Display<const WAY: usize = 0> {
 }
 
 const ID: CobIdOf = CobIdOf::fixed(0x285);
-const OTHER_ID: CobIdOf = CobIdOf::fixed(0x286);
-const RIGHT: Rpdo =
-    Rpdo::new(1, ID).map(Display::<0>::POWER).map(Display::<0>::STATE).map(Display::<0>::TEMPERATURE);
-const SWAPPED: Rpdo =
-    Rpdo::new(1, ID).map(Display::<0>::STATE).map(Display::<0>::POWER).map(Display::<0>::TEMPERATURE);
-const LONGER: Rpdo = RIGHT.map(Display::<0>::VOLTAGE);
-const ELSEWHERE: Rpdo = Rpdo::new(1, OTHER_ID).map(Display::<0>::POWER);
+const POWER: Field = Display::<0>::POWER;
+const STATE: Field = Display::<0>::STATE;
+const TEMPERATURE: Field = Display::<0>::TEMPERATURE;
+const WAYS: [PdoSet; 4] = [
+    PdoSet::new(&[Rpdo::new(1, ID).map(POWER).map(STATE).map(TEMPERATURE)], &[]),
+    PdoSet::new(&[Rpdo::new(1, ID).map(STATE).map(POWER).map(TEMPERATURE)], &[]),
+    PdoSet::new(&[Rpdo::new(1, ID).map(POWER).map(STATE).map(TEMPERATURE).map(Display::<0>::VOLTAGE)], &[]),
+    PdoSet::new(&[Rpdo::new(1, CobIdOf::fixed(0x286)).map(POWER)], &[]),
+];
 
 impl<const WAY: usize> Device for Display<WAY> {
     type Pdos = PdoObjects<1, 1>;
     type Consumers = HeartbeatConsumers<1>;
-    const PDOS: PdoSet = PdoSet::new(&[[RIGHT, SWAPPED, LONGER, ELSEWHERE][WAY]], &[]);
+    const PDOS: PdoSet = WAYS[WAY];
 }
 
 /// A heater, and a display that receives its power.
