@@ -99,16 +99,14 @@ macro_rules! board {
                 take!(p)
             }
 
-            #[allow(non_snake_case)] // variables with the names of the list: an error shows the line there
             fn wiring(r: Resources) -> $crate::Wiring {
-                let ($nominal_stream, $redundant_stream) = (r.$nominal_stream, r.$redundant_stream);
                 $crate::Wiring {
                     nominal: $crate::CanLines::new(r.CAN1, r.$nominal_rx, r.$nominal_tx),
                     redundant: $crate::CanLines::new(r.CAN2, r.$redundant_rx, r.$redundant_tx),
                     capture: r.TIM5,
                     edges: $crate::PerBus {
-                        nominal: $crate::EdgeInput::new(r.$nominal_edges, $nominal_stream),
-                        redundant: $crate::EdgeInput::new(r.$redundant_edges, $redundant_stream),
+                        nominal: $crate::EdgeInput::new(r.$nominal_edges, r.$nominal_stream),
+                        redundant: $crate::EdgeInput::new(r.$redundant_edges, r.$redundant_stream),
                     },
                     pulse: $crate::PulseOutput::new(r.TIM3, r.$pulse),
                     straps: [

@@ -57,9 +57,9 @@ fn dma_stream_of_another_pin_is_named_with_the_right_ones() {
         let refusals = refusals(from, to);
         let (said, channel) =
             (format!("`{to}` does not move what channel"), format!("{pin}` of TIM5 captures"));
-        let (line, label) = (format!("_stream: {to},"), "not the stream of this pin");
+        let entries = "`nominal_stream` belongs to `nominal_edges`, `redundant_stream` to `redundant_edges`";
         let streams = "PA0 has DMA1_CH2, PA1 has DMA1_CH4, PA2 has DMA1_CH0, PA3 has DMA1_CH1";
-        assert_names(&refusals, Some("E0277"), &[&said, &channel, &line, label, streams]);
+        assert_names(&refusals, Some("E0277"), &[&said, &channel, entries, streams]);
         assert_eq!(refusals.len(), 1, "{refusals:#?}");
     }
 }
