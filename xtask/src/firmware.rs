@@ -6,6 +6,7 @@ use clap::Args;
 use firmware_images::{BoardCrate, Choice, Error, Package};
 use support::board::{BitRate, Board, Profile, Target, built_names, help};
 use support::elf::{Facts, Size};
+use support::fleet;
 use support::misuse::Misuse;
 use support::output;
 use support::project::manifest;
@@ -50,7 +51,7 @@ fn of_board() -> String {
 /// Builds the images, prints paths and sizes.
 ///
 /// # Errors
-/// When an image cannot be built or read.
+/// When an image cannot be built or read, or does not start.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(name) = &options.package {
         return own(name, options);
@@ -108,6 +109,7 @@ fn feature<'a>(name: &str, choice: &Choice, board: Option<&'a Board>) -> Result<
 }
 
 fn describe(role: &str, path: &Path) -> anyhow::Result<()> {
+    fleet::image(path)?;
     let Size { flash, ram } = Facts::read(path)?.size;
     output::line(format_args!(
         "{role:<7}  {flash:>7} bytes of flash  {ram:>6} bytes of static RAM  {}",

@@ -31,7 +31,7 @@ pub struct Source {
     install: bool,
 
     /// Where that program is looked for when it is not in PATH, and installed [default: target/tools] of the project
-    #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/tools"), hide_default_value = true)]
+    #[arg(long, value_name = "DIR", default_value_os_t = project::target("tools"), hide_default_value = true)]
     root: PathBuf,
 }
 

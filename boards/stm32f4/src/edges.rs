@@ -6,38 +6,54 @@ use embassy_stm32::{Peri, PeripheralType};
 
 use crate::alternate::AlternatePin;
 
-/// A channel of TIM5 whose captures DMA1 moves (RM0090 table 42: stream channel 6).
+/// A channel of TIM5 whose captures DMA1 moves.
 pub trait CaptureChannel: TimerChannel {
-    /// The stream that serves it.
-    type Stream: PeripheralType;
     /// Its number, from 0.
     const NUMBER: usize;
-    /// Number of that stream.
-    const STREAM: usize;
+}
+
+/// A stream of DMA1 that serves a channel of TIM5 (RM0090 table 42: stream channel 6).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not move what channel `{C}` of TIM5 captures",
+    label = "not the stream of this pin",
+    note = "list the stream of the pin: PA0 has DMA1_CH2, PA1 has DMA1_CH4, PA2 has DMA1_CH0, PA3 has DMA1_CH1",
+    note = "in `board!`, `nominal_stream` belongs to `nominal_edges`, `redundant_stream` to `redundant_edges`"
+)]
+pub trait CaptureStream<C: CaptureChannel>: PeripheralType {
+    /// Its number.
+    const NUMBER: usize;
 }
 
 impl CaptureChannel for Ch1 {
-    type Stream = DMA1_CH2;
     const NUMBER: usize = 0;
-    const STREAM: usize = 2;
+}
+
+impl CaptureStream<Ch1> for DMA1_CH2 {
+    const NUMBER: usize = 2;
 }
 
 impl CaptureChannel for Ch2 {
-    type Stream = DMA1_CH4;
     const NUMBER: usize = 1;
-    const STREAM: usize = 4;
+}
+
+impl CaptureStream<Ch2> for DMA1_CH4 {
+    const NUMBER: usize = 4;
 }
 
 impl CaptureChannel for Ch3 {
-    type Stream = DMA1_CH0;
     const NUMBER: usize = 2;
-    const STREAM: usize = 0;
+}
+
+impl CaptureStream<Ch3> for DMA1_CH0 {
+    const NUMBER: usize = 0;
 }
 
 impl CaptureChannel for Ch4 {
-    type Stream = DMA1_CH1;
     const NUMBER: usize = 3;
-    const STREAM: usize = 1;
+}
+
+impl CaptureStream<Ch4> for DMA1_CH1 {
+    const NUMBER: usize = 1;
 }
 
 /// An input that captures edges.
@@ -51,10 +67,10 @@ pub struct EdgeInput {
 
 impl EdgeInput {
     /// Takes a pin of TIM5 and the stream of its channel. Others do not compile.
-    pub fn new<C: CaptureChannel>(
+    pub fn new<C: CaptureChannel, S: CaptureStream<C>>(
         pin: Peri<'static, impl TimerPin<TIM5, C>>,
-        _stream: Peri<'static, C::Stream>,
+        _stream: Peri<'static, S>,
     ) -> EdgeInput {
-        EdgeInput { pin: AlternatePin(pin.af_num(), pin.into()), channel: C::NUMBER, stream: C::STREAM }
+        EdgeInput { pin: AlternatePin(pin.af_num(), pin.into()), channel: C::NUMBER, stream: S::NUMBER }
     }
 }

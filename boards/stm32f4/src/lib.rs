@@ -41,6 +41,7 @@ mod log;
 #[cfg(any(test, target_os = "none"))]
 mod bxcan;
 mod clocks;
+mod declare;
 #[cfg(any(not(target_os = "none"), feature = "full"))]
 pub mod store;
 pub mod straps;
@@ -111,7 +112,7 @@ pub use {
     clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, start},
     common::{CanInterrupts, Leds},
     ecss_can::types::PerBus,
-    edges::{CaptureChannel, EdgeInput},
+    edges::{CaptureChannel, CaptureStream, EdgeInput},
     minimal::MinimalBoard,
     one_controller::{OneControllerBoard, SharedPort, TransceiverPin},
     spec::{BoardSpec, PulseOutput, Wiring, clocks_of},

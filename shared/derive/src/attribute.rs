@@ -4,7 +4,7 @@ use proc_macro2::{Delimiter, Group, Span, TokenStream, TokenTree};
 use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
-use syn::{Error, Expr, Ident, LitInt, Token, Type};
+use syn::{Error, Expr, ExprGroup, ExprLit, ExprParen, ExprUnary, Ident, Lit, LitInt, Token, Type, UnOp};
 
 use crate::errors::Errors;
 use crate::path;
@@ -181,6 +181,28 @@ impl Attribute {
             };
             errors.add(Error::new(word.span(), message));
         }
+        self.check_numbers(errors);
+    }
+
+    /// Refuses limits and a default that exclude each other, as far as they are plain numbers: one error, where an erroneous constant would
+    /// be followed by a note at each use of the object. Constants find those of other expressions.
+    fn check_numbers(&self, errors: &mut Errors) {
+        let number = |value: &Option<Expr>| value.as_ref().and_then(number);
+        let (low, high) = (number(&self.low), number(&self.high));
+        if let (Some(low), Some(high)) = (low, high)
+            && low > high
+        {
+            let (first, last) = (&self.low, &self.high);
+            let message = format!("`low = {low}` is above `high = {high}`: no value is allowed");
+            return errors.add(Error::new_spanned(quote!(#first #last), message));
+        }
+        let Some(default) = number(&self.default) else { return };
+        let message = match (low, high) {
+            (_, Some(high)) if default > high => format!("default {default} is above `high = {high}`"),
+            (Some(low), _) if default < low => format!("default {default} is below `low = {low}`"),
+            _ => return,
+        };
+        errors.add(Error::new_spanned(&self.default, message));
     }
 }
 
@@ -255,6 +277,16 @@ fn call_at(place: TokenStream, function: TokenStream, arguments: TokenStream) ->
     let mut arguments = Group::new(Delimiter::Parenthesis, arguments);
     arguments.set_span(spans.last().unwrap_or(first));
     function.chain([arguments.into()]).collect()
+}
+
+/// The value of a plain number, `None` for any other expression.
+fn number(value: &Expr) -> Option<i128> {
+    match value {
+        Expr::Lit(ExprLit { lit: Lit::Int(value), .. }) => value.base10_parse().ok(),
+        Expr::Unary(ExprUnary { op: UnOp::Neg(_), expr, .. }) => number(expr).map(|value| -value),
+        Expr::Paren(ExprParen { expr, .. }) | Expr::Group(ExprGroup { expr, .. }) => number(expr),
+        _ => None,
+    }
 }
 
 fn assigned(input: ParseStream) -> syn::Result<Expr> {

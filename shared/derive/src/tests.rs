@@ -180,3 +180,25 @@ fn only_structs_with_names_can_be_declared() {
     assert_eq!(refused(objects::expand(&choice)), "only a struct can be declared so");
     assert_eq!(refused(record::expand(&choice)), "only a struct can be declared so");
 }
+
+/// Given plain numbers that exclude each other, then that is an error of the declaration. Other expressions are left to the compiler.
+#[test]
+fn numbers_that_exclude_each_other_are_refused() {
+    let swapped = Err("`low = 300` is above `high = 200`: no value is allowed".to_owned());
+    assert_eq!(object!(object(0x2000, rw, low = 300, high = 200), u16), swapped);
+    assert_eq!(object!(object(0x2000, rw, high = 0xC8, low = (300), default = 1), u16), swapped);
+    let below = Err("`low = -1` is above `high = -2`: no value is allowed".to_owned());
+    assert_eq!(object!(object(0x2000, rw, low = -1, high = -2), i8), below);
+    let above = Err("default 101 is above `high = 100`".to_owned());
+    assert_eq!(object!(object(0x2000, rw, low = 1, high = 100, default = 101), u8), above);
+    let below = Err("default -41 is below `low = -40`".to_owned());
+    assert_eq!(object!(object(0x2000, rw, low = -40, default = -41), i16), below);
+    for attribute in [
+        object!(object(0x2000, rw, low = 200, high = 200, default = 200), u16),
+        object!(object(0x2000, rw, low = LOW, high = 200), u16),
+        object!(object(0x2000, rw, low = 100 + 200, high = 200), u16),
+        object!(object(0x2000, rw, default = -1), i16),
+    ] {
+        assert_eq!(attribute, Ok(()));
+    }
+}

@@ -95,7 +95,7 @@ pub fn read<D: Objects>(objects: &mut D, index: u16, sub: u8) -> Result<Vec<u8>,
 }
 
 /// A name; of several in a row with its number, where `{}` stands or at the end.
-fn numbered(name: &str, nth: u16, count: u16) -> Result<String, Error> {
+pub fn numbered(name: &str, nth: u16, count: u16) -> Result<String, Error> {
     let number = (nth + 1).to_string();
     let name = match (count, name.contains("{}")) {
         (1, _) => name.into(),

@@ -54,6 +54,7 @@ mod dictionary;
 mod file;
 pub mod network;
 mod notes;
+pub mod pdos;
 mod program;
 mod value;
 

@@ -9,6 +9,15 @@ struct Swapped {
     level: u16,
 }
 
+const LOW: i64 = 300;
+
+#[derive(Objects)]
+struct SwappedByConstant {
+    /// Level
+    #[object(0x6000, rw, low = LOW, high = 200)]
+    level: u16,
+}
+
 #[derive(Objects)]
 struct AboveType {
     /// Level

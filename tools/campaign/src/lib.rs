@@ -142,6 +142,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let text = std::fs::read(path).map_err(|error| refuse(error.to_string()))?;
         // Comments may have any encoding.
         let script: Script = String::from_utf8_lossy(&text).parse().map_err(refuse)?;
+        script.check().map_err(refuse)?;
         prepare(script.masters)?;
         let outcome = fly_asked(options.world, options.compare, &script);
         outcome.violations.iter().try_for_each(output::line)?;

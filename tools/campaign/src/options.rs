@@ -65,7 +65,7 @@ pub struct Options {
     pub(crate) broken: Option<Rule>,
 
     /// Folder of the results
-    #[arg(long, value_name = "DIR", default_value_os_t = support::project::path("target/campaign"), hide_default_value = true)]
+    #[arg(long, value_name = "DIR", default_value_os_t = support::project::target("campaign"), hide_default_value = true)]
     pub(crate) out: PathBuf,
 
     /// Fly the script of a file instead, as a violation prints it

@@ -249,6 +249,37 @@ impl Script {
         SPACING * u32::from(if node == SPARE { self.slaves + 2 } else { node })
     }
 
+    /// Checks that each fault does something.
+    ///
+    /// # Errors
+    /// The first one that does not: why, and what is allowed.
+    pub fn check(&self) -> Result<(), String> {
+        let wrong = self.faults.iter().find_map(|fault| Some((fault, self.why_idle(fault)?)));
+        wrong.map_or(Ok(()), |(fault, why)| Err(format!("`{fault}` does nothing: {why}")))
+    }
+
+    /// Why a fault does nothing, if so.
+    fn why_idle(&self, fault: &Fault) -> Option<String> {
+        let (first, last) =
+            (self.place(1), self.place(if self.masters == 2 { SPARE } else { self.slaves + 1 }));
+        if fault.at >= self.length {
+            return Some(format!("the run ends at {}; give an earlier at or a longer length", self.length));
+        }
+        match fault.kind {
+            Kind::Cut if fault.place <= first || fault.place > last => {
+                Some(format!("no node is on one side of the cut; allowed are places {} to {last}", first + 1))
+            }
+            Kind::Drift if fault.value == 0 => Some("value is the drift in ppm, at least 1".into()),
+            kind if kind.is_foreign() && fault.times == 0 => {
+                Some("times is the number of frames, at least 1".into())
+            }
+            kind if kind.lasts() && fault.lasts == Some(0) => {
+                Some("lasts is a time in microseconds, at least 1".into())
+            }
+            _ => None,
+        }
+    }
+
     /// Node-IDs of the slaves, ascending.
     pub fn nodes(&self) -> impl Iterator<Item = NodeId> {
         (2..=self.slaves + 1).filter_map(NodeId::new)
@@ -726,5 +757,40 @@ mod tests {
         refused("run slaves=2 at=1", "unknown at=1, allowed are seed, masters");
         refused("run slaves=2\ncut at=1 at=2", "at=2 is the second at, allowed is one");
         refused("run slaves=2 length=0x10", "length=0x10, allowed are 0 to 3600000000");
+    }
+
+    /// Given one slave and one master at 4 m and 2 m, or two masters at 2 m and 6 m, then a script with a fault without effect is refused.
+    #[test]
+    fn fault_that_does_nothing_is_refused() {
+        let said = |masters: u8, fault: &str| {
+            let text = format!("run masters={masters} slaves=1 length=60000000\n{fault}\n");
+            text.parse::<Script>().unwrap().check().err().unwrap_or_default()
+        };
+        for (masters, wrong, part) in [
+            (1, "cut at=1 place=0", "no node is on one side of the cut; allowed are places 3 to 4"),
+            (1, "cut at=1 place=2", "places 3 to 4"),
+            (1, "cut at=1 place=5", "places 3 to 4"),
+            (2, "cut at=1 place=7", "places 3 to 6"),
+            (1, "short at=60000000", "the run ends at 60000000"),
+            (1, "cut at=1 place=3 lasts=0", "lasts is a time in microseconds, at least 1"),
+            (1, "power-slave at=1 node=2 lasts=0", "lasts is a time"),
+            (1, "drift at=1 node=1", "value is the drift in ppm"),
+            (1, "foreign-nmt at=1 value=1", "times is the number of frames, at least 1"),
+        ] {
+            assert!(said(masters, wrong).contains(part), "{wrong}: {}", said(masters, wrong));
+        }
+        for (masters, right) in [
+            (1, "cut at=1 place=3"),
+            (1, "cut at=1 place=4"),
+            (2, "cut at=1 place=6"),
+            (1, "reset-slave at=1 node=2"),
+        ] {
+            assert_eq!(said(masters, right), "", "{right}");
+        }
+        for number in 0..500 {
+            let script = Script::random(7, number, 0);
+            assert_eq!(script.check(), Ok(()));
+            assert_eq!(script.with_standby().check(), Ok(()));
+        }
     }
 }

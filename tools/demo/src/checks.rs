@@ -1,12 +1,14 @@
 //! Checks of a flight: each with its limit, the value of the flight, and whether it held.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::access::BusAccess;
 use super::flight::{BoardCount, Flight};
 use super::meaning::Scope;
 use super::narrator::name;
-use super::record::{MASTER, Node};
+use super::record::{Bus, MASTER, Node};
 use super::track::Track;
 
 /// One check of the verdict.
@@ -86,7 +88,29 @@ pub fn checks(flight: &Flight) -> Vec<Check> {
             check.reasons.clear();
         }
     }
-    [of_the_end, damage(flight)].concat()
+    // First of all: it explains the others.
+    [vec![bit_rates(flight)], of_the_end, damage(flight)].concat()
+}
+
+/// Bit rates of each bus: boards with several ones destroy the frames of each other.
+fn bit_rates(flight: &Flight) -> Check {
+    let of = |bus: Bus| {
+        let mut rates: BTreeMap<u32, Vec<String>> = BTreeMap::new();
+        for board in &flight.boards {
+            if let Some(rate) = board.bit_rates[bus as usize] {
+                rates.entry(rate).or_default().push(name(board.node));
+            }
+        }
+        (bus, rates)
+    };
+    let buses = Bus::ALL.map(of);
+    let most = buses.iter().map(|(_, rates)| rates.len()).max();
+    let reasons = buses.iter().filter(|(_, rates)| rates.len() > 1).map(|(bus, rates)| {
+        let boards = rates.iter().map(|(rate, boards)| format!("{} at {rate} kbit/s", boards.join(", ")));
+        let boards: Vec<String> = boards.collect();
+        format!("the bit rates on the {} bus differ: {}", bus.name(), boards.join("; "))
+    });
+    Check::new("bit rates on a bus", "1 at most", most.unwrap_or(0), reasons)
 }
 
 /// Slaves that are operational at the end. Minimal ones are wherever they are: those on the bus of the master.
@@ -270,6 +294,26 @@ mod tests {
         flight.boards[2].counters.as_mut().unwrap().commands -= 1;
         let due = sample::COMMANDS_DUE.to_string();
         assert_eq!(row(&flight, "commands"), expected(&due, &due, CheckResult::Failed));
+    }
+
+    /// Given a master for 1 Mbit/s and a slave for 250 kbit/s, then the first reason names both, and the load is 100 % at most.
+    #[test]
+    fn different_bit_rates_fail_the_flight_first() {
+        let mut flight = sample::flight();
+        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "0", CheckResult::Held));
+        for board in &mut flight.boards {
+            board.bit_rates = [Some(1000), Some(500)];
+        }
+        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "1", CheckResult::Held));
+        flight.boards[2].bit_rates = [Some(250), None];
+        flight.boards[2].panics = 1;
+        flight.busy = [flight.end + flight.end, flight.end];
+        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "2", CheckResult::Failed));
+        let reasons: Vec<String> = checks(&flight).into_iter().flat_map(|check| check.reasons).collect();
+        let first =
+            "the bit rates on the nominal bus differ: node 4 at 250 kbit/s; master, node 2 at 1000 kbit/s";
+        assert_eq!(reasons, [first, "node 4 panicked"]);
+        assert_eq!(Bus::ALL.map(|bus| flight.load(bus)), [1.0, 1.0]);
     }
 
     #[test]

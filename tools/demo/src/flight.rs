@@ -80,6 +80,8 @@ pub struct BoardCount {
     pub resets: u64,
     /// Why the twin had to stop it: it reached for hardware that is not there.
     pub stopped: Option<String>,
+    /// Bit rate of its controller on each bus, nominal first, kbit/s; `None` on a bus that it never took part in.
+    pub bit_rates: [Option<u32>; 2],
     /// What image and board do not agree on, such as the pins of a controller.
     pub warnings: Vec<String>,
     /// Deepest stack since power-on, bytes.
@@ -119,9 +121,10 @@ impl Flight {
         })
     }
 
-    /// Load of a bus over the whole flight, 0 to 1.
+    /// Load of a bus over the whole flight, 0 to 1. The pieces of a cut bus are busy at the same time, and so are nodes with several bit
+    /// rates: their sum is cut off at 1.
     pub fn load(&self, bus: Bus) -> f64 {
-        self.busy[bus as usize].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)
+        (self.busy[bus as usize].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)).min(1.0)
     }
 
     /// The heartbeats of a node on both buses.

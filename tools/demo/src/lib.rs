@@ -66,6 +66,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     plan.check_length(options)?;
     let sheets = Sheets::of(&plan, &options.sheets)?;
     sheets.notes().iter().for_each(output::warn);
+    sheets.mismatches(&plan).iter().for_each(output::warn);
     let nodes = options.nodes();
     let mut images = options.fleet.own_images("demo", &nodes)?;
     for (node, image) in &images {
@@ -81,6 +82,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 
     let origin = Origin::of(&plan, &images);
     let stop = Stop::at_ctrl_c()?;
+    output::note(format_args!(
+        "flying {} boards for {} s of virtual time",
+        nodes.len(),
+        plan.end.as_secs_f64()
+    ));
     let progress = progress(plan.end);
     let mut printed = Ok(());
     let flight = mission::fly(plan, &images, |now, lines| {
@@ -98,6 +104,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let flight = flight?;
 
     sheets.differences(&flight).iter().for_each(output::warn);
+    output::note("writing report, pictures and logs");
     let summary = Summary::of(&flight, origin, &sheets);
     files::write(&options.out, &flight, &summary)?;
     printed?;

@@ -77,6 +77,8 @@ struct Mission {
     last_frame: Time,
     stamps: StampWatch,
     clocks: ClockWatch,
+    /// Bit rates of the boards in the order of the plan, as [`BoardCount`] has them.
+    bit_rates: Vec<[Option<u32>; 2]>,
 }
 
 impl Mission {
@@ -91,6 +93,7 @@ impl Mission {
         Ok(Mission {
             observer: Observer::new(&plan),
             narrator: Narrator::new(&plan),
+            bit_rates: vec![[None; 2]; plan.boards.len()],
             plan,
             spacecraft,
             records: Vec::new(),
@@ -144,11 +147,23 @@ impl Mission {
         frames.iter().for_each(|wire| self.stamps.on(wire));
         self.stamps.look(&self.spacecraft);
         self.clocks.look(&mut self.spacecraft);
+        self.look_at_bit_rates();
         records.extend(frames.into_iter().filter_map(|wire| self.frame(wire.bus, wire.record)));
         let logs = self.spacecraft.take_logs().into_iter();
         records.extend(logs.filter_map(|log| self.log(log)));
         records.sort_by_key(|record| record.at);
         self.take(records, watch)
+    }
+
+    /// Keeps the bit rates of the controllers that take part in a bus now.
+    fn look_at_bit_rates(&mut self) {
+        for (board, rates) in self.bit_rates.iter_mut().enumerate() {
+            for (bus, rate) in Bus::ALL.into_iter().zip(rates) {
+                let timing = self.spacecraft.bit_timing(BoardId(board), bus);
+                // Rounded: the crystal of the board is some ppm off.
+                *rate = timing.map(|timing| (timing.bit_rate() + 500) / 1000).or(*rate);
+            }
+        }
     }
 
     /// Shows records to everybody who watches.
@@ -183,7 +198,8 @@ impl Mission {
             .boards
             .iter()
             .zip(self.spacecraft.boards())
-            .map(|(plan, (_, board))| count(plan.node, board))
+            .zip(self.bit_rates)
+            .map(|((plan, (_, board)), bit_rates)| Ok(BoardCount { bit_rates, ..count(plan.node, board)? }))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let nodes: Vec<Node> = self.plan.boards.iter().map(|board| board.node).collect();
         let clocks = self.clocks.clocks(&nodes, &self.observer, &self.records);
@@ -254,6 +270,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
             State::Refused(error) => Some(error.to_string()),
             _ => None,
         },
+        bit_rates: [None; 2],
         warnings: board.warnings().to_vec(),
         stack: stack::deepest(board)?,
         diagnostics,

@@ -69,7 +69,7 @@ pub struct Options {
 
     /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
     /// earlier flight there are removed first [default: target/demo] of the project
-    #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/demo"), hide_default_value = true)]
+    #[arg(long, value_name = "DIR", default_value_os_t = project::target("demo"), hide_default_value = true)]
     pub out: PathBuf,
 }
 
@@ -246,10 +246,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn default_folder_is_that_of_the_project_wherever_called_from() {
+    fn default_folder_is_in_the_target_directory() {
         let out = Options::default().out;
-        assert!(out.is_absolute() && out.ends_with("target/demo"), "{}", out.display());
-        let root = out.ancestors().nth(2).expect("the root");
-        assert!(root.join("rust-toolchain.toml").is_file(), "{}", root.display());
+        assert!(out.is_absolute() && out.ends_with("demo"), "{}", out.display());
+        let target = out.parent().expect("the target directory");
+        assert!(target.join(".rustc_info.json").is_file(), "{}", target.display());
     }
 }

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 
 use can_wire::frame::WireId;
 use can_wire::time::Time;
+use eds::pdos;
 use serde::Serialize;
 
 use super::flight::Flight;
+use super::narrator::name;
 use super::options::OwnSheet;
 use super::plan::{BoardPlan, Plan};
 use super::sheet::{IDENTITY, Sheet};
@@ -118,6 +120,19 @@ impl Sheets {
 
     fn own(&self) -> impl Iterator<Item = (Node, &Path, &Sheet)> {
         self.own.iter().filter_map(|(node, file)| Some((*node, file.as_path(), self.of.get(node)?)))
+    }
+
+    /// Receive PDOs that do not fit what is sent, by the data sheets of both. A COB-ID without sender is one of them if its receiver is an
+    /// image of the user's and each board has a data sheet: the shipped master has PDOs for slaves that do not fly.
+    pub fn mismatches(&self, plan: &Plan) -> Vec<String> {
+        let of = |board: &BoardPlan| Some(self.of.get(&board.node)?.node(&name(board.node)));
+        let nodes: Vec<pdos::Node> = plan.boards.iter().filter_map(of).collect();
+        let is_own = |text: &String| {
+            let mut own = plan.boards.iter().filter(|board| board.own_image.is_some());
+            own.any(|board| text.starts_with(&format!("{}:", name(board.node))))
+        };
+        let unsent = if nodes.len() == plan.boards.len() { pdos::unsent(&nodes) } else { Vec::new() };
+        pdos::mismatches(&nodes).into_iter().chain(unsent.into_iter().filter(is_own)).collect()
     }
 
     /// The last values of all PDOs that were sent, by board and number.
@@ -244,6 +259,39 @@ mod tests {
         assert_eq!((value("Coarse"), value("Fine")), (Some("30"), Some("0")), "{time:?}");
         // At 20.05 s no node acknowledged the master.
         assert_eq!((time.frames, time.last_at_seconds), (3, 30.05));
+    }
+
+    /// Given the shipped images, then their mappings match. Given a slave of the user's with another order, another COB-ID and a PDO that is
+    /// too long, then each is named; the last two only when all boards have data sheets.
+    #[test]
+    fn mappings_that_differ_are_named_by_both_sheets() {
+        let mut plan = sample::plan();
+        let shipped = Sheets::of(&plan, &[]).unwrap();
+        assert_eq!(shipped.mismatches(&plan), [""; 0]);
+        let sheet = |text: &str| Sheet::read(text.as_bytes(), 2).unwrap();
+        let own = "[1400sub1]\nDefaultValue=0x40000181\n\
+            [1600sub0]\nDefaultValue=2\n[1600sub1]\nDefaultValue=0x21000120\n[1600sub2]\nDefaultValue=0x21000218\n\
+            [2100sub1]\nParameterName=Coarse\nDataType=0x0007\n[2100sub2]\nParameterName=Fine\nDataType=0x0016\n\
+            [1401sub1]\nDefaultValue=0x333\n[1601sub0]\nDefaultValue=1\n[1601sub1]\nDefaultValue=0x21000120\n";
+        plan.boards[1].own_image = Some("own".into());
+        let mut sheets = Sheets::of(&plan, &[]).unwrap();
+        sheets.of.insert(2, sheet(own));
+        let said = sheets.mismatches(&plan);
+        assert!(
+            said[0].starts_with(
+                "node 2: RPDO 1 (181h) has Coarse with 32 bits at place 1, TPDO 1 of master has "
+            ),
+            "{said:?}"
+        );
+        assert_eq!(said[1..], ["node 2: RPDO 2 (333h) is sent by no node"]);
+        sheets.of.insert(2, sheet(&own.replace("0x21000218\n", "0x21000220\n")));
+        let said = sheets.mismatches(&plan);
+        assert!(
+            said[0].ends_with("has 8 bytes, TPDO 1 of master has 7: the receiver rejects it"),
+            "{said:?}"
+        );
+        sheets.of.remove(&4);
+        assert_eq!(sheets.mismatches(&plan).len(), 1, "node 4 may send 333h");
     }
 
     #[test]

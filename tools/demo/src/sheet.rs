@@ -1,4 +1,4 @@
-//! Electronic data sheets (CiA 306): which PDOs a device sends, and the objects in them.
+//! Electronic data sheets (CiA 306): which PDOs a device sends and receives, and the objects in them.
 //!
 //! A *data sheet* lists the objects of a device with their names, types and default values. Of a DCF, the values of the device itself
 //! count. The shipped images have theirs in `docs/eds`; an image of the user's has the file of `--eds N=FILE`.
@@ -10,15 +10,18 @@ mod odd;
 #[cfg(test)]
 mod tests;
 
-use eds::{DataSheet, Entry, Unreadable, Value};
+use std::ops::RangeInclusive;
+
+use eds::{DataSheet, Entry, Unreadable, Value, pdos};
 
 /// Bits of a COB-ID entry: not valid; 29-bit identifier; what an 11-bit identifier leaves zero.
 const INVALID: u32 = 1 << 31;
 const EXTENDED: u32 = 1 << 29;
 const UNUSED: u32 = 0x1FFF_F800;
 
-/// First and last communication record of a transmit PDO, and the distance to its mapping.
-const TPDOS: std::ops::RangeInclusive<u16> = 0x1800..=0x19FF;
+/// First and last communication record of a transmit PDO and of a receive PDO, and the distance to its mapping.
+const TPDOS: RangeInclusive<u16> = 0x1800..=0x19FF;
+const RPDOS: RangeInclusive<u16> = 0x1400..=0x15FF;
 const TO_MAPPING: u16 = 0x200;
 
 /// Most objects and most bits in a PDO.
@@ -39,11 +42,13 @@ pub struct Sheet {
     pub others: Vec<u16>,
     /// Values of the objects in [`IDENTITY`].
     pub identity: [Option<u32>; 4],
+    /// Receive PDOs whose values have names, by their numbers.
+    pub received: Vec<Pdo>,
     /// What was left out, with its place in the file.
     pub notes: Vec<String>,
 }
 
-/// A transmit PDO.
+/// A PDO.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pdo {
     /// Number, from 1.
@@ -87,12 +92,15 @@ impl Sheet {
             }
         }
         let reader = Reader { file: &file, node };
-        for record in file.indices().filter(|index| TPDOS.contains(index)) {
-            if let Err(wrong) = reader.pdo(record, &mut sheet) {
-                sheet.notes.push(format!("{wrong}; TPDO {} is left out", record - TPDOS.start() + 1));
-            }
-        }
+        (sheet.pdos, sheet.others) = reader.pdos("TPDO", TPDOS, &mut sheet.notes);
+        (sheet.received, _) = reader.pdos("RPDO", RPDOS, &mut sheet.notes);
         Ok(sheet)
+    }
+
+    /// Its PDOs, for the comparison with those of other nodes.
+    pub fn node(&self, name: &str) -> pdos::Node {
+        let all = |pdos: &[Pdo]| pdos.iter().map(Pdo::compared).collect();
+        pdos::Node { name: name.to_owned(), sent: all(&self.pdos), received: all(&self.received) }
     }
 }
 
@@ -100,6 +108,15 @@ impl Pdo {
     /// Length of its frames in bytes.
     pub fn bytes(&self) -> usize {
         self.fields.iter().map(|field| field.bits).sum::<u32>().div_ceil(8) as usize
+    }
+
+    fn compared(&self) -> pdos::Pdo {
+        let fields = self.fields.iter().map(|field| pdos::Field {
+            name: field.name.clone(),
+            data_type: field.data_type,
+            bits: field.bits,
+        });
+        pdos::Pdo { number: self.number, id: self.id, fields: fields.collect() }
     }
 
     /// The values in a frame, by name; `None` when the frame has another length.
@@ -140,28 +157,48 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Adds the PDO of this communication record to the sheet, if it is valid.
-    fn pdo(&self, record: u16, sheet: &mut Sheet) -> Result<(), String> {
-        let mapping = record + TO_MAPPING;
+    /// The valid PDOs of a direction by their communication records, and the COB-IDs of those without names of values.
+    fn pdos(
+        &self,
+        direction: &str,
+        records: RangeInclusive<u16>,
+        notes: &mut Vec<String>,
+    ) -> (Vec<Pdo>, Vec<u16>) {
+        let (mut pdos, mut others) = (Vec::new(), Vec::new());
+        for record in self.file.indices().filter(|index| records.contains(index)) {
+            let number = record - records.start() + 1;
+            match self.id(record) {
+                Ok(None) => {}
+                Ok(Some(id)) => match self.mapped(record + TO_MAPPING) {
+                    Ok(entries) if entries.is_empty() => others.push(id),
+                    Ok(entries) => {
+                        let fields = entries.iter().map(|entry| self.field(*entry, notes)).collect();
+                        pdos.push(Pdo { number, id, fields });
+                    }
+                    Err(wrong) => {
+                        others.push(id);
+                        notes.push(format!("{wrong}; {direction} {number} is left out"));
+                    }
+                },
+                Err(wrong) => notes.push(format!("{wrong}; {direction} {number} is left out")),
+            }
+        }
+        (pdos, others)
+    }
+
+    /// The COB-ID of a communication record. `None`: the PDO is not valid.
+    fn id(&self, record: u16) -> Result<Option<u16>, String> {
         let Some(id) = self.value(record, 1)? else {
-            let is_mapped = !self.mapped(mapping)?.is_empty();
-            return if is_mapped { Err(missing(record, 1)) } else { Ok(()) };
+            let is_mapped = !self.mapped(record + TO_MAPPING)?.is_empty();
+            return if is_mapped { Err(missing(record, 1)) } else { Ok(None) };
         };
-        if id.number & INVALID != 0 {
-            return Ok(());
+        match id.number {
+            number if number & INVALID != 0 => Ok(None),
+            number if number & (EXTENDED | UNUSED) != 0 => {
+                Err(wrong(id.entry, "allowed are identifiers of 11 bits"))
+            }
+            number => Ok(Some((number & 0x7FF) as u16)),
         }
-        if id.number & (EXTENDED | UNUSED) != 0 {
-            return Err(wrong(id.entry, "allowed are identifiers of 11 bits"));
-        }
-        let (number, id) = (record - TPDOS.start() + 1, (id.number & 0x7FF) as u16);
-        let entries = self.mapped(mapping).inspect_err(|_| sheet.others.push(id))?;
-        let fields: Vec<Field> = entries.iter().map(|entry| self.field(*entry, &mut sheet.notes)).collect();
-        if fields.is_empty() {
-            sheet.others.push(id);
-        } else {
-            sheet.pdos.push(Pdo { number, id, fields });
-        }
-        Ok(())
     }
 
     /// Entries of a mapping. Those that are zero map nothing and are left out.

@@ -77,6 +77,8 @@ pub struct Summary {
     pub emergencies: u64,
     /// Last values of each PDO of the boards with a data sheet: the shipped images, and those with `--eds`.
     pub pdo_values: Vec<PdoValues>,
+    /// Receive PDOs that do not fit what is sent, by the data sheets.
+    pub pdo_mismatches: Vec<String>,
     /// Number of changes of bus of the first master.
     pub bus_changes: usize,
     /// Heartbeats of each node that completed; 127 is the second master.
@@ -162,6 +164,7 @@ impl Summary {
             bus_load_percent: Bus::ALL.map(|bus| (bus.name(), rounded(flight.load(bus) * 100.0, 2))).into(),
             emergencies: flight.emergencies().count() as u64,
             pdo_values: sheets.values(flight),
+            pdo_mismatches: sheets.mismatches(&flight.plan),
             bus_changes: flight.bus_changes(),
             heartbeats: heartbeats().map(|(node, heartbeats)| (node, heartbeats.count)).collect(),
             heartbeat_longest_gap_ms: heartbeats()

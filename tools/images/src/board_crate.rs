@@ -4,6 +4,8 @@ use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use crate::Error;
 
 /// The crate of the board that images are built for.
@@ -35,6 +37,37 @@ pub(crate) fn read(folder: &Path) -> Result<(PathBuf, String), Error> {
     let name =
         name.ok_or_else(|| Error::Manifest(manifest, "no package: add [package] with a name".into()))?;
     Ok((folder, name.to_owned()))
+}
+
+/// Checks the chip of the board in `folder`, if its build script does so. The build script of the HAL would be faster, and panics without
+/// a word about the board.
+///
+/// # Errors
+/// When its `Cargo.toml` names no chip, one that is not supported, or another one than its `board.toml`.
+pub(crate) fn check_chip(folder: &Path) -> Result<(), Error> {
+    let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
+    let manifest: toml::Table = manifest.parse().unwrap_or_default();
+    let of_build = manifest.get("build-dependencies").and_then(toml::Value::as_table);
+    if of_build.is_none_or(|all| !all.contains_key("boards-memory")) {
+        return Ok(());
+    }
+    let checked = boards_memory::place_for(folder, None);
+    checked.map(drop).map_err(|error| Error::Manifest(folder.to_owned(), error.to_string()))
+}
+
+/// Dependencies that a package calls `board`.
+pub(crate) fn dependencies(package: &Value) -> impl Iterator<Item = &Value> {
+    let all = package["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let name =
+        |dependency: &Value| dependency["rename"].as_str().or(dependency["name"].as_str()) == Some("board");
+    all.iter().filter(move |dependency| name(dependency))
+}
+
+/// Folders of the boards of the package `name`, by what `cargo metadata` prints.
+pub(crate) fn folders(metadata: &Value, name: &str) -> Vec<PathBuf> {
+    let packages = metadata["packages"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let boards = packages.iter().filter(|package| package["name"] == name).flat_map(dependencies);
+    boards.filter_map(|board| board["path"].as_str()).map(PathBuf::from).collect()
 }
 
 /// A name that no other folder has, whatever its package is called.

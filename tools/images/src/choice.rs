@@ -1,11 +1,9 @@
 //! How a package chooses its board: by a dependency `board` in its manifest, or by a feature for each of its boards.
 
-use std::path::Path;
-
 use serde_json::Value;
 
-use crate::package::output;
-use crate::{Error, Package, host_cargo};
+use crate::board_crate::dependencies;
+use crate::{Error, Package, target};
 
 /// What a manifest says of the board of its package.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,14 +20,7 @@ impl Package {
     /// # Errors
     /// [`Error::NoPackage`], or when cargo cannot read the manifest.
     pub fn choice(&self) -> Result<Choice, Error> {
-        let mut cargo = host_cargo();
-        cargo.args(["metadata", "--no-deps", "--format-version", "1", "--manifest-path"]).arg(&self.manifest);
-        let (line, output) = output(cargo.current_dir(self.manifest.parent().unwrap_or(Path::new("."))))?;
-        if !output.status.success() {
-            return Err(Error::Failed(line, output.status));
-        }
-        let metadata: Value = serde_json::from_slice(&output.stdout)
-            .map_err(|error| Error::Manifest(self.manifest.clone(), format!("{error}")))?;
+        let metadata = target::metadata(&self.manifest)?;
         choice(&metadata, &self.name).map_err(|packages| Error::NoPackage {
             name: self.name.clone(),
             manifest: self.manifest.clone(),
@@ -48,12 +39,7 @@ fn choice(metadata: &Value, name: &str) -> Result<Choice, Vec<String>> {
         let names = packages.iter().filter_map(|package| package["name"].as_str());
         return Err(names.map(str::to_owned).collect());
     };
-    let dependencies = package["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let is_board = |dependency: &Value| {
-        let name = dependency["rename"].as_str().or(dependency["name"].as_str());
-        name == Some("board") && dependency["optional"] == false
-    };
-    let is_fixed = dependencies.iter().any(is_board);
+    let is_fixed = dependencies(package).any(|board| board["optional"] == false);
     let features = package["features"].as_object().into_iter().flat_map(|features| features.keys());
     Ok(Choice { is_fixed, features: features.cloned().collect() })
 }

@@ -1,7 +1,7 @@
 //! Images of this project for a board of another repository, by a workspace that is generated.
 //!
 //! An image of this project has its boards as optional dependencies. A board elsewhere cannot be one of them, so a small workspace
-//! in `target/firmware/elsewhere` has a package for each image. The package is the shipped manifest with the crate of the board as its
+//! in the target directory, `firmware/elsewhere`, has a package for each image. The package is the shipped manifest with the crate of the board as its
 //! only board, and with paths to the shipped sources: the code of the image is the shipped one.
 
 use std::fs;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use crate::{Error, board_crate, workspace};
+use crate::{Error, board_crate, target, workspace};
 
 /// Packages of this project that are built for boards elsewhere: folders below `firmware`.
 const MEMBERS: [&str; 4] = ["master", "slave", "minimal", "checks"];
@@ -26,9 +26,10 @@ impl Elsewhere {
     /// The board whose crate is in `folder`.
     ///
     /// # Errors
-    /// When the folder has no usable `Cargo.toml`.
+    /// When the folder has no usable `Cargo.toml`, or that names no usable chip.
     pub(crate) fn of(folder: &Path) -> Result<Elsewhere, Error> {
         let (folder, package) = board_crate::read(folder)?;
+        board_crate::check_chip(&folder)?;
         Ok(Elsewhere { folder, package })
     }
 
@@ -39,7 +40,7 @@ impl Elsewhere {
 
     /// Folder of the workspace.
     pub(crate) fn home(&self) -> PathBuf {
-        workspace().join("target/firmware/elsewhere").join(self.id())
+        target::firmware().join("elsewhere").join(self.id())
     }
 
     /// Writes the workspace.

@@ -15,13 +15,14 @@ mod environment;
 mod once;
 mod package;
 mod site;
+mod target;
 mod toolchain;
 
 use std::env;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output, Stdio};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -30,8 +31,9 @@ use site::Site;
 pub use board_crate::BoardCrate;
 pub use chips::{CHIPS, check_chips};
 pub use choice::Choice;
-pub use environment::clean;
-pub use package::{Package, Refusal, host_cargo};
+pub use environment::{clean, host_cargo};
+pub use package::{Package, Refusal};
+pub use target::target;
 
 /// What people flash and the twin flies.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,7 +61,7 @@ pub enum Error {
     /// The build directory cannot be used.
     #[error("cannot use {0}: {1}")]
     Directory(PathBuf, io::Error),
-    /// A manifest is not TOML, or lacks something.
+    /// A manifest is not TOML, or lacks something; or the folder of a board has no chip that is supported.
     #[error("{0}: {1}")]
     Manifest(PathBuf, String),
     /// A workspace has no package of this name.
@@ -196,7 +198,8 @@ pub fn built_minimal<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Opt
 /// See [`Error`].
 pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
-    let job = Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true };
+    let task = format!("lint firmware for {board}, profile {profile}");
+    let job = Job { home: &root, task, log: LOG, is_locked: true };
     let of_some_boards = [FOREIGN[0], FOREIGN[1], TEST_PERIPHERALS];
     let what = [
         packages(&["master", "slave", TEST_DEVICE], Some(board), profile),
@@ -241,11 +244,6 @@ fn packages(packages: &[&str], board: Option<&str>, profile: &str) -> Vec<String
     what
 }
 
-/// What a job does with the shipped firmware, for people.
-fn task(verb: &str, board: &str, profile: &str) -> String {
-    format!("{verb} firmware for {board}, profile {profile}")
-}
-
 /// Builds programs of packages of firmware; returns a copy of each program, named by its place among what cargo has built.
 fn programs<const N: usize>(
     board: BoardCrate,
@@ -261,7 +259,7 @@ fn programs<const N: usize>(
     };
     let mut what = packages(of, site.feature(), profile);
     what.extend(names.iter().flat_map(|name| ["--bin", name]).map(str::to_owned));
-    let task = task("build", site.name(), profile);
+    let task = format!("build {} for {}, profile {profile}", names.join(" and "), site.name());
     let job = Job { home: &home, task, log, is_locked: matches!(site, Site::Here(_)) };
     let to = folder(&site, profile, log);
     let from = job.target_dir().join(TARGET).join("firmware");
@@ -293,7 +291,7 @@ impl Job<'_> {
     /// Where cargo builds. All boards and profiles share what they have in common. An unusual filter of the log has a directory
     /// of its own: defmt reads the filter in all crates that log.
     fn target_dir(&self) -> PathBuf {
-        workspace().join("target/firmware").join(if self.log == LOG { "build" } else { "build-log" })
+        target::firmware().join(if self.log == LOG { "build" } else { "build-log" })
     }
 
     /// Takes the lock and lets `run` run cargo.
@@ -308,7 +306,7 @@ impl Job<'_> {
         let unusable = |error| Error::Directory(target_dir.clone(), error);
         fs::create_dir_all(&target_dir).map_err(unusable)?;
         // Held until the file is closed.
-        let lock = File::create(workspace().join("target/firmware/lock")).map_err(unusable)?;
+        let lock = File::create(target::firmware().join("lock")).map_err(unusable)?;
         take(&lock).map_err(unusable)?;
 
         let toolchain = toolchain::find(command[0] == "clippy")?;
@@ -324,11 +322,14 @@ impl Job<'_> {
         let mut cargo = toolchain.cargo();
         // As said here and nowhere else, so that images are the same whoever builds them.
         cargo.env("DEFMT_LOG", self.log);
+        // These come before the same settings in a configuration file of cargo.
+        cargo.env("CARGO_ENCODED_RUSTFLAGS", flags().join("\x1F"));
+        cargo.env("CARGO_INCREMENTAL", "0");
+        cargo.env("CARGO_BUILD_BUILD_DIR", &target_dir);
         cargo.current_dir(self.home).args(command).args(toolchain.arguments());
         cargo.args((!is_first).then_some("--quiet"));
         cargo.args(["--profile", "firmware", "--target", TARGET]);
         cargo.args(self.is_locked.then_some("--locked"));
-        cargo.args(remapped().iter().flat_map(|flags| ["--config", flags]));
         cargo.arg("--target-dir").arg(&target_dir);
         cargo.args(what).args(rest);
         let outcome = run(&mut cargo);
@@ -337,24 +338,24 @@ impl Job<'_> {
     }
 }
 
-/// Flags for panics that name files of packages without the directory of this user: 500 B less, and images are the same whoever
-/// builds them. Debug information keeps the whole paths.
-fn remapped() -> Option<String> {
+/// The flags of the compiler. Panics name files of packages without the directory of this user: 500 B less, and images are the same
+/// whoever builds them. Debug information keeps the whole paths.
+fn flags() -> Vec<String> {
     let cargo_home = env::var_os("CARGO_HOME").map(PathBuf::from);
-    let cargo_home = cargo_home.or_else(|| Some(env::home_dir()?.join(".cargo")))?;
-    let registries = fs::read_dir(cargo_home.join("registry/src")).ok()?;
-    let mut flags: Vec<_> = registries
-        .flatten()
-        .map(|registry| format!("'--remap-path-prefix={}/='", registry.path().display()))
-        .collect();
+    let cargo_home = cargo_home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
+    let registries = fs::read_dir(cargo_home.join("registry/src")).into_iter().flatten().flatten();
+    let mut flags: Vec<_> =
+        registries.map(|registry| format!("--remap-path-prefix={}/=", registry.path().display())).collect();
     flags.sort();
-    Some(format!("target.{TARGET}.rustflags = [{}, '--remap-path-scope=macro']", flags.join(", ")))
-        .filter(|_| !flags.is_empty())
+    if !flags.is_empty() {
+        flags.push("--remap-path-scope=macro".to_owned());
+    }
+    flags
 }
 
 /// Folder with the images of a configuration.
 fn folder(site: &Site, profile: &str, log: &str) -> PathBuf {
-    workspace().join("target/firmware").join(configuration(&site.id(), profile, log))
+    target::firmware().join(configuration(&site.id(), profile, log))
 }
 
 /// Name of the directory with the images of a configuration: those of two configurations never overwrite each other. All
@@ -425,6 +426,13 @@ fn run(command: &mut Command) -> Result<(), Error> {
         Ok(status) => Err(Error::Failed(line, status)),
         Err(error) => Err(Error::Spawn(line, error)),
     }
+}
+
+/// Runs cargo to its end: its command line, and what it printed.
+fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
+    let line = command_line(cargo);
+    let output = cargo.stderr(Stdio::inherit()).output();
+    output.map(|output| (line.clone(), output)).map_err(|error| Error::Spawn(line, error))
 }
 
 fn command_line(command: &Command) -> String {

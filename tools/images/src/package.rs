@@ -2,13 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::environment::clean;
+use crate::board_crate::{check_chip, folders};
 use crate::once::once;
-use crate::{Error, Job, LOG, TARGET, command_line, keep, workspace};
+use crate::{Error, Job, LOG, TARGET, command_line, keep, output, target, workspace};
 
 /// An error that stopped a build.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,23 +35,22 @@ impl Package {
     }
 
     /// Builds its images as the shipped images are built: same toolchain, same profile of cargo. `board` is a board among its features;
-    /// `None`: its manifest names the board. Returns the ELF file of each of its programs: in `target/firmware` beside its
-    /// `Cargo.toml`, or there in a folder that has the name of the feature.
+    /// `None`: its manifest names the board. Returns the ELF file of each of its programs: in the folder `firmware` of
+    /// its target directory, or there in a folder that has the name of the feature.
     ///
     /// # Errors
     /// See [`Error`]; each says what to do.
     pub fn build<'a>(&self, board: impl Into<Option<&'a str>>) -> Result<Vec<PathBuf>, Error> {
         let board = board.into();
         let build = || {
-            self.run(board, "json-render-diagnostics", |cargo, home| {
+            self.run(board, "json-render-diagnostics", |cargo, to| {
                 let (line, output) = output(cargo)?;
                 if !output.status.success() {
                     return Err(Error::Failed(line, output.status));
                 }
-                let to = home.join("target/firmware").join(board.unwrap_or_default());
                 let built = messages(&output)
                     .filter_map(|message| Some(PathBuf::from(message.get("executable")?.as_str()?)));
-                built.map(|elf| keep(&elf, &to)).collect()
+                built.map(|elf| keep(&elf, to)).collect()
             })
         };
         once(format!("{} of {} for {board:?}", self.name, self.manifest.display()), build)
@@ -104,9 +103,17 @@ impl Package {
             what.extend(profile()?.into_iter().flat_map(|setting| ["--config".to_owned(), setting]));
         }
         let target_dir = job.target_dir();
+        let own = if is_ours {
+            target::target()
+        } else {
+            let metadata = target::metadata(&manifest)?;
+            folders(&metadata, &self.name).iter().try_for_each(|folder| check_chip(folder))?;
+            target::of_workspace(&metadata, &manifest)?
+        };
+        let to = own.join("firmware").join(board.unwrap_or_default());
         job.run(&["build"], &what, &[], |cargo| {
             self.forget_namesake(&target_dir, home)?;
-            run(cargo, home)
+            run(cargo, &to)
         })
     }
 
@@ -131,13 +138,6 @@ impl Package {
         }
         fs::write(&note, home).map_err(unusable)
     }
-}
-
-/// Runs cargo to its end: its command line, and what it printed.
-pub(crate) fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
-    let line = command_line(cargo);
-    let output = cargo.stderr(Stdio::inherit()).output();
-    output.map(|output| (line.clone(), output)).map_err(|error| Error::Spawn(line, error))
 }
 
 /// Messages of cargo, one a line.
@@ -174,13 +174,6 @@ fn flatten(key: &str, value: &toml::Value, settings: &mut Vec<String>) {
         // A profile has no others.
         _ => {}
     }
-}
-
-/// The host's cargo in a clean environment, whichever toolchain runs this program.
-pub fn host_cargo() -> Command {
-    let mut cargo = Command::new("cargo");
-    clean(&mut cargo);
-    cargo
 }
 
 #[cfg(test)]

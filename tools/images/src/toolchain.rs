@@ -12,7 +12,7 @@ use std::fmt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::environment::clean;
+use crate::environment::{clean, of_target};
 use crate::{Error, TARGET, note, run};
 
 /// A way to compile for [`TARGET`].
@@ -70,13 +70,15 @@ impl Toolchain {
             Toolchain::Debian => Command::new("/usr/bin/cargo"),
         };
         clean(&mut cargo);
+        // The one of the toolchain, whatever a configuration file of cargo says.
+        let linker = if self == Toolchain::Debian { "ld.lld" } else { "rust-lld" };
+        cargo.env(of_target() + "LINKER", linker);
         if self == Toolchain::Debian {
             let path = std::env::var("PATH").unwrap_or_default();
             cargo.env("PATH", format!("/usr/bin:{path}"));
             cargo.env("RUSTC", "/usr/bin/rustc");
             // build-std is not stable; the packaged compiler is.
             cargo.env("RUSTC_BOOTSTRAP", "1");
-            cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
         }
         cargo
     }

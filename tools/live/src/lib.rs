@@ -35,7 +35,7 @@ pub use options::Options;
 use pace::{LagReporter, Pace};
 use port::OfferedBus;
 use recording::Recording;
-use support::output::warn;
+use support::output::{note, warn};
 use support::stop::Stop;
 
 /// Sockets are served at least so often, in virtual time; it runs no faster than the clock on the wall.
@@ -57,10 +57,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
     options.fleet.add_shipped(&nodes, &mut images)?;
     let boards = boards::boards(options, &images)?;
+    note(format_args!("flying {} boards for a moment, to learn their bit rates", boards.len()));
     let network = Network::learn(boards.values().cloned());
-    if let Some(disagreement) = network.disagreement() {
-        warn(disagreement);
-    }
+    let disagreement = network.disagreement();
+    disagreement.iter().for_each(warn);
     let (mut spacecraft, boards) = boards::assemble(boards);
     let recording = options.record.as_deref().map(Recording::begin).transpose()?;
     let stop = Stop::at_ctrl_c()?;
@@ -84,12 +84,14 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let operator = Operator::new(boards);
     let faults = Vec::new();
     let lag = LagReporter::default();
-    let mut run = Run { spacecraft, ports, operator, console, control, recording, faults, lag };
+    let mut run = Run { disagreement, spacecraft, ports, operator, console, control, recording, faults, lag };
     let pace = run.fly(Time::from_us((options.seconds * 1e6) as u64), &stop)?;
     run.conclude(&pace)
 }
 
 struct Run {
+    /// Boards with several bit rates on a bus.
+    disagreement: Option<String>,
     spacecraft: Spacecraft,
     ports: Vec<OfferedBus>,
     operator: Operator,
@@ -197,6 +199,8 @@ impl Run {
                 ));
             }
         }
+        // Once more: it explains what was seen.
+        self.disagreement.iter().for_each(|disagreement| self.console.warn(disagreement));
         let mut faults = self.faults;
         for (_, board) in self.spacecraft.boards() {
             let counters = board.counters();

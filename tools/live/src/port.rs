@@ -26,8 +26,8 @@ const PATIENCE: Time = Time::from_ms(100);
 /// Nobody minds to wait so long for a connection.
 const BETWEEN_WELCOMES: Time = Time::from_ms(10);
 
-/// Where the node hangs on its bus, metres from the master's end.
-const POSITION_M: f64 = 30.0;
+/// Place of the node of the clients on its bus, metres from the master's end.
+pub const POSITION_M: f64 = 30.0;
 
 /// A client and who it is.
 struct Connection {

@@ -12,6 +12,11 @@ pub fn path(relative: &str) -> PathBuf {
     root.unwrap_or(Path::new("")).join(relative)
 }
 
+/// `relative` below the target directory of cargo.
+pub fn target(relative: &str) -> PathBuf {
+    firmware_images::target().join(relative)
+}
+
 /// The `Cargo.toml` that is meant: the given one, or the next one from the current folder upwards.
 ///
 /// # Errors

@@ -187,6 +187,28 @@ fn transceiver_at_other_pins_fails_the_flight() {
     }
 }
 
+/// Given a board whose wire from CAN_RX ends at another pin than the image captures at, then the flight fails and names both pins.
+#[test]
+fn capture_wire_at_another_pin_fails_the_flight() {
+    let changes = [("pyboard-v11", "mine"), ("\"PA2\"", "\"PC2\""), ("\"PA0\"", "\"PA2\"")];
+    let (_folder, path) = description(&changes);
+    let (code, text) = Own::new().fly(&["--board", &path]);
+    assert_eq!(code, 1, "{text}");
+    let (_, error) = text.split_once("error: the flight failed").expect("an error");
+    let reason = "master: TIM5 captures at PA0, and the board has the wire from CAN1_RX at PA2";
+    assert!(error.contains(reason), "{error}");
+}
+
+/// Given a slave for 125 kbit/s among boards for 1 Mbit/s, then the first reason of the failure is the bit rates, with all boards.
+#[test]
+fn different_bit_rates_are_the_first_reason_of_the_failure() {
+    let slave = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images").slave;
+    let (code, text) = Own { slave, ..Own::new() }.fly(&[]);
+    assert_eq!(code, 1, "{text}");
+    let reason = "error: the flight failed: the bit rates on the nominal bus differ: node 2 at 125 kbit/s; master at 1000 kbit/s";
+    assert!(text.contains(reason), "{text}");
+}
+
 /// Given an image for a crystal, when its board has a clock from outside, then the oscillator does not start, and the flight fails.
 #[test]
 fn wrong_oscillator_of_an_own_board_fails_the_flight() {

@@ -52,9 +52,9 @@ fn demo_under_way(out: &Path) -> Child {
 }
 
 fn lock_file() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
-    fs::create_dir_all(root.join("target/firmware")).expect("a directory");
-    root.join("target/firmware/lock")
+    let folder = firmware_images::target().join("firmware");
+    fs::create_dir_all(&folder).expect("a directory");
+    folder.join("lock")
 }
 
 /// Starts a command while another build holds the lock, and waits until it says so. Stop it with SIGTERM: where tests run in

@@ -79,6 +79,9 @@
 //! assert_eq!(power, 100);
 //! ```
 //!
+//! A receive PDO that does not fit what is sent is printed on stderr: [`World::pdo_mismatches`]. [`World::unsent_pdos`] lists those
+//! that no node sends, as behind a wrong COB-ID.
+//!
 //! `tests/thermometer.rs` flies the thermometer of `firmware/examples` with its master, `tests/worlds` the demonstration
 //! mission. The buses run at 1 Mbit/s whatever the profile says, unless [`Builder::kbit`] says otherwise. Flash takes no time
 //! here, and interrupts have none: those are the part of the emulated board.
@@ -95,6 +98,7 @@ pub mod clock;
 mod injector;
 mod key;
 pub mod log;
+mod mappings;
 mod member;
 mod memory;
 mod plain;

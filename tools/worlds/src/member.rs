@@ -6,10 +6,13 @@ use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalDevice, MinimalEvent, MinimalSlave};
-use ecss_can::node::{Device, Master, MasterEvent, MasterRequest, Node, Slave, SlaveEvent, Status};
+use ecss_can::node::{
+    Device, Master, MasterEvent, MasterRequest, Node, NodeObjects, Slave, SlaveEvent, Status,
+};
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::runner::{self, EventSource};
 use ecss_can::types::{AbortCode, Address, Instant};
+use eds::pdos;
 
 use crate::board::MockBoard;
 use crate::key::NodeKey;
@@ -32,6 +35,9 @@ pub trait Member: Node + Sized {
 
     /// The node as it is at `now`; `None` for a minimal slave.
     fn status(&self, now: Instant) -> Option<Status>;
+
+    /// Its PDOs as its dictionary has them now; `None` for a minimal slave, which has no mappings.
+    fn pdos(&self, name: &str) -> Option<pdos::Node>;
 
     /// Whether it is a master that manages the network now.
     fn is_active_master(&self) -> bool;
@@ -60,6 +66,10 @@ impl<D: Device, B: MasterBoards> Member for Master<D, B> {
         Some(self.status(now))
     }
 
+    fn pdos(&self, name: &str) -> Option<pdos::Node> {
+        mapped(name, self.objects())
+    }
+
     fn is_active_master(&self) -> bool {
         self.is_active()
     }
@@ -84,6 +94,10 @@ impl<D: Device> Member for Slave<D> {
 
     fn status(&self, now: Instant) -> Option<Status> {
         Some(self.status(now))
+    }
+
+    fn pdos(&self, name: &str) -> Option<pdos::Node> {
+        mapped(name, self.objects())
     }
 
     fn is_active_master(&self) -> bool {
@@ -112,6 +126,10 @@ impl<D: MinimalDevice> Member for MinimalSlave<D> {
         None
     }
 
+    fn pdos(&self, _: &str) -> Option<pdos::Node> {
+        None
+    }
+
     fn is_active_master(&self) -> bool {
         false
     }
@@ -119,6 +137,11 @@ impl<D: MinimalDevice> Member for MinimalSlave<D> {
     fn write(_: &Handle<Self>, _: Address, _: &[u8]) -> Result<(), AbortCode> {
         Err(AbortCode::NoObject)
     }
+}
+
+/// PDOs of a dictionary as it is now.
+fn mapped<D: Device>(name: &str, objects: &NodeObjects<D>) -> Option<pdos::Node> {
+    pdos::Node::of::<NodeObjects<D>, _>(name, &mut objects.pdos.clone()).ok()
 }
 
 /// Events of a node, for its application. Each that it takes is in the log of the world.
@@ -207,6 +230,7 @@ impl Diary {
 pub(crate) trait Running {
     /// `None` for a minimal slave.
     fn status(&self) -> Option<Status>;
+    fn pdos(&self, name: &str) -> Option<pdos::Node>;
     fn is_active_master(&self) -> bool;
     fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode>;
     /// `false` for a slave, which takes no requests.
@@ -217,6 +241,10 @@ pub(crate) trait Running {
 impl<N: Member> Running for Handle<N> {
     fn status(&self) -> Option<Status> {
         self.with(|node, now| Member::status(node, now))
+    }
+
+    fn pdos(&self, name: &str) -> Option<pdos::Node> {
+        self.with(|node, _| Member::pdos(node, name))
     }
 
     fn is_active_master(&self) -> bool {

@@ -168,6 +168,11 @@ impl World {
         World { timeline, units, cables, switches, entries }
     }
 
+    /// The boards.
+    pub(crate) fn units(&self) -> &[Unit] {
+        &self.units
+    }
+
     /// The present.
     pub fn now(&self) -> Time {
         self.timeline.now()
@@ -203,6 +208,9 @@ impl World {
         self.timeline.advance(at);
         while let Some((_, node)) = self.switches.pop_if(|(due, _)| *due <= at) {
             self.power_on(node);
+            if self.switches.is_empty() {
+                self.pdo_mismatches().iter().for_each(|mismatch| eprintln!("{mismatch}"));
+            }
         }
         self.advance_wires();
     }

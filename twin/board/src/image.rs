@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::sync::OnceLock;
 
 use defmt_decoder::Table;
@@ -12,6 +13,8 @@ use crate::part::Part;
 
 const FLASH_BASE: u64 = 0x0800_0000;
 const FLASH_LEN: u64 = 1 << 20;
+/// CCM and SRAM. The stack grows down from the end of one of them.
+const RAM: RangeInclusive<u32> = 0x1000_0001..=0x3000_0000;
 /// Absolute symbol of images that say which chip they are for. Its value is DEV_ID of DBGMCU_IDCODE.
 const DEVICE_ID: &str = "__device_id";
 
@@ -37,6 +40,10 @@ pub struct Image {
     log: Option<Result<Table, String>>,
 }
 
+/// What an image without linker script lacks.
+const LINKER_SCRIPT: &str = "addresses and vector table come from the linker script: add a build.rs with the link argument -Tlink.x to \
+                             the package of the image";
+
 /// Why a file is no image for this part.
 #[derive(Debug)]
 pub enum ImageError {
@@ -46,6 +53,8 @@ pub enum ImageError {
     Truncated,
     /// A segment is loaded outside flash, at this address.
     OutsideFlash(u64),
+    /// Flash does not begin with a vector table. So many bytes are loaded into it.
+    NoVectorTable(usize),
 }
 
 impl fmt::Display for ImageError {
@@ -54,7 +63,13 @@ impl fmt::Display for ImageError {
             ImageError::Elf(error) => write!(f, "not a usable ELF file: {error}"),
             ImageError::Truncated => f.write_str("the ELF file ends inside a segment"),
             ImageError::OutsideFlash(address) => {
-                write!(f, "a segment at {address:08X}h is outside the 1 MiB of flash at 0800 0000h")
+                write!(
+                    f,
+                    "a segment at {address:08X}h is outside the 1 MiB of flash at 0800 0000h; {LINKER_SCRIPT}"
+                )
+            }
+            ImageError::NoVectorTable(bytes) => {
+                write!(f, "no vector table at 0800 0000h, {bytes} bytes for flash; {LINKER_SCRIPT}")
             }
         }
     }
@@ -134,6 +149,9 @@ impl Image {
                 flash.resize(to, 0xFF);
             }
             flash[from..to].copy_from_slice(content);
+        }
+        if !has_vector_table(&flash) {
+            return Err(ImageError::NoVectorTable(flash.len()));
         }
         let symbols = file
             .symbols()
@@ -235,6 +253,14 @@ impl Image {
     }
 }
 
+/// Whether flash begins with what the core loads at reset (ARMv7-M B1.5.5): a stack pointer in RAM, and the address of Thumb code in flash.
+fn has_vector_table(flash: &[u8]) -> bool {
+    let word = |at: usize| Some(u32::from_le_bytes(flash.get(at..at + 4)?.try_into().ok()?));
+    let (Some(stack), Some(reset)) = (word(0), word(4)) else { return false };
+    let offset = u64::from(reset).checked_sub(FLASH_BASE);
+    RAM.contains(&stack) && reset % 2 == 1 && offset.is_some_and(|offset| offset < flash.len() as u64)
+}
+
 /// The loadable segments at their physical (load) addresses, which `object`'s portable interface does not give.
 fn load_segments(elf: &[u8]) -> Result<Vec<(u64, &[u8])>, ImageError> {
     use object::elf::PT_LOAD;
@@ -255,8 +281,11 @@ fn load_segments(elf: &[u8]) -> Result<Vec<(u64, &[u8])>, ImageError> {
 mod tests {
     use super::*;
 
-    /// An ELF header for ARM and one loadable segment of four bytes at `address`.
-    fn elf(address: u32) -> Vec<u8> {
+    /// Stack at the end of 128 KiB of SRAM, and a reset handler behind the table.
+    const TABLE: [u8; 10] = [0x00, 0x00, 0x02, 0x20, 0x09, 0x00, 0x00, 0x08, 0xFE, 0xE7];
+
+    /// An ELF header for ARM and one loadable segment at `address`.
+    fn elf(address: u32, content: &[u8]) -> Vec<u8> {
         let mut file = vec![0x7F, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
         for half in [2_u16, 40] {
             file.extend(half.to_le_bytes());
@@ -267,10 +296,11 @@ mod tests {
         for half in [52_u16, 32, 1, 40, 0, 0] {
             file.extend(half.to_le_bytes());
         }
-        for word in [1, 84, address, address, 4, 4, 5, 4] {
+        let length = content.len() as u32;
+        for word in [1, 84, address, address, length, length, 5, 4] {
             file.extend(word.to_le_bytes());
         }
-        file.extend([1, 2, 3, 4]);
+        file.extend(content);
         file
     }
 
@@ -308,9 +338,33 @@ mod tests {
 
     #[test]
     fn a_segment_goes_where_it_is_loaded() {
-        let image = Image::parse(&elf(0x0800_0002)).unwrap();
-        assert_eq!(image.flash(), [0xFF, 0xFF, 1, 2, 3, 4]);
+        let image = Image::parse(&elf(0x0800_0000, &TABLE)).unwrap();
+        assert_eq!(image.flash(), TABLE);
         assert_eq!(image.symbol("_SEGGER_RTT"), None);
+    }
+
+    /// Without a linker script an image has no content, or content that no core starts from.
+    #[test]
+    fn image_without_vector_table_is_refused_with_the_cause() {
+        let changed = |at: usize, byte: u8| {
+            let mut table = TABLE;
+            table[at] = byte;
+            table
+        };
+        for (content, bytes) in [
+            (&[][..], 0),
+            (&TABLE[..4], 4),
+            (&[0xFF; 16], 16),
+            (&changed(3, 0x40), 10), // the stack among the peripherals
+            (&changed(4, 0x08), 10), // no Thumb code
+            (&changed(7, 0x20), 10), // reset in RAM
+        ] {
+            let error = Image::parse(&elf(0x0800_0000, content)).unwrap_err().to_string();
+            let said = format!("no vector table at 0800 0000h, {bytes} bytes for flash");
+            assert!(error.contains(&said) && error.contains("build.rs"), "{content:?}: {error}");
+        }
+        let above = Image::parse(&elf(0x0800_4000, &TABLE)).unwrap_err();
+        assert!(matches!(above, ImageError::NoVectorTable(0x400A)), "{above}");
     }
 
     fn linked_for(device_id: u32) -> Image {
@@ -379,8 +433,11 @@ mod tests {
     #[test]
     fn files_that_are_no_images_are_told_apart() {
         assert!(matches!(Image::parse(b"not an ELF file at all"), Err(ImageError::Elf(_))));
-        assert!(matches!(Image::parse(&elf(0x2000_0000)), Err(ImageError::OutsideFlash(0x2000_0000))));
-        let whole = elf(0x0800_0000);
+        assert!(matches!(
+            Image::parse(&elf(0x2000_0000, &TABLE)),
+            Err(ImageError::OutsideFlash(0x2000_0000))
+        ));
+        let whole = elf(0x0800_0000, &TABLE);
         assert!(matches!(Image::parse(&whole[..86]), Err(ImageError::Truncated)));
     }
 }

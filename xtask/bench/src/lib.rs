@@ -118,7 +118,7 @@ struct Output {
 impl Output {
     /// Where the rows go.
     fn out(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| project::path("target/bench/summary.json"))
+        self.out.clone().unwrap_or_else(|| project::target("bench/summary.json"))
     }
 }
 

@@ -37,7 +37,7 @@ pub fn measure(context: &Context, areas: &[&Area], shard: Shard, out: Option<&Pa
         areas.iter().flat_map(|area| (0..area.steps).map(|step| (*area, step))).collect();
     let total = steps.len() as u64;
     shard.check(COMMAND, total, "steps of these areas")?;
-    let default = || project::path("target/bench").join(shard.file("part"));
+    let default = || project::target("bench").join(shard.file("part"));
     let out = out.map_or_else(default, Path::to_owned);
     shard::prepare(COMMAND, &out)?;
     let names: Vec<&str> = areas.iter().map(|area| area.name).collect();

@@ -91,7 +91,7 @@ pub struct Options {
     shard: Option<Shard>,
 
     /// Folder for the logs of cargo-mutants, and for the copy of the project that is patched [default: target/mutants] of the project
-    #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/mutants"), hide_default_value = true)]
+    #[arg(long, value_name = "DIR", default_value_os_t = project::target("mutants"), hide_default_value = true)]
     out: PathBuf,
 
     #[command(flatten)]

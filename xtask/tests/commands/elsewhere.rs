@@ -30,7 +30,7 @@ fn firmware_is_built_for_a_board_elsewhere() {
     let lines = String::from_utf8(output.stdout).expect("UTF-8");
     for (line, image) in lines.lines().zip(["master", "slave", "minimal"]) {
         assert!(line.starts_with(image) && line.ends_with(&format!("/{image}")), "{lines}");
-        assert!(line.contains("target/firmware/moved-") && line.contains("-standard/"), "{lines}");
+        assert!(line.contains("/firmware/moved-") && line.contains("-standard/"), "{lines}");
     }
     assert_eq!(lines.lines().count(), 3);
 }

@@ -11,6 +11,7 @@ mod examples;
 mod flash;
 mod licences;
 mod mutants;
+mod own_package;
 mod patches;
 mod public_docs;
 mod selftest;

@@ -11,6 +11,7 @@ mod doubles;
 mod failover;
 mod indicators;
 mod log_lines;
+mod mappings;
 mod master_application;
 mod messages;
 mod minimal;

@@ -84,6 +84,11 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                     @if !summary.pdo_values.is_empty() {
                         (section("Values of PDOs", PDOS_HELP, &tables::pdos(summary)))
                     }
+                    @if !summary.pdo_mismatches.is_empty() {
+                        (section("Receive PDOs that do not match", MISMATCHES_HELP, &html! {
+                            ul { @for mismatch in &summary.pdo_mismatches { li { (mismatch) } } }
+                        }))
+                    }
                     (section("Boards", &boards_help(scope), &html! {
                         (tables::boards(flight))
                         p.totals {
@@ -105,6 +110,9 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
     };
     page.into_string() + "\n"
 }
+
+const MISMATCHES_HELP: &str = "By the data sheets of sender and receiver: another length, type or order of values, or a COB-ID that \
+    no board sends. No check of the flight depends on it.";
 
 const BUSES_HELP: &str = "Every frame that completed is a tick in the row of its kind. The shaded stretch is the bus on \
     which the master sends its heartbeat: that is what makes a bus the active one.";

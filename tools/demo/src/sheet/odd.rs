@@ -124,6 +124,7 @@ fn plain() -> Odd {
                 Pdo { number: 2, id: 0x285, fields: vec![field("Power", 8, 32)] },
             ],
             others: Vec::new(),
+            received: Vec::new(),
             identity: [Some(0x191), Some(0x1234), Some(0x42), Some(0x1_0000)],
             notes: Vec::new(),
         },

@@ -76,7 +76,7 @@ fn odd_data_sheets_are_read_alone_and_in_pairs() {
     assert!(all.len() > 4_000, "{}", all.len());
     for (name, odd) in all {
         let sheet = Sheet::read(&odd.bytes(), odd::NODE).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let Sheet { pdos, others, identity, notes } = sheet;
+        let Sheet { pdos, others, identity, notes, .. } = sheet;
         let expected = &odd.expected;
         assert_eq!(
             (&pdos, &others, identity),

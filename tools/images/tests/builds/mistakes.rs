@@ -48,6 +48,22 @@ fn pin_that_the_controller_does_not_have_is_named() {
     assert_names(&refusals, Some("E0277"), &["PB7", "TxPin<", "CAN1"]);
 }
 
+/// E0277: the stream of another channel, and one of no channel of TIM5 (RM0090 table 42).
+#[test]
+fn dma_stream_of_another_pin_is_named_with_the_right_ones() {
+    for (from, to, pin) in
+        [("DMA1_CH2", "DMA1_CH1", "Ch1"), ("DMA1_CH2", "DMA1_CH5", "Ch1"), ("DMA1_CH4", "DMA1_CH0", "Ch2")]
+    {
+        let refusals = refusals(from, to);
+        let (said, channel) =
+            (format!("`{to}` does not move what channel"), format!("{pin}` of TIM5 captures"));
+        let entries = "`nominal_stream` belongs to `nominal_edges`, `redundant_stream` to `redundant_edges`";
+        let streams = "PA0 has DMA1_CH2, PA1 has DMA1_CH4, PA2 has DMA1_CH0, PA3 has DMA1_CH1";
+        assert_names(&refusals, Some("E0277"), &[&said, &channel, entries, streams]);
+        assert_eq!(refusals.len(), 1, "{refusals:#?}");
+    }
+}
+
 /// E0124: a field is declared twice.
 #[test]
 fn pin_that_is_listed_twice_is_named() {

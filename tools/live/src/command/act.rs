@@ -12,7 +12,12 @@ use super::damage::Damage;
 use super::status::Heartbeats;
 use super::{Cable, Command, Level, NoCommand, Switch};
 use crate::load::LoadMeter;
+use crate::port::POSITION_M;
 use support::node::Node;
+
+/// Last bit of the longest frame with an 11-bit identifier: 98 bits, 24 stuff bits, and 10 bits from the delimiter of the CRC on
+/// (ISO 11898-1 10.4).
+const LAST_BIT: u8 = 131;
 
 /// Does to a spacecraft what it is told.
 #[derive(Debug)]
@@ -80,6 +85,21 @@ impl Operator {
                 Ok(format!("already cut at {metres} m"))
             }
             Command::Cut { bus, metres: position_m } => {
+                let places = self.places(spacecraft, bus);
+                let (first, last) = (places[0], places[places.len() - 1]);
+                if !(first < position_m && position_m <= last) {
+                    return Err(format!(
+                        "a break at {position_m} m separates nothing: the nodes of the {bus} bus are between {first:.1} m and {last:.1} m; \
+                         allowed are places behind the first one, up to the last one"
+                    ));
+                }
+                let is_between = |place: &f64, cut: f64| (*place < cut) != (*place < position_m);
+                let cuts = self.damage(bus).cuts();
+                if let Some(cut) =
+                    cuts.iter().find(|cut| !places.iter().any(|place| is_between(place, **cut)))
+                {
+                    return Ok(format!("already cut at {cut} m, and no node is between"));
+                }
                 strike(spacecraft, bus, Fault::Cut { position_m })?;
                 self.damage(bus).cut(position_m);
                 done()
@@ -94,10 +114,12 @@ impl Operator {
                 self.damage(bus).heal(metres);
                 done()
             }
-            Command::Short { bus, metres, level } if self.damage(bus).has_short(metres, level) => {
-                Ok(format!("already shorted at {metres} m, {level}"))
-            }
             Command::Short { bus, metres: position_m, level } => {
+                if let Some((metres, _)) =
+                    self.damage(bus).short_of_piece(position_m).filter(|(_, was)| *was == level)
+                {
+                    return Ok(format!("already shorted at {metres} m, {level}"));
+                }
                 strike(spacecraft, bus, Fault::Short { position_m, level: level == Level::Recessive })?;
                 self.damage(bus).short(position_m, level);
                 done()
@@ -110,22 +132,27 @@ impl Operator {
             }
             Command::Power { node, to } => self.switch(spacecraft, node, to),
             Command::Reset { node } => {
-                let board = self.board(node)?;
-                if !self.is_powered(spacecraft, node)? {
-                    return Err(format!("node {node} has no power: power {node} on"));
-                }
-                spacecraft.reset(board);
+                self.check_power(spacecraft, node)?;
+                spacecraft.reset(self.board(node)?);
                 done()
             }
             Command::Flip { bus, bit, nodes } => {
                 let seen = self.on_wire(spacecraft, bus, &nodes)?;
-                strike(spacecraft, bus, Fault::Flip(Flip::new(Place::Bit(bit.into()), seen)))
+                nodes.iter().try_for_each(|node| self.check_power(spacecraft, *node))?;
+                strike(spacecraft, bus, Fault::Flip(Flip::new(Place::Bit(bit.into()), seen)))?;
+                let waits = bit > LAST_BIT;
+                Ok(if waits {
+                    format!("done; only a frame with a 29-bit identifier has bit {bit}")
+                } else {
+                    done()?
+                })
             }
             Command::Babble { node, bus, frame } if self.damage(bus).babbles(node) == Some(frame.0) => {
                 Ok(format!("already babbling {frame}"))
             }
             Command::Babble { node, bus, frame } => {
                 let index = self.index(spacecraft, bus, node)?;
+                self.check_power(spacecraft, node)?;
                 strike(spacecraft, bus, Fault::Babble(index, frame.0))?;
                 self.damage(bus).babble(node, Some(frame.0));
                 done()
@@ -171,6 +198,25 @@ impl Operator {
         let board = self.board(node)?;
         let switched = self.switched.get(&node).map(|to| *to == Switch::On);
         Ok(switched.unwrap_or_else(|| spacecraft.board(board).is_powered()))
+    }
+
+    /// # Errors
+    /// When a board has no power.
+    fn check_power(&self, spacecraft: &Spacecraft, node: Node) -> Result<(), String> {
+        match self.is_powered(spacecraft, node)? {
+            true => Ok(()),
+            false => Err(format!("node {node} has no power: power {node} on")),
+        }
+    }
+
+    /// Where the nodes of a bus are, metres from the master's end, ascending: its boards, and that of the clients.
+    fn places(&self, spacecraft: &Spacecraft, bus: Cable) -> Vec<f64> {
+        let is_here = |node: &Node| self.index(spacecraft, bus, *node).is_ok();
+        let boards = self.boards.iter().filter(|(node, _)| is_here(node));
+        let places = boards.map(|(_, board)| spacecraft.board(*board).config().position_m);
+        let mut places: Vec<f64> = places.chain([POSITION_M]).collect();
+        places.sort_by(f64::total_cmp);
+        places
     }
 
     fn damage(&mut self, bus: Cable) -> &mut Damage {
@@ -232,3 +278,6 @@ fn strike(spacecraft: &mut Spacecraft, bus: Cable, fault: Fault) -> Result<Strin
     wire.schedule(at, fault).map_err(|error| error.to_string())?;
     done()
 }
+
+#[cfg(test)]
+mod tests;

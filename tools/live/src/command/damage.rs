@@ -25,6 +25,11 @@ impl Damage {
         metres.map_or(!self.cuts.is_empty(), |metres| self.cuts.contains(&metres))
     }
 
+    /// Breaks of the cable, ascending.
+    pub fn cuts(&self) -> &[f64] {
+        &self.cuts
+    }
+
     /// The cable breaks.
     pub fn cut(&mut self, metres: f64) {
         self.cuts.push(metres);
@@ -41,9 +46,10 @@ impl Damage {
         !self.shorts.is_empty()
     }
 
-    /// Whether the bus is held at this level there.
-    pub fn has_short(&self, metres: f64, level: Level) -> bool {
-        self.shorts.contains(&(metres, level))
+    /// The short that holds the piece of cable at this place: of several, the last one.
+    pub fn short_of_piece(&self, metres: f64) -> Option<(f64, Level)> {
+        let piece = |metres: f64| self.cuts.partition_point(|cut| *cut <= metres);
+        self.shorts.iter().rev().find(|(at, _)| piece(*at) == piece(metres)).copied()
     }
 
     /// The bus is held at a level.

@@ -42,7 +42,7 @@ impl EmulatedBoard {
                 _ => None,
             };
             self.warn_of_pins(side, now, reason);
-            self.warn_of_bit_rate(side, now);
+            self.judge_participation(side, now);
         }
         self.chip.peripherals.can_mut().poll(now);
         if self.chip.peripherals.can().irqs() != self.can_lines {
@@ -62,9 +62,9 @@ impl EmulatedBoard {
         }
     }
 
-    /// Logs a bit rate that no network of CiA 301 has, when a controller has taken part for a while: the usual sign of an image that
-    /// was built for another oscillator.
-    fn warn_of_bit_rate(&mut self, side: Side, at: Time) {
+    /// Logs what does not fit, when a controller has taken part for a while: wires to pins that the program does not use, and a bit rate
+    /// that no network of CiA 301 has, the usual sign of an image that was built for another oscillator.
+    fn judge_participation(&mut self, side: Side, at: Time) {
         let known = &mut self.participation[side as usize];
         if !self.chip.peripherals.can().takes_part(side) {
             *known = Participation::None;
@@ -78,6 +78,9 @@ impl EmulatedBoard {
             Participation::Since(begin) if at >= begin + SETTLED => *known = Participation::Judged,
             _ => return,
         }
+        for contradiction in self.chip.peripherals.unused_wires(self.config.fittings.capture_wires) {
+            self.warn_once(at, contradiction);
+        }
         let clocks = self.chip.peripherals.clocks();
         let rate = clocks.hclk / clocks.apb1_divider / bit_pclks(self.can_btr(side));
         if BIT_RATES.iter().any(|known| rate.abs_diff(*known) * 200 <= *known) {
@@ -89,6 +92,10 @@ impl EmulatedBoard {
              {hse} MHz; build the image for this oscillator, or correct the oscillator of the board",
             rate as f64 / 1e3
         );
+        self.warn_once(at, text);
+    }
+
+    fn warn_once(&mut self, at: Time, text: String) {
         if !self.warnings.contains(&text) {
             self.warn(at, text);
         }

@@ -27,6 +27,7 @@ mod tests;
 mod tests_of_interfaces;
 mod timer;
 mod timers;
+mod wires;
 
 use can_wire::time::Time;
 

@@ -298,6 +298,16 @@ impl Timer {
             .min()
     }
 
+    /// Whether a channel captures edges of input 0..=3.
+    pub fn captures(&self, input: u32) -> bool {
+        let takes = |channel: u32| match self.selection(channel) {
+            1 => channel == input,
+            2 => channel ^ 1 == input,
+            _ => false,
+        };
+        (0..4).any(|channel| takes(channel) && self.polarity(channel) & 1 == 1)
+    }
+
     /// The count at `cycle`, which may lie in the past, with the part of the next one that has passed.
     pub fn exact_count(&self, cycle: u64) -> f64 {
         self.counter.exact(cycle)

@@ -151,6 +151,63 @@ fn a_controller_at_other_pins_is_among_the_warnings() {
     assert_eq!(spacecraft.board(board).warnings(), [expected]);
 }
 
+/// A program that captures at PA0 and PA1, makes its pulse at PB1, and joins the nominal bus.
+fn stamping() -> Vec<u16> {
+    const GPIOA: u32 = 0x4002_0000;
+    const TIM3: u32 = 0x4000_0400;
+    const TIM5: u32 = 0x4000_0C00;
+    [
+        start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])),
+        store(RCC + 0x30, 0b11),
+        store(RCC + 0x40, 1 << 25 | 1 << 26 | 1 << 3 | 1 << 1),
+        store(GPIOA + 0x20, 0x22),
+        store(GPIOA, 0xA800_000A),
+        store(GPIOB + 0x20, 2 << 4),
+        store(GPIOB, 2 << 2 | 2 << 16 | 2 << 18),
+        store(TIM5 + 0x18, 0x0101),
+        store(TIM5 + 0x20, 0xBB),
+        store(TIM3 + 0x1C, 0b111 << 12),
+        store(TIM3 + 0x20, 1 << 12),
+        join(CAN1, MEGABIT),
+        SLEEP.to_vec(),
+    ]
+    .concat()
+}
+
+/// Given wires from CAN_RX and a pulse at other pins than those of the program, then the warnings of the board name both pins. A program
+/// that uses no wire, and a board without wires, get none.
+#[test]
+fn wires_to_pins_that_the_program_does_not_use_are_warned_of() {
+    let warnings = |program: &[u16], capture: Option<[u8; 2]>, pulse: Option<Pin>, capture_wires: bool| {
+        let mut config = board("stamping", image(program, &STOP));
+        config.model.pins.capture = capture.map(|pins| pins.map(|pin| Pin::new('A', pin)));
+        config.model.pins.pulse = pulse;
+        config.fittings.capture_wires = capture_wires;
+        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        let board = spacecraft.add_board(config);
+        spacecraft.run_until(Time::from_ms(8)).unwrap();
+        spacecraft.board(board).warnings().to_vec()
+    };
+    let (right, wrong) = (Some(Pin::new('B', 1)), Some(Pin::new('B', 0)));
+    let [can1, can2] = [("CAN1", "PA2"), ("CAN2", "PA3")]
+        .map(|(can, pin)| format!("TIM5 captures at PA0, and the board has the wire from {can}_RX at {pin}"));
+    assert_eq!(warnings(&stamping(), Some([2, 3]), right, true), [can1, can2.clone()]);
+    assert_eq!(warnings(&stamping(), Some([0, 3]), right, true), [can2]);
+    let pulse = "TIM3 drives PB1, and the board has the pulse at PB0";
+    assert_eq!(warnings(&stamping(), Some([0, 1]), wrong, true), [pulse]);
+    for (capture, pulse, wires) in
+        [(Some([0, 1]), right, true), (None, None, true), (Some([2, 3]), right, false)]
+    {
+        assert_eq!(warnings(&stamping(), capture, pulse, wires), [""; 0], "{capture:?} {pulse:?}");
+    }
+    let plain = [
+        start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])),
+        join(CAN1, MEGABIT),
+        SLEEP.to_vec(),
+    ];
+    assert_eq!(warnings(&plain.concat(), Some([2, 3]), wrong, true), [""; 0]);
+}
+
 /// Given an image for another chip, then there is no such board.
 #[test]
 #[should_panic(

@@ -1,0 +1,106 @@
+//! Mappings of senders and receivers: whether a world finds that they do not fit.
+
+use ecss_can::node::Device;
+use ecss_can::od::Field;
+use ecss_can::prelude::*;
+use host_worlds::{Time, World, idle, plain_master};
+use mission::STANDARD;
+
+use crate::support::running;
+
+const FIVE: NodeId = NodeId::of::<5>();
+const SIX: NodeId = NodeId::of::<6>();
+
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Heater {
+    /// Power
+    #[object(0x6000, ro, pdo)]
+    power: u8,
+    /// State
+    #[object(0x6001, ro, pdo)]
+    state: u8,
+    /// Temperature
+    #[object(0x6002, ro, pdo)]
+    temperature: i16,
+}
+
+impl Device for Heater {
+    type Pdos = PdoObjects<1, 2>;
+    type Consumers = HeartbeatConsumers<1>;
+    const PDOS: PdoSet = PdoSet::new(
+        &[],
+        &[Tpdo::new(2, CobIdOf::node(0x280)).map(Heater::POWER).map(Heater::STATE).map(Heater::TEMPERATURE)],
+    );
+}
+
+/// A slave that receives 285h in the way of `WAY`: 0 as it is sent, 1 with two values swapped, 2 with a value more, 3 at another COB-ID.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Display<const WAY: usize = 0> {
+    /// Power
+    #[object(0x6100, rww, pdo)]
+    power: u8,
+    /// State
+    #[object(0x6101, rww, pdo)]
+    state: u8,
+    /// Temperature
+    #[object(0x6102, rww, pdo)]
+    temperature: i16,
+    /// Voltage
+    #[object(0x6103, rww, pdo)]
+    voltage: u16,
+}
+
+const ID: CobIdOf = CobIdOf::fixed(0x285);
+const POWER: Field = Display::<0>::POWER;
+const STATE: Field = Display::<0>::STATE;
+const TEMPERATURE: Field = Display::<0>::TEMPERATURE;
+const WAYS: [PdoSet; 4] = [
+    PdoSet::new(&[Rpdo::new(1, ID).map(POWER).map(STATE).map(TEMPERATURE)], &[]),
+    PdoSet::new(&[Rpdo::new(1, ID).map(STATE).map(POWER).map(TEMPERATURE)], &[]),
+    PdoSet::new(&[Rpdo::new(1, ID).map(POWER).map(STATE).map(TEMPERATURE).map(Display::<0>::VOLTAGE)], &[]),
+    PdoSet::new(&[Rpdo::new(1, CobIdOf::fixed(0x286)).map(POWER)], &[]),
+];
+
+impl<const WAY: usize> Device for Display<WAY> {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+    const PDOS: PdoSet = WAYS[WAY];
+}
+
+/// A heater, and a display that receives its power.
+fn world<const WAY: usize>() -> World {
+    let mut world = World::builder()
+        .master(|_| plain_master(&Profile::DEFAULT), idle)
+        .slave(FIVE, |board| Slave::new(board.node_id, &Profile::DEFAULT, Heater::default()), idle)
+        .slave(SIX, |board| Slave::new(board.node_id, &Profile::DEFAULT, Display::<WAY>::default()), idle)
+        .build();
+    world.run_for(Time::from_ms(10));
+    world
+}
+
+#[test]
+fn mapping_of_another_order_or_length_is_found() {
+    assert_eq!(world::<0>().pdo_mismatches(), [""; 0]);
+    let swapped = "node 6: RPDO 1 (285h) has State at place 1, TPDO 2 of node 5 has Power there";
+    assert_eq!(world::<1>().pdo_mismatches(), [swapped]);
+    let longer = "node 6: RPDO 1 (285h) has 6 bytes, TPDO 2 of node 5 has 4: the receiver rejects it";
+    assert_eq!(world::<2>().pdo_mismatches(), [longer]);
+}
+
+#[test]
+fn cob_id_that_no_node_sends_is_found() {
+    assert_eq!(world::<0>().unsent_pdos(), [""; 0]);
+    assert_eq!(world::<3>().pdo_mismatches(), [""; 0]);
+    assert_eq!(world::<3>().unsent_pdos(), ["node 6: RPDO 1 (286h) is sent by no node"]);
+}
+
+/// Given the shipped mission, then its mappings fit, and only PDOs of slaves that do not fly are unsent.
+#[test]
+fn mappings_of_the_shipped_mission_fit() {
+    let world = running(STANDARD, 3);
+    assert_eq!(world.pdo_mismatches(), [""; 0]);
+    let unsent = world.unsent_pdos();
+    assert!(unsent.iter().all(|unsent| unsent.starts_with("master: ")), "{unsent:?}");
+}

@@ -1,0 +1,34 @@
+//! Receive PDOs of the nodes of a world, compared with what the others send.
+
+use eds::pdos;
+
+use crate::World;
+use crate::key::NodeKey;
+
+impl World {
+    /// Finds receive PDOs that do not fit the transmit PDO of another node with the same COB-ID: another length, another type, or values in
+    /// another order. A world prints them once on stderr, when all nodes have got power. The dictionaries are compared as they are now.
+    pub fn pdo_mismatches(&self) -> Vec<String> {
+        pdos::mismatches(&self.mappings())
+    }
+
+    /// Finds receive PDOs with a COB-ID that no node of this world sends. Nodes without power and minimal slaves are left out, and so are
+    /// frames of the test itself.
+    pub fn unsent_pdos(&self) -> Vec<String> {
+        pdos::unsent(&self.mappings())
+    }
+
+    fn mappings(&self) -> Vec<pdos::Node> {
+        let nodes = self.units().iter().filter_map(|unit| unit.node()?.pdos(&name(unit.key)));
+        nodes.collect()
+    }
+}
+
+/// Name of a board, as messages have it.
+fn name(key: NodeKey) -> String {
+    match key {
+        NodeKey::MASTER => "master".to_owned(),
+        NodeKey::SECOND_MASTER => "second master".to_owned(),
+        key => format!("node {}", key.node().get()),
+    }
+}

@@ -1,0 +1,48 @@
+//! Wires of the board to timers, and what the program does at their pins.
+
+use super::gpio::TIMER_AF;
+use super::map::{TIM3_BIT, TIM5_BIT};
+use super::rcc::{APB1, Gate};
+use super::{CAPTURE_PINS, Peripherals, TIM3_PINS};
+use crate::bxcan::Side;
+use crate::pin::Pin;
+
+impl Peripherals {
+    /// What the program and the wires of the board do not agree on: it captures CAN_RX, or makes a pulse, at another pin. A program that
+    /// does neither is right.
+    pub(crate) fn unused_wires(&self, has_capture_wires: bool) -> Vec<String> {
+        let capture = self.pins.capture.filter(|_| has_capture_wires).into_iter().flatten();
+        let captured = self.captured_pins();
+        let capture = [Side::Can1, Side::Can2].into_iter().zip(capture).filter_map(|(side, wired)| {
+            let other = captured.first().filter(|_| !captured.contains(&wired))?;
+            Some(format!("TIM5 captures at {other}, and the board has the wire from {side}_RX at {wired}"))
+        });
+        let pulsed = self.pulsed_pins();
+        let pulse = self.pins.pulse.and_then(|wired| {
+            let other = pulsed.first().filter(|_| !pulsed.contains(&wired))?;
+            Some(format!("TIM3 drives {other}, and the board has the pulse at {wired}"))
+        });
+        capture.chain(pulse).collect()
+    }
+
+    /// Pins at which TIM5 captures.
+    fn captured_pins(&self) -> Vec<Pin> {
+        let is_on = self.rcc.is_clocked(Gate { bus: APB1, bit: TIM5_BIT });
+        let pins = (0..4)
+            .zip(CAPTURE_PINS)
+            .filter(|(input, pin)| self.tim5.captures(*input) && self.is_of_timer(*pin));
+        pins.map(|(_, pin)| pin).filter(|_| is_on).collect()
+    }
+
+    /// Pins that TIM3 drives.
+    fn pulsed_pins(&self) -> Vec<Pin> {
+        let is_on = self.rcc.is_clocked(Gate { bus: APB1, bit: TIM3_BIT });
+        let channels = (0..4).zip(TIM3_PINS).filter(|(channel, _)| self.tim3.output(*channel).is_some());
+        let pins = channels.flat_map(|(_, pins)| pins).copied();
+        pins.filter(|pin| is_on && self.is_of_timer(*pin)).collect()
+    }
+
+    fn is_of_timer(&self, pin: Pin) -> bool {
+        self.gpio[pin.port_index()].alternate_function(u32::from(pin.number)) == Some(TIMER_AF)
+    }
+}
