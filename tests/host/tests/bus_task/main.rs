@@ -459,7 +459,8 @@ fn wrong_filter_is_set_anew_by_the_looks_of_its_bus() {
 #[test]
 fn traffic_neither_delays_nor_hastens_the_filters() {
     let sync = Filter::exact(CobId::SYNC);
-    let traffic: [(&str, u64, fn(&mut Bench)); 5] = [
+    type Act = fn(&mut Bench);
+    let traffic: [(&str, u64, Act); 5] = [
         ("idle", 50, |_| {}),
         ("sends", 50, |bench| bench.send(0x181, 0)),
         ("sends much", 7, |bench| bench.send(0x181, 0)),
