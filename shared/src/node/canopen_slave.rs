@@ -6,6 +6,7 @@ use super::{Counters, Device, DeviceNode, Filters, LinkEvent, Node, NodeObjects,
 use crate::emcy::ErrorCode;
 use crate::heartbeat::is_heartbeat;
 use crate::link::Stamp;
+use crate::link::port::Filter;
 use crate::nmt::{NmtMessage, Reaction};
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
@@ -134,6 +135,10 @@ impl<D: Device> Node for CanopenSlave<D> {
 
     fn filters(&self) -> Filters {
         self.canopen.filters()
+    }
+
+    fn filter(&self, number: usize) -> Option<Filter> {
+        self.canopen.wanted_filter(number)
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {

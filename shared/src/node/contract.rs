@@ -122,11 +122,10 @@ pub trait Node: 'static {
     /// every frame.
     fn filters(&self) -> Filters;
 
-    /// Returns one of [`Node::filters`] as it is now. Each bus sets one filter again at each poll of its
-    /// controller, because a bit may have flipped there (ECSS 6.10d). `None` above the last filter, and always
-    /// for a node that does not guard its filters.
-    fn filter(&self, _number: usize) -> Option<Filter> {
-        None
+    /// Returns one of [`Node::filters`] as it is now, `None` above the last one. Each bus sets one filter again at
+    /// each poll of its controller, because a bit may have flipped there (ECSS 6.10d).
+    fn filter(&self, number: usize) -> Option<Filter> {
+        self.filters().get(number).copied()
     }
 
     /// Powers the node on at `now`. Called once, before everything else.

@@ -18,8 +18,9 @@ use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node};
 use crate::time::Clock;
 use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 
-/// Polls health: the controller raises no event when only its counters or the cause of its last error change.
-const LOOK: Duration = Duration::from_millis(100);
+/// Polls health: the controller raises no event when only its counters or the cause of its last error change. Each poll also
+/// sets a filter again. Frames do not delay it.
+const POLL: Duration = Duration::from_millis(100);
 
 /// Polls health at this rate while transmitting in error-passive, until the last error indicates isolation: a cut wire
 /// raises no event.
@@ -43,7 +44,7 @@ impl<B: Platform, N: Node> BusRunner<B, N> {
     /// The future must not be dropped: the frames in the mailboxes of the port would no longer be followed.
     pub async fn run(self) -> ! {
         let BusRunner { core, line } = self;
-        line.look_from(core.clock.now());
+        line.poll_from(core.clock.now());
         let timer = pin!(None);
         let mut alarm = Alarm::new(timer);
         match poll_fn(|context| {
@@ -95,6 +96,8 @@ pub(super) struct Line<P: CanPort> {
     health: Health,
     /// Instant at which it was read last.
     looked: Instant,
+    /// Instant of the next poll.
+    poll: Instant,
     /// Sets its filters again, one at a time.
     refresh: Refresh,
     /// Instant at which this task has to run without an event: a poll of the health, or the end of a lifetime.
@@ -123,14 +126,16 @@ impl<P: CanPort> Line<P> {
             mailboxes: Default::default(),
             health: Health::default(),
             looked: Instant::ZERO,
+            poll: Instant::ZERO,
             refresh: Refresh::default(),
             due: Instant::ZERO,
         }
     }
 
-    /// Counts looks from `now`, as if it had looked at its controller then.
-    fn look_from(&mut self, now: Instant) {
-        (self.looked, self.due) = (now, now + LOOK);
+    /// Counts polls from `now`, as if there had been one then.
+    fn poll_from(&mut self, now: Instant) {
+        self.poll = now + POLL;
+        self.due = self.poll;
     }
 
     /// Handles what the controller has, within bounds.
@@ -293,7 +298,10 @@ impl<P: CanPort> Line<P> {
         if self.next_look() <= now {
             self.look(shared, now);
         }
-        self.refresh.step(&mut self.port, &*shared.node);
+        if self.poll <= now {
+            self.poll = now + POLL;
+            self.refresh.step(&mut self.port, &*shared.node);
+        }
         self.update_due(shared);
     }
 
@@ -301,7 +309,7 @@ impl<P: CanPort> Line<P> {
         let sends = self.mailboxes.as_ref().iter().any(Option::is_some);
         let may_be_isolated =
             self.health.state == ErrorState::Passive && self.health.last_error != LastError::Ack;
-        self.looked + if sends && may_be_isolated { CLOSE_LOOK } else { LOOK }
+        if sends && may_be_isolated { self.poll.min(self.looked + CLOSE_LOOK) } else { self.poll }
     }
 
     fn release(&mut self, mailbox: Mailbox) -> Option<Pending> {

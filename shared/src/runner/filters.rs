@@ -13,10 +13,11 @@ pub(super) fn fit<P: CanPort>(filters: &mut Filters) {
     }
 }
 
-/// Sets a filter, unless it is the last one of the port: that may be the one for every frame.
+/// Sets a filter. The last one of the port admits every frame, if the node has so many.
 pub(super) fn set<P: CanPort>(port: &mut P, number: u8, filter: Filter) {
-    if usize::from(number) + 1 < P::FILTERS {
-        port.set_filter(number, filter);
+    let last = P::FILTERS - 1;
+    if usize::from(number) <= last {
+        port.set_filter(number, if usize::from(number) < last { filter } else { Filter::ALL });
     }
 }
 

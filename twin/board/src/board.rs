@@ -34,7 +34,7 @@ use spin::Spin;
 pub use twin_core::Registers;
 
 pub use crate::accelerator::FlashTiming;
-use crate::bxcan::{Exchange, IrqLines, Side, Stats};
+use crate::bxcan::{BadAccess, Exchange, IrqLines, Side, Stats};
 use crate::chip::Chip;
 use crate::crystal::Crystal;
 use crate::devices::Lm75;
@@ -324,6 +324,25 @@ impl EmulatedBoard {
     /// What a CAN controller did since power-on.
     pub fn can_stats(&self, side: Side) -> Stats {
         self.chip.peripherals.can().stats(side)
+    }
+
+    /// Reads a register of the CAN controllers at `offset` from 4000 6400h, without side effects.
+    ///
+    /// # Errors
+    /// [`BadAccess`] where there is no register.
+    pub fn can_register(&self, offset: u32) -> Result<u32, BadAccess> {
+        self.chip.peripherals.can().read(offset)
+    }
+
+    /// Writes such a register now, as the program does. For a bit that flips in it.
+    ///
+    /// # Errors
+    /// [`BadAccess`] where there is no register.
+    pub fn set_can_register(&mut self, offset: u32, value: u32) -> Result<(), BadAccess> {
+        let now = self.now();
+        self.chip.peripherals.can_mut().write(offset, value, now)?;
+        self.refresh();
+        Ok(())
     }
 
     /// Keeps a journal of both CAN controllers from now on.

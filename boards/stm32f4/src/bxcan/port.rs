@@ -204,6 +204,25 @@ impl<S> Port<S> {
     }
 }
 
+/// Makes all banks masks of 16 bits into the first FIFO, half of them for each controller, and lets them work. Does nothing
+/// if they are: only after a reset and a flipped bit are they not. Meanwhile neither controller receives (RM0090 32.9.4).
+fn prepare_banks() {
+    let block = pac::CAN1;
+    let fmr = block.fmr().read();
+    let kinds = block.fm1r().read().0 | block.fs1r().read().0 | block.ffa1r().read().0;
+    if kinds == 0 && !fmr.finit() && fmr.can2sb() == BANKS as u8 {
+        return;
+    }
+    block.fmr().modify(|w| {
+        w.set_finit(true);
+        w.set_can2sb(BANKS as u8);
+    });
+    block.fm1r().write(|w| w.0 = 0);
+    block.fs1r().write(|w| w.0 = 0);
+    block.ffa1r().write(|w| w.0 = 0);
+    block.fmr().modify(|w| w.set_finit(false));
+}
+
 fn enable<I: Interrupt>() {
     I::set_priority(PRIORITY);
     // SAFETY: the handler is bound, its state is a static behind a critical section; no critical section relies on
@@ -218,17 +237,10 @@ impl<S: FrameStamps> CanPort for Port<S> {
     const FILTERS: usize = 2 * BANKS;
 
     fn set_filters(&mut self, filters: &[Filter]) {
-        // Masks of 16 bits into the first FIFO: the other registers are as after a reset (RM0090 32.9.4).
-        let block = pac::CAN1;
-        block.fmr().modify(|w| {
-            w.set_finit(true);
-            w.set_can2sb(BANKS as u8);
-        });
         self.filters = filters.len();
         for (number, filter) in (0..).zip(filters) {
             self.set_filter(number, *filter);
         }
-        block.fmr().modify(|w| w.set_finit(false));
     }
 
     fn set_filter(&mut self, number: u8, filter: Filter) {
@@ -237,6 +249,7 @@ impl<S: FrameStamps> CanPort for Port<S> {
         if number >= self.filters || bank >= 2 * BANKS {
             return;
         }
+        prepare_banks();
         let (registers, half) = (block.fb(bank), half_bank(filter));
         let held = [registers.fr1().read().0, registers.fr2().read().0];
         let mut wanted = held;

@@ -15,6 +15,7 @@ mod data_sheet;
 mod division;
 mod driver;
 mod equal_boards;
+mod filters;
 mod flipped;
 mod foreign;
 mod foreign_nodes;

@@ -73,13 +73,15 @@ impl Node for Probe {
     }
 }
 
-/// The node with its nominal bus; its tasks run from [`Bench::start`] on.
-pub struct Bench {
+/// A node with its nominal bus; its tasks run from [`Bench::start`] on.
+pub struct Bench<N: Node = Probe> {
     pub pool: LocalPool,
     pub timeline: Rc<Timeline>,
     pub wire: MockPort,
-    pub node: Handle<MockBoard, Probe>,
+    pub node: Handle<MockBoard, N>,
     tasks: Vec<LocalBoxFuture<'static, ()>>,
+    /// Instants at which a timer of the node fired.
+    pub wakes: usize,
     pub probe: Probe,
 }
 
@@ -103,23 +105,7 @@ impl Bench {
             Box::pin(async { redundant.run().await }),
             Box::pin(async { due.run().await }),
         ];
-        Bench { pool: LocalPool::new(), timeline, wire, node, tasks, probe }
-    }
-
-    /// A node that has no other bus.
-    pub fn on_one_bus() -> Bench {
-        let probe = Probe { replies: 1, ..Probe::default() };
-        let timeline = Timeline::new();
-        let clock = MockClock::power_on(timeline.clone(), 0);
-        let wire = MockPort::new(clock.clone());
-        let diagnostics: &Diagnostics = Box::leak(Box::default());
-        let resources: &Single<MockBoard, Probe> = Box::leak(Box::default());
-        let port = BoardPort::Own(wire.clone());
-        let (node, _, SingleRunners { bus, due }) =
-            resources.start(|| probe.clone(), port, clock, diagnostics);
-        let tasks: Vec<LocalBoxFuture<'static, ()>> =
-            vec![Box::pin(async { bus.run().await }), Box::pin(async { due.run().await })];
-        Bench { pool: LocalPool::new(), timeline, wire, node, tasks, probe }
+        Bench { pool: LocalPool::new(), timeline, wire, node, tasks, wakes: 0, probe }
     }
 
     /// Running, on the bus.
@@ -128,6 +114,36 @@ impl Bench {
         bench.start();
         bench.see_eleven_recessive_bits();
         bench
+    }
+
+    pub fn command(&mut self, command: BusCommand) {
+        self.node.request(command);
+        self.pool.run_until_stalled();
+    }
+
+    pub fn send(&mut self, raw: u16, byte: u8) {
+        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires: Instant::NEVER }));
+    }
+
+    pub fn send_for(&mut self, raw: u16, byte: u8, lifetime: Duration) {
+        let expires = self.node.now() + lifetime;
+        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires }));
+    }
+}
+
+impl<N: Node> Bench<N> {
+    /// A node that has no other bus. `probe` is the node, or not in use.
+    pub fn on_one_bus(node: impl FnOnce() -> N, probe: Probe) -> Self {
+        let timeline = Timeline::new();
+        let clock = MockClock::power_on(timeline.clone(), 0);
+        let wire = MockPort::new(clock.clone());
+        let diagnostics: &Diagnostics = Box::leak(Box::default());
+        let resources: &Single<MockBoard, N> = Box::leak(Box::default());
+        let port = BoardPort::Own(wire.clone());
+        let (node, _, SingleRunners { bus, due }) = resources.start(node, port, clock, diagnostics);
+        let tasks: Vec<LocalBoxFuture<'static, ()>> =
+            vec![Box::pin(async { bus.run().await }), Box::pin(async { due.run().await })];
+        Bench { pool: LocalPool::new(), timeline, wire, node, tasks, wakes: 0, probe }
     }
 
     pub fn start(&mut self) {
@@ -146,6 +162,7 @@ impl Bench {
         self.pool.run_until_stalled();
         while let Some(at) = self.timeline.next_wake().filter(|at| *at <= end) {
             self.timeline.advance(at);
+            self.wakes += 1;
             self.pool.run_until_stalled();
         }
         self.timeline.advance(end);
@@ -155,20 +172,6 @@ impl Bench {
     pub fn see_eleven_recessive_bits(&mut self) {
         self.run_for(Time(11 * BIT.0));
         self.wire.on_wire(self.timeline.now(), &WireEvent::Joined);
-    }
-
-    pub fn command(&mut self, command: BusCommand) {
-        self.node.request(command);
-        self.pool.run_until_stalled();
-    }
-
-    pub fn send(&mut self, raw: u16, byte: u8) {
-        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires: Instant::NEVER }));
-    }
-
-    pub fn send_for(&mut self, raw: u16, byte: u8, lifetime: Duration) {
-        let expires = self.node.now() + lifetime;
-        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires }));
     }
 
     /// An arbitration begins; the frame that the port puts on the wire.

@@ -1,6 +1,7 @@
 //! The policies of the runners, on a mock port whose wire the test plays by hand.
 
 mod bench;
+mod canopen;
 
 use can_wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
@@ -451,10 +452,62 @@ fn wrong_filter_is_set_anew_by_the_looks_of_its_bus() {
     }
 }
 
+/// Given a node with four filters, when nothing is on its bus, when it sends every 7 or 50 ms, when others do, and when a lifetime
+/// ends every 20 ms, then a poll sets a filter ten times a second, and no frame adds a wake-up.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn traffic_neither_delays_nor_hastens_the_filters() {
+    let sync = Filter::exact(CobId::SYNC);
+    type Act = fn(&mut Bench);
+    let traffic: [(&str, u64, Act); 5] = [
+        ("idle", 50, |_| {}),
+        ("sends", 50, |bench| bench.send(0x181, 0)),
+        ("sends much", 7, |bench| bench.send(0x181, 0)),
+        ("receives", 7, |bench| bench.receive_heartbeats(0..1)),
+        ("expires", 20, |bench| bench.send_for(0x181, 0, Duration::from_millis(1))),
+    ];
+    for (name, period, act) in traffic {
+        let mut bench = Bench::with(Probe { others: vec![sync; 3], ..Probe::default() });
+        bench.start();
+        bench.see_eleven_recessive_bits();
+        bench.wakes = 0;
+        for _ in 0..4_200 / period {
+            act(&mut bench);
+            if name != "expires" {
+                bench.drain();
+            }
+            let at = Time::from_ms(bench.timeline.now().as_us() / 1_000 / period * period + period);
+            bench.run_for(at.since(bench.timeline.now()));
+        }
+        // 42 polls: the fifth one of a round finds no more filters.
+        let replaced = bench.wire.replaced_filters();
+        assert!(replaced.iter().all(|count| (8..=9).contains(count)), "{name}: {replaced:?}");
+        let ends = if name == "expires" { 4_200 / period as usize } else { 0 };
+        assert!(bench.wakes <= 43 + ends, "{name}: {} wake-ups", bench.wakes);
+    }
+}
+
+/// Given a node with all filters that its port can have, then the last one, which admits every frame, is set again too.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn filter_for_every_frame_is_set_anew() {
+    let mut bench = Bench::with(Probe { others: vec![Filter::exact(CobId::SYNC); 31], ..Probe::default() });
+    bench.start();
+    bench.see_eleven_recessive_bits();
+    bench.wire.set_filter(27, Filter::exact(CobId::SYNC));
+    bench.run_for(Time::from_ms(5_000));
+    bench.receive(WireFrame::standard(0x18A, &[1, 2]));
+    bench.pool.run_until_stalled();
+    assert_eq!(bench.received(), [0x201]);
+}
+
 /// Given a node that has one bus, then its tasks join that bus, send, and answer what they receive, as those of two do.
 #[test]
 fn a_node_on_one_bus_sends_and_receives() {
-    let mut bench = Bench::on_one_bus();
+    let probe = Probe { replies: 1, ..Probe::default() };
+    let mut bench = Bench::on_one_bus(|| probe.clone(), probe.clone());
     assert!(!bench.is_on_bus());
     bench.start();
     bench.see_eleven_recessive_bits();

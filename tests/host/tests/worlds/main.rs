@@ -9,6 +9,7 @@ mod determinism;
 mod disturbed;
 mod doubles;
 mod failover;
+mod filters;
 mod indicators;
 mod log_lines;
 mod mappings;

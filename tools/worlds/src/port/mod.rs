@@ -48,6 +48,8 @@ struct Chip {
     /// Set when the wire sees another thing than before.
     changed: Rc<Cell<bool>>,
     filters: Vec<Filter>,
+    /// How often each of them was replaced.
+    replaced: Vec<u32>,
     missed: Missed,
     /// Since when it is on the bus.
     on_bus: Option<Time>,
@@ -117,6 +119,11 @@ impl MockPort {
         chip.on_bus.is_none() && !chip.leaving
     }
 
+    /// Returns how often the node has set each of its filters again since power-on.
+    pub fn replaced_filters(&self) -> Vec<u32> {
+        self.chip().replaced.clone()
+    }
+
     /// Whether there are ends of transmissions or received frames to take.
     pub fn has_events(&self) -> bool {
         !self.chip().events.is_empty()
@@ -170,6 +177,7 @@ impl Chip {
             timing: BitTiming::MEGABIT,
             changed,
             filters: Vec::new(),
+            replaced: Vec::new(),
             missed: Missed::default(),
             on_bus: None,
             joined: false,
@@ -283,12 +291,15 @@ impl CanPort for MockPort {
     const FILTERS: usize = FILTERS;
 
     fn set_filters(&mut self, filters: &[Filter]) {
-        self.chip_mut().filters = filters.to_vec();
+        let mut chip = self.chip_mut();
+        (chip.filters, chip.replaced) = (filters.to_vec(), vec![0; filters.len()]);
     }
 
     fn set_filter(&mut self, number: u8, filter: Filter) {
-        if let Some(place) = self.chip_mut().filters.get_mut(usize::from(number)) {
-            *place = filter;
+        let (mut chip, number) = (self.chip_mut(), usize::from(number));
+        if number < chip.filters.len() {
+            chip.filters[number] = filter;
+            chip.replaced[number] += 1;
         }
     }
 

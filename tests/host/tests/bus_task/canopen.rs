@@ -1,0 +1,63 @@
+//! A CANopen slave without anything of ECSS, on one bus.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{CanopenSlave, Device};
+use ecss_can::od::Objects;
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::profile::Profile;
+use ecss_can::types::NodeId;
+
+use crate::bench::{Bench, Probe};
+
+const NODE: NodeId = NodeId::of::<5>();
+
+/// A value that goes out with SYNC, and one that comes.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Channel {
+    /// Input
+    #[object(0x6000, ro, pdo)]
+    input: u16,
+    /// Output
+    #[object(0x6200, rww, pdo)]
+    output: u16,
+}
+
+impl Device for Channel {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::new(
+        &[Rpdo::new(1, CobIdOf::node(0x200)).map(Channel::OUTPUT)],
+        &[Tpdo::new(1, CobIdOf::node(0x180)).map(Channel::INPUT)],
+    );
+}
+
+/// Given a slave in Operational that answers the SDO requests of its client every 20 ms, then it sets each of its filters again
+/// within 5 s.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn busy_canopen_slave_sets_each_filter_within_five_seconds() {
+    let slave = || CanopenSlave::new(NODE, &Profile::DEFAULT, Channel::default());
+    let mut bench = Bench::on_one_bus(slave, Probe::default());
+    bench.start();
+    bench.see_eleven_recessive_bits();
+    bench.receive(WireFrame::standard(0x000, &[1, 5]));
+    bench.pool.run_until_stalled();
+    bench.drain();
+    let before = bench.wire.replaced_filters();
+    for _ in 0..250 {
+        // Upload of 1000h.
+        bench.receive(WireFrame::standard(0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]));
+        bench.pool.run_until_stalled();
+        assert!(bench.drain().contains(&(0x585, 0x43)));
+        bench.run_for(Time::from_us(19_800));
+    }
+    let after = bench.wire.replaced_filters();
+    // NMT, SYNC, SDO, the master's heartbeat, one of 1016h, one RPDO, and heartbeats with its own Node-ID.
+    assert_eq!(after.len(), 7);
+    assert!(after.iter().zip(before).all(|(after, before)| *after > before), "{after:?}");
+}
