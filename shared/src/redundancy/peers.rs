@@ -280,21 +280,21 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Takes the timeout of the question to `node`. The node is asked again when it is next heard on the active bus, up to
-    /// three times. Returns `true` after the last time if the node does not count. A node that was
-    /// [adopted](Peers::adopt), and is heard on the active bus, no longer counts then.
+    /// three times. A node that was [adopted](Peers::adopt), and is heard on the active bus, no longer counts after the
+    /// last time. Returns `true` the first time if the node does not count, and when it no longer counts.
     pub fn on_no_answer(&mut self, node: NodeId, now: Instant) -> bool {
         let bit = node_bit(node);
         let Some(Some(peer)) = self.places.get_mut(usize::from(node.get())) else { return false };
         peer.unanswered = peer.unanswered.saturating_add(1);
+        let mut is_news = peer.unanswered == 1;
         if peer.unanswered < QUESTIONS {
             self.unasked |= bit;
-            return false;
-        }
-        if peer.silent_at > now {
+        } else if peer.silent_at > now {
+            is_news |= self.adopted & bit != 0;
             self.adopted &= !bit;
             self.rebooted &= self.answered | !bit;
         }
-        !self.counts(node)
+        is_news && !self.counts(node)
     }
 
     /// Counts each of `slaves` that was heard as if it had answered. The master asks them anyway.

@@ -22,17 +22,17 @@ fn booted() -> ClashWatch {
 fn heartbeat_heard_soon_after_boot_makes_the_newcomer() {
     for state in [PreOperational, Operational, Stopped] {
         let mut identity = booted();
-        assert_eq!(identity.on_heartbeat(state, ms(99), span(100)), Clash::Newcomer);
+        assert_eq!(identity.on_heartbeat(state, ms(99), span(100), false), Clash::Newcomer);
         assert!(identity.has_yielded());
-        assert_eq!(identity.on_heartbeat(state, ms(120), span(100)), Clash::Known);
+        assert_eq!(identity.on_heartbeat(state, ms(120), span(100), false), Clash::Known);
     }
 }
 
 #[test]
 fn heartbeat_heard_late_leaves_the_elder_running() {
     let mut identity = booted();
-    assert_eq!(identity.on_heartbeat(Operational, ms(100), span(100)), Clash::Elder);
-    assert_eq!(identity.on_heartbeat(Operational, ms(200), span(100)), Clash::Known);
+    assert_eq!(identity.on_heartbeat(Operational, ms(100), span(100), false), Clash::Elder);
+    assert_eq!(identity.on_heartbeat(Operational, ms(200), span(100), false), Clash::Known);
     assert!(!identity.has_yielded());
 }
 
@@ -42,21 +42,21 @@ fn of_two_boot_up_messages_the_second_is_the_newcomers() {
     let mut first = booted();
     let mut second = ClashWatch::new();
     second.boot(ms(0));
-    assert_eq!(second.on_heartbeat(Initialising, ms(1), span(100)), Clash::Newcomer);
+    assert_eq!(second.on_heartbeat(Initialising, ms(1), span(100), false), Clash::Newcomer);
     // It was on its way already.
-    assert_eq!(first.on_heartbeat(Initialising, ms(2), span(100)), Clash::Elder);
+    assert_eq!(first.on_heartbeat(Initialising, ms(2), span(100), false), Clash::Elder);
 }
 
 #[test]
 fn clash_is_over_when_the_other_node_was_silent() {
     let mut identity = booted();
-    identity.on_heartbeat(Operational, ms(10), span(100));
-    identity.on_heartbeat(Operational, ms(60), span(100));
+    identity.on_heartbeat(Operational, ms(10), span(100), false);
+    identity.on_heartbeat(Operational, ms(60), span(100), false);
     assert_eq!(identity.deadline(span(50)), Some(ms(110)));
     assert!(!identity.poll(ms(109), span(50)));
     assert!(identity.poll(ms(110), span(50)) && !identity.poll(ms(111), span(50)));
     assert!(identity.restore() && !identity.restore());
-    assert_eq!(identity.on_heartbeat(Operational, ms(500), span(100)), Clash::Elder, "news again");
+    assert_eq!(identity.on_heartbeat(Operational, ms(500), span(100), false), Clash::Elder, "news again");
 }
 
 /// Two nodes that booted together queue their heartbeats at the same time: the one that hears the other before it has sent
@@ -65,10 +65,10 @@ fn clash_is_over_when_the_other_node_was_silent() {
 fn of_two_heartbeats_that_cross_one_node_yields() {
     let (mut first, mut second) = (booted(), booted());
     first.on_sent(ms(50));
-    assert_eq!(second.on_heartbeat(Operational, ms(50), span(100)), Clash::Newcomer);
+    assert_eq!(second.on_heartbeat(Operational, ms(50), span(100), false), Clash::Newcomer);
     // The heartbeat of the second one was on its way.
     let at = ms(50) + Duration::from_micros(58);
-    assert_eq!(first.on_heartbeat(Operational, at, span(100)), Clash::Elder);
+    assert_eq!(first.on_heartbeat(Operational, at, span(100), false), Clash::Elder);
     assert!(!first.has_yielded() && second.has_yielded());
 }
 
@@ -77,8 +77,8 @@ fn of_two_heartbeats_that_cross_one_node_yields() {
 #[test]
 fn node_that_heard_the_other_boot_is_the_elder() {
     let mut elder = booted();
-    assert_eq!(elder.on_heartbeat(Initialising, ms(50), span(100)), Clash::Elder);
-    assert_eq!(elder.on_heartbeat(PreOperational, ms(90), span(100)), Clash::Known);
+    assert_eq!(elder.on_heartbeat(Initialising, ms(50), span(100), false), Clash::Elder);
+    assert_eq!(elder.on_heartbeat(PreOperational, ms(90), span(100), false), Clash::Known);
     assert!(!elder.has_yielded());
 }
 
@@ -89,16 +89,26 @@ fn heartbeat_heard_apart_makes_the_elder() {
         let mut watch = booted();
         watch.on_sent(ms(200));
         assert_eq!(
-            watch.on_heartbeat(Operational, ms(200) + Duration::from_micros(60), span(100)),
+            watch.on_heartbeat(Operational, ms(200) + Duration::from_micros(60), span(100), false),
             Clash::Elder
         );
         watch
     };
     // Both on one grid: the probation of a late heartbeat is long.
-    assert_eq!(crossed().on_heartbeat(Operational, ms(300), span(6_400)), Clash::Newcomer);
+    assert_eq!(crossed().on_heartbeat(Operational, ms(300), span(6_400), false), Clash::Newcomer);
     let mut apart = crossed();
-    assert_eq!(apart.on_heartbeat(Operational, ms(250), span(100)), Clash::Known);
-    assert_eq!(apart.on_heartbeat(Operational, ms(300), span(6_400)), Clash::Known);
+    assert_eq!(apart.on_heartbeat(Operational, ms(250), span(100), false), Clash::Known);
+    assert_eq!(apart.on_heartbeat(Operational, ms(300), span(6_400), false), Clash::Known);
+}
+
+/// Given a heartbeat that is heard while the own one waits, then the node may still be a newcomer: the other one may have the same
+/// grid.
+#[test]
+fn heartbeat_heard_while_its_own_waits_makes_no_elder() {
+    let mut watch = booted();
+    watch.on_sent(ms(100));
+    assert_eq!(watch.on_heartbeat(Operational, ms(200), span(100), true), Clash::Elder);
+    assert_eq!(watch.on_heartbeat(Operational, ms(300), span(6_400), false), Clash::Newcomer);
 }
 
 /// A slave whose heartbeats are all late, 700 ms after its boot-up: the next one is due at 700 ms, and goes out 540 us later.
@@ -130,6 +140,22 @@ fn slave_yields_to_a_heartbeat_while_its_own_is_late() {
         assert!(slave.events.contains(&clash), "{at} us: {:?}", slave.events);
         let sent = slave.times(NOMINAL, 0x705).len() + slave.times(REDUNDANT, 0x705).len();
         assert_eq!(sent == 0, yields, "{at} us: {sent} heartbeats");
+    }
+}
+
+/// Given a slave whose late heartbeat waits for the bus, when that of a board with the same grid is heard, then the slave goes on,
+/// and yields to the next one that it hears while its heartbeat is held back.
+///
+/// Verifies: ECSS 6.10e
+#[test]
+fn slave_yields_later_to_a_heartbeat_that_came_before_its_own() {
+    let mut slave = late_slave();
+    for (at, yields) in [(700_600, None), (800_060, Some(true))] {
+        slave.run_until(Instant::from_micros(at));
+        slave.receive(NOMINAL, 0x705, &[0x7F]);
+        let clash = yields.map(|yields| SlaveEvent::Clash { bus: NOMINAL, yields });
+        assert!(clash.is_none_or(|clash| slave.events.contains(&clash)), "{at} us: {:?}", slave.events);
+        assert_eq!(slave.node.status(slave.now).state == Stopped, yields == Some(true), "{at} us");
     }
 }
 

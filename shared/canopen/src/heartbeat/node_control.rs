@@ -116,6 +116,11 @@ impl NodeControl {
         self.heartbeat.is_held_back(at)
     }
 
+    /// Returns whether a heartbeat was due on time just before `at`, as [`Staggered::is_just_due`].
+    pub fn is_just_due(&self, at: Instant) -> bool {
+        self.heartbeat.is_just_due(at)
+    }
+
     /// Takes a frame of this node that was acknowledged. Returns whether it is the first heartbeat since the boot.
     pub fn on_sent(&mut self, frame: &Frame) -> bool {
         frame.id() == CobId::heartbeat(self.id) && core::mem::take(&mut self.is_booting)

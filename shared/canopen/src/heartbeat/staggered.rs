@@ -1,6 +1,7 @@
 //! Producer of a slave's heartbeat that sends some heartbeats late.
 
 use super::Producer;
+use crate::nmt::CROSSING;
 use crate::types::{Canonical, Duration, Frame, Instant, NmtState, NodeId};
 
 /// Produces heartbeats of which some are late, so that two slaves with one Node-ID detect each other.
@@ -107,5 +108,14 @@ impl Staggered {
         let due = self.deadline().unwrap_or(Instant::NEVER);
         // In 32 bits: the period is shorter.
         (due.as_micros() as u32).wrapping_sub(at.as_micros() as u32) < self.delay.into()
+    }
+
+    /// Returns whether a heartbeat was due on time just before `at`: it may be late, or wait for the bus.
+    pub fn is_just_due(&self, at: Instant) -> bool {
+        let due = self.deadline().unwrap_or(Instant::NEVER);
+        let last = (due.as_micros() as u32)
+            .wrapping_sub(self.delay.into())
+            .wrapping_sub(self.period().as_micros() as u32);
+        (at.as_micros() as u32).wrapping_sub(last) < u32::from(self.longest) + CROSSING.as_micros() as u32
     }
 }

@@ -4,7 +4,7 @@ use crate::types::{Canonical, Duration, Instant, NmtState};
 
 /// Within this time after its own heartbeat a node does not yield: that of the other one was on its way already,
 /// and the other one yields. Both would otherwise.
-const CROSSING: Duration = Duration::from_millis(1);
+pub(crate) const CROSSING: Duration = Duration::from_millis(1);
 
 /// Watches for another node with the Node-ID of this one.
 ///
@@ -69,8 +69,9 @@ impl ClashWatch {
     }
 
     /// Takes a heartbeat or boot-up message of the other node that ended at `at`. A node is a newcomer for
-    /// `probation` after its boot-up. Of two boot-up messages the second one is the newcomer's.
-    pub fn on_heartbeat(&mut self, state: NmtState, at: Instant, probation: Duration) -> Clash {
+    /// `probation` after its boot-up. Of two boot-up messages the second one is the newcomer's. `is_due`: a heartbeat
+    /// of this node was due just before, and perhaps waits.
+    pub fn on_heartbeat(&mut self, state: NmtState, at: Instant, probation: Duration, is_due: bool) -> Clash {
         let is_known = self.heard.replace(at).is_some();
         let is_crossing = self.sent.is_some_and(|sent| at < sent + CROSSING);
         let is_newcomer = if state == NmtState::Initialising {
@@ -83,7 +84,7 @@ impl ClashWatch {
             return Clash::Newcomer;
         }
         // The other one booted later, or on another grid: this node is the elder from now on.
-        if !is_crossing {
+        if !(is_crossing || is_due) {
             self.booted = None;
         }
         if is_known { Clash::Known } else { Clash::Elder }

@@ -39,6 +39,7 @@ mod slave;
 mod startup;
 mod state_clash;
 
+pub(crate) use clash::CROSSING;
 pub use clash::{Clash, ClashTimes, ClashWatch};
 pub use command::{Command, NmtMessage, Target};
 pub use error_behaviour::ErrorBehaviour;

@@ -247,7 +247,7 @@ fn a_clash_watch_keeps_ages_of_heartbeats() {
     let times = ClashTimes { probation: span(200), quiet: span(600) };
     let heard = |at| {
         let mut watch = ClashWatch::new();
-        watch.on_heartbeat(Operational, ms(at), times.probation);
+        watch.on_heartbeat(Operational, ms(at), times.probation, false);
         canonical(&watch, 1_000, &times)
     };
     assert_eq!(heard(300), heard(400));
@@ -271,8 +271,8 @@ fn equal_canonical_forms_decide_alike() {
         watch.boot(ms(1_000 - age));
         watch.on_sent(ms(1_000 - age));
         let mut form = canonical(&watch, 1_000, &times);
-        assert_eq!(watch.on_heartbeat(Operational, ms(1_050), times.probation), clash);
-        assert_eq!(form.on_heartbeat(Operational, after(50), times.probation), clash);
+        assert_eq!(watch.on_heartbeat(Operational, ms(1_050), times.probation, false), clash);
+        assert_eq!(form.on_heartbeat(Operational, after(50), times.probation, false), clash);
         assert_eq!(canonical(&watch, 1_050, &times), {
             form.canonical(after(50), &times);
             form

@@ -142,6 +142,20 @@ fn announced_heartbeat_is_on_time() {
     assert_eq!(producer.deadline(), None);
 }
 
+/// Given a grid of 100 ms and a delay of 540 us, then a heartbeat was just due for the delay and a millisecond, late or on time.
+#[test]
+fn heartbeat_is_just_due_for_its_delay_and_a_millisecond() {
+    for pattern in [0, u32::MAX] {
+        let mut producer = Staggered::new(node(2), span(100), Duration::from_micros(540));
+        producer.set_pattern(pattern);
+        producer.restart(ms(0));
+        sent(&mut producer, 3);
+        let is_due =
+            [299_999, 300_000, 301_539, 301_540].map(|us| producer.is_just_due(Instant::from_micros(us)));
+        assert_eq!(is_due, [false, true, true, false], "{pattern:X}");
+    }
+}
+
 /// Verifies: ECSS 6.5.2a
 #[test]
 fn a_consumer_is_armed_by_the_first_heartbeat() {

@@ -23,8 +23,10 @@ impl SlaveRedundancy {
         node: &mut impl SlaveNode,
     ) -> SlaveVerdict {
         let Some(state) = heartbeat::decode(frame) else { return SlaveVerdict::Malformed };
-        let periods = if node.control().is_held_back(at) { ROUNDS } else { PERIODS };
-        let clash = self.clashes.on_heartbeat(state, at, self.probation(periods));
+        let control = node.control();
+        let periods = if control.is_held_back(at) { ROUNDS } else { PERIODS };
+        let is_due = control.is_just_due(at);
+        let clash = self.clashes.on_heartbeat(state, at, self.probation(periods), is_due);
         if clash == Clash::Known {
             return SlaveVerdict::Taken;
         }
