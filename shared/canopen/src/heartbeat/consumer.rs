@@ -18,7 +18,8 @@ pub enum Consumer {
     /// The last heartbeat came in time.
     Armed {
         /// End of the last heartbeat.
-        #[canonical(age = context.consumer)]
+        // An owner that polls late reports a miss late, and still knows its age.
+        #[canonical(age = context.consumer.max(context.memory))]
         last: Instant,
     },
     /// A heartbeat is overdue, and was reported.

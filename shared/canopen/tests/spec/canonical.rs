@@ -209,6 +209,9 @@ fn a_consumer_forgets_the_age_of_a_miss_after_its_memory() {
     let times = ConsumerTimes { consumer: span(100), memory: span(300) };
     let armed = |last| canonical(&Consumer::Armed { last: ms(last) }, 1_000, &times);
     assert_ne!(armed(950), armed(951));
+    // A miss that is reported late still has its age.
+    assert_eq!(armed(100), armed(700));
+    assert_ne!(armed(700), armed(701));
     let missed = |last| canonical(&Consumer::Missed { last: ms(last) }, 1_000, &times);
     assert_eq!(missed(100), missed(700));
     assert_ne!(missed(700), missed(701));
