@@ -38,6 +38,7 @@ fn every_patch_of_the_project_applies() {
     rules.sort_unstable();
     let expected = [
         "bdefault: ",
+        "boot-up-message: ",
         "foreign-master: ",
         "lost-minority: ",
         "tries-for-ever: ",
