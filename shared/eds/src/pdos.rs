@@ -32,7 +32,7 @@ const TO_MAPPING: u16 = 0x200;
 /// Bits of a COB-ID entry that exclude a PDO: not valid; 29-bit identifier.
 const EXCLUDED: u32 = 1 << 31 | 1 << 29;
 
-/// Objects below are data types: an RPDO that maps one skips so many bits (CiA 301, dummy mapping).
+/// First index of an object. Lower ones are data types: an RPDO that maps one skips bits of the length of that type (CiA 301, dummy mapping).
 const FIRST_OBJECT: u32 = 0x1000;
 
 /// PDOs of a device.
@@ -89,7 +89,7 @@ impl Node {
 }
 
 impl Pdo {
-    fn bytes(&self) -> u32 {
+    pub fn bytes(&self) -> u32 {
         self.fields.iter().map(|field| field.bits).sum::<u32>().div_ceil(8)
     }
 }

@@ -13,7 +13,7 @@ pub(super) fn fit<P: CanPort>(filters: &mut Filters) {
     }
 }
 
-/// Sets a filter. The last one of the port admits every frame, if the node has so many.
+/// Sets a filter. If the node has as many filters as the port, or more, the last one of the port admits every frame.
 pub(super) fn set<P: CanPort>(port: &mut P, number: u8, filter: Filter) {
     let last = P::FILTERS - 1;
     if usize::from(number) <= last {

@@ -70,7 +70,7 @@ fn a_node_without_an_answer_is_asked_three_times() {
     assert_eq!(questions(&master).len(), 7);
 }
 
-/// Given forged heartbeats of nodes that do not exist, When they end, Then no more questions follow.
+/// Given forged heartbeats of a node that does not exist, When they end, Then the master asks no more.
 #[test]
 fn a_node_that_is_not_heard_is_not_asked_again() {
     let mut master = powered(&STANDARD);

@@ -13,7 +13,7 @@ use super::flight::Flight;
 use super::narrator::name;
 use super::options::OwnSheet;
 use super::plan::{BoardPlan, Plan};
-use super::sheet::{IDENTITY, Sheet};
+use super::sheet::{IDENTITY, Sheet, values};
 use support::board::Profile;
 use support::misuse::Misuse;
 use support::node::{MASTER, Node, is_master};
@@ -32,7 +32,7 @@ pub struct Sheets {
     own: BTreeMap<Node, PathBuf>,
 }
 
-/// First byte of the answer to an SDO upload: 4, 3, 2 or 1 bytes follow index and sub-index; 4 of which the number is not told.
+/// First bytes of the answers to an SDO upload, with the number of bytes of the value. The last answer does not give that number.
 const ANSWERS: [(u8, usize); 5] = [(0x43, 4), (0x47, 3), (0x4B, 2), (0x4F, 1), (0x42, 4)];
 
 /// COB-IDs of PDOs in the pre-defined connection set.
@@ -142,7 +142,7 @@ impl Sheets {
             let WireId::Standard(id) = seen.frame.id else { continue };
             let pdos = self.of.get(&seen.from).into_iter().flat_map(|sheet| &sheet.pdos);
             let Some(pdo) = pdos.into_iter().find(|pdo| pdo.id == id) else { continue };
-            let Some(values) = pdo.values(seen.frame.payload()) else { continue };
+            let Some(values) = values(pdo, seen.frame.payload()) else { continue };
             let entry = found.entry((seen.from, pdo.number)).or_insert_with(|| PdoValues {
                 node: seen.from,
                 pdo: pdo.number,
@@ -191,7 +191,7 @@ fn differences(node: Node, sheet: &Sheet, flight: &Flight) -> Vec<String> {
     for pdo in &sheet.pdos {
         let lengths: BTreeSet<usize> =
             frames.iter().filter(|(id, _)| *id == pdo.id).map(|(_, data)| data.len()).collect();
-        if let Some(length) = lengths.into_iter().find(|length| *length != pdo.bytes()) {
+        if let Some(length) = lengths.into_iter().find(|length| *length != pdo.bytes() as usize) {
             let (number, id, bytes) = (pdo.number, pdo.id, pdo.bytes());
             differences.push(format!(
                 "TPDO {number} ({id:03X}h) has {bytes} bytes there, node {node} sends {length}"

@@ -12,7 +12,8 @@ mod tests;
 
 use std::ops::RangeInclusive;
 
-use eds::{DataSheet, Entry, Unreadable, Value, pdos};
+use eds::pdos::{Field, Node, Pdo};
+use eds::{DataSheet, Entry, Unreadable, Value};
 
 /// Bits of a COB-ID entry: not valid; 29-bit identifier; what an 11-bit identifier leaves zero.
 const INVALID: u32 = 1 << 31;
@@ -48,28 +49,6 @@ pub struct Sheet {
     pub notes: Vec<String>,
 }
 
-/// A PDO.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pdo {
-    /// Number, from 1.
-    pub number: u16,
-    /// COB-ID.
-    pub id: u16,
-    /// Its objects in their order.
-    pub fields: Vec<Field>,
-}
-
-/// An object in a PDO.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Field {
-    /// Name of the object and of its sub-index.
-    pub name: String,
-    /// Data type, its index in CiA 301 table 44; 0 when it is not known.
-    pub data_type: u32,
-    /// Length in bits, at most 64.
-    pub bits: u32,
-}
-
 impl Sheet {
     /// Reads the data sheet of a device with this Node-ID.
     ///
@@ -98,55 +77,35 @@ impl Sheet {
     }
 
     /// Its PDOs, for the comparison with those of other nodes.
-    pub fn node(&self, name: &str) -> pdos::Node {
-        let all = |pdos: &[Pdo]| pdos.iter().map(Pdo::compared).collect();
-        pdos::Node { name: name.to_owned(), sent: all(&self.pdos), received: all(&self.received) }
+    pub fn node(&self, name: &str) -> Node {
+        Node { name: name.to_owned(), sent: self.pdos.clone(), received: self.received.clone() }
     }
 }
 
-impl Pdo {
-    /// Length of its frames in bytes.
-    pub fn bytes(&self) -> usize {
-        self.fields.iter().map(|field| field.bits).sum::<u32>().div_ceil(8) as usize
+/// Returns the values in a frame of a PDO, by name. `None` if the frame has another length.
+pub fn values<'a>(pdo: &'a Pdo, data: &[u8]) -> Option<Vec<(&'a str, String)>> {
+    if pdo.bytes() as usize != data.len() {
+        return None;
     }
-
-    fn compared(&self) -> pdos::Pdo {
-        let fields = self.fields.iter().map(|field| pdos::Field {
-            name: field.name.clone(),
-            data_type: field.data_type,
-            bits: field.bits,
-        });
-        pdos::Pdo { number: self.number, id: self.id, fields: fields.collect() }
-    }
-
-    /// The values in a frame, by name; `None` when the frame has another length.
-    pub fn values<'a>(&'a self, data: &[u8]) -> Option<Vec<(&'a str, String)>> {
-        if self.bytes() != data.len() {
-            return None;
-        }
-        let mut rest = data.iter().rev().fold(0_u64, |value, byte| value << 8 | u64::from(*byte));
-        let value = |field: &'a Field| {
-            let raw = rest & (u64::MAX >> (64 - field.bits));
-            rest = rest.checked_shr(field.bits).unwrap_or(0);
-            (field.name.as_str(), field.text(raw))
-        };
-        Some(self.fields.iter().map(value).collect())
-    }
+    let mut rest = data.iter().rev().fold(0_u64, |value, byte| value << 8 | u64::from(*byte));
+    let value = |field: &'a Field| {
+        let raw = rest & (u64::MAX >> (64 - field.bits));
+        rest = rest.checked_shr(field.bits).unwrap_or(0);
+        (field.name.as_str(), text(field, raw))
+    };
+    Some(pdo.fields.iter().map(value).collect())
 }
 
-impl Field {
-    /// A value for people.
-    fn text(&self, raw: u64) -> String {
-        match self.data_type {
-            0x01 => (raw != 0).to_string(),
-            0x02..=0x04 | 0x10 | 0x12..=0x15 => {
-                ((raw << (64 - self.bits)) as i64 >> (64 - self.bits)).to_string()
-            }
-            0x08 if self.bits == 32 => f32::from_bits(raw as u32).to_string(),
-            0x11 if self.bits == 64 => f64::from_bits(raw).to_string(),
-            0x05..=0x07 | 0x16 | 0x18..=0x1B => raw.to_string(),
-            _ => format!("{raw:0width$X}h", width = self.bits.div_ceil(4) as usize),
-        }
+/// Returns a value of an object as text for people.
+fn text(field: &Field, raw: u64) -> String {
+    let unused = 64 - field.bits;
+    match field.data_type {
+        0x01 => (raw != 0).to_string(),
+        0x02..=0x04 | 0x10 | 0x12..=0x15 => ((raw << unused) as i64 >> unused).to_string(),
+        0x08 if field.bits == 32 => f32::from_bits(raw as u32).to_string(),
+        0x11 if field.bits == 64 => f64::from_bits(raw).to_string(),
+        0x05..=0x07 | 0x16 | 0x18..=0x1B => raw.to_string(),
+        _ => format!("{raw:0width$X}h", width = field.bits.div_ceil(4) as usize),
     }
 }
 

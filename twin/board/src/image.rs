@@ -53,7 +53,7 @@ pub enum ImageError {
     Truncated,
     /// A segment is loaded outside flash, at this address.
     OutsideFlash(u64),
-    /// Flash does not begin with a vector table. So many bytes are loaded into it.
+    /// Flash does not begin with a vector table. The field is the number of bytes that are loaded into flash.
     NoVectorTable(usize),
 }
 

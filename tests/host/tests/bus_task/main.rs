@@ -480,7 +480,7 @@ fn traffic_neither_delays_nor_hastens_the_filters() {
             let at = Time::from_ms(bench.timeline.now().as_us() / 1_000 / period * period + period);
             bench.run_for(at.since(bench.timeline.now()));
         }
-        // 42 polls: the fifth one of a round finds no more filters.
+        // 42 polls in rounds of five: four set a filter each, the fifth one finds none left.
         let replaced = bench.wire.replaced_filters();
         assert!(replaced.iter().all(|count| (8..=9).contains(count)), "{name}: {replaced:?}");
         let ends = if name == "expires" { 4_200 / period as usize } else { 0 };

@@ -27,10 +27,10 @@ fn valid_pdos_with_objects_are_read() {
 #[test]
 fn frames_are_values_by_name() {
     let sheet = read(TEXT);
-    let values = sheet.pdos[0].values(&[0xFB, 0xFF, 200, 0, 0, 0xC0, 0x3F]).unwrap();
+    let values = values(&sheet.pdos[0], &[0xFB, 0xFF, 200, 0, 0, 0xC0, 0x3F]).unwrap();
     let expected = [("Heater, Temperature", "-5"), ("State", "200"), ("Power", "1.5")];
     assert_eq!(values, expected.map(|(name, value)| (name, value.to_owned())));
-    assert_eq!(sheet.pdos[0].values(&[0; 8]), None, "another length");
+    assert_eq!(super::values(&sheet.pdos[0], &[0; 8]), None, "another length");
 }
 
 #[test]

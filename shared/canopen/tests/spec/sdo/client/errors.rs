@@ -153,8 +153,8 @@ impl Bench {
     }
 }
 
-/// Given a transfer of any kind, when answers of earlier transfers come before any of its answers, then they are ignored. Those that
-/// name no object can be told from its own only before the first one.
+/// Given a transfer of any kind, when answers of earlier transfers come before any of its answers, then they are ignored. After the
+/// first own answer, the client cannot distinguish a late answer that names no object from its own.
 #[test]
 fn late_answers_of_an_earlier_transfer_are_ignored() {
     for (what, begin, answers) in TRANSFERS {
