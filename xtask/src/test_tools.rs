@@ -9,7 +9,7 @@ use clap::Args;
 use support::needs::{CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide};
 use support::project;
 
-/// What the tests of `tests/interop` use.
+/// What the tests of `tests/second` use.
 const NEEDS: [Need; 10] = [
     TSHARK,
     LOG2ASC,
@@ -26,7 +26,7 @@ const NEEDS: [Need; 10] = [
 /// Command line of `test-tools`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Install what is missing: programs by apt-get, as root on Debian; Python packages by pip into target/interop/venv
+    /// Install what is missing: programs by apt-get, as root on Debian; Python packages by pip into target/second/venv
     #[arg(long)]
     install: bool,
 

@@ -68,7 +68,8 @@ pub struct BoardSetup {
 }
 
 impl BoardSetup {
-    fn config(self) -> BoardConfig {
+    /// With the shipped images, profile `librecube`.
+    pub fn config(self) -> BoardConfig {
         self.with(match self.board {
             PYBOARD_V11 => &PYBOARD,
             NUCLEO_F446RE => &NUCLEO,

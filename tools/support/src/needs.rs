@@ -25,7 +25,7 @@ pub enum Need {
     },
     /// Python's modules that make virtual environments; Debian has them in a package of their own.
     VirtualEnvironments,
-    /// The packages of `tests/interop/python/requirements.txt`, in the virtual environment `target/interop/venv`.
+    /// The packages of `tests/second/python/requirements.txt`, in the virtual environment `target/second/venv`.
     PythonPackages,
 }
 
@@ -48,8 +48,8 @@ pub const PARALLEL: Need = Need::Program { name: "parallel", package: "parallel"
 /// Counts the instructions of a program.
 pub const VALGRIND: Need = Need::Program { name: "valgrind", package: "valgrind" };
 
-const REQUIREMENTS: &str = "tests/interop/python/requirements.txt";
-const ENVIRONMENT: &str = "target/interop/venv";
+const REQUIREMENTS: &str = "tests/second/python/requirements.txt";
+const ENVIRONMENT: &str = "target/second/venv";
 
 /// Ends with an error unless each line `name==version` of a file is installed.
 const CHECK: &str = "
@@ -219,7 +219,7 @@ mod tests {
     fn python_packages_have_commands_of_their_own() {
         let text = instructions(&[Need::PythonPackages]);
         assert!(
-            text.contains("-m pip install --requirement tests/interop/python/requirements.txt"),
+            text.contains("-m pip install --requirement tests/second/python/requirements.txt"),
             "{text}"
         );
         assert!(!text.contains("apt-get"), "{text}");

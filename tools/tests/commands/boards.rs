@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use programs::boards::description;
+use second::programs::boards::description;
 use tempfile::TempDir;
 
 use crate::TOOLS;

@@ -1,6 +1,6 @@
 //! The command line: help, wrong values, exit codes.
 
-use programs::alias;
+use second::programs::alias;
 
 use crate::TOOLS;
 

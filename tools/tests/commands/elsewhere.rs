@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use programs::boards::elsewhere;
+use second::programs::boards::elsewhere;
 use serde_json::Value;
 
 use crate::TOOLS;

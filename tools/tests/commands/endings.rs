@@ -6,7 +6,7 @@ use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
-use programs::{PIPE_CLOSED, closed_pipe};
+use second::programs::{PIPE_CLOSED, closed_pipe};
 use serde_json::Value;
 
 use crate::TOOLS;

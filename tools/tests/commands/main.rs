@@ -12,4 +12,4 @@ mod twin;
 mod typed;
 
 /// The program under test.
-const TOOLS: programs::Program = programs::Program(env!("CARGO_BIN_EXE_tools"));
+const TOOLS: second::programs::Program = second::programs::Program(env!("CARGO_BIN_EXE_tools"));

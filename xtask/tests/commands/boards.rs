@@ -1,6 +1,6 @@
 //! Boards of the user by a description alone: mistakes in it, and a description without the crate of its board.
 
-use programs::boards::description;
+use second::programs::boards::description;
 
 use crate::XTASK;
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Output;
 
-use programs::boards::elsewhere;
+use second::programs::boards::elsewhere;
 
 use crate::XTASK;
 use crate::docs::root;

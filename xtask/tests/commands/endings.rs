@@ -1,6 +1,6 @@
 //! A command whose output has no reader any more.
 
-use programs::PIPE_CLOSED;
+use second::programs::PIPE_CLOSED;
 
 use crate::XTASK;
 

@@ -16,7 +16,7 @@ pub fn path(first: Option<&Path>) -> OsString {
 
 /// Runs `cargo NAME` as its alias does.
 pub fn run(name: &str, arguments: &[&str], path: &OsString) -> Output {
-    let (package, alias) = programs::alias(name);
+    let (package, alias) = second::programs::alias(name);
     assert_eq!(package, "xtask", "cargo {name}");
     assert!(!alias.is_empty(), "cargo {name} names no command");
     Command::new(env!("CARGO_BIN_EXE_xtask"))

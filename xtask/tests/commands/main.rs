@@ -17,4 +17,4 @@ mod public_docs;
 mod selftest;
 
 /// The program under test.
-const XTASK: programs::Program = programs::Program(env!("CARGO_BIN_EXE_xtask"));
+const XTASK: second::programs::Program = second::programs::Program(env!("CARGO_BIN_EXE_xtask"));

@@ -1,6 +1,6 @@
 //! Clocks of slaves against that of the master, by their pulses, with crystals that drift and make noise.
 //!
-//! Profile `standard`: a SYNC every 100 ms, the spacecraft time every second, a pulse every second. Minutes with five seeds are
+//! Profile `standby`: a SYNC every 100 ms, the spacecraft time every second, a pulse every second. Minutes with five seeds are
 //! flown by `cargo xtask bench --only time`.
 
 use can_wire::frame::WireFrame;
@@ -34,7 +34,7 @@ fn board(setup: BoardSetup, capture_wires: bool) -> BoardConfig {
     };
     let transceiver = Some(Transceiver::with_loop(loop_ns));
     let fittings = Fittings { capture_wires, transceiver, ..Fittings::default() };
-    BoardConfig { crystal, position_m, fittings, ..setup.with(&STANDARD) }
+    BoardConfig { crystal, position_m, fittings, ..standby::config(setup) }
 }
 
 /// The clock of each slave against the master's, from 8 s on.

@@ -1,331 +1,26 @@
-//! Minimal slaves (ECSS 9) fly with the shipped master, alone and beside full slaves.
-//!
-//! A request goes to one of four receive PDOs: 205h keeps bytes, 505h asks for them by 485h, and 305h and 405h take commands and
-//! requests of the mission, as full slaves do. With each SYNC comes 285h: commands executed and the state of the LED.
+//! Minimal slaves (ECSS 9) fly with the shipped master beside full slaves.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
-use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use twin::board::BoardConfig;
-use twin::image::Image;
 use twin::spacecraft::Bus;
 
+use flight::minimal::{
+    MINIMAL, MIXED_CUT, QUEUEING, SELECTIVE, TELEMETRY_DELAY, assert_slaves_followed, mixed,
+};
 use flight::*;
 
-const MINIMAL: u8 = 5;
-/// Of profile `librecube`: it takes part in one bus at a time.
-const SELECTIVE: u8 = 6;
+static MIXED: LazyLock<Recording> = LazyLock::new(|| mixed(PYBOARD_V11));
 
-/// Bits of the longest frame.
-const LONGEST: u64 = 135;
-/// From the end of a request to the end of its telemetry, at 1 Mbit/s on a bus that is free.
-const TELEMETRY_DELAY: Time = telemetry_delay(1_000);
-/// Commands, requests and replies of another slave that may go first.
-const QUEUEING: Time = Time::from_us(3 * LONGEST);
-
-/// The delay that docs/decisions/minimal-set.md states for a bit rate: 200 us for the processor of the slave, the longest frame on
-/// its way, and the telemetry itself.
-const fn telemetry_delay(kbit: u64) -> Time {
-    Time::from_us(200 + 2 * LONGEST * 1_000 / kbit)
-}
-
-fn image(board: &str, profile: &str) -> Arc<Image> {
-    parsed(&firmware_images::build_minimal(board, profile, firmware_images::LOG).unwrap())
-}
-
-static STANDARD_PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "standard"));
-static PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "librecube"));
-static NUCLEO: LazyLock<Arc<Image>> = LazyLock::new(|| image("nucleo-f446re", "librecube"));
-
-const MASTER_SETUP: BoardSetup = MASTER_AND_THREE[0];
-pub const SETUP: BoardSetup = BoardSetup { node: MINIMAL, ..MASTER_AND_THREE[2] };
-
-/// A master and a minimal slave, profile `standard`.
-const PAIR: [BoardSetup; 2] = [MASTER_SETUP, SETUP];
-
-pub fn standard(setups: &[BoardSetup]) -> Flight {
-    Flight::of(setups, |setup| minimal(setup, setup.with(&STANDARD), &STANDARD_PYBOARD))
-}
-
-/// Nodes from `MINIMAL` on have the image of the minimal slave.
-fn minimal(setup: BoardSetup, config: BoardConfig, image: &Arc<Image>) -> BoardConfig {
-    if setup.node < MINIMAL { config } else { BoardConfig { image: image.clone(), ..config } }
-}
-
-/// Both models of board.
-pub fn librecube(setups: &[BoardSetup]) -> Flight {
-    static SLAVES: LazyLock<[Images; 2]> =
-        LazyLock::new(|| [PYBOARD_V11, NUCLEO_F446RE].map(|board| build(board, "librecube")));
-    Flight::of(setups, |setup| match setup.board {
-        PYBOARD_V11 => minimal(setup, setup.with(&SLAVES[0]), &PYBOARD),
-        _ => minimal(setup, setup.with(&SLAVES[1]), &NUCLEO),
-    })
-}
-
-/// Frames of `node` on either bus after `from`.
-fn of(flight: &Recording, node: u8, from: Time) -> impl Iterator<Item = &Seen> {
-    let sender = flight.board(node).0;
-    flight.frames.iter().filter(move |seen| seen.sender == sender && seen.end > from)
-}
-
-fn ids_of(flight: &Recording, node: u8) -> Vec<u16> {
-    let mut ids: Vec<u16> = of(flight, node, Time::ZERO).map(|seen| seen.id().unwrap()).collect();
-    ids.sort_unstable();
-    ids.dedup();
-    ids
-}
-
-/// Three seconds without faults.
-static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = standard(&[MASTER_SETUP, MASTER_AND_THREE[1], SETUP]);
-    flight.fly_to(3_000);
-    flight.assert_nothing_lost();
-    flight.seen
-});
-
-/// Verifies: ECSS 9.4.9.1.1a
-/// Verifies: ECSS 9.4.9.2a
-#[test]
-fn minimal_slave_sends_heartbeats_and_no_boot_up_message() {
-    let heartbeats = FLIGHT.heartbeats(MINIMAL, Bus::Nominal);
-    assert!(heartbeats.iter().all(|(_, state)| *state == OPERATIONAL), "{heartbeats:?}");
-    assert!(heartbeats.len() >= 28, "{heartbeats:?}");
-    let ends: Vec<Time> = heartbeats.iter().map(|(at, _)| *at).collect();
-    // Up to nine frames may go first.
-    assert!(gaps(&ends).all(|gap| about(ms(100), Time::from_us(9 * 135)).contains(&gap)));
-}
-
-/// Nothing but heartbeat, telemetry and what SYNC asks for: no EMCY, no SDO, no time. There is no request by 505h in this flight.
-///
-/// Verifies: ECSS 9.4.1b
-#[test]
-fn minimal_slave_sends_objects_of_the_minimal_set_only() {
-    assert_eq!(ids_of(&FLIGHT, MINIMAL), [0x285, 0x385, 0x705]);
-    assert_eq!(FLIGHT.on(Bus::Redundant).count(), 0);
-}
-
-/// The time stamp object is 100h; the spacecraft time of full slaves goes by a PDO.
-///
 /// Verifies: ECSS 9.4.7.1b
 #[test]
 fn nobody_sends_the_time_stamp_object() {
-    let sent = FLIGHT.frames.iter().chain(&MIXED.frames).filter(|seen| seen.id() == Some(0x100));
-    assert_eq!(sent.count(), 0);
+    assert!(!MIXED.frames.iter().any(|seen| seen.id() == Some(0x100)));
 }
 
-/// The master asks in turn for ten values: the three that the slave knows, once a second each, come back at once.
-///
-/// Verifies: ECSS 9.4.3b.1
-#[test]
-fn the_minimal_slave_answers_each_request_and_no_command() {
-    let requests = requests(&FLIGHT);
-    assert!(requests.len() >= 6, "{}", requests.len());
-    for request in &requests {
-        let reply = FLIGHT.first_after(request.end, |seen| seen.id() == Some(0x385)).unwrap();
-        assert_eq!(reply.data()[..2], request.data()[..2]);
-    }
-    let replies = FLIGHT.sent(MINIMAL, Bus::Nominal, 0x385).filter(|seen| seen.end < ms(2_990));
-    assert_eq!(replies.count(), requests.len(), "a command is not answered");
-}
-
-/// Requests for the three values that the minimal slave knows.
-fn requests(flight: &Recording) -> Vec<&Seen> {
-    let of_values = |seen: &&Seen| [1, 2, 3].contains(&seen.data()[0]) && seen.end < ms(2_990);
-    flight.sent(MASTER, Bus::Nominal, 0x405).filter(of_values).collect()
-}
-
-/// Given images for a bit rate, when the master asks for telemetry and the bus is free for it but for one frame, then it ends within
-/// the stated delay.
-///
-/// Verifies: ECSS 9.4.4a
-#[test]
-fn telemetry_comes_within_the_stated_delay_of_its_request() {
-    let slow = rates::at(125, "standard");
-    let slow_minimal = image("pyboard-v11", "standard+kbit-125");
-    let mut flight = Flight::of(&PAIR, |setup| minimal(setup, setup.with(&slow), &slow_minimal));
-    flight.fly_to(3_000);
-    for (flight, kbit) in [(&*FLIGHT, 1_000), (&flight.seen, 125)] {
-        let mut free = 0;
-        for request in requests(flight) {
-            let reply = flight.first_after(request.end, |seen| seen.id() == Some(0x385)).unwrap();
-            let between = |seen: &&Seen| seen.start > request.end && seen.end < reply.start;
-            if flight.on(Bus::Nominal).filter(between).count() > 1 {
-                continue;
-            }
-            free += 1;
-            let delay = reply.end.since(request.end);
-            assert!(delay < telemetry_delay(kbit), "{kbit} kbit/s: {} us", delay.as_us());
-        }
-        assert!(free >= 4, "{kbit} kbit/s: {free} requests on a free bus");
-    }
-}
-
-/// Every command was executed: the slave sends their number in 285h, with every SYNC.
-///
-/// Verifies: ECSS 9.4.1c
-/// Verifies: ECSS 9.4.3b.2
-#[test]
-fn sync_brings_the_number_of_executed_commands() {
-    let from = ms(500);
-    let syncs =
-        FLIGHT.sent(MASTER, Bus::Nominal, 0x080).filter(|seen| seen.end > from && seen.end < ms(2_990));
-    let mut count = 0;
-    for sync in syncs {
-        let sent = FLIGHT.first_after(sync.end, |seen| seen.id() == Some(0x285)).unwrap();
-        assert!(sent.end.since(sync.end) < TELEMETRY_DELAY + QUEUEING);
-        let commands = FLIGHT.sent(MASTER, Bus::Nominal, 0x305).filter(|seen| seen.end < sync.end);
-        let [a, b, c, d, led] = sent.data().try_into().unwrap();
-        let executed = u32::from_le_bytes([a, b, c, d]);
-        let commanded = commands.count() as u32;
-        assert!(executed == commanded, "{executed} of {commanded}");
-        assert!(led <= 1);
-        count += 1;
-    }
-    assert!(count >= 20, "{count}");
-}
-
-/// Figures 9-1 and 9-2: any length of a command, of a request and of telemetry.
-///
-/// Verifies: ECSS 9.3a
-/// Verifies: ECSS 9.4.2a
-/// Verifies: ECSS 9.4.3a, 9.4.3c
-#[test]
-fn commands_requests_and_telemetry_have_any_length() {
-    let mut flight = standard(&PAIR);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
-    flight.fly_to(400);
-    let data = [0xA1, 0xB2, 0xC3, 0xD4, 0xE5, 0xF6, 0x07, 0x18];
-    for command in 0..=8 {
-        let asked = 8 - command;
-        flight.twin.inject(guest, flight.end, WireFrame::standard(0x205, &data[..command]));
-        flight.twin.inject(guest, flight.end, WireFrame::standard(0x505, &data[..asked]));
-        let request = flight.fly_until(|seen| seen.id() == Some(0x505));
-        let reply = flight.fly_until(|seen| seen.id() == Some(0x485));
-        assert_eq!(reply.data(), &data[..command]);
-        assert!(reply.end.since(request.end) < TELEMETRY_DELAY + QUEUEING);
-    }
-    // A command and a request by the same PDO, told apart by their first bytes.
-    flight.twin.inject(
-        guest,
-        flight.end,
-        WireFrame::standard(0x305, &[2, 0, 0x78, 0x56, 0x34, 0x12, 0, 200]),
-    );
-    flight.twin.inject(guest, flight.end, WireFrame::standard(0x305, &[0x02, 0x01]));
-    let reply = flight.fly_until(|seen| seen.id() == Some(0x385) && seen.data()[2] == 0x78);
-    assert_eq!(reply.data(), [0x02, 0x01, 0x78, 0x56, 0x34, 0x12, 0, 0]);
-    // All objects of Table 9-1 that this device has in use: nine commands by 205h, which bring nothing, and nine requests by 505h.
-    assert_eq!(ids_of(&flight, MINIMAL), [0x285, 0x385, 0x485, 0x705]);
-    assert_eq!(flight.sent(MINIMAL, Bus::Nominal, 0x485).count(), 9);
-    flight.assert_nothing_lost();
-}
-
-/// Module control, time, SDO, emergencies, and frames of a wrong length: no answer, no change.
-///
-/// Verifies: ECSS 9.4.6.1a
-/// Verifies: ECSS 9.4.7.1a
-/// Verifies: ECSS 9.4.8a
-#[test]
-fn frames_outside_of_the_minimal_set_change_nothing() {
-    let mut flight = standard(&PAIR);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
-    flight.fly_to(400);
-    let frames: [(u16, &[u8]); 13] = [
-        (0x000, &[0x01, MINIMAL]),
-        (0x000, &[0x02, MINIMAL]),
-        (0x000, &[0x80, MINIMAL]),
-        (0x000, &[0x81, MINIMAL]),
-        (0x000, &[0x82, MINIMAL]),
-        (0x100, &[0; 6]),
-        (0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
-        (0x605, &[0xFF; 8]),
-        (0x085, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]),
-        (0x305, &[]),
-        (0x405, &[1]),
-        (0x405, &[0xFF, 0xFF]),
-        (0x080, &[1]),
-    ];
-    for (nth, (id, data)) in (0..).zip(frames) {
-        flight.twin.inject(guest, ms(450 + 10 * nth), WireFrame::standard(id, data));
-    }
-    flight.fly_to(1_500);
-    assert_eq!(ids_of(&flight, MINIMAL), [0x285, 0x385, 0x705]);
-    assert_eq!(flight.sent(MINIMAL, Bus::Nominal, 0x285).count(), {
-        let syncs = flight.sent(MASTER, Bus::Nominal, 0x080);
-        syncs.filter(|seen| seen.end > ms(80)).count()
-    });
-    assert!(flight.heartbeats(MINIMAL, Bus::Nominal).iter().all(|(_, state)| *state == OPERATIONAL));
-    let commanded = flight.sent(MASTER, Bus::Nominal, 0x305).count();
-    assert_eq!(flight.executed(MINIMAL) as usize, commanded);
-    assert_eq!(flight.twin.board(flight.board(MINIMAL)).counters().system_resets, 0);
-    flight.assert_nothing_lost();
-}
-
-/// Verifies: ECSS 6.10f
-#[test]
-fn minimal_slave_with_a_wrong_strap_is_silent() {
-    for board in [PYBOARD_V11, NUCLEO_F446RE] {
-        let mut flight = librecube(&[MASTER_SETUP, BoardSetup { parity: false, board, ..SETUP }]);
-        flight.fly_to(300);
-        assert!(flight.said(MINIMAL, "staying silent", ms(20)).is_some(), "{}", flight.log(MINIMAL));
-        assert_eq!(flight.frames, [], "nobody acknowledges the master");
-    }
-}
-
-/// Given a minimal slave, when its program hangs, faults or overflows its stack, then it is reset and takes part again.
-#[test]
-fn minimal_slave_that_hangs_or_faults_is_reset() {
-    for (code, within_ms) in
-        [(&HANG[..], 1_400), (&HANG_WITHOUT_INTERRUPTS, 4_000), (&UNDEFINED, 1_400), (&OVERFLOW, 1_400)]
-    {
-        let mut flight = standard(&PAIR);
-        flight.fly_to(400);
-        let task = tasks(&flight, MINIMAL)[0];
-        let began = flight.end;
-        let ended = end_program(&mut flight, MINIMAL, task, &halfwords(code));
-        assert!(ended < began + ms(within_ms), "{code:04X?}: {} us", ended.since(began).as_us());
-        flight.fly(ended + ms(400));
-        assert!(flight.is_operational(MINIMAL, Bus::Nominal), "{}", flight.log(MINIMAL));
-        assert!(flight.said(MINIMAL, "in a row", ended - ms(10)).is_some(), "{}", flight.log(MINIMAL));
-    }
-}
-
-/// The nominal bus breaks next to the master.
-const CUT: Time = Time::from_ms(2_013);
-
-/// A master, two full slaves, and two minimal ones: one on both buses, one on one bus at a time (Figure A-6).
-static MIXED: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = librecube(&[
-        MASTER_SETUP,
-        MASTER_AND_THREE[1],
-        MASTER_AND_THREE[2],
-        BoardSetup { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
-        BoardSetup { node: SELECTIVE, board: NUCLEO_F446RE, ..MASTER_AND_THREE[3] },
-    ]);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(15_500);
-    flight.assert_nothing_lost();
-    flight.seen
-});
-
-/// Those on both buses follow at the first message of the master there, the selective one after Ttoggle consumer times of 2.5 s.
 #[test]
 fn full_and_minimal_slaves_follow_the_master_to_the_other_bus() {
-    let moved = MIXED.on(Bus::Redundant).find(|seen| seen.sender == 0).unwrap().end;
-    assert!(moved < CUT + ms(255), "{} us", moved.as_us());
-    for node in [2, 3, MINIMAL] {
-        let (followed, state) = MIXED.heartbeats(node, Bus::Redundant)[0];
-        assert!(followed > moved && followed < moved + ms(1), "node {node}: {} us", followed.as_us());
-        assert_eq!(state, OPERATIONAL);
-    }
-    let last = MIXED.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
-    let (found, _) = MIXED.heartbeats(SELECTIVE, Bus::Redundant)[0];
-    let taken = found.since(last);
-    assert!(about(ms(12_500), ms(625)).contains(&taken), "{} us", taken.as_us());
-    for node in [MASTER, 2, 3, MINIMAL, SELECTIVE] {
-        assert!(MIXED.is_operational(node, Bus::Redundant), "node {node}\n{}", MIXED.log(node));
-    }
+    assert_slaves_followed(&MIXED);
 }
 
 /// The profile names slave 6: it is not asked who it is. Slave 5, which it does not name, is asked once, and does not answer.
@@ -382,7 +77,7 @@ fn each_slave_with_a_clock_sends_one_local_time_pdo() {
             let own: Vec<_> =
                 times.iter().filter(|seen| seen.id() == Some(0x180 + u16::from(node))).collect();
             // The selective slave needs 12.5 s to the other bus.
-            if node == SELECTIVE && *sync > CUT && own.is_empty() {
+            if node == SELECTIVE && *sync > MIXED_CUT && own.is_empty() {
                 continue;
             }
             assert_eq!(own.len(), 1, "node {node} after the SYNC at {} us", sync.as_us());

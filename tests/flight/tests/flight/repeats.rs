@@ -1,4 +1,4 @@
-//! Commands that CAN delivers more than once, and masters that start again: every command is executed once.
+//! Commands that CAN delivers more than once: every command is executed once.
 //!
 //! A transmitter that sees an error in the last bit of EOF repeats a frame that its receivers have already
 //! (ISO 11898-1, 10.7 and 13.4.3).
@@ -8,7 +8,7 @@ use can_wire::field::Field;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::spacecraft::{BoardId, Bus};
+use twin::spacecraft::Bus;
 
 use flight::*;
 
@@ -81,51 +81,6 @@ fn a_repeat_on_the_other_bus_is_dropped() {
     assert!(followed.reached.contains(&2) && flight.said(2, "Redundant", command.end).is_some());
     assert_eq!((flight.executed(2) - before, flight.repeats(2)), (1, 1), "{}", flight.log(2));
     flight.assert_sound();
-}
-
-/// Commands to `node` on both buses and of all masters.
-fn commands(flight: &Flight, node: u8) -> Vec<&Seen> {
-    flight.frames.iter().filter(|seen| seen.id() == Some(0x300 + u16::from(node))).collect()
-}
-
-/// Slave 15 has its turn just before the end of the master's period: the first command of a master can follow that of its
-/// predecessor by less than a lifetime.
-const LAST: BoardSetup = BoardSetup { node: 15, ..MASTER_AND_THREE[2] };
-
-/// Given a master that is reset right after its first command
-/// When it commands again
-/// Then no command is lost: none is taken for a repeat of the one before.
-#[test]
-fn a_master_reset_after_its_first_command_loses_none() {
-    let mut flight = Flight::with(&[MASTER_AND_THREE[0], LAST], &STANDARD);
-    let first = flight.fly_until(|seen| seen.id() == Some(0x30F));
-    let master = flight.board(MASTER);
-    flight.twin.reset(master);
-    flight.fly(first.end + ms(1_000));
-    let sent = commands(&flight, 15);
-    assert_eq!(sent[1].frame, first.frame, "the first command again, byte by byte");
-    assert!(sent.len() >= 8, "{} commands", sent.len());
-    flight.fly(flight.end + ms(5));
-    assert_eq!((flight.executed(15) as usize, flight.repeats(15)), (commands(&flight, 15).len(), 0));
-    flight.assert_sound();
-}
-
-/// Given a master that loses its power right after its first command
-/// When another one gets power at once
-/// Then no command of it is lost.
-#[test]
-fn another_master_loses_no_command() {
-    let spare = BoardSetup { power_on_ms: 3_600_000, ppm: -7.0, position_m: 6.0, ..MASTER_AND_THREE[0] };
-    let mut flight = Flight::with(&[MASTER_AND_THREE[0], LAST, spare], &STANDARD);
-    let first = flight.fly_until(|seen| seen.id() == Some(0x30F));
-    flight.twin.power(BoardId(0), false);
-    flight.twin.power(BoardId(2), true);
-    flight.fly(first.end + ms(1_000));
-    let sent = commands(&flight, 15);
-    assert_eq!((sent[1].sender, sent[1].frame), (2, first.frame), "of another master, byte by byte");
-    assert!(sent.len() >= 8, "{} commands", sent.len());
-    flight.fly(flight.end + ms(5));
-    assert_eq!((flight.executed(15) as usize, flight.repeats(15)), (commands(&flight, 15).len(), 0));
 }
 
 /// Given telemetry requests of 2 to 8 bytes, zero behind the code

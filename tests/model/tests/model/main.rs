@@ -1,5 +1,5 @@
-//! Searches through all states of a small spacecraft.
+//! A small spacecraft, and what random faults do to it.
 
 mod outside;
-mod search;
+mod random;
 mod shift;

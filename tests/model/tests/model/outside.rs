@@ -2,10 +2,10 @@
 
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState};
-use redundancy_model::profile::{PARAMETERS, TICK};
-use redundancy_model::station::Station;
-use redundancy_model::watch::Watched;
-use redundancy_model::world::{Crew, Fault};
+use model::profile::{PARAMETERS, TICK};
+use model::station::Station;
+use model::watch::Watched;
+use model::world::{Crew, Fault};
 
 fn operational(state: &Watched) -> [bool; 2] {
     state.world.slaves.each_ref().map(|slave| slave.state() == NmtState::Operational)

@@ -2,10 +2,10 @@
 
 use ecss_can::redundancy::{RoleChange, SwitchCause};
 use ecss_can::types::{Bus, Frame, Instant, NmtState};
-use redundancy_model::profile::TICK;
-use redundancy_model::station::Station;
-use redundancy_model::watch::Watched;
-use redundancy_model::world::{Crew, World};
+use model::profile::TICK;
+use model::station::Station;
+use model::watch::Watched;
+use model::world::{Crew, World};
 
 type MasterSeen = (Bus, Option<SwitchCause>, Option<RoleChange>, bool);
 type Seen = (Vec<MasterSeen>, [(Bus, NmtState, bool, Bus); 2], Vec<Option<Frame>>);

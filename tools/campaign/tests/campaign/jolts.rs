@@ -1,4 +1,4 @@
-//! A sample of the table in which one jolt breaks the bus of a slave and resets it. `tests/interop` flies all of it.
+//! A sample of the table in which one jolt breaks the bus of a slave and resets it. `tests/second` flies all of it.
 
 use campaign::jolt::table;
 use campaign::{World, fly};

@@ -1,0 +1,4 @@
+//! Declarations that compile, and declarations that do not.
+
+mod names;
+mod refused;

@@ -1,0 +1,146 @@
+//! Packages that derive a dictionary and a canonical form: each depends on `async-canopen` or on `ecss-can`, or on both, by their own or by other
+//! names.
+//!
+//! A workspace of such packages is made and checked by cargo. The derive macros find the name in the manifest of the package.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A dependency: name in the manifest, package.
+type Dependency = (&'static str, &'static str);
+
+const CANOPEN: &str = "async-canopen";
+const ECSS: &str = "ecss-can";
+
+/// Each package: its name, its dependencies, and whether its struct is a device, which `ecss-can` has.
+const PACKAGES: [(&str, &[Dependency], bool); 6] = [
+    ("canopen-alone", &[(CANOPEN, CANOPEN)], false),
+    ("canopen-renamed", &[("can", CANOPEN)], false),
+    ("ecss-alone", &[(ECSS, ECSS)], true),
+    ("ecss-renamed", &[("spacecraft", ECSS)], true),
+    ("both", &[(CANOPEN, CANOPEN), (ECSS, ECSS)], true),
+    ("both-renamed", &[("can", CANOPEN), ("spacecraft", ECSS)], true),
+];
+
+/// Folder of a package of this repository.
+fn folder(package: &str) -> PathBuf {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the folder of ecss-can");
+    if package == CANOPEN { shared.join("canopen") } else { shared.to_owned() }
+}
+
+fn manifest(name: &str, dependencies: &[Dependency]) -> String {
+    let mut text = format!("[package]\nname = \"{name}\"\nedition = \"2024\"\n\n[dependencies]\n");
+    for (key, package) in dependencies {
+        text += &format!("{key} = {{ package = \"{package}\", path = {:?} }}\n", folder(package));
+    }
+    text
+}
+
+/// Objects with a record and with limits, and a state machine, by the names of the last dependency.
+fn source(dependencies: &[Dependency], is_device: bool) -> String {
+    let name = dependencies.last().expect("there is one").0.replace('-', "_");
+    let (mark, device) = match is_device {
+        true => ("#[objects(device)]", DEVICE.replace("NAME", &name)),
+        false => ("", String::new()),
+    };
+    OBJECTS.replace("NAME", &name).replace("MARK", mark) + &device
+}
+
+const OBJECTS: &str = "
+/// A heater.
+#[derive(NAME::od::Objects)]
+MARK
+pub struct Heater {
+    /// Set point
+    #[object(0x6000, rw, low = -400, high = 850, default = 200)]
+    pub setpoint: i16,
+    /// Channel
+    #[object(0x6001.., record)]
+    pub channels: [Channel; 2],
+}
+
+/// A channel.
+#[derive(NAME::od::Record)]
+pub struct Channel {
+    /// Power
+    #[sub(1, ro, pdo)]
+    pub power: u8,
+}
+
+const _: NAME::od::Field = Heater::SETPOINT;
+
+/// A thermostat.
+#[derive(NAME::types::Canonical)]
+#[canonical(context = NAME::types::Duration)]
+pub struct Thermostat {
+    #[canonical(age = *context)]
+    pub read: NAME::types::Instant,
+    #[canonical(within = *context)]
+    pub phase: Phase,
+    pub setpoint: u8,
+}
+
+/// A phase.
+#[derive(NAME::types::Canonical)]
+#[canonical(context = NAME::types::Duration)]
+pub enum Phase {
+    /// Heats.
+    Heating(#[canonical(grid = *context)] Option<NAME::types::Instant>),
+    /// Waits.
+    Waiting,
+}
+
+const _: fn(&mut Thermostat, NAME::types::Instant, &NAME::types::Duration) = NAME::types::Canonical::canonical;
+";
+
+const DEVICE: &str = "
+impl NAME::node::Device for Heater {
+    type Pdos = NAME::pdo::PdoObjects<4, 4>;
+    type Consumers = NAME::heartbeat::HeartbeatConsumers<1>;
+    const PDOS: NAME::pdo::PdoSet = NAME::pdo::PdoSet::NONE;
+}
+";
+
+/// A workspace of packages: name, dependencies, source of the library. Returns whether they compile, and what the compiler says.
+fn check(workspace: &str, packages: &[(&str, &[Dependency], String)]) -> (bool, String) {
+    let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join(workspace);
+    let members: Vec<&str> = packages.iter().map(|(name, ..)| *name).collect();
+    for (name, dependencies, source) in packages {
+        fs::create_dir_all(root.join(name).join("src")).unwrap();
+        fs::write(root.join(name).join("Cargo.toml"), manifest(name, dependencies)).unwrap();
+        fs::write(root.join(name).join("src/lib.rs"), source).unwrap();
+    }
+    fs::write(root.join("Cargo.toml"), format!("[workspace]\nresolver = \"3\"\nmembers = {members:?}\n"))
+        .unwrap();
+    // The versions of this repository: nothing is downloaded.
+    fs::copy(folder(ECSS).join("../Cargo.lock"), root.join("Cargo.lock")).unwrap();
+    let checked = Command::new(env!("CARGO"))
+        .args(["check", "--workspace", "--offline"])
+        .current_dir(&root)
+        // One target folder: what both workspaces depend on is compiled once.
+        .env("CARGO_TARGET_DIR", root.with_file_name("names-target"))
+        .output()
+        .unwrap();
+    (checked.status.success(), String::from_utf8_lossy(&checked.stderr).into_owned())
+}
+
+#[test]
+fn declarations_compile_by_each_name_of_their_crate() {
+    let packages = PACKAGES.map(|(name, dependencies, is_device)| (name, dependencies, source(dependencies, is_device)));
+    let (compiles, said) = check("names", &packages);
+    assert!(compiles, "{said}");
+}
+
+/// A device is of `ecss-can`. The rest of the declaration is usable: there is one error.
+#[test]
+fn a_device_without_its_crate_is_refused_with_a_reason() {
+    let dependencies: &[Dependency] = &[(CANOPEN, CANOPEN)];
+    let source = OBJECTS.replace("NAME", "async_canopen").replace("MARK", "#[objects(device)]");
+    let (compiles, said) = check("no-device", &[("heater", dependencies, source)]);
+    assert!(!compiles);
+    let errors: Vec<&str> = said.lines().filter(|line| line.starts_with("error")).collect();
+    assert_eq!(errors[0], "error: a device needs the crate `ecss-can`", "{said}");
+    assert!(errors[1].starts_with("error: could not compile `heater` (lib) due to 1 previous error"), "{said}");
+    assert_eq!(errors.len(), 2, "{said}");
+}

@@ -1,0 +1,107 @@
+//! Minimal slaves (ECSS 9) and the shipped master.
+
+use std::sync::{Arc, LazyLock};
+
+use can_wire::time::Time;
+use twin::board::BoardConfig;
+use twin::image::Image;
+use twin::spacecraft::Bus;
+
+use crate::*;
+
+pub const MINIMAL: u8 = 5;
+/// Of profile `librecube`: it takes part in one bus at a time.
+pub const SELECTIVE: u8 = 6;
+
+/// Bits of the longest frame.
+const LONGEST: u64 = 135;
+/// From the end of a request to the end of its telemetry, at 1 Mbit/s on a bus that is free.
+pub const TELEMETRY_DELAY: Time = telemetry_delay(1_000);
+/// Commands, requests and replies of another slave that may go first.
+pub const QUEUEING: Time = Time::from_us(3 * LONGEST);
+
+/// The delay that docs/decisions/minimal-set.md states for a bit rate: 200 us for the processor of the slave, the longest frame on
+/// its way, and the telemetry itself.
+pub const fn telemetry_delay(kbit: u64) -> Time {
+    Time::from_us(200 + 2 * LONGEST * 1_000 / kbit)
+}
+
+static STANDARD_PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| minimal_image(PYBOARD_V11, "standard"));
+
+/// The image of the minimal slave for a board and a profile, with its bit rate.
+pub fn minimal_image(board: &str, profile: &str) -> Arc<Image> {
+    parsed(&firmware_images::build_minimal(board, profile, firmware_images::LOG).unwrap())
+}
+
+pub const MASTER_SETUP: BoardSetup = MASTER_AND_THREE[0];
+/// A minimal slave.
+pub const SETUP: BoardSetup = BoardSetup { node: MINIMAL, ..MASTER_AND_THREE[2] };
+
+/// A master and a minimal slave, profile `standard`.
+pub const PAIR: [BoardSetup; 2] = [MASTER_SETUP, SETUP];
+
+/// Pyboards, profile `standard`. Nodes from [`MINIMAL`] on have the image of the minimal slave.
+pub fn standard(setups: &[BoardSetup]) -> Flight {
+    Flight::of(setups, |setup| minimal(setup, setup.with(&STANDARD), &STANDARD_PYBOARD))
+}
+
+/// Nodes from [`MINIMAL`] on have the image of the minimal slave.
+pub fn minimal(setup: BoardSetup, config: BoardConfig, image: &Arc<Image>) -> BoardConfig {
+    if setup.node < MINIMAL { config } else { BoardConfig { image: image.clone(), ..config } }
+}
+
+/// As [`standard`], profile `librecube`, on any board.
+pub fn librecube(setups: &[BoardSetup]) -> Flight {
+    Flight::of(setups, |setup| minimal(setup, setup.config(), &minimal_image(setup.board, "librecube")))
+}
+
+/// Frames of `node` on either bus after `from`.
+fn of(flight: &Recording, node: u8, from: Time) -> impl Iterator<Item = &Seen> {
+    let sender = flight.board(node).0;
+    flight.frames.iter().filter(move |seen| seen.sender == sender && seen.end > from)
+}
+
+/// COB-IDs that `node` has sent.
+pub fn ids_of(flight: &Recording, node: u8) -> Vec<u16> {
+    let mut ids: Vec<u16> = of(flight, node, Time::ZERO).map(|seen| seen.id().unwrap()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
+/// When the nominal bus breaks next to the master in [`mixed`].
+pub const MIXED_CUT: Time = ms(2_013);
+
+/// A master, two full slaves, and two minimal ones: one on both buses, one with this board on one bus at a time (Figure A-6).
+pub fn mixed(selective: &'static str) -> Recording {
+    let mut flight = librecube(&[
+        MASTER_SETUP,
+        MASTER_AND_THREE[1],
+        MASTER_AND_THREE[2],
+        BoardSetup { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
+        BoardSetup { node: SELECTIVE, board: selective, ..MASTER_AND_THREE[3] },
+    ]);
+    flight.fly(MIXED_CUT);
+    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    flight.fly_to(15_500);
+    flight.assert_nothing_lost();
+    flight.seen
+}
+
+/// Those on both buses follow at the first message of the master there, the selective one after Ttoggle consumer times of 2.5 s.
+pub fn assert_slaves_followed(mixed: &Recording) {
+    let moved = mixed.on(Bus::Redundant).find(|seen| seen.sender == 0).unwrap().end;
+    assert!(moved < MIXED_CUT + ms(255), "{} us", moved.as_us());
+    for node in [2, 3, MINIMAL] {
+        let (followed, state) = mixed.heartbeats(node, Bus::Redundant)[0];
+        assert!(followed > moved && followed < moved + ms(1), "node {node}: {} us", followed.as_us());
+        assert_eq!(state, OPERATIONAL);
+    }
+    let last = mixed.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
+    let (found, _) = mixed.heartbeats(SELECTIVE, Bus::Redundant)[0];
+    let taken = found.since(last);
+    assert!(about(ms(12_500), ms(625)).contains(&taken), "{} us", taken.as_us());
+    for node in [MASTER, 2, 3, MINIMAL, SELECTIVE] {
+        assert!(mixed.is_operational(node, Bus::Redundant), "node {node}\n{}", mixed.log(node));
+    }
+}

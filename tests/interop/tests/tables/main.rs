@@ -1,3 +1,0 @@
-//! Tables of flights in host worlds that take minutes.
-
-mod jolts;

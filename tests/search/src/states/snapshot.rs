@@ -1,0 +1,24 @@
+//! How many states there are: another number means that a rule has changed, or that the search is not the same in every run.
+
+use model::world::Crew;
+
+/// Where the numbers are: masters (`1+`: in use, `1?`: no slave is assigned, `2=`: two with equal clocks, `2?`: and no slave is assigned), faults, states.
+pub const PATH: &str = "tests/search/states.txt";
+
+/// States of a whole search with up to `faults` faults, as known.
+pub fn states(crew: Crew, faults: u8) -> Option<usize> {
+    let masters = match crew {
+        Crew::OneMaster => "1",
+        Crew::OneMasterInUse => "1+",
+        Crew::OneMasterUnassigned => "1?",
+        Crew::TwoMasters => "2",
+        Crew::TwoMastersInStep => "2=",
+        Crew::TwoMastersUnassigned => "2?",
+    };
+    let rows = include_str!("../../states.txt").lines().map(|line| line.split(' ').collect::<Vec<_>>());
+    let mut known = rows.filter_map(|row| match row[..] {
+        [crew, most, states] if crew == masters => Some((most.parse::<u8>().ok()?, states.parse().ok()?)),
+        _ => None,
+    });
+    known.find(|(most, _)| *most == faults).map(|(_, states)| states)
+}

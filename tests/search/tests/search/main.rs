@@ -1,0 +1,4 @@
+//! The searches, as far as they go in a minute.
+
+mod fuzz;
+mod states;

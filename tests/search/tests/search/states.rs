@@ -1,0 +1,50 @@
+//! The search is whole, the same in every run, and finds defects.
+
+use std::process::Command;
+
+use clap::ValueEnum;
+use model::defect::Defect;
+use model::world::Crew;
+use search::states::evidence::Evidence;
+use search::states::{search, snapshot};
+
+fn breaks_no_property(faults: u8) {
+    for crew in Crew::ALL {
+        let report = search(crew, faults, 2);
+        assert!(report.is_closed, "{:#?}", report.violations.first().map(|violation| &violation.table));
+        assert_eq!(Some(report.states), snapshot::states(crew, faults), "see {}", snapshot::PATH);
+    }
+}
+
+/// Given up to one fault at any moment. Then every property holds in every state that can be reached.
+#[test]
+fn one_fault_at_any_moment_breaks_no_property() {
+    breaks_no_property(1);
+}
+
+/// The same with up to two faults.
+#[test]
+fn two_faults_at_any_moment_break_no_property() {
+    breaks_no_property(2);
+}
+
+/// Given a defect outside of the machines, the search finds a state where its property does not hold, with as many faults as it
+/// takes and no fewer. `.ci/run` searches for the defect that takes three.
+#[test]
+fn each_defect_is_found() {
+    let all = Defect::value_variants().iter().map(|defect| Evidence::of(*defect));
+    for evidence in all.filter(|evidence| evidence.faults < 3) {
+        let violation = evidence.search(evidence.faults).unwrap_or_else(|| panic!("{evidence:?}"));
+        assert_eq!(violation.faults, usize::from(evidence.faults), "{evidence:?}\n{}", violation.table);
+        assert!(evidence.search(evidence.faults - 1).is_none(), "{evidence:?} with fewer faults");
+    }
+}
+
+#[test]
+fn bad_arguments_end_with_2() {
+    for bad in [["--faults", "4"], ["--threads", "0"], ["--broken", "all"]] {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_search")).args(bad).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(2), "{bad:?}");
+    }
+}

@@ -1,0 +1,58 @@
+//! The test device: its image, and the data sheets that scripts read it by.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use ecss_can::types::NodeId;
+use eds::{Commissioning, Description, Device, Timestamp};
+use mission::LIBRECUBE;
+
+use crate::tools::workspace;
+
+/// Node of the DCF.
+const NODE: NodeId = NodeId::of::<3>();
+/// Any will do.
+const MADE: Timestamp = Timestamp { year: 2026, month: 11, day: 22, hour: 12, minute: 0 };
+
+/// The image, profile `librecube`.
+///
+/// # Errors
+/// When it cannot be built.
+pub fn image() -> anyhow::Result<PathBuf> {
+    Ok(firmware_images::build_test_device("pyboard-v11", LIBRECUBE.name)?)
+}
+
+/// Writes EDS and DCF into `target/second/device`; returns the EDS. The DCF is beside it and has `-3` in its name.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn data_sheet() -> anyhow::Result<PathBuf> {
+    let device = Device {
+        product: "Test device".into(),
+        order_code: "test-device".into(),
+        nodes: 2..=127,
+        bit_rates: vec![10, 20, 50, 125, 250, 500, 1000],
+        boot_up_slave: true,
+        ..Device::new(MADE)
+    };
+    let objects = |node| {
+        let mut objects = test_device::device(node, &LIBRECUBE, Vec::new()).objects().clone();
+        // Boards have a parameter store.
+        (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
+        objects
+    };
+    let description = Description::new(&device, objects)?;
+    let [eds, dcf] = ["test-device.eds", "test-device-3.dcf"];
+    let directory = workspace().join("target/second/device");
+    fs::create_dir_all(&directory).with_context(|| format!("cannot make {}", directory.display()))?;
+    let text = description.dcf(dcf, eds, &Commissioning::new(NODE), &mut objects(NODE))?;
+    for (name, text) in [(eds, description.eds(eds)), (dcf, text)] {
+        // Renamed, not written in place: scripts of other tests may be reading it.
+        let part = directory.join(format!("{name}.{:?}", std::thread::current().id()));
+        fs::write(&part, text).with_context(|| format!("cannot write {}", part.display()))?;
+        fs::rename(&part, directory.join(name))
+            .with_context(|| format!("cannot rename {}", part.display()))?;
+    }
+    Ok(directory.join(eds))
+}

@@ -1,0 +1,28 @@
+//! The spacecraft under the eyes of tools that know nothing of it.
+//!
+//! A test is a Python script in `python/`, one per topic, and a line in `tests/tools/scripts.rs` that says with which spacecraft
+//! it runs. [`script::run`] starts `cargo twin` on free ports, hands the script the addresses of both buses, and fails
+//! with all that both of them said. What the scripts share is in `python/spacecraft.py`: channels by SLCAN with the twin's
+//! own time stamps, and networks of the `canopen` package.
+//!
+//! The other way round, [`host::Host`] is the SDO client of `ecss-can` on this computer, and a script ([`script::Companion`])
+//! plays the server that it asks: [`flight::Flight`], `tests/tools/sdo_client.rs`.
+//!
+//! Values of types that the mission's objects do not have are those of the test device, `firmware/fixtures/device`: [`device`] has its
+//! image and its data sheets.
+//!
+//! `cargo xtask test-tools` checks that the tools are installed and runs these tests side by side. A test whose tool is missing fails
+//! and names that command.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod device;
+pub mod flight;
+pub mod host;
+pub mod page;
+pub mod program;
+pub mod programs;
+pub mod script;
+pub mod slcan;
+pub mod tools;

@@ -1,0 +1,193 @@
+//! A page of documentation that leads through steps, followed to the letter.
+//!
+//! The info string of a block of code says what the block is: `sh` is run, `sh background` goes on running, `LANGUAGE PATH` is a
+//! file, and `text output` is what the command before it prints at its end. [`your_own`] are the steps of `docs/your-own.md`.
+//! The test `flights::page` follows them up to the one that needs Python, `tools::your_own` goes on from there.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, bail, ensure};
+use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
+
+/// A block of code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// A file, by its path in the folder of the page.
+    File(PathBuf, String),
+    /// Commands, in the folder where those before them ended.
+    Run(String),
+    /// A command that goes on running.
+    Background(String),
+    /// The last lines that the command before it prints.
+    Output(String),
+}
+
+/// Where `docs/your-own.md` says that this repository is.
+const REPOSITORY: &str = "../ecss-can";
+
+/// The steps of `docs/your-own.md`, with this repository where it is.
+///
+/// # Errors
+/// When the page cannot be read, has a block without a meaning, or does not name the repository.
+pub fn your_own() -> anyhow::Result<Vec<Step>> {
+    let root = root()?;
+    let page = fs::read_to_string(root.join("docs/your-own.md"))?;
+    ensure!(page.contains(REPOSITORY), "docs/your-own.md does not name {REPOSITORY}");
+    steps(&page.replace(REPOSITORY, &root.display().to_string()))
+}
+
+fn root() -> anyhow::Result<&'static Path> {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).context("a workspace")
+}
+
+/// The steps of a page.
+///
+/// # Errors
+/// When a block has no such meaning.
+pub fn steps(markdown: &str) -> anyhow::Result<Vec<Step>> {
+    let (mut steps, mut block) = (Vec::new(), None);
+    for event in Parser::new(markdown) {
+        match event {
+            Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(info))) => {
+                block = Some((info.into_string(), String::new()));
+            }
+            Event::Text(part) => block.iter_mut().for_each(|(_, text)| text.push_str(&part)),
+            Event::End(TagEnd::CodeBlock) => {
+                let (info, text) = block.take().context("a block of code with a language")?;
+                steps.push(match info.split_once(' ') {
+                    None if info == "sh" => Step::Run(text),
+                    Some(("sh", "background")) => Step::Background(text),
+                    Some(("text", "output")) => Step::Output(text),
+                    Some((_, path)) => Step::File(path.into(), text),
+                    None => bail!("a block of code that is neither a command nor a file: `{info}`"),
+                });
+            }
+            _ => {}
+        }
+    }
+    Ok(steps)
+}
+
+/// An empty folder outside of this repository, the same for each run of the test `name`: images are built for the path of a board, and
+/// what is built stays in `target`.
+///
+/// # Errors
+/// When it cannot be made.
+pub fn fresh_folder(name: &str) -> anyhow::Result<PathBuf> {
+    let mut hasher = DefaultHasher::new();
+    root()?.hash(&mut hasher);
+    let folder = std::env::temp_dir().join(format!("{name}-{:016x}", hasher.finish()));
+    match fs::remove_dir_all(&folder) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => fs::create_dir(&folder),
+    }
+    .with_context(|| format!("cannot make {} anew", folder.display()))?;
+    Ok(folder)
+}
+
+/// A folder in which a page is followed.
+#[derive(Debug)]
+pub struct Folder {
+    top: PathBuf,
+    /// Where the last command ended.
+    here: PathBuf,
+    /// Searched for programs before PATH.
+    tools: Option<PathBuf>,
+}
+
+impl Folder {
+    /// The folder `top`, with the programs of PATH.
+    pub fn new(top: &Path) -> Folder {
+        Folder { top: top.into(), here: top.into(), tools: None }
+    }
+
+    /// Searches the folder `tools` for programs before PATH.
+    #[must_use]
+    pub fn with_tools(self, tools: &Path) -> Folder {
+        Folder { tools: Some(tools.into()), ..self }
+    }
+
+    /// Keeps what cargo compiles for the package `name`, which is there, in `target/page` of this repository for the next time.
+    ///
+    /// # Errors
+    /// When the link cannot be made.
+    #[cfg(unix)]
+    pub fn keep_target(&self, name: &str) -> anyhow::Result<()> {
+        let target = root()?.join("target/page");
+        fs::create_dir_all(&target)?;
+        std::os::unix::fs::symlink(target, self.top.join(name).join("target"))?;
+        Ok(())
+    }
+
+    /// Writes a file.
+    ///
+    /// # Errors
+    /// When that fails.
+    pub fn write(&self, path: &Path, text: &str) -> anyhow::Result<()> {
+        let path = self.top.join(path);
+        let parent = path.parent().context("a file has a folder")?;
+        fs::create_dir_all(parent)?;
+        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// Runs commands; returns what they print.
+    ///
+    /// # Errors
+    /// When one of them fails.
+    pub fn run(&mut self, commands: &str) -> anyhow::Result<String> {
+        let note = self.top.join(".here");
+        let script = format!("set -e\n{commands}\npwd > '{}'\n", note.display());
+        let output = self.shell(&script).output().context("cannot run sh")?;
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        ensure!(output.status.success(), "failed ({}):\n{commands}\nIt said\n{said}", output.status);
+        self.here = fs::read_to_string(&note)?.trim_end().into();
+        Ok(said)
+    }
+
+    /// A command that is to go on running, its standard output piped.
+    pub fn background(&self, command: &str) -> Command {
+        let mut shell = self.shell(&format!("exec {command}"));
+        shell.stdout(Stdio::piped());
+        shell
+    }
+
+    fn shell(&self, script: &str) -> Command {
+        let mut shell = Command::new("sh");
+        firmware_images::clean(&mut shell);
+        shell.args(["-c", script]).current_dir(&self.here).stdin(Stdio::null()).stderr(Stdio::inherit());
+        if let Some(tools) = &self.tools {
+            let path = std::env::var("PATH").unwrap_or_default();
+            shell.env("PATH", format!("{}:{path}", tools.display()));
+        }
+        shell
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_block_is_a_step() {
+        let page = "# A\n\n```sh\nls\n```\n\n```toml a/b.toml\nx = 1\n```\n\n```sh background\nyes\n```\n\n```text output\ny\n```\n";
+        let expected = [
+            Step::Run("ls\n".into()),
+            Step::File("a/b.toml".into(), "x = 1\n".into()),
+            Step::Background("yes\n".into()),
+            Step::Output("y\n".into()),
+        ];
+        assert_eq!(steps(page).unwrap(), expected);
+    }
+
+    #[test]
+    fn a_block_without_meaning_is_an_error() {
+        assert!(steps("```rust\nfn main() {}\n```\n").unwrap_err().to_string().contains("`rust`"));
+    }
+}

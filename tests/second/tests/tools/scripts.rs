@@ -1,0 +1,151 @@
+//! Each script against its spacecraft. Profile `standard` has short periods, `librecube` is patient with its master.
+
+use second::script;
+
+/// What the spacecraft said.
+fn passes(name: &str, arguments: &[&str]) -> String {
+    script::run(name, arguments).unwrap_or_else(|failure| panic!("{failure:#}"))
+}
+
+/// The same with test devices as these nodes.
+fn passes_with_device(name: &str, arguments: &[&str], nodes: &[u8]) {
+    script::run_with_device(name, arguments, nodes).unwrap_or_else(|failure| panic!("{failure:#}"));
+}
+
+/// Heartbeats, boot-up and SYNC of a spacecraft that nobody disturbs.
+///
+/// Verifies: ECSS 6.5.2a, 6.9c, 8.3.3a
+#[test]
+fn a_spacecraft_left_alone_is_heard_as_it_should_be() {
+    passes("listening.py", &["--profile", "standard", "--slaves", "3"]);
+}
+
+/// Given boards with 125 kbit/s, when python-can attaches with this bit rate, then it sees every frame. When it attaches with 1 Mbit/s,
+/// then it hears nothing, and both bit rates are named.
+///
+/// Verifies: ECSS 5.4.2a.3
+#[test]
+fn python_can_sees_every_frame_at_125_kbit_per_second() {
+    let said = script::run_at_125_kbit("slow_bus.py").unwrap_or_else(|failure| panic!("{failure:#}"));
+    let named = ["nominal", "redundant"].map(|bus| format!("{bus} bus: slcan socket://127.0.0.1:"));
+    let rated =
+        |start: &String| said.lines().any(|line| line.starts_with(start) && line.contains(" at 125 kbit/s"));
+    assert!(named.iter().all(rated), "{said}");
+    assert!(said.contains("cannot be opened with 1000 kbit/s, the bus has 125 kbit/s"), "{said}");
+}
+
+/// The canopen package commands slaves whose master it is.
+///
+/// Verifies: ECSS 6.5.1a, 6.5.4a
+#[test]
+fn slaves_obey_a_foreign_nmt_master() {
+    passes("nmt.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// Telecommands and telemetry on PDOs; an emergency for one that is too short.
+#[test]
+fn telecommands_are_executed_and_telemetry_answers() {
+    passes("telemetry.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// Expedited, by segments, 20 kB by blocks; aborts.
+#[test]
+fn values_of_every_type_and_20_kilobytes_are_moved_over_sdo() {
+    passes_with_device("sdo.py", &["--profile", "librecube", "--slaves", "0", "--no-master"], &[2, 3]);
+}
+
+/// Every object of the committed DCF of a slave.
+#[test]
+fn every_object_of_a_slave_is_read_and_written_over_sdo() {
+    passes("slave_objects.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// The same with values of every type.
+#[test]
+fn every_object_of_a_test_device_is_read_and_written_over_sdo() {
+    passes_with_device("slave_objects.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
+}
+
+/// Every object of the committed EDS of the master, while it commands slaves.
+#[test]
+fn every_object_of_the_master_is_read_and_written_over_sdo() {
+    passes("master_objects.py", &["--profile", "librecube", "--slaves", "3"]);
+}
+
+/// By their bits in the data sheet of a slave: Figure 7-1.
+///
+/// Verifies: ECSS 7.1.2f, 7.2.3b, 7.2.3g, 7.2.3h, 7.2.3i
+#[test]
+fn times_are_decoded_from_their_pdos() {
+    passes("time_pdos.py", &["--profile", "standard", "--slaves", "3"]);
+}
+
+/// The same of UTC: Figure 7-2.
+///
+/// Verifies: ECSS 7.1.3e, 7.2.2b, 7.2.3i
+#[test]
+fn utc_is_decoded_from_its_pdos() {
+    passes_with_device("utc_pdos.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
+}
+
+/// PDOs by the names that their mapping has in the data sheet, and a mapping that is changed.
+#[test]
+fn pdos_are_subscribed_and_mapped_anew() {
+    passes_with_device("pdo.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
+}
+
+/// CiA 301 rule by rule: services, objects and identifiers of a slave by frames alone.
+///
+/// Verifies: ECSS 6.1a, 6.2a, 6.5.4a, 6.10b
+#[test]
+fn a_slave_keeps_the_rules_of_cia_301() {
+    passes_with_device("conformance.py", &["--profile", "librecube", "--slaves", "0", "--no-master"], &[3]);
+}
+
+/// A DCF, loaded over SDO.
+#[test]
+fn a_slave_takes_its_dcf() {
+    passes_with_device("configuration.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
+}
+
+/// The example of a user's own device, by the data sheet that its own program prints.
+#[test]
+fn a_thermometer_is_known_by_its_own_data_sheet() {
+    script::run_with_thermometer().unwrap_or_else(|failure| panic!("{failure:#}"));
+}
+
+/// 1010h and 1011h.
+#[test]
+fn parameters_are_stored_and_restored() {
+    passes("storing.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// The master follows no foreign command, but starts a slave that was set back.
+#[test]
+fn the_master_brings_slaves_back() {
+    passes("master.py", &["--profile", "standard", "--slaves", "2"]);
+}
+
+/// Heartbeats and emergencies of a slave that the canopen package plays, for the master and for a slave.
+///
+/// Verifies: ECSS 6.4a.2, 6.5.2a
+#[test]
+fn heartbeats_and_emergencies_of_a_foreign_slave_are_consumed() {
+    let said = passes("emergencies.py", &["--profile", "standard", "--slaves", "2"]);
+    let emergencies = said.lines().filter_map(|line| Some(line.split_once("slave 9: EMCY ")?.1));
+    let heard = [
+        "5530h, error register 81h, [66, 6C, 61, 73, 68]",
+        "4210h, error register 09h, [00, 01, 7F, 80, FF]",
+        "FF01h, error register 01h, [00, 00, 00, 00, 00]",
+        "0000h, error register 00h, [00, 00, 00, 00, 00]",
+    ];
+    assert_eq!(emergencies.collect::<Vec<_>>(), heard);
+}
+
+/// The spacecraft leaves a bus in the middle of a transfer, and is served on the other one; and back again.
+///
+/// Verifies: ECSS 8.3.3b
+#[test]
+fn transfers_go_on_on_the_other_bus() {
+    passes_with_device("failover.py", &["--profile", "librecube", "--slaves", "0"], &[2, 3]);
+}
