@@ -20,7 +20,7 @@ pub enum Error {
         /// Name of the file.
         file: &'static str,
         /// Error of the parser, with the line.
-        reason: toml::de::Error,
+        reason: toml_edit::TomlError,
     },
     /// No feature of embassy-stm32 names a chip.
     #[error(

@@ -1,6 +1,6 @@
 //! Finds the name of the chip in the manifest and in the description of a board.
 
-use toml::{Table, Value};
+use toml_edit::{DocumentMut, Item, TableLike, Value};
 
 use crate::{Chip, Error};
 
@@ -13,12 +13,14 @@ const HAL: &str = "embassy-stm32";
 /// # Errors
 /// When it is not TOML, when no chip or several chips are named, or when the chip is not supported.
 pub fn chip_of_manifest(manifest: &str) -> Result<Chip, Error> {
-    let manifest: Table = parse("Cargo.toml", manifest)?;
-    let targets = manifest.get("target").and_then(Value::as_table);
-    let of_targets = targets.into_iter().flat_map(|targets| targets.values());
-    let tables =
-        manifest.get("dependencies").into_iter().chain(of_targets.filter_map(|t| t.get("dependencies")));
-    let mut chips: Vec<String> = tables.filter_map(Value::as_table).flat_map(chips_of).collect();
+    let manifest = parse("Cargo.toml", manifest)?;
+    let targets = manifest.get("target").and_then(Item::as_table_like);
+    let of_targets = targets.into_iter().flat_map(|targets| targets.iter());
+    let tables = manifest
+        .get("dependencies")
+        .into_iter()
+        .chain(of_targets.filter_map(|(_, target)| target.as_table_like()?.get("dependencies")));
+    let mut chips: Vec<String> = tables.filter_map(Item::as_table_like).flat_map(chips_of).collect();
     chips.sort();
     chips.dedup();
     match chips.as_slice() {
@@ -33,19 +35,20 @@ pub fn chip_of_manifest(manifest: &str) -> Result<Chip, Error> {
 /// # Errors
 /// When it is not TOML or names no chip.
 pub fn chip_of_board(description: &str) -> Result<String, Error> {
-    let description: Table = parse("board.toml", description)?;
-    let chip = description.get("chip").and_then(Value::as_str);
+    let description = parse("board.toml", description)?;
+    let chip = description.get("chip").and_then(Item::as_str);
     chip.map(str::to_owned).ok_or(Error::NoChipOfBoard)
 }
 
-fn parse(file: &'static str, text: &str) -> Result<Table, Error> {
+fn parse(file: &'static str, text: &str) -> Result<DocumentMut, Error> {
     text.parse().map_err(|reason| Error::Toml { file, reason })
 }
 
 /// Names of the chips in a table of dependencies.
-fn chips_of(dependencies: &Table) -> Vec<String> {
-    let hal = dependencies.iter().filter(|(name, dependency)| {
-        dependency.get("package").and_then(Value::as_str).unwrap_or(name.as_str()) == HAL
+fn chips_of(dependencies: &dyn TableLike) -> Vec<String> {
+    let tables = dependencies.iter().filter_map(|(name, item)| Some((name, item.as_table_like()?)));
+    let hal = tables.filter(|(name, dependency)| {
+        dependency.get("package").and_then(Item::as_str).unwrap_or(name) == HAL
     });
     let features = hal.filter_map(|(_, dependency)| dependency.get("features")?.as_array());
     features

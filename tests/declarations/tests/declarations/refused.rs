@@ -1,6 +1,6 @@
 //! Declarations that do not compile, and what the compiler says: `tests/refused/*.rs`, each with its `.stderr`.
 //!
-//! `TRYBUILD=overwrite cargo test -p async-canopen-derive --test declarations` writes the texts anew.
+//! `TRYBUILD=overwrite cargo test -p declarations --test declarations` writes the texts anew.
 
 #[test]
 fn wrong_declarations_are_refused_with_a_reason() {

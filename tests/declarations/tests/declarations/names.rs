@@ -25,8 +25,8 @@ const PACKAGES: [(&str, &[Dependency], bool); 6] = [
 
 /// Folder of a package of this repository.
 fn folder(package: &str) -> PathBuf {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the folder of ecss-can");
-    if package == CANOPEN { shared.join("canopen") } else { shared.to_owned() }
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    if package == CANOPEN { shared.join("canopen") } else { shared }
 }
 
 fn manifest(name: &str, dependencies: &[Dependency]) -> String {
