@@ -10,7 +10,7 @@ mod licences;
 mod mutants;
 mod pictures;
 mod selftest;
-mod test_tools;
+mod test_all;
 mod tool;
 
 use std::process::ExitCode;
@@ -45,8 +45,8 @@ enum Command {
     Licences(tool::Source),
     /// Change the protocol crate in many places, one by one, and count the changes that its tests find
     Mutants(mutants::Options),
-    /// Test flights, recordings, reports and data sheets with tools of others: python-can, canopen, tshark, chromium ...
-    TestTools(test_tools::Options),
+    /// Run all tests: those of `cargo test`, all other flights and commands, and those with tools of others
+    TestAll(test_all::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(support::board::Target),
     /// Check that chip support compiles for a chip of each STM32F4 line
@@ -64,7 +64,7 @@ fn main() -> ExitCode {
         Command::Compliance(options) => compliance::run(&options),
         Command::Licences(options) => licences::run(&options),
         Command::Mutants(options) => mutants::run(&options),
-        Command::TestTools(options) => test_tools::run(&options),
+        Command::TestAll(options) => test_all::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
         Command::Chips => firmware_images::check_chips().map_err(Into::into),
     };
