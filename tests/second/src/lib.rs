@@ -11,7 +11,7 @@
 //! Values of types that the mission's objects do not have are those of the test device, `firmware/fixtures/device`: [`device`] has its
 //! image and its data sheets.
 //!
-//! `cargo xtask test-tools` checks that the tools are installed and runs these tests side by side. A test whose tool is missing fails
+//! `cargo xtask test-all --tier tools` checks that the tools are installed and runs these tests side by side. A test whose tool is missing fails
 //! and names that command.
 
 #![forbid(unsafe_code)]

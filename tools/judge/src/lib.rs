@@ -1,7 +1,7 @@
 //! Rules by which a search for faults judges the redundancy of a spacecraft.
 //!
 //! A *search* brings a spacecraft into many situations: random faults (`tools/campaign`), all states of a small spacecraft
-//! (`tests/model`), random sequences of frames (`tests/fuzz`). A *judge* decides whether what the search sees is right. Rules
+//! (`tests/model`), random sequences of frames (`tests/search/src/fuzz`). A *judge* decides whether what the search sees is right. Rules
 //! that several searches apply are here, once, without a world or a wire.
 //!
 //! A search fills a [`View`]: the nodes at one instant, and which of them a bus joins. Then it asks:

@@ -1,5 +1,5 @@
 //! What a constant refuses, with the text that the compiler shows: the same functions at run time. Which programs do not compile,
-//! `shared/tests/refused` holds.
+//! `tests/declarations/tests/refused` holds.
 
 use std::panic::{UnwindSafe, catch_unwind};
 

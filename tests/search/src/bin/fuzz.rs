@@ -64,7 +64,7 @@ fn main() -> ExitCode {
             eprintln!("{}: {}\n{:02X?}", target.name, failure.message, failure.input);
             match std::fs::write(&path, &failure.input) {
                 Ok(()) => eprintln!(
-                    "again: cargo run --profile fuzz -p fuzz -- {} --replay {}",
+                    "again: cargo run --profile fuzz -p search --bin fuzz -- {} --replay {}",
                     target.name,
                     path.display()
                 ),

@@ -1,6 +1,6 @@
 //! The last steps of `docs/your-own.md`: a client in Python changes a value of the device while it flies.
 //!
-//! The test of `tests/page` follows the steps before. Here they are followed as far as the client needs them. The twin takes free
+//! The test `flights::page` follows the steps before. Here they are followed as far as the client needs them. The twin takes free
 //! ports, not those that the page names.
 
 use second::program::Twin;

@@ -1,4 +1,4 @@
-//! Sets of PDOs: the compiler refuses what the rules of run time refuse. Which texts it shows, `shared/tests/refused` holds.
+//! Sets of PDOs: the compiler refuses what the rules of run time refuse. Which texts it shows, `tests/declarations/tests/refused` holds.
 //!
 //! A constant that is refused stops the build; the same functions called at run time panic.
 
