@@ -72,7 +72,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
     if has(Tier::Second) {
         // All targets of the second package but that of the tools; the library has tests of its own.
-        let package = ["--package", SECOND, "--lib", "--test", "flights", "--test", "host", "--test", "layers"];
+        let package =
+            ["--package", SECOND, "--lib", "--test", "flights", "--test", "host", "--test", "layers"];
         test(&package, &options.names)?;
         let first = first_tier()?;
         let excluded = first.iter().map(String::as_str).chain([SECOND]);

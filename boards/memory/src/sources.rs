@@ -47,9 +47,8 @@ fn parse(file: &'static str, text: &str) -> Result<DocumentMut, Error> {
 /// Names of the chips in a table of dependencies.
 fn chips_of(dependencies: &dyn TableLike) -> Vec<String> {
     let tables = dependencies.iter().filter_map(|(name, item)| Some((name, item.as_table_like()?)));
-    let hal = tables.filter(|(name, dependency)| {
-        dependency.get("package").and_then(Item::as_str).unwrap_or(name) == HAL
-    });
+    let hal = tables
+        .filter(|(name, dependency)| dependency.get("package").and_then(Item::as_str).unwrap_or(name) == HAL);
     let features = hal.filter_map(|(_, dependency)| dependency.get("features")?.as_array());
     features
         .flatten()

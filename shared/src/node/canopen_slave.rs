@@ -81,7 +81,7 @@ impl<D: Device> CanopenSlave<D> {
         let services = &mut self.canopen.services;
         if services.is_sync(id) && state.allows_sync() {
             self.canopen.on_sync(BUS, frame, stamp, now, out);
-        } else if services.is_sdo(id) && state.allows_sdo() {
+        } else if services.is_sdo(id) && self.canopen.control.reporting_state().allows_sdo() {
             if !services.on_plain_segment(frame, now)
                 && let Some(at) = self.canopen.on_request(BUS, frame, now, out)
             {

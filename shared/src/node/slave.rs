@@ -87,7 +87,7 @@ impl<D: Device> Slave<D> {
             self.on_network(bus, frame, stamp, now, out);
         } else if self.canopen.services.is_sync(id) && state.allows_sync() {
             self.on_sync(frame, stamp, now, out);
-        } else if self.canopen.services.is_sdo(id) && state.allows_sdo() {
+        } else if self.canopen.services.is_sdo(id) && self.canopen.control.reporting_state().allows_sdo() {
             self.on_sdo(frame, now, out);
         } else if id < CobId::heartbeat(NodeId::MASTER) && state.allows_pdo() {
             self.on_pdo(frame, stamp, now, out);

@@ -35,8 +35,13 @@ impl Device for Channel {
     );
 }
 
+/// Without power.
+pub fn slave() -> CanopenSlave<Channel> {
+    CanopenSlave::new(node(5), &Profile::DEFAULT, Channel::default())
+}
+
 fn powered() -> Bench<CanopenSlave<Channel>> {
-    Bench::new(CanopenSlave::new(node(5), &Profile::DEFAULT, Channel::default()))
+    Bench::new(slave())
 }
 
 /// Started by the master, what it sent before forgotten.

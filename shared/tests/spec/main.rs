@@ -5,6 +5,7 @@
 mod babblers;
 mod babbling;
 mod bench;
+mod booting;
 mod budget;
 mod bus_off;
 mod canonical;

@@ -31,10 +31,8 @@ pub const AGREED: Property = Property {
     holds: |watch| watch.disagreeing <= ticks(bounds().agreement),
 };
 /// The bus does not change for ever.
-pub const SETTLED: Property = Property {
-    name: "the bus does not change for ever",
-    holds: |watch| watch.needless <= Bounds::NEEDLESS,
-};
+pub const SETTLED: Property =
+    Property { name: "the bus does not change for ever", holds: |watch| watch.needless <= Bounds::NEEDLESS };
 /// Two active masters.
 pub const ONE_ACTIVE: Property = Property {
     name: "of two active masters that hear each other one yields within the bound",

@@ -23,7 +23,11 @@ pub fn workspace() -> PathBuf {
 /// When one is missing; the error says how to install it.
 pub fn require(needs: &[Need]) -> anyhow::Result<()> {
     let missing: Vec<String> = needs.iter().filter(|need| !need.is_there()).map(Need::to_string).collect();
-    ensure!(missing.is_empty(), "missing: {}; run `cargo xtask test-all --tier tools --install`", missing.join(", "));
+    ensure!(
+        missing.is_empty(),
+        "missing: {}; run `cargo xtask test-all --tier tools --install`",
+        missing.join(", ")
+    );
     Ok(())
 }
 

@@ -218,10 +218,7 @@ mod tests {
     #[test]
     fn python_packages_have_commands_of_their_own() {
         let text = instructions(&[Need::PythonPackages]);
-        assert!(
-            text.contains("-m pip install --requirement tests/second/python/requirements.txt"),
-            "{text}"
-        );
+        assert!(text.contains("-m pip install --requirement tests/second/python/requirements.txt"), "{text}");
         assert!(!text.contains("apt-get"), "{text}");
     }
 }

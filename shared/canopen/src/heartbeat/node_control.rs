@@ -2,18 +2,18 @@
 
 use super::{Staggered, encode};
 use crate::nmt::{Command, ErrorBehaviour, NmtSlave, Reaction};
-use crate::types::{Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId};
+use crate::types::{Canonical, Duration, Frame, Instant, NmtState, NodeId};
 
 /// Node control of a slave: Node-ID, NMT state, boot-up message and heartbeat.
 ///
-/// Until one of its heartbeats is acknowledged, a slave repeats its boot-up message in their place. So the first
-/// message that another node receives of it is the boot-up message.
+/// Until it is acknowledged, a slave repeats its boot-up message in place of heartbeats. So the first message that
+/// another node receives of it is the boot-up message.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct NodeControl {
     id: NodeId,
     nmt: NmtSlave,
     heartbeat: Staggered,
-    /// `true`: neither the boot-up message nor a heartbeat after it was acknowledged.
+    /// `true`: the boot-up message was not acknowledged yet, nor one in place of a heartbeat.
     is_booting: bool,
 }
 
@@ -43,8 +43,8 @@ impl NodeControl {
         self.nmt.state()
     }
 
-    /// Returns the state that other nodes may know: Initialising until a heartbeat is acknowledged. Emergencies wait
-    /// for the boot-up message (CiA 301 7.2.8.3.3).
+    /// Returns the state that other nodes may know: Initialising until the boot-up message is acknowledged. Emergencies
+    /// wait for it, and SDO requests before it are of the life before (CiA 301 7.2.8.3.3, 7.3.2.2.1).
     pub const fn reporting_state(&self) -> NmtState {
         if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
     }
@@ -121,9 +121,10 @@ impl NodeControl {
         self.heartbeat.is_just_due(at)
     }
 
-    /// Takes a frame of this node that was acknowledged. Returns whether it is the first heartbeat since the boot.
+    /// Takes a frame of this node that was acknowledged. Returns whether it is the first boot-up message since the
+    /// boot. A heartbeat that waited since the life before is none.
     pub fn on_sent(&mut self, frame: &Frame) -> bool {
-        frame.id() == CobId::heartbeat(self.id) && core::mem::take(&mut self.is_booting)
+        *frame == encode(self.id, NmtState::Initialising) && core::mem::take(&mut self.is_booting)
     }
 
     /// Returns the heartbeat when it is due.

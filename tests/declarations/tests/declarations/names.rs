@@ -127,7 +127,8 @@ fn check(workspace: &str, packages: &[(&str, &[Dependency], String)]) -> (bool, 
 
 #[test]
 fn declarations_compile_by_each_name_of_their_crate() {
-    let packages = PACKAGES.map(|(name, dependencies, is_device)| (name, dependencies, source(dependencies, is_device)));
+    let packages =
+        PACKAGES.map(|(name, dependencies, is_device)| (name, dependencies, source(dependencies, is_device)));
     let (compiles, said) = check("names", &packages);
     assert!(compiles, "{said}");
 }
@@ -141,6 +142,9 @@ fn a_device_without_its_crate_is_refused_with_a_reason() {
     assert!(!compiles);
     let errors: Vec<&str> = said.lines().filter(|line| line.starts_with("error")).collect();
     assert_eq!(errors[0], "error: a device needs the crate `ecss-can`", "{said}");
-    assert!(errors[1].starts_with("error: could not compile `heater` (lib) due to 1 previous error"), "{said}");
+    assert!(
+        errors[1].starts_with("error: could not compile `heater` (lib) due to 1 previous error"),
+        "{said}"
+    );
     assert_eq!(errors.len(), 2, "{said}");
 }

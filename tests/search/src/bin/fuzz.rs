@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
 use search::fuzz::campaign::{self, Campaign, Failure};
 use search::fuzz::{Signature, TARGETS, Target};
-use indicatif::{ProgressBar, ProgressStyle};
 
 /// Executions between two looks at the progress.
 const PORTION: u64 = 10_000;

@@ -5,10 +5,10 @@ use std::fmt;
 use ecss_can::types::{Bus, NmtState};
 use stateright::Path;
 
+use super::step::Step;
 use model::master::Master;
 use model::profile::TICK;
 use model::station::Station;
-use super::step::Step;
 use model::watch::Watched;
 use model::world::{Fault, Kind, Message, STATIONS, World};
 

@@ -43,8 +43,7 @@ fn each_defect_is_found() {
 #[test]
 fn bad_arguments_end_with_2() {
     for bad in [["--faults", "4"], ["--threads", "0"], ["--broken", "all"]] {
-        let output =
-            Command::new(env!("CARGO_BIN_EXE_search")).args(bad).output().expect("it runs");
+        let output = Command::new(env!("CARGO_BIN_EXE_search")).args(bad).output().expect("it runs");
         assert_eq!(output.status.code(), Some(2), "{bad:?}");
     }
 }

@@ -4,8 +4,8 @@ use can_wire::time::Time;
 use twin::pin::Pin;
 use twin::spacecraft::Bus;
 
-use flight::{minimal, standby};
 use flight::*;
+use flight::{minimal, standby};
 
 /// Heartbeat, SYNC and spacecraft time of the master.
 const HEARD: [u16; 3] = [0x701, 0x080, 0x181];

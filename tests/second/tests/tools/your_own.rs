@@ -3,9 +3,9 @@
 //! The test `flights::page` follows the steps before. Here they are followed as far as the client needs them. The twin takes free
 //! ports, not those that the page names.
 
+use second::page::{self, Folder, Step};
 use second::program::Twin;
 use second::tools;
-use second::page::{self, Folder, Step};
 
 const FREE_PORTS: &str = " --slcan-nominal 0 --slcan-redundant 0";
 const NOMINAL: &str = "socket://127.0.0.1:29501";

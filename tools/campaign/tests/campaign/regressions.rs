@@ -3,7 +3,7 @@
 use campaign::{World, fly};
 
 /// What was wrong, and the script.
-const SCRIPTS: [(&str, &str); 16] = [
+const SCRIPTS: [(&str, &str); 17] = [
     (
         "the master did not go back to a bus that had served more slaves",
         "run seed=1 slaves=5 length=60000000\n\
@@ -98,6 +98,11 @@ const SCRIPTS: [(&str, &str); 16] = [
         "run seed=1 slaves=3 length=60000000\n\
          disconnect at=18000000 bus=nominal node=4\n\
          reset-slave at=18000000 node=4\n",
+    ),
+    (
+        "a slave that was reset again while it was configured kept its defaults and the date of its configuration",
+        "run seed=1 slaves=3 assigned=1 length=60000000\n\
+         foreign-nmt at=14000000 bus=nominal node=4 value=130 times=2 every=3000\n",
     ),
 ];
 

@@ -8,10 +8,10 @@ mod line;
 mod zencan;
 
 use self::codecs::{Codecs, OBJECT};
-use ecss_can::sdo::{Error, Payload};
-use ecss_can::types::{AbortCode, Address};
 use self::line::Line;
 use self::zencan::{CONSTANT, DOMAIN, KEY, STRING, Zencan};
+use ecss_can::sdo::{Error, Payload};
+use ecss_can::types::{AbortCode, Address};
 
 /// A byte, a segment, a byte more, a sub-block with and without a byte less and more, and many.
 const SIZES: [usize; 7] = [1, 7, 8, 888, 889, 890, 20_000];

@@ -1,0 +1,30 @@
+//! A slave that is reset twice, at every moment of its boot-up process.
+
+use campaign::{World, fly};
+
+/// From one reset to the next, microseconds: the boot-up process with all writes lasts 5 ms.
+const DISTANCES: std::ops::RangeInclusive<u64> = 100..=8_000;
+const STEP: usize = 100;
+
+/// Given a slave that the master configures, when Reset Node or Reset Communication comes twice, the second time anywhere in the boot-up
+/// process, then the slave is Operational and has its configuration.
+#[test]
+fn slave_reset_again_while_it_is_configured_has_its_configuration() {
+    let mut bad = Vec::new();
+    for command in [129, 130] {
+        for distance in DISTANCES.step_by(STEP) {
+            let text = format!(
+                "run seed=1 slaves=3 assigned=1 length=60000000\n\
+                 foreign-nmt at=14000000 bus=nominal node=4 value={command} times=2 every={distance}\n"
+            );
+            let outcome = fly(World::Host, &text.parse().expect("a script"));
+            bad.extend(
+                outcome
+                    .violations
+                    .into_iter()
+                    .map(|violation| format!("{command}, {distance} us: {violation}")),
+            );
+        }
+    }
+    assert!(bad.is_empty(), "{}", bad.join("\n"));
+}
