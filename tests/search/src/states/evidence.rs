@@ -1,8 +1,9 @@
 //! The property by which each defect is found.
 
+use ecss_can::types::Bus;
 use model::defect::Defect;
 use model::property::{self, Property};
-use model::world::Crew;
+use model::world::{Crew, Fault, MASTERS};
 
 use super::Violation;
 
@@ -12,7 +13,9 @@ pub struct Evidence {
     defect: Defect,
     property: Property,
     crew: Crew,
-    /// Number of faults that it takes, 1 to 3. Fewer show nothing.
+    /// What is broken from power-on.
+    before: &'static [Fault],
+    /// Number of faults that it takes after that. Fewer show nothing.
     pub faults: u8,
 }
 
@@ -20,7 +23,7 @@ impl Evidence {
     /// Returns what shows this defect.
     pub fn of(defect: Defect) -> Evidence {
         let (property, faults, crew) = match defect {
-            Defect::NoDwell => (property::SERVED, 3, Crew::OneMaster),
+            Defect::NoDwell => (property::SERVED, 2, Crew::OneMaster),
             Defect::LeavesStopped => (property::SERVED, 1, Crew::OneMaster),
             Defect::StaysBehind => (property::AGREED, 1, Crew::OneMaster),
             Defect::TogglesOnceMore => (property::CTOGGLE, 1, Crew::OneMaster),
@@ -28,11 +31,14 @@ impl Evidence {
             Defect::NeverYields => (property::ONE_ACTIVE, 1, Crew::TwoMasters),
             Defect::NeverCalls => (property::ONE_ACTIVE, 1, Crew::TwoMastersInStep),
         };
-        Evidence { defect, property, crew, faults }
+        // A dead bus: with this fault among those that are searched for, there are fifty times as many states.
+        let before: &[Fault] =
+            if defect == Defect::NoDwell { &[Fault::Cut(Bus::Nominal, MASTERS[0])] } else { &[] };
+        Evidence { defect, property, crew, before, faults }
     }
 
     /// Searches with up to `faults` faults for the shortest way on which the property does not hold.
     pub fn search(&self, faults: u8) -> Option<Violation> {
-        super::find(self.crew, faults, self.defect, self.property.name)
+        super::find(self.crew, self.before, faults, self.defect, self.property.name)
     }
 }

@@ -13,7 +13,7 @@ use model::defect::Defect;
 use model::profile::TICK;
 use model::property::{AGREED, BDEFAULT, CTOGGLE, ONE_ACTIVE, ROLES, SERVED, SETTLED};
 use model::watch::Watched;
-use model::world::Crew;
+use model::world::{Crew, Fault};
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
 use step::Step;
@@ -36,6 +36,8 @@ pub struct Longest {
 #[derive(Debug)]
 pub struct Spacecraft {
     crew: Crew,
+    /// What is broken from power-on.
+    before: &'static [Fault],
     faults: u8,
     defect: Option<Defect>,
     longest: Longest,
@@ -60,7 +62,10 @@ impl Model for Spacecraft {
     type Action = Step;
 
     fn init_states(&self) -> Vec<Watched> {
-        vec![Watched::new(self.crew, self.faults, self.defect)]
+        let faults = self.faults + self.before.len() as u8;
+        let mut state = Watched::new(self.crew, faults, self.defect);
+        self.before.iter().for_each(|fault| state.suffer(*fault));
+        vec![state]
     }
 
     fn actions(&self, state: &Watched, actions: &mut Vec<Step>) {
@@ -138,18 +143,31 @@ pub struct Violation {
 /// Searches through all that can happen with up to `faults` faults at any moment. Ends at the first state without a property
 /// that does not hold, if there is one.
 pub fn search(crew: Crew, faults: u8, threads: usize) -> Report {
-    explore(crew, faults, None, threads, HasDiscoveries::Any)
+    explore(crew, &[], faults, None, threads, HasDiscoveries::Any)
 }
 
-/// Searches for the shortest way on which `property` does not hold with a defect.
-pub fn find(crew: Crew, faults: u8, defect: Defect, property: &'static str) -> Option<Violation> {
+/// Searches for the shortest way on which `property` does not hold with a defect. `before`: what is broken from power-on.
+pub fn find(
+    crew: Crew,
+    before: &'static [Fault],
+    faults: u8,
+    defect: Defect,
+    property: &'static str,
+) -> Option<Violation> {
     let until = HasDiscoveries::AllOf(BTreeSet::from([property]));
-    let report = explore(crew, faults, Some(defect), 1, until);
+    let report = explore(crew, before, faults, Some(defect), 1, until);
     report.violations.into_iter().find(|violation| violation.property == property)
 }
 
-fn explore(crew: Crew, faults: u8, defect: Option<Defect>, threads: usize, until: HasDiscoveries) -> Report {
-    let model = Spacecraft { crew, faults, defect, longest: Longest::default() };
+fn explore(
+    crew: Crew,
+    before: &'static [Fault],
+    faults: u8,
+    defect: Option<Defect>,
+    threads: usize,
+    until: HasDiscoveries,
+) -> Report {
+    let model = Spacecraft { crew, before, faults, defect, longest: Longest::default() };
     let checker = model.checker().threads(threads).finish_when(until).spawn_bfs().join();
     let longest = &checker.model().longest;
     let millis = |ticks: &AtomicU8| u64::from(ticks.load(Ordering::Relaxed)) * TICK.as_millis();
