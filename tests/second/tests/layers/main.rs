@@ -7,6 +7,7 @@ mod paths;
 mod protocol;
 mod rooms;
 mod targets;
+mod untested;
 
 use std::path::PathBuf;
 
