@@ -180,7 +180,7 @@ impl<'a> Judge<'a> {
         self.judge_innocence();
         self.judge_collisions(&effective);
         let detections = self.detections();
-        Outcome { violations: self.violations, effective, detections, comparison: None }
+        Outcome { violations: self.violations, effective, detections }
     }
 
     /// The master boards. A change of the bus counts in the last seconds, but not from a bus with bit errors.

@@ -56,10 +56,6 @@ pub struct Options {
     #[arg(long)]
     pub(crate) no_build: bool,
 
-    /// Replay the machines of redundancy with what each run recorded, and compare them with the images (world twin)
-    #[arg(long, conflicts_with = "broken")]
-    pub(crate) compare: bool,
-
     /// Break a rule on purpose in a world of the host, and fly until a run finds it
     #[arg(long, value_name = "RULE", value_enum, conflicts_with_all = ["world", "masters", "shard", "jobs", "replay"])]
     pub(crate) broken: Option<Rule>,

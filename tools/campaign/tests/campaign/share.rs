@@ -15,7 +15,6 @@ fn asked(masters: u8) -> Asked {
         world: World::Host.name().into(),
         masters,
         kinds: vec![],
-        is_compared: false,
     }
 }
 
