@@ -6,8 +6,10 @@ use std::process::Command;
 use anyhow::{Context, ensure};
 use clap::Args;
 
-use support::needs::{CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide};
-use support::project;
+use firmware_images::support::needs::{
+    CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide,
+};
+use firmware_images::support::project;
 
 /// What the tests of `tests/interop` use.
 const NEEDS: [Need; 10] = [

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use judge::Bounds;
+use host_worlds::judge::Bounds;
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
 use crate::defect::Defect;

@@ -5,7 +5,7 @@
 //! violates something is made as simple as possible and printed; `--replay` flies it.
 //!
 //! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files (see
-//! [`support::shard`]).
+//! [`firmware_images::support::shard`]).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -39,12 +39,12 @@ use std::sync::mpsc;
 use std::thread;
 
 use anyhow::bail;
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::output::{self, Silently};
+use firmware_images::support::project;
+use firmware_images::support::shard::{self, Part, Run};
+use firmware_images::support::stop::Stop;
 use indicatif::{ProgressBar, ProgressStyle};
-use support::misuse::Misuse;
-use support::output::{self, Silently};
-use support::project;
-use support::shard::{self, Part, Run};
-use support::stop::Stop;
 
 use host::Host;
 use on_twin::Twin;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
-use support::shard::Shard;
+use firmware_images::support::shard::Shard;
 
 use crate::kind::Kind;
 use crate::rule::Rule;
@@ -61,7 +61,7 @@ pub struct Options {
     pub(crate) broken: Option<Rule>,
 
     /// Folder of the results
-    #[arg(long, value_name = "DIR", default_value_os_t = support::project::target("campaign"), hide_default_value = true)]
+    #[arg(long, value_name = "DIR", default_value_os_t = firmware_images::support::project::target("campaign"), hide_default_value = true)]
     pub(crate) out: PathBuf,
 
     /// Fly the script of a file instead, as a violation prints it

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use firmware_images::support::shard::Run;
 use serde::{Deserialize, Serialize};
-use support::shard::Run;
 
 use crate::kind::Kind;
 use crate::outcome::Outcome;

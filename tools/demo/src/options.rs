@@ -7,10 +7,10 @@ use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::fleet::{Fleet, Images, node_and_file};
-use support::misuse::Misuse;
-use support::node::{FIRST, LAST, MASTER, Node};
-use support::project;
+use firmware_images::support::fleet::{Fleet, Images, node_and_file};
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::node::{FIRST, LAST, MASTER, Node};
+use firmware_images::support::project;
 
 /// Allowed lengths of a flight, virtual seconds.
 pub const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
