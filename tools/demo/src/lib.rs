@@ -11,6 +11,7 @@ pub mod drawing;
 mod emergency;
 mod files;
 pub mod flight;
+mod frames;
 mod line;
 pub mod live;
 pub mod liveness;

@@ -58,10 +58,7 @@ pub struct Options {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if SECONDS.contains(&seconds) => Ok(seconds),
-        _ => Err(format!("allowed are seconds from {} to {}", SECONDS.start(), SECONDS.end())),
-    }
+    crate::options::seconds_within(text, &SECONDS)
 }
 
 impl Options {

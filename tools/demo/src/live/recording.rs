@@ -1,22 +1,18 @@
 //! What happens, on disk while it happens: frames of each bus and of both, and what the boards say.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use can_wire::candump::CandumpWriter;
-use can_wire::pcapng::PcapngWriter;
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::spacecraft::{Bus, WireRecord};
+use twin::spacecraft::WireRecord;
 
-type Writer = BufWriter<File>;
+use crate::frames::{self, FrameFiles, Writer};
 
 /// Files that are being written.
 pub struct Recording {
-    buses: [CandumpWriter<Writer>; 2],
-    both: PcapngWriter<Writer>,
+    frames: FrameFiles,
     said: Writer,
 }
 
@@ -28,17 +24,8 @@ impl Recording {
     pub fn begin(directory: &Path) -> anyhow::Result<Recording> {
         std::fs::create_dir_all(directory)
             .with_context(|| format!("cannot make the directory {}", directory.display()))?;
-        let file = |name: &str| {
-            let path = directory.join(name);
-            let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-            anyhow::Ok(BufWriter::new(file))
-        };
-        let bus = |bus: Bus| anyhow::Ok(CandumpWriter::new(file(&format!("bus-{bus}.log"))?, bus.name()));
-        Ok(Recording {
-            buses: [bus(Bus::Nominal)?, bus(Bus::Redundant)?],
-            both: PcapngWriter::new(file("spacecraft.pcapng")?, &Bus::ALL.map(Bus::name))?,
-            said: file("boards.log")?,
-        })
+        let frames = FrameFiles::begin(directory)?;
+        Ok(Recording { frames, said: frames::begin(directory, "boards.log")? })
     }
 
     /// A frame, if it is one of the two buses that was completed.
@@ -46,13 +33,10 @@ impl Recording {
     /// # Errors
     /// When it cannot be written.
     pub fn frame(&mut self, record: &WireRecord) -> anyhow::Result<()> {
-        if let Observation::Completed { trace, .. } = &record.record
-            && let Some(nth) = Bus::ALL.iter().position(|bus| *bus == record.bus)
-        {
-            self.buses[nth].write(trace.end, &trace.frame)?;
-            self.both.write(nth, trace.end, &trace.frame)?;
+        match &record.record {
+            Observation::Completed { trace, .. } => self.frames.write(record.bus, trace.end, &trace.frame),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// A line of a board.
@@ -68,10 +52,7 @@ impl Recording {
     /// # Errors
     /// When the rest cannot be written.
     pub fn end(mut self) -> anyhow::Result<()> {
-        for bus in self.buses {
-            bus.finish()?;
-        }
-        self.both.finish()?;
+        self.frames.finish()?;
         Ok(self.said.flush()?)
     }
 }
