@@ -16,10 +16,10 @@ use mission::minimal::MinimalObjects;
 use mission::minimal::prototype::PrototypeObjects;
 use mission::{CommanderObjects, MissionObjects};
 
-use support::board::{BitRate, Profile};
-use support::misuse::Misuse;
-use support::output;
-use support::project::manifest;
+use firmware_images::support::board::{BitRate, Profile};
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::output;
+use firmware_images::support::project::manifest;
 
 /// Names of the data sheets of minimal slaves.
 const MINIMAL_EDS: &str = "minimal.eds";
@@ -77,7 +77,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
     let (usual, mut files) = match &options.package {
         Some(package) => (PathBuf::from("."), files_of(package, options)?),
-        None => (support::project::path("docs/eds"), files(options)?),
+        None => (firmware_images::support::project::path("docs/eds"), files(options)?),
     };
     if options.no_last_eds {
         files.iter_mut().for_each(|(_, text)| *text = without_last_eds(text));

@@ -1,6 +1,6 @@
 //! `cargo demo`, `cargo twin`, `cargo eds`, `cargo campaign` and `cargo schedule`: the commands for users of this project.
 //!
-//! `cargo tools COMMAND` is the same, also from a package in another folder. Exit codes: [`support::ending`].
+//! `cargo tools COMMAND` is the same, also from a package in another folder. Exit codes: [`firmware_images::support::ending`].
 
 #![forbid(unsafe_code)]
 
@@ -23,7 +23,7 @@ enum Command {
     /// Fly the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
     Demo(demo::Options),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
-    Twin(live::Options),
+    Twin(demo::live::Options),
     /// Write EDS and DCF of a device from its dictionary, or check the DCF of a network
     Eds(eds::Options),
     /// Fly thousands of spacecraft with random faults, and check what must hold after each
@@ -35,10 +35,10 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Demo(options) => demo::run(&options),
-        Command::Twin(options) => live::run(&options),
+        Command::Twin(options) => demo::live::run(&options),
         Command::Eds(options) => eds::run(&options),
         Command::Campaign(options) => campaign::run(&options),
         Command::Schedule(options) => schedule::run(&options),
     };
-    support::ending::end(outcome, Cli::command())
+    firmware_images::support::ending::end(outcome, Cli::command())
 }

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use firmware_images::support::board::{BitRate, Board, Profile, Target, built_names, help};
+use firmware_images::support::elf::{Facts, Size};
+use firmware_images::support::fleet;
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::output;
+use firmware_images::support::project::manifest;
 use firmware_images::{BoardCrate, Choice, Error, Package};
-use support::board::{BitRate, Board, Profile, Target, built_names, help};
-use support::elf::{Facts, Size};
-use support::fleet;
-use support::misuse::Misuse;
-use support::output;
-use support::project::manifest;
 
 /// The subcommand.
 const FIRMWARE: &str = "firmware";

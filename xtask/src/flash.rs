@@ -11,8 +11,8 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
-use support::board::{BitRate, Board, Target, allowed};
-use support::misuse::Misuse;
+use firmware_images::support::board::{BitRate, Board, Target, allowed};
+use firmware_images::support::misuse::Misuse;
 
 /// The program that writes to a board.
 const PROBE_RS: &str = "probe-rs";
@@ -148,5 +148,5 @@ fn replace_by(mut program: Command) -> anyhow::Result<()> {
 fn replace_by(mut program: Command) -> anyhow::Result<()> {
     let status = program.status().context("cannot run probe-rs")?;
     let code = status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
-    if code == 0 { Ok(()) } else { Err(support::output::Silently(code).into()) }
+    if code == 0 { Ok(()) } else { Err(firmware_images::support::output::Silently(code).into()) }
 }

@@ -1,6 +1,6 @@
 //! `cargo xtask`: building, flashing, benchmarks, and checks of this repository. The package `tools` has the commands for users.
 //!
-//! `cargo master`, `cargo slave` and `cargo minimal` are `cargo xtask flash`. Exit codes: [`support::ending`].
+//! `cargo master`, `cargo slave` and `cargo minimal` are `cargo xtask flash`. Exit codes: [`firmware_images::support::ending`].
 
 #![forbid(unsafe_code)]
 
@@ -48,7 +48,7 @@ enum Command {
     /// Run all tests: those of `cargo test`, all other flights and commands, and those with tools of others
     TestAll(test_all::Options),
     /// Lint firmware and boards for their target; warnings are errors
-    Clippy(support::board::Target),
+    Clippy(firmware_images::support::board::Target),
     /// Check that chip support compiles for a chip of each STM32F4 line
     Chips,
 }
@@ -68,5 +68,5 @@ fn main() -> ExitCode {
         Command::Clippy(options) => firmware::clippy(&options),
         Command::Chips => firmware_images::check_chips().map_err(Into::into),
     };
-    support::ending::end(outcome, Cli::command())
+    firmware_images::support::ending::end(outcome, Cli::command())
 }

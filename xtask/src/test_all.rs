@@ -7,8 +7,10 @@ use anyhow::{Context, ensure};
 use cargo_metadata::MetadataCommand;
 use clap::{Args, ValueEnum};
 
-use support::needs::{CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide};
-use support::project;
+use firmware_images::support::needs::{
+    CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide,
+};
+use firmware_images::support::project;
 
 /// What the tests of the third tier use.
 const NEEDS: [Need; 10] = [

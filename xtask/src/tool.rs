@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
-use support::{output, project};
+use firmware_images::support::{output, project};
 
 /// A program as it is pinned.
 pub struct Tool {

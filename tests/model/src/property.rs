@@ -1,7 +1,7 @@
 //! What holds at any time.
 
 use ecss_can::types::Duration;
-use judge::{Bounds, Watch};
+use host_worlds::judge::{Bounds, Watch};
 
 use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
 

@@ -1,8 +1,8 @@
-//! A world under watch of [`judge`].
+//! A world under watch of [`host_worlds::judge`].
 
 use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
-use judge::{Slave, View, Watch};
+use host_worlds::judge::{self, Slave, View, Watch};
 
 use crate::defect::Defect;
 use crate::profile::PARAMETERS;

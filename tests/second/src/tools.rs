@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use anyhow::ensure;
-use support::needs::{self, Need};
+use firmware_images::support::needs::{self, Need};
 
 /// Directory of the scripts.
 pub fn scripts() -> PathBuf {
@@ -14,7 +14,7 @@ pub fn scripts() -> PathBuf {
 
 /// Root of the workspace.
 pub fn workspace() -> PathBuf {
-    support::project::path("")
+    firmware_images::support::project::path("")
 }
 
 /// Makes sure that these are installed.

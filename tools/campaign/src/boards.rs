@@ -4,7 +4,7 @@ use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, PerBus};
 use host_worlds::NodeKey;
-use judge::{Master, View};
+use host_worlds::judge::{Master, View};
 
 use crate::nodes;
 use crate::reach;

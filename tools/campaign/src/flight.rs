@@ -24,19 +24,11 @@ const ERROR_FRAME: Time = Time::from_ms(1);
 
 /// Flies a script in the world that `scene` makes. A panic is a violation.
 pub fn fly<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> Outcome {
-    fly_in(script, scene).0
-}
-
-/// As [`fly`]. Returns the world after the run as well, unless something panicked.
-pub fn fly_in<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> (Outcome, Option<S>) {
-    let flown = catch_unwind(AssertUnwindSafe(|| {
-        let mut scene = scene();
-        (attempt(script, &mut scene), Some(scene))
-    }));
+    let flown = catch_unwind(AssertUnwindSafe(|| attempt(script, &mut scene())));
     flown.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-        (Outcome { violations: vec![format!("panic: {text}")], ..Outcome::default() }, None)
+        Outcome { violations: vec![format!("panic: {text}")], ..Outcome::default() }
     })
 }
 

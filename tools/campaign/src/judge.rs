@@ -6,7 +6,7 @@ use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
 use host_worlds::NodeKey;
-use judge::{Master, View};
+use host_worlds::judge::{Master, View};
 
 use crate::boards::{Boards, MasterBoard, Stay, Switch};
 use crate::kind::Kind;
@@ -180,7 +180,7 @@ impl<'a> Judge<'a> {
         self.judge_innocence();
         self.judge_collisions(&effective);
         let detections = self.detections();
-        Outcome { violations: self.violations, effective, detections, comparison: None }
+        Outcome { violations: self.violations, effective, detections }
     }
 
     /// The master boards. A change of the bus counts in the last seconds, but not from a bus with bit errors.
@@ -195,7 +195,7 @@ impl<'a> Judge<'a> {
     }
 
     /// The slaves, as the wires and their own events show them.
-    fn slaves(&self, scene: &impl Scene) -> Vec<judge::Slave> {
+    fn slaves(&self, scene: &impl Scene) -> Vec<host_worlds::judge::Slave> {
         let mut slaves = reach::slaves(self.script);
         for (slave, node) in slaves.iter_mut().zip(&self.nodes) {
             let shown = self.shown(*node);

@@ -5,12 +5,11 @@
 //! violates something is made as simple as possible and printed; `--replay` flies it.
 //!
 //! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files (see
-//! [`support::shard`]).
+//! [`firmware_images::support::shard`]).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-mod agreement;
 mod application;
 mod boards;
 pub mod broken;
@@ -40,17 +39,16 @@ use std::sync::mpsc;
 use std::thread;
 
 use anyhow::bail;
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::output::{self, Silently};
+use firmware_images::support::project;
+use firmware_images::support::shard::{self, Part, Run};
+use firmware_images::support::stop::Stop;
 use indicatif::{ProgressBar, ProgressStyle};
-use replay::Recording;
-use support::misuse::Misuse;
-use support::output::{self, Silently};
-use support::project;
-use support::shard::{self, Part, Run};
-use support::stop::Stop;
 
 use host::Host;
 use on_twin::Twin;
-pub use on_twin::{compare, prepare as prepare_twin};
+pub use on_twin::prepare as prepare_twin;
 use options::Action;
 pub use options::{Options, World};
 use outcome::Outcome;
@@ -73,23 +71,6 @@ pub fn fly(world: World, script: &Script) -> Outcome {
     }
 }
 
-/// Flies a script on the twin, and records it. `None` instead of a record if something panicked.
-pub fn record(script: &Script) -> (Outcome, Option<Recording>) {
-    let (outcome, twin) = flight::fly_in(script, || Twin::recorded(script));
-    (outcome, twin.and_then(Twin::into_recording))
-}
-
-/// Flies a script on the twin. Then replays the machines of redundancy with the inputs of the record, and compares.
-pub fn fly_compared(script: &Script) -> Outcome {
-    let (outcome, recording) = record(script);
-    Outcome { comparison: recording.map(|recording| compare(script, &recording)), ..outcome }
-}
-
-/// Flies a script in this world, and compares if asked.
-fn fly_asked(world: World, is_compared: bool, script: &Script) -> Outcome {
-    if is_compared { fly_compared(script) } else { fly(world, script) }
-}
-
 /// A run of a campaign: random scripts until a fault of one takes effect, or something is violated. If the campaign asks for kinds of
 /// faults, there is one script only.
 pub fn fly_run(world: World, asked: &Asked, number: u64) -> (Script, Outcome) {
@@ -101,7 +82,7 @@ pub fn fly_run(world: World, asked: &Asked, number: u64) -> (Script, Outcome) {
             ([], World::Twin) => Script::small(asked.seed, number, attempt),
         };
         let script = if asked.masters == 1 { script } else { script.with_standby() };
-        let outcome = fly_asked(world, asked.is_compared, &script);
+        let outcome = fly(world, &script);
         (script, outcome)
     };
     if !asked.kinds.is_empty() {
@@ -120,10 +101,6 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files }) = &options.action {
         let (run, parts) = shard::merged(COMMAND, files)?;
         return report(&run, &Results::joined(parts));
-    }
-    if options.compare && options.world != World::Twin {
-        let text = "--compare: the images fly in the world twin alone: add `--world twin`";
-        return Err(Misuse::of(COMMAND, text.to_owned()).into());
     }
     if options.kinds.len() > 2 || !options.kinds.is_empty() && options.world == World::Twin {
         let text = "--kinds: one or two kinds, in the world host alone";
@@ -144,13 +121,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let script: Script = String::from_utf8_lossy(&text).parse().map_err(refuse)?;
         script.check().map_err(refuse)?;
         prepare(script.masters)?;
-        let outcome = fly_asked(options.world, options.compare, &script);
+        let outcome = fly(options.world, &script);
         outcome.violations.iter().try_for_each(output::line)?;
-        let differences = outcome.comparison.map(|comparison| comparison.differences).unwrap_or_default();
-        differences.iter().try_for_each(output::line)?;
-        return match (outcome.violations.len(), differences.len()) {
-            (0, 0) => output::line("no violation"),
-            (violations, differences) => bail!("{violations} violations, {differences} differences"),
+        return match outcome.violations.len() {
+            0 => output::line("no violation"),
+            count => bail!("{count} violations"),
         };
     }
     options.shard.check(COMMAND, options.runs, "runs")?;
@@ -174,7 +149,6 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             world: options.world.name().into(),
             masters: options.masters,
             kinds: options.kinds.clone(),
-            is_compared: options.compare,
         },
     };
     // In a row, so that each shard has all kinds, two faults in half of its runs, and related ones in a quarter.
@@ -212,9 +186,7 @@ fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
 
 fn report(run: &Run<Asked>, results: &Results) -> anyhow::Result<()> {
     results.lines(run).iter().try_for_each(output::line)?;
-    let differences = results.agreement.as_ref().map_or(0, |agreement| agreement.differences.len());
     match results.violations.len() {
-        0 if differences > 0 => bail!("images and machines of redundancy differ in {differences} places"),
         0 => Ok(()),
         count => bail!("{count} of {} runs violate something", results.flown),
     }

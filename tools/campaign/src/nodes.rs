@@ -6,8 +6,8 @@ use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::Strap;
 use ecss_can::types::{Address, NodeId};
+use host_worlds::judge::Bounds;
 use host_worlds::{NodeKey, Time, World};
-use judge::Bounds;
 
 use crate::application;
 use crate::notes::Notes;

@@ -3,9 +3,7 @@
 //! The log and the memory of a board show what happens on it. Two things of the host's world cannot be seen: when a command was
 //! made, and Bdefault of a slave.
 
-mod comparison;
 mod log;
-mod recorder;
 mod spacecraft;
 mod watched;
 
@@ -16,12 +14,9 @@ use can_wire::time::Time;
 use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, NodeId, PerBus, Scet};
 use host_worlds::NodeKey;
-use replay::Recording;
 use twin::guest::Presence;
 use twin::spacecraft::{BoardId, Event, GuestId, LogRecord, Spacecraft};
 
-pub use comparison::compare;
-use recorder::Recorder;
 pub use spacecraft::prepare;
 use watched::Watched;
 
@@ -39,8 +34,6 @@ pub struct Twin {
     wrongs: Vec<String>,
     /// Of each board.
     boards: Vec<Watched>,
-    /// Present while the run is recorded.
-    recorder: Option<Recorder>,
 }
 
 impl Twin {
@@ -60,21 +53,7 @@ impl Twin {
             clocks: Vec::new(),
             wrongs: Vec::new(),
             boards: nodes.chain(second).map(Watched::new).collect(),
-            recorder: None,
         }
-    }
-
-    /// The same, which records what the machines of redundancy need for a replay.
-    pub fn recorded(script: &Script) -> Twin {
-        let mut twin = Twin::new(script);
-        let keys: Vec<NodeKey> = twin.boards.iter().map(|board| board.key).collect();
-        twin.recorder = Some(Recorder::begin(&mut twin.spacecraft, &keys));
-        twin
-    }
-
-    /// Ends the record, if there is one.
-    pub fn into_recording(mut self) -> Option<Recording> {
-        Some(self.recorder?.finish(&mut self.spacecraft))
     }
 
     /// Who sits at an index of both wires; `None` for a foreign node.
@@ -124,9 +103,6 @@ impl Twin {
 
     fn read_logs(&mut self) {
         for LogRecord { at, board, text, .. } in self.spacecraft.take_logs() {
-            if let Some(recorder) = &mut self.recorder {
-                recorder.line(board.0, at, &text);
-            }
             let Some(watched) = self.boards.get_mut(board.0) else { continue };
             let key = watched.key;
             if let Some(news) = log::news(key, &text) {

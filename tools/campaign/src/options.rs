@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
-use support::shard::Shard;
+use firmware_images::support::shard::Shard;
 
 use crate::kind::Kind;
 use crate::rule::Rule;
@@ -56,16 +56,12 @@ pub struct Options {
     #[arg(long)]
     pub(crate) no_build: bool,
 
-    /// Replay the machines of redundancy with what each run recorded, and compare them with the images (world twin)
-    #[arg(long, conflicts_with = "broken")]
-    pub(crate) compare: bool,
-
     /// Break a rule on purpose in a world of the host, and fly until a run finds it
     #[arg(long, value_name = "RULE", value_enum, conflicts_with_all = ["world", "masters", "shard", "jobs", "replay"])]
     pub(crate) broken: Option<Rule>,
 
     /// Folder of the results
-    #[arg(long, value_name = "DIR", default_value_os_t = support::project::target("campaign"), hide_default_value = true)]
+    #[arg(long, value_name = "DIR", default_value_os_t = firmware_images::support::project::target("campaign"), hide_default_value = true)]
     pub(crate) out: PathBuf,
 
     /// Fly the script of a file instead, as a violation prints it

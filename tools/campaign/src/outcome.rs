@@ -2,7 +2,6 @@
 
 use can_wire::time::Time;
 use ecss_can::types::Bus;
-use replay::Comparison;
 
 use crate::kind::Kind;
 use crate::scene::{News, Scene, Seen, Sent};
@@ -20,8 +19,6 @@ pub struct Outcome {
     pub effective: Vec<bool>,
     /// From a fault to the change of the bus by the master, microseconds.
     pub detections: Vec<u64>,
-    /// Replay of the machines of redundancy against the flight, if that was asked for.
-    pub comparison: Option<Comparison>,
 }
 
 /// Watches which faults change something.

@@ -3,7 +3,7 @@
 use can_wire::time::Time;
 use ecss_can::redundancy::BusAccess;
 use ecss_can::types::{Bus, PerBus};
-use judge::{MASTERS, Master, Slave, View};
+use host_worlds::judge::{MASTERS, Master, Slave, View};
 
 use crate::kind::Kind;
 use crate::script::{Fault, SELECTIVE, SPARE, Script};

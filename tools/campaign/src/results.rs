@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use firmware_images::support::shard::Run;
 use serde::{Deserialize, Serialize};
-use support::shard::Run;
 
-use crate::agreement::Agreement;
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::script::Script;
@@ -24,9 +23,6 @@ pub struct Asked {
     /// Kinds of the faults of each run. Empty: any.
     #[serde(default)]
     pub kinds: Vec<Kind>,
-    /// The machines of redundancy are replayed and compared.
-    #[serde(default)]
-    pub is_compared: bool,
 }
 
 /// Results of some runs.
@@ -46,8 +42,6 @@ pub struct Results {
     pub kinds: BTreeMap<String, (u64, u64)>,
     /// From a fault to the change of the bus by the master, microseconds, ascending.
     pub detections: Vec<u64>,
-    /// Comparison with the machines of redundancy. `None`: it was not asked for.
-    pub agreement: Option<Agreement>,
     /// Runs that violated something.
     pub violations: Vec<Violation>,
 }
@@ -76,7 +70,6 @@ impl Results {
             virtual_us: 0,
             kinds: Kind::ALL.iter().map(|(_, name)| ((*name).to_owned(), (0, 0))).collect(),
             detections: Vec::new(),
-            agreement: None,
             violations: Vec::new(),
         }
     }
@@ -94,9 +87,6 @@ impl Results {
             count.1 += u64::from(outcome.effective.get(index).is_some_and(|has_effect| *has_effect));
         }
         self.detections.extend(outcome.detections);
-        if let Some(comparison) = &outcome.comparison {
-            self.agreement.get_or_insert_default().add(run, comparison);
-        }
         if !outcome.violations.is_empty() {
             let (reasons, script) = (outcome.violations, script.to_string());
             self.violations.push(Violation { run, reasons, script, shrunk: String::new() });
@@ -106,9 +96,6 @@ impl Results {
     /// Puts what was added in another order into that of the runs: equal campaigns give equal files.
     pub fn sort(&mut self) {
         self.detections.sort_unstable();
-        if let Some(agreement) = &mut self.agreement {
-            agreement.differences.sort();
-        }
         self.violations.sort_by_key(|violation| violation.run);
     }
 
@@ -131,9 +118,6 @@ impl Results {
             *count = (count.0 + planned, count.1 + effective);
         }
         self.detections.extend(part.detections);
-        if let Some(agreement) = part.agreement {
-            self.agreement.get_or_insert_default().add_all(agreement);
-        }
         self.violations.extend(part.violations);
     }
 
@@ -167,7 +151,6 @@ impl Results {
                 *last as f64 / 1e3
             ));
         }
-        lines.extend(self.agreement.iter().flat_map(Agreement::lines));
         for violation in &self.violations {
             lines.push(format!("\nrun {} violates:", violation.run));
             lines.extend(violation.reasons.iter().map(|reason| format!("  {reason}")));

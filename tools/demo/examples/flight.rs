@@ -10,7 +10,7 @@ use anyhow::Context;
 use can_wire::time::Time;
 use demo::mission;
 use demo::plan::Plan;
-use support::fleet;
+use firmware_images::support::fleet;
 
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);

@@ -4,11 +4,9 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use anyhow::Context;
-use can_wire::candump::CandumpWriter;
-use can_wire::pcapng::PcapngWriter;
 
 use super::flight::Flight;
-use super::record::Bus;
+use super::frames::FrameFiles;
 use super::report;
 use super::summary::Summary;
 
@@ -38,30 +36,13 @@ pub fn write(out: &Path, flight: &Flight, summary: &Summary) -> anyhow::Result<(
         let path = out.join(name);
         std::fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))
     };
-    for bus in Bus::ALL {
-        put(&format!("bus-{}.log", bus.name()), &candump(flight, bus)?)?;
-    }
-    put("spacecraft.pcapng", &pcapng(flight)?)?;
+    let mut frames = FrameFiles::begin(out)?;
+    flight.frames().try_for_each(|(at, seen)| frames.write(seen.bus, at, &seen.frame))?;
+    frames.finish()?;
     put("report.html", report::page(flight, summary).as_bytes())?;
     put("timeline.svg", report::timeline(flight).as_bytes())?;
     put("clocks.svg", report::clocks(flight).as_bytes())?;
     put("summary.json", (serde_json::to_string_pretty(summary)? + "\n").as_bytes())
-}
-
-fn candump(flight: &Flight, bus: Bus) -> anyhow::Result<Vec<u8>> {
-    let mut log = CandumpWriter::new(Vec::new(), bus.name());
-    for (at, seen) in flight.frames().filter(|(_, seen)| seen.bus == bus) {
-        log.write(at, &seen.frame)?;
-    }
-    Ok(log.finish()?)
-}
-
-fn pcapng(flight: &Flight) -> anyhow::Result<Vec<u8>> {
-    let mut capture = PcapngWriter::new(Vec::new(), &Bus::ALL.map(Bus::name))?;
-    for (at, seen) in flight.frames() {
-        capture.write(seen.bus as usize, at, &seen.frame)?;
-    }
-    Ok(capture.finish()?)
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, is_master};
 use super::stamps::StampErrors;
-use support::counters::Counters;
-use support::diagnostics::Diagnostics;
+use firmware_images::support::counters::Counters;
+use firmware_images::support::diagnostics::Diagnostics;
 
 /// A finished flight.
 #[derive(Clone, Debug)]

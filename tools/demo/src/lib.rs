@@ -1,4 +1,4 @@
-//! `cargo demo`: one flight of the spacecraft, narrated, recorded and judged.
+//! `cargo demo`: one flight of the spacecraft, narrated, recorded and judged. [`live`]: `cargo twin`.
 
 #![forbid(unsafe_code)]
 
@@ -7,10 +7,13 @@ pub mod change;
 mod checks;
 mod clocks;
 pub mod cut;
+pub mod drawing;
 mod emergency;
 mod files;
 pub mod flight;
+mod frames;
 mod line;
+pub mod live;
 pub mod liveness;
 pub mod meaning;
 pub mod mission;
@@ -39,6 +42,12 @@ use anyhow::bail;
 use can_wire::time::Time;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use firmware_images::support::diagnostics::Diagnostics;
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::node::Node;
+use firmware_images::support::output::{self, Silently};
+use firmware_images::support::project;
+use firmware_images::support::stop::Stop;
 use flight::Interruption;
 use meaning::Scope;
 use narrator::name;
@@ -47,12 +56,6 @@ use origin::Origin;
 use pdos::Sheets;
 use plan::Plan;
 use summary::Summary;
-use support::diagnostics::Diagnostics;
-use support::misuse::Misuse;
-use support::node::Node;
-use support::output::{self, Silently};
-use support::project;
-use support::stop::Stop;
 use twin::image::Image;
 use verdict::Outcome;
 

@@ -7,7 +7,7 @@ use std::fmt;
 
 use can_wire::frame::{WireFrame, WireId};
 
-use support::node::{MASTER, Node, SECOND_MASTER};
+use firmware_images::support::node::{MASTER, Node, SECOND_MASTER};
 
 /// Spacecraft Time PDO of the master (ECSS 7.2.2).
 const SPACECRAFT_TIME: u16 = 0x181;

@@ -20,9 +20,9 @@ use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, FlightEvent, Level, Node, Occurrence, Seen};
 use super::stack;
 use super::stamps::StampWatch;
-use support::counters::Counters;
-use support::diagnostics::Diagnostics;
-use support::fleet::Images;
+use firmware_images::support::counters::Counters;
+use firmware_images::support::diagnostics::Diagnostics;
+use firmware_images::support::fleet::Images;
 
 /// Interval in which the watchers read the spacecraft.
 const STEP: Time = Time::from_ms(10);

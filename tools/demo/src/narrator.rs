@@ -255,7 +255,8 @@ impl Traffic {
     }
 }
 
-fn milliseconds(span: Time) -> String {
+/// A span for people.
+pub fn milliseconds(span: Time) -> String {
     format!("{:.1} ms", span.as_secs_f64() * 1e3)
 }
 

@@ -1,19 +1,19 @@
 //! The command line of the demo: defaults, ranges and the complaints about wrong values.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::fleet::{Fleet, Images, node_and_file};
-use support::misuse::Misuse;
-use support::node::{FIRST, LAST, MASTER, Node};
-use support::project;
+use firmware_images::support::fleet::{Fleet, Images, node_and_file};
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::node::{FIRST, LAST, MASTER, Node};
+use firmware_images::support::project;
 
 /// Allowed lengths of a flight, virtual seconds.
-pub const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
+pub const SECONDS: RangeInclusive<f64> = 1.0..=3600.0;
 
 /// Seed of a flight without `--seed`.
 pub const SEED: u64 = 1;
@@ -115,9 +115,17 @@ impl FromStr for CutAt {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
+    seconds_within(text, &SECONDS)
+}
+
+/// Reads seconds of the command line.
+///
+/// # Errors
+/// When they are outside of the range.
+pub fn seconds_within(text: &str, range: &RangeInclusive<f64>) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(seconds) if SECONDS.contains(&seconds) => Ok(seconds),
-        _ => Err(format!("allowed are seconds from {} to {}", SECONDS.start(), SECONDS.end())),
+        Ok(seconds) if range.contains(&seconds) => Ok(seconds),
+        _ => Err(format!("allowed are seconds from {} to {}", range.start(), range.end())),
     }
 }
 

@@ -9,9 +9,9 @@ use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use super::plan::{BoardPlan, Plan};
-use support::fleet::Images;
-use support::node::{Node, is_master};
-use support::project;
+use firmware_images::support::fleet::Images;
+use firmware_images::support::node::{Node, is_master};
+use firmware_images::support::project;
 
 /// Value of a commit that is not known: the project is not under git.
 pub const UNKNOWN: &str = "unknown";

@@ -4,7 +4,7 @@ use can_wire::time::Time;
 
 use super::clocks::SETTLING;
 use super::flight::{Flight, Heartbeats};
-use super::narrator::name;
+use super::narrator::{milliseconds, name};
 use super::record::Bus;
 use super::summary::{MissionCounts, Summary};
 use super::track::Track;
@@ -129,10 +129,6 @@ fn fail_over(flight: &Flight, track: &Track) -> String {
         (Some(_), 1) => text(track.failover),
         (Some(_), _) => format!("{} / {}", text(track.failover), text(track.takeover)),
     }
-}
-
-fn milliseconds(time: Time) -> String {
-    format!("{:.1} ms", time.as_secs_f64() * 1e3)
 }
 
 fn stamps(flight: &Flight, summary: &Summary) -> String {

@@ -14,9 +14,9 @@ use super::narrator::name;
 use super::options::OwnSheet;
 use super::plan::{BoardPlan, Plan};
 use super::sheet::{IDENTITY, Sheet, values};
-use support::board::Profile;
-use support::misuse::Misuse;
-use support::node::{MASTER, Node, is_master};
+use firmware_images::support::board::Profile;
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::node::{MASTER, Node, is_master};
 
 /// Data sheets of the shipped images.
 const OF_MASTER: &str = include_str!("../../../docs/eds/master.eds");

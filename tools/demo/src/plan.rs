@@ -13,9 +13,9 @@ use super::cut::CutPlan;
 use super::meaning::Scope;
 use super::options::{Options, SECONDS};
 use super::record::Bus;
-use support::board::{Board, Profile};
-use support::misuse::Misuse;
-use support::node::{MASTER, Node, SECOND_MASTER, is_master};
+use firmware_images::support::board::{Board, Profile};
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
 
 /// The slaves with selective access in the profile `librecube`.
 const SELECTIVE: [Node; 2] = [4, 6];

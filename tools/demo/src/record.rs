@@ -7,7 +7,7 @@ use can_wire::time::Time;
 
 use super::cut::CutPlan;
 use super::meaning::{Meaning, Scope};
-pub use support::node::{MASTER, Node, SECOND_MASTER, is_master};
+pub use firmware_images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::spacecraft::Bus;
 
 /// A set of boards.

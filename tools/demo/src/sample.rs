@@ -21,9 +21,9 @@ use super::phase::Phase;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, FlightEvent, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
-use support::board::{Board, Profile};
-use support::counters::Counters;
-use support::diagnostics::{Diagnostics, Stamps};
+use firmware_images::support::board::{Board, Profile};
+use firmware_images::support::counters::Counters;
+use firmware_images::support::diagnostics::{Diagnostics, Stamps};
 use twin::pulses::{Errors, Sample};
 
 const CUT_MS: u64 = 20_000;

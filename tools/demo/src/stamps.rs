@@ -8,7 +8,7 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
 
-use support::diagnostics::Diagnostics;
+use firmware_images::support::diagnostics::Diagnostics;
 
 const SYNC: WireId = WireId::Standard(0x080);
 

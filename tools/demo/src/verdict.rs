@@ -58,7 +58,7 @@ fn stopped(flight: &Flight, interruption: Interruption) -> String {
 mod tests {
     use can_wire::frame::WireFrame;
     use can_wire::time::Time;
-    use support::counters::Counters;
+    use firmware_images::support::counters::Counters;
 
     use super::*;
     use crate::meaning::Scope;

@@ -3,6 +3,8 @@
 //! [`build`] is all that most need: it finds a toolchain, says so in one line, and builds under a file lock, so that test
 //! processes that want the same images build them once. It is never called from a build script. Ctrl-C ends a build and the
 //! wait for another one, as long as the program has not taken it over: call [`build`] before you handle signals.
+//!
+//! [`support`] has what the commands of tools and xtask share.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -15,6 +17,7 @@ mod environment;
 mod once;
 mod package;
 mod site;
+pub mod support;
 mod target;
 mod toolchain;
 

@@ -30,7 +30,7 @@ pub use message::{Errors, Message, Network};
 pub use options::Options;
 
 use anyhow::bail;
-use support::output;
+use firmware_images::support::output;
 
 /// Computes, prints, and judges.
 ///

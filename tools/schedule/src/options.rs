@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use ecss_can::profile;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 use crate::message::{Errors, Network};
 use crate::mission::Assumed;

@@ -9,7 +9,6 @@ fn wrong_values_of_the_campaign_are_refused() {
     TOOLS.refuses(&["campaign", "--runs", "2", "--shard", "1/3"], &["--shard", "allowed are 1 to 2"]);
     TOOLS.refuses(&["campaign", "--world", "nowhere"], &["--world", "host", "twin"]);
     TOOLS.refuses(&["campaign", "--masters", "3"], &["--masters", "1..=2"]);
-    TOOLS.refuses(&["campaign", "--compare"], &["--compare", "--world twin"]);
     TOOLS.refuses(&["campaign", "--kinds", "rain"], &["--kinds", "cut", "power-slave"]);
     TOOLS.refuses(&["campaign", "--kinds", "cut,cut,cut"], &["--kinds: one or two kinds"]);
     TOOLS.refuses(&["campaign", "--kinds", "cut", "--world", "twin"], &["--kinds", "world host"]);

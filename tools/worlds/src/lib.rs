@@ -1,4 +1,5 @@
-//! Worlds of nodes on two simulated buses, in virtual time, on the host.
+//! Worlds of nodes on two simulated buses, in virtual time, on the host. [`judge`] has the rules by which searches judge them,
+//! [`local_clock`] emulated crystals for a clock alone.
 //!
 //! The same runners as on the boards run here on mocks of [`CanPort`] and [`Clock`]: one
 //! single-threaded executor per node, no sleeping, and time that jumps from event to event. Equal worlds give equal
@@ -96,7 +97,9 @@ mod board;
 mod builder;
 pub mod clock;
 mod injector;
+pub mod judge;
 mod key;
+pub mod local_clock;
 pub mod log;
 mod mappings;
 mod member;

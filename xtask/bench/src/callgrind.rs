@@ -39,9 +39,9 @@ fn compile(what: &[&str], program: &str, build: Build) -> anyhow::Result<PathBuf
         Build::Release => ("release", "release"),
         Build::Dev => ("dev", "debug"),
     };
-    let target_dir = support::project::path(TARGET_DIR);
+    let target_dir = firmware_images::support::project::path(TARGET_DIR);
     let mut cargo = Command::new("cargo");
-    cargo.current_dir(support::project::path("")).args([
+    cargo.current_dir(firmware_images::support::project::path("")).args([
         "build",
         "--profile",
         profile,

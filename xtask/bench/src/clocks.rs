@@ -21,7 +21,7 @@ use twin::traffic::Traffic;
 use demo::stamps::{StampErrors, StampWatch};
 use ecss_can::types::Address;
 use firmware_images::Images;
-use support::fleet;
+use firmware_images::support::fleet;
 
 use crate::context::FLOWN;
 

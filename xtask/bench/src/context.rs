@@ -10,8 +10,8 @@ use firmware_images::{Images, LOG};
 use demo::flight::Flight;
 use demo::mission;
 use demo::plan::Plan;
-use support::board::{Board, Profile};
-use support::fleet;
+use firmware_images::support::board::{Board, Profile};
+use firmware_images::support::fleet;
 
 /// The board that flies on the twin.
 pub static FLOWN: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));

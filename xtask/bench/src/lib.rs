@@ -32,13 +32,13 @@ use self::context::{Context, FLOWN};
 use self::row::Row;
 use self::stored::Stored;
 use self::summary::Summary;
-use support::board::Profile;
-use support::elf::Facts;
-use support::misuse::Misuse;
-use support::needs::{Need, provide};
-use support::output::{line, note, text, warn};
-use support::project;
-use support::shard::Shard;
+use firmware_images::support::board::Profile;
+use firmware_images::support::elf::Facts;
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::needs::{Need, provide};
+use firmware_images::support::output::{line, note, text, warn};
+use firmware_images::support::project;
+use firmware_images::support::shard::Shard;
 use twin::pulses::Errors;
 
 /// Name of the command.

@@ -19,7 +19,7 @@ use serde_json::Value;
 
 use super::stored::Stored;
 use super::table::number;
-use support::project;
+use firmware_images::support::project;
 
 const START: &str = "<!-- rows: ";
 const START_ENDS: &str = " -->";

@@ -11,10 +11,10 @@ use twin::crystal::Crystal;
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 use super::context::{Context, FLOWN};
-use support::board::Profile;
-use support::counters::Counters;
-use support::diagnostics::Diagnostics;
-use support::fleet;
+use firmware_images::support::board::Profile;
+use firmware_images::support::counters::Counters;
+use firmware_images::support::diagnostics::Diagnostics;
+use firmware_images::support::fleet;
 
 /// NMT start of all nodes (CiA 301 7.2.8.3.1.1).
 const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0x00]);

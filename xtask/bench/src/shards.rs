@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use firmware_images::support::output::{line, note};
+use firmware_images::support::project;
+use firmware_images::support::shard::{self, Part, Run, Shard};
 use serde::{Deserialize, Serialize};
-use support::output::{line, note};
-use support::project;
-use support::shard::{self, Part, Run, Shard};
 
 use super::areas::Area;
 use super::context::Context;

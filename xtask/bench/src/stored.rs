@@ -11,7 +11,7 @@ use anyhow::Context;
 use serde_json::{Value, json};
 
 use super::row::Row;
-use support::project;
+use firmware_images::support::project;
 
 /// Largest difference from the stored value that is not reported, as a share of it.
 const TOLERANCE: f64 = 0.03;

@@ -13,7 +13,7 @@ use twin::spacecraft::Bus;
 use crate::context::Context;
 use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::row::Row;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 /// Not inlined: PDOs of both kinds call it.
 const FUNCTION: &str = "<ecss_can::time::service::TimeService>::pair";

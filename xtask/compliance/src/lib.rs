@@ -18,8 +18,8 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use support::output;
-use support::project::path;
+use firmware_images::support::output;
+use firmware_images::support::project::path;
 
 pub use check::{Finding, check, check_deviations};
 pub use requirements::{Clause, Deviation, Requirement, Who, clauses, deviations, requirements};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use cargo_metadata::MetadataCommand;
-use support::project::path;
+use firmware_images::support::project::path;
 
 use crate::tags::{self, Reading, Tag};
 

@@ -1,6 +1,6 @@
 //! `cargo xtask mutants`: deliberate defects in the protocol crate, the applications or the machines of redundancy, of which tests must find most.
 //!
-//! A sample is cut into shards, so that it runs on many machines (see [`support::shard`]). Defects that no operator of cargo-mutants makes
+//! A sample is cut into shards, so that it runs on many machines (see [`firmware_images::support::shard`]). Defects that no operator of cargo-mutants makes
 //! are [patches].
 
 mod copy;
@@ -19,10 +19,10 @@ use clap::{Args, Subcommand, value_parser};
 use serde::{Deserialize, Serialize};
 
 use crate::tool::{Source, Tool};
+use firmware_images::support::shard::{self, Part, Run, Shard};
+use firmware_images::support::{output, project};
 use outcome::Outcome;
 use sample::Mutant;
-use support::shard::{self, Part, Run, Shard};
-use support::{output, project};
 
 /// Name of the command.
 const COMMAND: &str = "mutants";

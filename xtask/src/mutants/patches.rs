@@ -6,8 +6,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, ensure};
-use support::misuse::Misuse;
-use support::{output, project};
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::{output, project};
 
 use super::COMMAND;
 use super::copy;

@@ -1,11 +1,11 @@
 //! The local clock in simulations, and the crystals of the twin.
 
 use can_wire::time::Time;
-use clock_worlds::trials::STEADY;
-use clock_worlds::{Sample, Scenario, Stamps};
-use drawing::chart::{Curve, Quantity, curves, duration};
-use drawing::{Layout, Range};
+use demo::drawing::chart::{Curve, Quantity, curves, duration};
+use demo::drawing::{Layout, Range};
 use ecss_can::time::LocalClock;
+use host_worlds::local_clock::trials::STEADY;
+use host_worlds::local_clock::{Sample, Scenario, Stamps};
 use twin::crystal::Crystal;
 
 const SEEDS: u64 = 100;

@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 
 use clap::Parser;
+use demo::drawing::Layout;
+use demo::drawing::histogram::{self, Row};
 use demo::flight::Flight;
 use demo::mission;
 use demo::plan::Plan;
 use demo::report;
-use drawing::Layout;
-use drawing::histogram::{self, Row};
 
 /// Quantity of the histogram.
 const WHAT: &str = "error of the clock against the master's; each row has its own height";

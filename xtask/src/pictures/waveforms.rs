@@ -6,7 +6,7 @@ use can_wire::frame::WireFrame;
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
-use drawing::waveform::{Options, draw};
+use demo::drawing::waveform::{Options, draw};
 
 /// SOF of the first frame.
 const SOF: Time = Time::from_us(20);

@@ -4,7 +4,7 @@ use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
 use ecss_can::redundancy::{BusCause, Parameters, Retained, SlaveAction, SlaveNode};
 use ecss_can::types::{Bus, Instant, PerBus};
-use judge::selector::is_bdefault_right;
+use host_worlds::judge::selector::is_bdefault_right;
 
 use crate::defect::{self, Defect};
 use crate::station::Outgoing;

@@ -8,7 +8,7 @@ pub mod table;
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use judge::Watch;
+use host_worlds::judge::Watch;
 use model::defect::Defect;
 use model::profile::TICK;
 use model::property::{AGREED, BDEFAULT, CTOGGLE, ONE_ACTIVE, ROLES, SERVED, SETTLED};

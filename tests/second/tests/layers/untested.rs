@@ -23,13 +23,14 @@ fn has_test(source: &str) -> bool {
 /// Whether a block of code in the documentation is compiled.
 fn has_example(source: &str) -> bool {
     let mut is_inside = false;
-    source.lines().filter_map(|line| line.trim_start().get(3..).filter(|_| line.trim_start().starts_with("//"))).any(
-        |text| {
+    source
+        .lines()
+        .filter_map(|line| line.trim_start().get(3..).filter(|_| line.trim_start().starts_with("//")))
+        .any(|text| {
             let Some(language) = text.trim_start().strip_prefix("```") else { return false };
             is_inside = !is_inside;
             is_inside && matches!(language, "" | "rust" | "no_run" | "should_panic" | "compile_fail")
-        },
-    )
+        })
 }
 
 /// Tests of a target that are not run.
@@ -55,9 +56,12 @@ fn no_test_is_forgotten() {
         .flat_map(|package| package.targets.iter().map(move |target| (package, target)))
         // A program beside a library shares its folder: the library's tests are the library's.
         .filter(|(package, target)| {
-            target.is_kind(TargetKind::Lib) || !package.targets.iter().any(|other| other.is_kind(TargetKind::Lib))
+            target.is_kind(TargetKind::Lib)
+                || !package.targets.iter().any(|other| other.is_kind(TargetKind::Lib))
         })
-        .flat_map(|(package, target)| forgotten(target).into_iter().map(move |what| format!("{}: {what}", package.name)))
+        .flat_map(|(package, target)| {
+            forgotten(target).into_iter().map(move |what| format!("{}: {what}", package.name))
+        })
         .collect();
     assert!(forgotten.is_empty(), "not run, because the manifest says so: {forgotten:?}");
 }

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use support::project;
+use firmware_images::support::project;
 
 /// Given a program of exceptions, faults, lazy stacking and MPU regions, when QEMU runs it anew, then `twin-core` prints the same lines,
 /// but for those that `twin/core/judge/README.md` explains.

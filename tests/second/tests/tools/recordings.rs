@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
+use firmware_images::support::needs::{LOG2ASC, TSHARK};
 use second::{program, script, tools};
-use support::needs::{LOG2ASC, TSHARK};
 
 #[test]
 fn recordings_of_the_demo_are_read_alike_by_all_tools() {

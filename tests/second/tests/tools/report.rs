@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use firmware_images::support::needs::CHROMIUM;
 use second::{program, tools};
 use serde_json::Value;
-use support::needs::CHROMIUM;
 
 /// A page with the report in frames of two widths. It writes what it measured into the element `result`.
 const FRAMES: &str = include_str!("report/frame.html");

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use firmware_images::support::needs::PARALLEL;
 use second::{program, tools};
-use support::needs::PARALLEL;
 
 /// Options of the campaign: each shard has two runs.
 const CAMPAIGN: [&str; 7] = ["campaign", "--runs", "8", "--seed", "7", "--jobs", "1"];

@@ -3,8 +3,8 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::types::NodeId;
+use firmware_images::support::counters::Counters;
 use host_worlds::NodeKey;
-use support::counters::Counters;
 use twin::board::{EmulatedBoard, State};
 
 /// A command with the bytes of the last one is another one after so long: its lifetime.

@@ -1,8 +1,8 @@
 //! The campaign of random faults: its judges, its regressions, and a share of its runs.
 
 mod broken;
+mod images;
 mod jolts;
-mod machines;
 mod patches;
 mod regressions;
 mod share;

@@ -9,14 +9,7 @@ use campaign::{World, fly, fly_run};
 const RUNS: u64 = 38;
 
 fn asked(masters: u8) -> Asked {
-    Asked {
-        seed: 1,
-        runs: RUNS,
-        world: World::Host.name().into(),
-        masters,
-        kinds: vec![],
-        is_compared: false,
-    }
+    Asked { seed: 1, runs: RUNS, world: World::Host.name().into(), masters, kinds: vec![] }
 }
 
 /// Flies the runs on all cores; gives what they violate, with their scripts.

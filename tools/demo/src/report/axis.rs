@@ -1,7 +1,7 @@
 //! The time axis that all pictures of a flight share.
 
+use crate::drawing::{Layout, Picture, Range, Scale};
 use can_wire::time::Time;
-use drawing::{Layout, Picture, Range, Scale};
 
 /// Maps a window of virtual time to places in a picture.
 #[derive(Clone, Copy, Debug)]

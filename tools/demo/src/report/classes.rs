@@ -1,6 +1,6 @@
 //! Colours and letters of a flight's pictures, by class.
 
-use drawing::paint::{BASE, Sheet};
+use crate::drawing::paint::{BASE, Sheet};
 
 /// Classes of the pictures of a flight.
 pub const SHEETS: &[Sheet] = &[

@@ -1,8 +1,8 @@
 //! How far the slaves' clocks were from the master's: a line for each slave over time, and a histogram for each.
 
+use crate::drawing::histogram::{self, Row};
+use crate::drawing::{Layout, Picture, Range, Scale, chart, key};
 use can_wire::time::Time;
-use drawing::histogram::{self, Row};
-use drawing::{Layout, Picture, Range, Scale, chart, key};
 use twin::pulses::{Errors, Sample};
 
 use super::axis::Axis;

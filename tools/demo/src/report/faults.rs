@@ -1,7 +1,7 @@
 //! Marks of the faults that the demo caused, in a picture of one plot.
 
-use drawing::Picture;
-use drawing::labels::{self, Label};
+use crate::drawing::Picture;
+use crate::drawing::labels::{self, Label};
 
 use super::axis::Axis;
 use crate::flight::Flight;

@@ -1,8 +1,8 @@
 //! Flags of a timeline: lines through the lanes at a cut, at the loss of a master and at what followed, with words above them.
 
+use crate::drawing::labels::{self, Label};
+use crate::drawing::{Picture, text_width};
 use can_wire::time::Time;
-use drawing::labels::{self, Label};
-use drawing::{Picture, text_width};
 
 use super::axis::Axis;
 use super::kind::Kind;

@@ -15,14 +15,14 @@ mod timeline;
 
 use crate::access::BusAccess;
 use crate::change::Since;
+use crate::drawing::{Layout, Picture, paint};
 use crate::flight::Flight;
 use crate::meaning::Scope;
 use crate::record::Bus;
 use crate::summary::Summary;
 use classes::SHEETS;
-use drawing::{Layout, Picture, paint};
+use firmware_images::support::board::Profile;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use support::board::Profile;
 
 const PAGE_STYLE: &str = include_str!("page.css");
 

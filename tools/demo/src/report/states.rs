@@ -1,7 +1,7 @@
 //! States of all nodes over time: a bar per node, coloured by state, underlined by bus.
 
+use crate::drawing::{LETTERS, Layout, Picture, text_width};
 use can_wire::time::Time;
-use drawing::{LETTERS, Layout, Picture, text_width};
 
 use super::axis::Axis;
 use super::classes::SHEETS;

@@ -1,9 +1,9 @@
 use super::*;
+use crate::drawing::Picture;
 use crate::pdos::Sheets;
 use crate::sample;
 use crate::verdict::{Outcome, Verdict};
 use can_wire::time::Time;
-use drawing::Picture;
 
 fn rendered(flight: &Flight) -> String {
     page(flight, &Summary::of(flight, sample::origin(), &Sheets::default()))

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use crate::drawing::{Layout, Picture};
 use can_wire::time::Time;
-use drawing::{Layout, Picture};
 
 use super::axis::Axis;
 use super::classes::SHEETS;

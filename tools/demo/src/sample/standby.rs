@@ -9,8 +9,8 @@ use crate::flight::{BoardCount, Flight};
 use crate::plan::{BoardPlan, Plan};
 use crate::record::{Bus, FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER};
 use can_wire::time::Time;
-use support::board::Profile;
-use support::counters::Counters;
+use firmware_images::support::board::Profile;
+use firmware_images::support::counters::Counters;
 
 const RESET_MS: u64 = 5_000;
 const CUT_MS: u64 = 10_000;

@@ -117,7 +117,7 @@ fn text_that_is_no_data_sheet_is_refused() {
 /// Given the committed data sheets, then nothing of them is left out.
 #[test]
 fn shipped_data_sheets_are_read_without_notes() {
-    let folder = support::project::path("docs/eds");
+    let folder = firmware_images::support::project::path("docs/eds");
     for (file, node) in [
         ("master.eds", 1),
         ("master.dcf", 1),

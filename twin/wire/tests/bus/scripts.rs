@@ -17,7 +17,7 @@ use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use can_wire::wire::WireConfig;
-use drawing::waveform::{Options, draw};
+use demo::drawing::waveform::{Options, draw};
 
 const NODES: usize = 8;
 const SCRIPTS: u64 = 1000;

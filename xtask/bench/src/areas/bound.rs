@@ -1,13 +1,13 @@
 //! The error bound that clocks report (2015h), against their errors by the edges of their pulses.
 //!
 //! [`crate::clocks`] says what flies. A pulse each 10 ms is compared with the bound that its slave reported last, at most 20 ms
-//! before. `cargo run --release -p clock-worlds --example bounds` has more cases and a hundred seeds, without boards.
+//! before. `cargo run --release -p host-worlds --example bounds` has more cases and a hundred seeds, without boards.
 
 use std::collections::VecDeque;
 
 use can_wire::time::Time;
 use firmware_images::Images;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 use super::Area;
 use super::time::in_all_seeds;

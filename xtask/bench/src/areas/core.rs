@@ -3,7 +3,7 @@
 //! The program is the example `speed` of `twin-core`: a loop of mixed instructions on a bus of two plain memories. The count is the
 //! difference between two lengths of it.
 
-use support::needs::VALGRIND;
+use firmware_images::support::needs::VALGRIND;
 
 use super::Area;
 use crate::callgrind::{self, Build};

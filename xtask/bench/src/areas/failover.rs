@@ -23,7 +23,7 @@ use demo::flight::Flight;
 use demo::meaning::Meaning;
 use demo::plan::Plan;
 use demo::record::{MASTER, Node, Seen};
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 use twin::spacecraft::Bus;
 
 pub const AREA: Area = Area {

@@ -5,7 +5,7 @@
 
 use can_wire::time::Time;
 use firmware_images::Images;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 use twin::pulses::Sample;
 
 use super::Area;

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use support::needs::VALGRIND;
+use firmware_images::support::needs::VALGRIND;
 
 use super::Area;
 use crate::callgrind;

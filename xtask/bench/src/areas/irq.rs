@@ -11,7 +11,7 @@ use super::Area;
 use crate::context::Context;
 use crate::rig::{MASTER_BEATS, Rig};
 use crate::row::Row;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 pub const AREA: Area =
     Area { name: "irq", about: "interrupts of a controller on a cut bus", needs: &[], steps: 1, measure };

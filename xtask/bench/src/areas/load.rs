@@ -14,7 +14,7 @@ use super::Area;
 use crate::context::Context;
 use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::row::Row;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 pub const AREA: Area =
     Area { name: "load", about: "frames back to back on both buses, 10 s", needs: &[], steps: 1, measure };

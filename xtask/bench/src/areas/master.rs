@@ -17,8 +17,8 @@ use super::Area;
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use demo::plan::BoardPlan;
-use support::board::Profile;
-use support::{fleet, node};
+use firmware_images::support::board::Profile;
+use firmware_images::support::{fleet, node};
 
 pub const AREA: Area =
     Area { name: "master", about: "model cycles of the master per heartbeat", needs: &[], steps: 1, measure };

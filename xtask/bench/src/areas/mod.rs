@@ -26,7 +26,7 @@ mod wire;
 pub use size::biggest_symbols;
 pub use time::clock_errors;
 
-use support::needs::Need;
+use firmware_images::support::needs::Need;
 
 use super::context::Context;
 use super::row::Row;

@@ -20,7 +20,7 @@ use crate::context::Context;
 use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::row::Row;
 use crate::sweep::{BREAK, sweep};
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 pub const AREA: Area = Area {
     name: "rx",

@@ -21,7 +21,7 @@ use super::Area;
 use crate::context::Context;
 use crate::rig::{MASTER_BEATS, Rig};
 use crate::row::Row;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 pub const AREA: Area = Area {
     name: "sdo",

@@ -17,9 +17,9 @@ use demo::Options;
 use demo::flight::BoardCount;
 use demo::plan::Plan;
 use demo::record::MASTER;
-use support::board::Board;
-use support::board::Profile;
-use support::elf::{Facts, Memory, Symbol};
+use firmware_images::support::board::Board;
+use firmware_images::support::board::Profile;
+use firmware_images::support::elf::{Facts, Memory, Symbol};
 
 pub const AREA: Area = Area {
     name: "size",
@@ -145,7 +145,7 @@ fn images(context: &Context) -> anyhow::Result<Vec<(Board, &'static str, PathBuf
 
 #[cfg(test)]
 mod tests {
-    use support::elf::Size;
+    use firmware_images::support::elf::Size;
 
     use super::*;
 

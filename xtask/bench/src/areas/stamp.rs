@@ -13,9 +13,9 @@ use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 use super::Area;
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
-use support::board::Profile;
-use support::diagnostics::Diagnostics;
-use support::fleet;
+use firmware_images::support::board::Profile;
+use firmware_images::support::diagnostics::Diagnostics;
+use firmware_images::support::fleet;
 
 pub const AREA: Area = Area {
     name: "stamp",

@@ -17,8 +17,8 @@ use crate::context::Context;
 use crate::rig::{MASTER_BEATS, Rig};
 use crate::row::Row;
 use crate::sweep::{BREAK, sweep};
-use support::board::Profile;
-use support::diagnostics::Stamps;
+use firmware_images::support::board::Profile;
+use firmware_images::support::diagnostics::Stamps;
 
 pub const AREA: Area =
     Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], steps: 1, measure };

@@ -16,7 +16,7 @@ use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use crate::update;
 use demo::stamps::StampErrors;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 pub const AREA: Area = Area {
     name: "time",

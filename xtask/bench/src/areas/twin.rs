@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, ensure};
 use can_wire::time::Time;
-use support::fleet;
-use support::needs::VALGRIND;
+use firmware_images::support::fleet;
+use firmware_images::support::needs::VALGRIND;
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
@@ -20,7 +20,7 @@ use super::Area;
 use crate::callgrind::{self, Build};
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
-use support::board::Profile;
+use firmware_images::support::board::Profile;
 
 pub const AREA: Area = Area {
     name: "twin",

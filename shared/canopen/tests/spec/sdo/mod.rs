@@ -9,7 +9,7 @@ mod server;
 mod server_blocks;
 
 use async_canopen::sdo::Crc;
-use judge::sdo::checksum;
+use host_worlds::judge::sdo::checksum;
 use proptest::prelude::*;
 
 #[test]

@@ -2,7 +2,7 @@
 
 use async_canopen::sdo::{Client, Mode, Payload};
 use async_canopen::types::{Address, Duration, Instant};
-use judge::sdo::{Transfer, checksum, is_written};
+use host_worlds::judge::sdo::{Transfer, checksum, is_written};
 use proptest::prelude::*;
 
 use super::fixture::{Bench, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame};

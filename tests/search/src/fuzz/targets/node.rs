@@ -38,6 +38,14 @@ impl Bench {
         bench
     }
 
+    /// Another node acknowledges the boot-up message. Before that a slave answers no request.
+    pub fn acknowledge_boot_up(&mut self) {
+        let event =
+            LinkEvent::Transmitted { frame: frame(0x705, 1, [0; 8]), stamp: Stamp::interrupt(self.now) };
+        let bus = self.slave.status(self.now).active;
+        self.step(|slave, now, out| slave.on_link(bus, &event, now, out));
+    }
+
     /// One step. What it does fits into an outbox.
     pub fn step(&mut self, step: impl FnOnce(&mut TestSlave, Instant, &mut Outbox<SlaveEvent>)) {
         let mut out = Outbox::new();

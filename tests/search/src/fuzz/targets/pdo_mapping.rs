@@ -30,6 +30,7 @@ pub fn run(mut input: Input, signature: &mut Signature) {
     // Nobody is missed: it is about PDOs.
     let profile = Profile { consumer: Duration::ZERO, ..Profile::DEFAULT };
     let mut world = World { bench: Bench::new(&profile), held: [None; 8], signature };
+    world.bench.acknowledge_boot_up();
     world.bench.receive(BUS, frame(0x701, 1, [5; 8]));
     world.command(1);
     while !input.is_empty() {
@@ -69,6 +70,7 @@ impl World<'_> {
         self.bench.receive(BUS, frame(0, 2, [command, 5, 0, 0, 0, 0, 0, 0]));
         if self.bench.slave.status(self.bench.now).state != NmtState::Operational {
             self.held = [None; 8];
+            self.bench.acknowledge_boot_up();
         }
     }
 

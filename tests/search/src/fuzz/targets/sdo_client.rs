@@ -2,7 +2,7 @@
 
 use ecss_can::sdo::{Client, Error, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
-use judge::sdo::checksum;
+use host_worlds::judge::sdo::checksum;
 
 use crate::fuzz::{Input, Signature};
 

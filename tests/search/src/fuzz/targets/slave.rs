@@ -48,6 +48,7 @@ const CODES: [ErrorCode; 4] =
 pub fn run(mut input: Input, signature: &mut Signature) {
     let profile = profile(input.byte());
     let mut bench = Bench::new(&profile);
+    bench.acknowledge_boot_up();
     let mut flying: Vec<Frame> = vec![];
     while !input.is_empty() {
         act(&mut bench, &mut flying, &mut input, signature);
@@ -170,6 +171,7 @@ fn rest(bench: &mut Bench) {
         assert_eq!(bench.events, [ecss_can::node::SlaveEvent::ResetNode]);
         return;
     }
+    bench.acknowledge_boot_up();
     bench.receive(on, frame(0x000, 2, [0x80, 5, 0, 0, 0, 0, 0, 0]));
     // A client that begins anew after it lost its transfer.
     bench.receive(on, frame(0x605, 8, [0x80, 0, 0, 0, 0, 0, 4, 5]));

@@ -1,7 +1,7 @@
 //! Block downloads: segments that are lost, repeated or late, and refusals.
 
 use async_canopen::types::Duration;
-use judge::sdo::checksum;
+use host_worlds::judge::sdo::checksum;
 
 use super::{answers, downloading, end, segment};
 use crate::sdo::fixture::{Bench, DOMAIN, PAUSE, TIMEOUT, frame, hex, pattern};

@@ -4,7 +4,7 @@ mod downloads;
 mod uploads;
 
 use async_canopen::sdo::Payload;
-use judge::sdo::checksum;
+use host_worlds::judge::sdo::checksum;
 
 use super::fixture::{Bench, DOMAIN, DOMAIN_MOST, TEXT, frame, hex, pattern};
 

@@ -1,7 +1,7 @@
 //! Block uploads: their pace, segments that are sent again, and failures.
 
 use async_canopen::sdo::WINDOW;
-use judge::sdo::checksum;
+use host_worlds::judge::sdo::checksum;
 
 use super::{answers, end, segments, uploading};
 use crate::sdo::fixture::{Bench, DOMAIN, PAUSE, TIMEOUT, frame, hex, pattern};

@@ -1,0 +1,261 @@
+//! The boards of a spacecraft and their images: what `cargo demo` and `cargo twin` have in common.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use anyhow::Context;
+use clap::Args;
+use twin::description;
+use twin::image::Image;
+use twin::model::{Oscillator, Part};
+
+use crate::support::board::{Board, Profile, Target};
+use crate::support::misuse::Misuse;
+use crate::support::node::{FIRST, LAST, MASTER, Node, SECOND_MASTER, is_master};
+use crate::support::output;
+
+/// An image for each node.
+pub type Images = BTreeMap<Node, Arc<Image>>;
+
+/// Options that choose boards and images.
+#[derive(Args, Clone, Debug)]
+pub struct Fleet {
+    /// Number of shipped slave boards: nodes 2, 3, 4, ... (in profile librecube nodes 4 and 6 use selective bus access) [0..14]
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=14))]
+    pub slaves: u8,
+
+    /// ELF file of a master of your own, flown as node 1
+    #[arg(long, value_name = "FILE")]
+    pub master: Option<PathBuf>,
+
+    /// ELF file of a slave of your own, flown with the straps of Node-ID N [2..15]: in place of the shipped slave N, or
+    /// beside the others; may be given several times
+    #[arg(long = "slave", value_name = "N=FILE")]
+    pub own_slaves: Vec<OwnSlave>,
+
+    /// What the shipped images are built for.
+    #[command(flatten)]
+    pub target: Target,
+
+    /// Part of the boards that fly images of your own, such as STM32F407VG, in the place of that of --board; their pins stay those of
+    /// --board: of the pyboard, unless a file says otherwise
+    #[arg(long, value_name = "CHIP", value_parser = Part::named)]
+    pub chip: Option<Part>,
+
+    /// Oscillator of the boards that fly images of your own, in the place of that of --board: 8MHz is a crystal, "8MHz external" a
+    /// clock from outside
+    #[arg(long, value_name = "FREQUENCY", value_parser = description::oscillator)]
+    pub oscillator: Option<Oscillator>,
+
+    /// Fly the shipped images as they were built last
+    #[arg(long)]
+    pub no_build: bool,
+}
+
+/// The value of `--slave`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OwnSlave {
+    /// Node-ID, 2 to 15.
+    pub node: Node,
+    /// The ELF file.
+    pub image: PathBuf,
+}
+
+impl FromStr for OwnSlave {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (node, image) = node_and_file(text, FIRST, "3=target/slave.elf")?;
+        Ok(OwnSlave { node, image })
+    }
+}
+
+/// Parses a Node-ID, `first` to 15, and a file with `=` between them.
+///
+/// # Errors
+/// A text with what was wrong and what is allowed. `example`: a right value.
+pub fn node_and_file(text: &str, first: Node, example: &str) -> Result<(Node, PathBuf), String> {
+    let (node, file) =
+        text.split_once('=').ok_or_else(|| format!("give a Node-ID and a file, for example {example}"))?;
+    match node.parse() {
+        Ok(node) if (first..=LAST).contains(&node) && !file.is_empty() => Ok((node, file.into())),
+        Ok(node) if (first..=LAST).contains(&node) => Err("the file is missing behind '='".into()),
+        _ => Err(format!("allowed are Node-IDs {first} to {LAST}")),
+    }
+}
+
+impl Fleet {
+    /// Checks what the parser cannot see; `command` is the subcommand with these options.
+    ///
+    /// # Errors
+    /// When two images are given for one node, a part or oscillator is given and no image, or shipped images are to fly on a board without
+    /// a crate; `nodes` are all boards.
+    pub fn check(&self, command: &'static str, nodes: &BTreeSet<Node>) -> Result<(), Misuse> {
+        self.own_board(command)?;
+        let has_own = nodes.iter().any(|node| self.own_image(*node).is_some());
+        let given = [self.chip.map(|_| "--chip"), self.oscillator.map(|_| "--oscillator")];
+        if let Some(option) = given.into_iter().flatten().next().filter(|_| !has_own) {
+            let text =
+                format!("{option} is for images of your own: give --master FILE or --slave N=FILE, too");
+            return Err(Misuse::of(command, text));
+        }
+        if nodes.iter().any(|node| self.own_image(*node).is_none()) {
+            self.target.board.check_images(command)?;
+        }
+        let mut seen = BTreeSet::new();
+        match self.own_slaves.iter().find(|slave| !seen.insert(slave.node)) {
+            Some(OwnSlave { node, .. }) => {
+                Err(Misuse::of(command, format!("two images for node {node}: give --slave {node}=FILE once")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The board of images of the user's.
+    ///
+    /// # Errors
+    /// When the part of `--chip` lacks pins of `--board`.
+    pub fn own_board(&self, command: &'static str) -> Result<Board, Misuse> {
+        let board = self.target.board.with(self.chip, self.oscillator);
+        board.map_err(|error| Misuse::of(command, format!("invalid value for '--chip <CHIP>': {error}")))
+    }
+
+    /// The master boards: two in the profile standby, unless the master is an image of the user's.
+    pub fn masters(&self) -> BTreeSet<Node> {
+        let second =
+            (self.target.profile == Profile::Standby && self.master.is_none()).then_some(SECOND_MASTER);
+        std::iter::once(MASTER).chain(second).collect()
+    }
+
+    /// Node-IDs of all slaves, from the lowest.
+    pub fn slaves(&self) -> BTreeSet<Node> {
+        (FIRST..FIRST + self.slaves).chain(self.own_slaves.iter().map(|slave| slave.node)).collect()
+    }
+
+    /// The image given for a node; `None`: the shipped one.
+    pub fn own_image(&self, node: Node) -> Option<&Path> {
+        match node {
+            MASTER => self.master.as_deref(),
+            _ => Some(&self.own_slaves.iter().find(|slave| slave.node == node)?.image),
+        }
+    }
+
+    /// Reads the images of the user for these nodes; `command` is the subcommand with these options.
+    ///
+    /// # Errors
+    /// When one cannot be read, is no image, or was linked for another chip than that of the board.
+    pub fn own_images(&self, command: &'static str, nodes: &BTreeSet<Node>) -> Result<Images, Misuse> {
+        let part = self.own_board(command)?.model().part;
+        let read = |path: &Path| {
+            let fitting = image(path).and_then(|image| {
+                image.check_part(part).with_context(|| path.display().to_string())?;
+                Ok(image)
+            });
+            fitting.map_err(|error| Misuse::of(command, format!("{error:#}")))
+        };
+        let own = nodes.iter().filter_map(|&node| Some((node, self.own_image(node)?)));
+        own.map(|(node, path)| Ok((node, read(path)?))).collect()
+    }
+
+    /// Builds the image of the minimal slave for these nodes, if there are any; `fitting`: its features beside board and profile,
+    /// each behind a plus sign.
+    ///
+    /// # Errors
+    /// When it cannot be built or read, or was not built before and is not to be.
+    pub fn add_minimal(
+        &self,
+        nodes: &BTreeSet<Node>,
+        fitting: &str,
+        images: &mut Images,
+    ) -> anyhow::Result<()> {
+        if nodes.is_empty() {
+            return Ok(());
+        }
+        let (board, profile) = (&self.target.board, &format!("{}{fitting}", self.target.profile.name()));
+        let path = if self.no_build {
+            crate::built_minimal(board.board_crate(), profile).with_context(|| {
+                format!(
+                    "no minimal slave was built for {}, profile {profile}, yet: leave out --no-build",
+                    board.name()
+                )
+            })?
+        } else {
+            crate::build_minimal(board.board_crate(), profile, crate::LOG)?
+        };
+        let minimal = image(&path)?;
+        images.extend(nodes.iter().map(|node| (*node, minimal.clone())));
+        Ok(())
+    }
+
+    /// Builds what the user has not given. Builds nothing when no board needs it.
+    ///
+    /// # Errors
+    /// When an image cannot be built or read, or was not built before and is not to be.
+    pub fn add_shipped(&self, nodes: &BTreeSet<Node>, images: &mut Images) -> anyhow::Result<()> {
+        let missing: BTreeSet<Node> =
+            nodes.iter().copied().filter(|node| !images.contains_key(node)).collect();
+        if !missing.is_empty() {
+            let (board, profile) = (&self.target.board, self.target.profile.name());
+            let built = if self.no_build {
+                crate::built(board.board_crate(), profile).with_context(|| {
+                    format!(
+                        "nothing was built for {}, profile {profile}, yet: leave out --no-build",
+                        board.name()
+                    )
+                })?
+            } else {
+                crate::build(board.board_crate(), profile)?
+            };
+            images.extend(shipped(&built, missing)?);
+        }
+        Ok(())
+    }
+}
+
+/// The shipped images for these nodes.
+///
+/// # Errors
+/// When one cannot be read.
+pub fn shipped(built: &crate::Images, nodes: impl IntoIterator<Item = Node>) -> anyhow::Result<Images> {
+    let (master, slave) = (image(&built.master)?, image(&built.slave)?);
+    let of = |node| if is_master(node) { &master } else { &slave }.clone();
+    Ok(nodes.into_iter().map(|node| (node, of(node))).collect())
+}
+
+/// The image at `path`, for boards of the twin.
+///
+/// # Errors
+/// When it cannot be read or is not one.
+pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
+    let elf = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let image = Image::parse(&elf).with_context(|| format!("{} is no image", path.display()))?;
+    if let Err(reason) = image.log_table() {
+        output::warn(format_args!("{}: its log is not shown: {reason}", path.display()));
+    }
+    Ok(Arc::new(image))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> Result<OwnSlave, String> {
+        text.parse()
+    }
+
+    #[test]
+    fn own_slave_is_a_node_and_a_file() {
+        assert_eq!(parsed("3=a=b.elf"), Ok(OwnSlave { node: 3, image: "a=b.elf".into() }));
+        for (wrong, said) in [
+            ("3", "for example"),
+            ("1=x", "2 to 15"),
+            ("16=x", "2 to 15"),
+            ("x=y", "2 to 15"),
+            ("3=", "file"),
+        ] {
+            assert!(parsed(wrong).is_err_and(|error| error.contains(said)), "{wrong}");
+        }
+    }
+}
