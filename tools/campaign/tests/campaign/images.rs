@@ -1,4 +1,4 @@
-//! Scripts that the images fly: runs in which earlier versions of a node, or of what watched it, went other ways than expected.
+//! Scripts that the images fly, judged: searches, bus-offs, resets, noise, foreign and babbling nodes, a takeover.
 
 use campaign::{World, fly, prepare_twin};
 
