@@ -44,7 +44,7 @@ fn a_heartbeat_of_the_life_before_is_no_boot_up_message() {
 
 /// The same on one bus.
 #[test]
-fn a_slave_on_one_bus_answers_no_request_before_its_boot_up_message() {
+fn a_slave_on_one_bus_answers_after_its_boot_up_message() {
     let mut slave = Bench::alone(canopen_slave::slave());
     slave.run_until(ms(1));
     slave.clear();

@@ -9,7 +9,7 @@ const STEP: usize = 100;
 /// Given a slave that the master configures, when Reset Node or Reset Communication comes twice, the second time anywhere in the boot-up
 /// process, then the slave is Operational and has its configuration.
 #[test]
-fn slave_reset_again_while_it_is_configured_has_its_configuration() {
+fn slave_reset_while_it_is_configured_is_configured() {
     let mut bad = Vec::new();
     for command in [129, 130] {
         for distance in DISTANCES.step_by(STEP) {
