@@ -34,7 +34,7 @@ use spin::Spin;
 pub use twin_core::Registers;
 
 pub use crate::accelerator::FlashTiming;
-use crate::bxcan::{BadAccess, Exchange, IrqLines, Side, Stats};
+use crate::bxcan::{BadAccess, IrqLines, Side, Stats};
 use crate::chip::Chip;
 use crate::crystal::Crystal;
 use crate::devices::Lm75;
@@ -343,22 +343,6 @@ impl EmulatedBoard {
         self.chip.peripherals.can_mut().write(offset, value, now)?;
         self.refresh();
         Ok(())
-    }
-
-    /// Keeps a journal of both CAN controllers from now on.
-    pub fn keep_journal(&mut self) {
-        self.chip.peripherals.can_mut().keep_journal();
-    }
-
-    /// Takes the journal of a CAN controller since the last call, in the order of time. Nothing without
-    /// [`EmulatedBoard::keep_journal`].
-    pub fn take_journal(&mut self, side: Side) -> Vec<(Time, Exchange)> {
-        self.chip.peripherals.can_mut().take_journal(side)
-    }
-
-    /// Unique ID of the chip.
-    pub fn uid(&self) -> [u8; 12] {
-        self.chip.peripherals.uid()
     }
 
     /// CAN_BTR of a controller, as the program left it.

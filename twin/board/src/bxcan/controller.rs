@@ -9,7 +9,6 @@ use super::clock::{PclkTick, bit_pclks};
 use super::errors::ErrorState;
 use super::fifo::{Fifo, Storing, rir};
 use super::filter::{FilterBlock, FilterKey};
-use super::journal::{Exchange, Journal};
 use super::mailbox::{Attempt, Mailboxes};
 use super::regs::*;
 use super::{Activity, IrqLines, Overrun, Side, Stats};
@@ -74,7 +73,6 @@ pub struct Registers {
     /// Resets so far: each starts the error counters anew.
     resets: u32,
     pub(super) stats: Stats,
-    pub(super) journal: Journal,
 }
 
 impl Registers {
@@ -105,17 +103,16 @@ impl Registers {
             dominant_seen: false,
             resets: 0,
             stats: Stats::default(),
-            journal: Journal::default(),
         }
     }
 
-    /// What the reset line of RCC does; the clock, the line, the statistics and the journal stay.
+    /// What the reset line of RCC does; the clock, the line and the statistics stay.
     pub fn reset(&mut self) {
         let fresh = Registers::new(self.side, self.pclk);
         self.stats.discarded += self.fifos.iter().map(|fifo| fifo.pending() as u64).sum::<u64>();
         self.stats.aborted += self.mailboxes.aborted();
-        let (stats, journal) = (std::mem::take(&mut self.stats), std::mem::take(&mut self.journal));
-        *self = Registers { stats, journal, heard: self.heard, resets: self.resets + 1, ..fresh };
+        let stats = std::mem::take(&mut self.stats);
+        *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
     }
 
     /// The register.
@@ -162,17 +159,8 @@ impl Registers {
     pub fn write(&mut self, offset: u32, value: u32, now: Time) -> Option<bool> {
         match offset {
             MCR => self.write_mcr(value, now),
-            MSR => {
-                if value & self.msr_flags & MSR_ERRI != 0 {
-                    self.journal.clear_errors();
-                }
-                self.msr_flags &= !(value & (MSR_ERRI | MSR_WKUI | MSR_SLAKI));
-            }
+            MSR => self.msr_flags &= !(value & (MSR_ERRI | MSR_WKUI | MSR_SLAKI)),
             TSR => {
-                for (frame, is_sent) in self.mailboxes.acknowledged(value) {
-                    let exchange = if is_sent { Exchange::Sent(frame) } else { Exchange::Aborted(frame) };
-                    self.journal.note(now, exchange);
-                }
                 self.mailboxes.write_tsr(value, now);
                 if self.mode != Mode::Normal {
                     self.mailboxes.settle(now);
@@ -180,10 +168,7 @@ impl Registers {
             }
             RF0R | RF1R => {
                 let n = usize::from(offset == RF1R);
-                if let Some(frame) = self.fifos[n].write_rfr(value, now) {
-                    self.stats.released[n] += 1;
-                    self.journal.note(now, Exchange::Taken(frame));
-                }
+                self.stats.released[n] += u64::from(self.fifos[n].write_rfr(value, now));
             }
             IER => self.ier = value & IER_STORED,
             ESR => self.errors.write(value),
@@ -196,11 +181,7 @@ impl Registers {
             }
             TX_MAILBOXES..RX_MAILBOXES => {
                 let (n, word) = locate(offset - TX_MAILBOXES);
-                let is_stored = self.mailboxes.write(n, word, value, now);
-                if is_stored && word == 0 && value & TIR_TXRQ != 0 {
-                    self.journal.note(now, Exchange::Requested(self.mailboxes.frame(n)));
-                }
-                return Some(is_stored);
+                return Some(self.mailboxes.write(n, word, value, now));
             }
             RX_MAILBOXES..RX_MAILBOXES_END => return Some(false),
             _ => return None,

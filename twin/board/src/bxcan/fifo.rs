@@ -49,20 +49,20 @@ impl Fifo {
         value
     }
 
-    /// Writes RFxR; returns the message that was released.
-    pub fn write_rfr(&mut self, value: u32, now: Time) -> Option<WireFrame> {
+    /// Writes RFxR; returns whether a message was released.
+    pub fn write_rfr(&mut self, value: u32, now: Time) -> bool {
         if value & RFR_FULL != 0 {
             self.full = false;
         }
         if value & RFR_FOVR != 0 {
             self.overrun = false;
         }
-        let released = if value & RFR_RFOM != 0 { self.messages.pop_front() } else { None };
-        if released.is_some() {
+        let is_released = value & RFR_RFOM != 0 && self.messages.pop_front().is_some();
+        if is_released {
             self.full = false;
             self.released.push(now);
         }
-        released.map(|message| message.frame)
+        is_released
     }
 
     /// RIR, RDTR, RDLR and RDHR of the oldest message; zero when the FIFO is empty.

@@ -153,20 +153,6 @@ impl Mailboxes {
         true
     }
 
-    /// The frame in mailbox `n`.
-    pub fn frame(&self, n: usize) -> WireFrame {
-        self.boxes[n].frame()
-    }
-
-    /// Ended requests that a write of `value` to TSR acknowledges: each frame, and whether it was sent.
-    pub fn acknowledged(&self, value: u32) -> impl Iterator<Item = (WireFrame, bool)> {
-        let ended = self.boxes.iter().enumerate().filter(move |(n, mailbox)| {
-            let bits = value >> (8 * n);
-            bits & mailbox.status & TSR_RQCP != 0
-        });
-        ended.map(|(_, mailbox)| (mailbox.frame(), mailbox.status & TSR_TXOK != 0))
-    }
-
     /// A completed request waits for software: the transmit interrupt.
     pub fn any_completed(&self) -> bool {
         self.boxes.iter().any(|mailbox| mailbox.status & TSR_RQCP != 0)

@@ -33,7 +33,6 @@ mod controller;
 mod errors;
 mod fifo;
 mod filter;
-mod journal;
 mod line;
 mod mailbox;
 mod regs;
@@ -48,9 +47,8 @@ pub(crate) use clock::bit_pclks;
 use controller::Mode;
 pub(crate) use controller::Registers;
 use filter::FilterBlock;
-pub use journal::Exchange;
 pub use line::Line;
-use regs::{BTR, CONTROLLER_SIZE, ESR, FMR, IER, MCR, MCR_DBF};
+use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
 
 /// One of the two controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -212,40 +210,11 @@ impl BxcanPair {
         }
     }
 
-    /// Keeps a journal of both controllers from now on. [`BxcanPair::take_journal`] empties it.
-    pub fn keep_journal(&mut self) {
-        self.controllers.iter_mut().for_each(|controller| controller.journal.begin());
-    }
-
-    /// Returns what happened between `side` and its program since the last call, in the order of time. Nothing without
-    /// [`BxcanPair::keep_journal`].
-    pub fn take_journal(&mut self, side: Side) -> Vec<(Time, Exchange)> {
-        self.controllers[side as usize].journal.take()
-    }
-
-    /// Adds an entry to the journals of both controllers.
-    pub fn note(&mut self, now: Time, exchange: Exchange) {
-        self.controllers.iter_mut().for_each(|controller| controller.journal.note(now, exchange));
-    }
-
     /// The length of a PCLK1 tick changed (clock tree, drift of the crystal).
     pub fn set_pclk(&mut self, pclk: PclkTick) {
         for controller in &mut self.controllers {
             controller.set_pclk(pclk);
         }
-    }
-
-    /// Reads the word at `offset` from 4000 6400h for the program at `now`, as [`BxcanPair::read`] does. The journal notes an ESR.
-    ///
-    /// # Errors
-    /// [`BadAccess`] where there is no register.
-    pub fn load(&mut self, offset: u32, now: Time) -> Result<u32, BadAccess> {
-        let value = self.read(offset)?;
-        let (side, within) = locate(offset)?;
-        if within == ESR {
-            self.controllers[side as usize].journal.note_errors(now, value);
-        }
-        Ok(value)
     }
 
     /// Reads the word at `offset` from 4000 6400h; CAN2 begins at 400h. Reading has no side effect.

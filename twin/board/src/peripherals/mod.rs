@@ -32,7 +32,7 @@ mod wires;
 use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
-use crate::bxcan::{BxcanPair, Exchange, Line, PclkTick, Registers, Side};
+use crate::bxcan::{BxcanPair, Line, PclkTick, Registers, Side};
 use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
 use crate::model::{FLASH_BASE, Model, Part, Pins};
 use crate::part::Family;
@@ -253,8 +253,6 @@ impl Peripherals {
         self.adc.reset();
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
-        let is_power = cause == ResetCause::PowerOn;
-        self.can.note(now, if is_power { Exchange::Power } else { Exchange::Reset });
         self.can_routed = [false; 2];
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();
@@ -292,7 +290,7 @@ impl Peripherals {
             Block::Rtc => self.rtc.read(now.time, word),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
             Block::Adc => Some(self.adc.read(now.cycle, word)?),
-            Block::Can => self.can.load(word, now.time).ok(),
+            Block::Can => self.can.read(word).ok(),
             Block::Pwr => self.pwr.read(word),
             Block::Syscfg => self.syscfg.read(word),
             Block::Exti => self.exti.read(word),

@@ -4,7 +4,6 @@
 //! disturbance of the last two bits of EOF. So every disagreement has to be explained by a fault that was at work there.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 
 use crate::common::*;
 use can_wire::controller::WireEvent;
@@ -17,7 +16,6 @@ use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use can_wire::wire::WireConfig;
-use demo::drawing::waveform::{Options, draw};
 
 const NODES: usize = 8;
 const SCRIPTS: u64 = 1000;
@@ -74,18 +72,6 @@ impl Script {
         let mut bench = self.bench();
         bench.leap(END);
         bench
-    }
-
-    /// Draws what happens about `at`, for the report of a failure: the path of the picture.
-    fn draw(&self, name: &str, at: Time) -> PathBuf {
-        let mut bench = self.bench();
-        bench.wire.record_waveform(at.since(us(150)), at + us(60));
-        bench.leap(at + us(60));
-        let waveform = bench.wire.take_waveform().expect("the span is over");
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("script-{name}.svg"));
-        std::fs::write(&path, draw(&waveform, Options::default()).standalone())
-            .expect("a file in target/tmp");
-        path
     }
 
     fn bench(&self) -> Bench {
@@ -308,8 +294,7 @@ fn receivers_agree_but_for_the_last_two_bits_of_eof() {
         let (disagreements, agreements, misreadings) = judge(&script);
         let unexplained = disagreements.iter().find(|(_, is_explained)| !is_explained);
         if let Some((disagreement, _)) = unexplained {
-            let picture = script.draw(&seed.to_string(), disagreement.at);
-            panic!("script {seed}: {disagreement:?}\n{:#?}\nsee {}", script.faults, picture.display());
+            panic!("script {seed}: {disagreement:?}\n{:#?}", script.faults);
         }
         explained += usize::from(!disagreements.is_empty());
         agreed += agreements;
@@ -334,8 +319,6 @@ fn a_disturbed_last_but_one_bit_of_eof_is_found_and_explained() {
     // Neither the transmitter nor the victim has it: six have.
     assert_eq!(disagreements.len(), 6, "{disagreements:?}");
     assert!(disagreements.iter().all(|(it, is_explained)| it.without == victim && *is_explained));
-    let picture = script.draw("last-but-one-bit", disagreements[0].0.at);
-    assert!(std::fs::read_to_string(picture).unwrap().contains("flipped: reads 0"));
     // The same in the bit before harms nobody.
     let place = Place::Field(Field::Eof(4));
     script.faults = vec![flip(place)];

@@ -202,10 +202,6 @@ impl Bench {
         self.pair.borrow_mut()
     }
 
-    pub fn now(&self) -> Time {
-        self.now
-    }
-
     pub fn read(&self, offset: u32) -> u32 {
         self.pair.borrow().read(offset).expect("a register")
     }

@@ -6,7 +6,6 @@ mod abort;
 mod bus_off;
 mod errors;
 mod filters;
-mod journal;
 mod modes;
 mod receive;
 mod sleep;
