@@ -49,7 +49,7 @@ enum Command {
     TestAll(test_all::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware_images::support::board::Target),
-    /// Check that chip support compiles for a chip of each STM32F4 line
+    /// Check that embassy-stm32 has a chip of each STM32F4 line, and that chip support compiles for one of each family
     Chips,
 }
 

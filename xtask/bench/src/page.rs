@@ -113,7 +113,7 @@ mod tests {
             Row::lower("slave.ram", 14_660, "bytes").within(16_384),
             Row::higher("speed", 2.9, "frames_per_second").noisy(),
         ];
-        stored.replace("size", &rows, "rustc 1").unwrap();
+        stored.replace("size", &rows, "rustc 1", "c0ffee").unwrap();
         stored
     }
 

@@ -1,6 +1,13 @@
 //! Figures that the repository keeps in `xtask/bench/stored.json`, so that a change of one of them is seen.
 //!
 //! The file has rows as `summary.json` has them. A row that does not hold its target has a `reason` beside it, which people write.
+//! A row of [`RATCHETED`] also has its `best` value of this compiler, and an `accepted` value with the reason why it may be worse:
+//!
+//! ```text
+//! "best": { "value": 300.007, "commit": "e80fd9b2" },
+//! "accepted": { "value": 319.129, "reason": "a node that notes SYNCs also counts those that are not captured" }
+//! ```
+//!
 //! [`Stored::findings`] compares a run with it, and `page` makes the tables of the documentation of it.
 
 use std::collections::BTreeMap;
@@ -10,14 +17,23 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde_json::{Value, json};
 
-use super::row::Row;
+use super::row::{Better, Row};
 use firmware_images::support::project;
 
 /// Largest difference from the stored value that is not reported, as a share of it.
 const TOLERANCE: f64 = 0.03;
 
+/// Areas whose rows are compared with the best value of their compiler, so that they cannot get worse in small steps.
+const RATCHETED: [&str; 3] = ["size", "instructions", "rx"];
+
 /// The row that names the compiler of the images.
 const TOOLCHAIN: &str = "toolchain";
+
+/// Field of a row: its best value of this compiler, and the commit that had it.
+const BEST: &str = "best";
+
+/// Field of a row: a value that is worse than the best one, and the reason why it may be.
+const ACCEPTED: &str = "accepted";
 
 /// The stored rows, by area and name: `rx.interrupt_to_dictionary`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,20 +76,31 @@ impl Stored {
         self.rows.iter().map(|(name, row)| (name.as_str(), row))
     }
 
-    /// Replaces the rows of an area. The reason of a row stays as long as its target does not hold.
+    /// Replaces the rows of an area, measured on `commit`. The reason of a row stays as long as its target does not hold, and an
+    /// accepted value as long as the row is worse than its best one. Best values of another compiler are dropped, in all areas.
     ///
     /// # Errors
     /// When a row is no JSON.
-    pub fn replace(&mut self, area: &str, rows: &[Row], compiler: &str) -> anyhow::Result<()> {
+    pub fn replace(&mut self, area: &str, rows: &[Row], compiler: &str, commit: &str) -> anyhow::Result<()> {
+        if self.compiler() != Some(compiler) {
+            for row in self.rows.values_mut().filter_map(Value::as_object_mut) {
+                row.remove(BEST);
+                row.remove(ACCEPTED);
+            }
+        }
         let before = self.rows.clone();
         self.rows.retain(|key, _| !is_of(area, key));
         for row in rows {
             let key = format!("{area}.{}", row.name);
             let mut value = serde_json::to_value(row)?;
-            if let Some(reason) = before.get(&key).and_then(|stored| stored.get("reason"))
+            let stored = before.get(&key).unwrap_or(&Value::Null);
+            if let Some(reason) = stored.get("reason")
                 && row.holds() == Some(false)
             {
                 value["reason"] = reason.clone();
+            }
+            if is_ratcheted(area, row) {
+                ratchet(&mut value, stored, row, commit);
             }
             self.rows.insert(key, value);
         }
@@ -84,14 +111,15 @@ impl Stored {
     /// Compares the rows of an area with the stored ones. Returns a sentence for each difference that counts.
     pub fn findings(&self, area: &str, rows: &[Row]) -> Vec<String> {
         let key = |row: &Row| format!("{area}.{}", row.name);
-        let mut findings: Vec<String> = rows.iter().filter_map(|row| self.finding(&key(row), row)).collect();
+        let mut findings: Vec<String> =
+            rows.iter().filter_map(|row| self.finding(area, &key(row), row)).collect();
         let measured: Vec<String> = rows.iter().map(key).collect();
         let missing = self.rows.keys().filter(|key| is_of(area, key) && !measured.contains(key));
         findings.extend(missing.map(|key| format!("{key} is stored but was not measured")));
         findings
     }
 
-    fn finding(&self, key: &str, row: &Row) -> Option<String> {
+    fn finding(&self, area: &str, key: &str, row: &Row) -> Option<String> {
         let Row { value, unit, .. } = row;
         let Some(stored) = self.rows.get(key) else {
             return Some(format!("{key} is not stored"));
@@ -108,9 +136,77 @@ impl Stored {
                 ));
             }
         }
+        if is_ratcheted(area, row)
+            && let Some(worse) = worse_than_best(key, stored, row)
+        {
+            return Some(worse);
+        }
         let differs = !row.noisy && (now - before).abs() > TOLERANCE * before.abs();
         differs.then(|| format!("{key} is {value} {unit}: {before} is stored"))
     }
+}
+
+/// Whether a row is compared with its best value.
+fn is_ratcheted(area: &str, row: &Row) -> bool {
+    RATCHETED.contains(&area) && !row.noisy
+}
+
+/// How much worse `now` is than another value of its row.
+fn loss(row: &Row, now: f64, other: f64) -> f64 {
+    match row.better {
+        Better::Lower => now - other,
+        Better::Higher => other - now,
+    }
+}
+
+/// Whether `now` is worse than another value of its row by more than the tolerance.
+fn is_worse(row: &Row, now: f64, other: f64) -> bool {
+    loss(row, now, other) > TOLERANCE * other.abs()
+}
+
+/// The number `value` within a field of a stored row.
+fn value_of(stored: &Value, field: &str) -> Option<f64> {
+    stored.get(field)?.get("value")?.as_f64()
+}
+
+/// Adds the best and the accepted value to a row that is stored anew.
+fn ratchet(value: &mut Value, stored: &Value, row: &Row, commit: &str) {
+    let Some(now) = row.value.as_f64() else { return };
+    match value_of(stored, BEST) {
+        Some(best) if loss(row, now, best) >= 0.0 => {
+            value[BEST] = stored[BEST].clone();
+            if let Some(accepted) = value_of(stored, ACCEPTED)
+                && is_worse(row, now, best)
+            {
+                value[ACCEPTED] = stored[ACCEPTED].clone();
+                // What was won back is not lost again unseen.
+                if loss(row, now, accepted) < 0.0 {
+                    value[ACCEPTED]["value"] = row.value.clone().into();
+                }
+            }
+        }
+        _ => value[BEST] = json!({ "value": row.value, "commit": commit }),
+    }
+}
+
+/// A sentence when a row is worse than its best value by more than the tolerance, and than the value accepted with a reason.
+fn worse_than_best(key: &str, stored: &Value, row: &Row) -> Option<String> {
+    let (now, best) = (row.value.as_f64()?, value_of(stored, BEST)?);
+    if !is_worse(row, now, best) {
+        return None;
+    }
+    let reason = stored.get(ACCEPTED).and_then(|accepted| accepted.get("reason")).and_then(Value::as_str);
+    let accepted = value_of(stored, ACCEPTED).filter(|_| reason.is_some_and(|reason| !reason.is_empty()));
+    if accepted.is_some_and(|accepted| !is_worse(row, now, accepted)) {
+        return None;
+    }
+    let Row { value, unit, .. } = row;
+    let commit = stored[BEST]["commit"].as_str().unwrap_or("unknown");
+    let known = accepted.map(|accepted| format!(", {accepted} is accepted")).unwrap_or_default();
+    Some(format!(
+        "{key} is {value} {unit}: its best is {best}, of commit {commit}{known}; improve it, or write `accepted` with value and \
+         reason into its row"
+    ))
 }
 
 fn is_of(area: &str, key: &str) -> bool {
@@ -129,7 +225,7 @@ mod tests {
 
     fn stored(row: Row) -> Stored {
         let mut stored = Stored::default();
-        stored.replace(AREA, &[row], "rustc 1").unwrap();
+        stored.replace(AREA, &[row], "rustc 1", "c0ffee").unwrap();
         stored
     }
 
@@ -148,10 +244,14 @@ mod tests {
 
     #[test]
     fn value_that_differs_is_found() {
+        let mut others = Stored::default();
+        others.replace("irq", &[row(1_000)], "rustc 1", "c0ffee").unwrap();
         for value in [969, 1_031] {
-            let expected = format!("rx.latency is {value} model_cycles: 1000 is stored");
-            assert_eq!(stored(row(1_000)).findings(AREA, &[row(value)]), [expected]);
+            let expected = format!("irq.latency is {value} model_cycles: 1000 is stored");
+            assert_eq!(others.findings("irq", &[row(value)]), [expected]);
         }
+        let better = stored(row(1_000)).findings(AREA, &[row(969)]);
+        assert_eq!(better, ["rx.latency is 969 model_cycles: 1000 is stored"]);
     }
 
     #[test]
@@ -178,10 +278,10 @@ mod tests {
     #[test]
     fn reason_stays_while_the_target_does_not_hold() {
         let mut rows = with_reason(row(2_000));
-        rows.replace(AREA, &[row(1_900)], "rustc 2").unwrap();
+        rows.replace(AREA, &[row(1_900)], "rustc 2", "c0ffee").unwrap();
         assert_eq!(rows.findings(AREA, &[row(1_900)]), [""; 0]);
         assert_eq!(rows.compiler(), Some("rustc 2"));
-        rows.replace(AREA, &[row(1_400)], "rustc 2").unwrap();
+        rows.replace(AREA, &[row(1_400)], "rustc 2", "c0ffee").unwrap();
         assert!(rows.rows["rx.latency"].get("reason").is_none());
     }
 
@@ -191,5 +291,96 @@ mod tests {
         assert_eq!(stored.findings(AREA, &[row(1_500).noisy()]), [""; 0]);
         let findings = stored.findings(AREA, &[row(1_501).noisy()]);
         assert_eq!(findings, ["rx.latency is 1501 model_cycles: its target 1500 held before"]);
+    }
+
+    /// Rows that were stored one after the other by one compiler, on the commits 0, 1, ...
+    fn history(rows: &[Row]) -> Stored {
+        let mut stored = Stored::default();
+        for (commit, row) in rows.iter().enumerate() {
+            stored.replace(AREA, std::slice::from_ref(row), "rustc 1", &commit.to_string()).unwrap();
+        }
+        stored
+    }
+
+    /// The same row with an accepted value.
+    fn accepting(mut stored: Stored, value: u64, reason: &str) -> Stored {
+        stored.rows.get_mut("rx.latency").unwrap()[ACCEPTED] = json!({ "value": value, "reason": reason });
+        stored
+    }
+
+    /// Given steps of 2 %, each below the tolerance, when they are stored, then the one that leaves the best value by more is found.
+    #[test]
+    fn steps_within_the_tolerance_are_found_together() {
+        assert_eq!(history(&[row(1_020), row(1_000), row(1_020)]).findings(AREA, &[row(1_030)]), [""; 0]);
+        let findings = history(&[row(1_020), row(1_000), row(1_020)]).findings(AREA, &[row(1_040)]);
+        let expected = "rx.latency is 1040 model_cycles: its best is 1000, of commit 1; improve it, or write `accepted` with value \
+                        and reason into its row";
+        assert_eq!(findings, [expected]);
+    }
+
+    #[test]
+    fn storing_a_worse_value_does_not_accept_it() {
+        assert_eq!(history(&[row(1_000), row(1_200)]).findings(AREA, &[row(1_200)]).len(), 1);
+    }
+
+    #[test]
+    fn accepted_value_needs_a_reason() {
+        let worse = || history(&[row(1_000), row(1_200)]);
+        assert_eq!(accepting(worse(), 1_200, "a feature").findings(AREA, &[row(1_200)]), [""; 0]);
+        assert_eq!(accepting(worse(), 1_200, "").findings(AREA, &[row(1_200)]).len(), 1);
+        let findings = accepting(worse(), 1_200, "a feature").findings(AREA, &[row(1_240)]);
+        assert!(findings[0].contains("of commit 0, 1200 is accepted;"), "{findings:?}");
+    }
+
+    #[test]
+    fn accepted_value_follows_improvements_alone() {
+        let mut rows = accepting(history(&[row(1_000), row(1_200)]), 1_200, "a feature");
+        for (value, accepted) in
+            [(1_230, Some(1_200.0)), (1_100, Some(1_100.0)), (1_110, Some(1_100.0)), (1_020, None)]
+        {
+            rows.replace(AREA, &[row(value)], "rustc 1", "7").unwrap();
+            assert_eq!(value_of(&rows.rows["rx.latency"], ACCEPTED), accepted, "{value}");
+            assert_eq!(value_of(&rows.rows["rx.latency"], BEST), Some(1_000.0));
+        }
+    }
+
+    #[test]
+    fn best_values_of_another_compiler_are_dropped() {
+        let mut rows = accepting(history(&[row(1_000), row(1_200)]), 1_200, "a feature");
+        rows.replace("irq", &[row(1)], "rustc 2", "7").unwrap();
+        assert!(
+            rows.rows["rx.latency"].get(BEST).is_none() && rows.rows["rx.latency"].get(ACCEPTED).is_none()
+        );
+        assert_eq!(rows.findings(AREA, &[row(1_200)]), [""; 0]);
+        rows.replace(AREA, &[row(1_300)], "rustc 2", "8").unwrap();
+        assert_eq!(rows.rows["rx.latency"][BEST], json!({ "value": 1_300, "commit": "8" }));
+    }
+
+    #[test]
+    fn best_of_a_row_of_high_values_is_the_highest() {
+        let share = |value: u64| Row::higher("latency", value, "percent");
+        let rows = history(&[share(90), share(100), share(98)]);
+        assert_eq!(rows.rows["rx.latency"][BEST], json!({ "value": 100, "commit": "1" }));
+        assert_eq!(rows.findings(AREA, &[share(97)]), [""; 0]);
+        assert_eq!(rows.findings(AREA, &[share(96)]).len(), 1);
+    }
+
+    #[test]
+    fn rows_of_other_areas_and_noisy_rows_have_no_best() {
+        let mut rows = history(&[row(1_000).noisy()]);
+        rows.replace("irq", &[row(1_000)], "rustc 1", "0").unwrap();
+        assert!(rows.rows.values().all(|row| row.get(BEST).is_none()));
+    }
+
+    /// What the repository stores passes its own check: each accepted value has a reason, each row of a best value its commit.
+    #[test]
+    fn stored_rows_that_are_worse_than_their_best_have_reasons() {
+        let stored = Stored::read(&path()).unwrap();
+        let ratcheted = stored.rows().filter(|(key, _)| RATCHETED.iter().any(|area| is_of(area, key)));
+        for (key, value) in ratcheted {
+            assert!(value[BEST]["commit"].is_string(), "{key} has no best value");
+            let row: Row = serde_json::from_value(value.clone()).unwrap();
+            assert_eq!(worse_than_best(key, value, &row), None);
+        }
     }
 }
