@@ -4,6 +4,7 @@
 
 #![forbid(unsafe_code)]
 
+mod compliance;
 mod firmware;
 mod flash;
 mod licences;

@@ -11,9 +11,9 @@ mod examples;
 mod flash;
 mod licences;
 mod mutants;
+mod names;
 mod own_package;
 mod patches;
-mod public_docs;
 mod selftest;
 
 /// The program under test.

@@ -8,7 +8,7 @@ use anyhow::Context;
 use cargo_metadata::MetadataCommand;
 use firmware_images::support::project::path;
 
-use crate::tags::{self, Reading, Tag};
+use super::tags::{self, Reading, Tag};
 
 /// Where a target begins.
 pub struct Root {

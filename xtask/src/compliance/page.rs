@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::requirements::{Clause, Deviation, Requirement, Who};
-use crate::tags::Tag;
+use super::requirements::{Clause, Deviation, Requirement, Who};
+use super::tags::Tag;
 
 const HEAD: &str = "# Compliance
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use crate::requirements::{Deviation, Requirement, Who};
-use crate::tags::Tag;
+use super::requirements::{Deviation, Requirement, Who};
+use super::tags::Tag;
 
 /// A test that names more verifies none of them well.
 const MOST: usize = 5;

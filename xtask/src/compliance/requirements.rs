@@ -72,17 +72,17 @@ pub struct Clause {
 
 /// All requirements, in the order of the standard.
 pub fn requirements() -> Vec<Requirement> {
-    rows(include_str!("../data/requirements.csv"))
+    rows(include_str!("../../compliance/data/requirements.csv"))
 }
 
 /// All deviations, in the order of the standard.
 pub fn deviations() -> Vec<Deviation> {
-    rows(include_str!("../data/deviations.csv"))
+    rows(include_str!("../../compliance/data/deviations.csv"))
 }
 
 /// Table 11-1, in its order.
 pub fn clauses() -> Vec<Clause> {
-    rows(include_str!("../data/table_11_1.csv"))
+    rows(include_str!("../../compliance/data/table_11_1.csv"))
 }
 
 /// The tables are part of this program: one that cannot be read is an error of it, and a test reads both.

@@ -59,14 +59,6 @@ impl Module {
     }
 }
 
-/// Tags in `text`, a source of a target whose tests are run.
-///
-/// # Errors
-/// When it is not Rust.
-pub fn tags(text: &str) -> anyhow::Result<Vec<Tag>> {
-    Ok(read(text, &Reading { file: "source.rs".to_owned(), is_tested: true })?.tags)
-}
-
 /// Tags and modules of a source.
 ///
 /// # Errors
