@@ -1,8 +1,6 @@
 //! System registers: SysTick, cycle counter, debug, MPU, bit-band aliases, identification.
 
-mod board;
-
-use board::{Board, CODE, FLASH_BYTES, PERIPHERAL, RAM, STACK};
+use crate::board::{Board, CODE, FLASH_BYTES, PERIPHERAL, RAM, STACK};
 use twin_core::{Config, Width};
 
 const SYST_CSR: u32 = 0xE000_E010;

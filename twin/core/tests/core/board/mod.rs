@@ -1,5 +1,4 @@
 //! A board for tests: flash at 0800_0000h, RAM at 2000_0000h, a few words of a peripheral at 4000_0000h.
-#![allow(dead_code)] // Each test file uses a part of it.
 
 use twin_core::{Bus, BusError, Config, Core, Registers, Step, Stop, Width};
 

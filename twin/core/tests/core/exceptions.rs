@@ -1,8 +1,7 @@
 //! Exceptions: entry, return, priorities, masks, chaining, sleep (DDI 0403E B1.5). Programs are assembled by hand.
 
-mod board;
-
-use board::{Board, C, CODE, HANDLERS, RAM, STACK, V, Z};
+use crate::board;
+use crate::board::{Board, C, CODE, HANDLERS, RAM, STACK, V, Z};
 use twin_core::{Stop, Width};
 
 const NVIC_ISER: u32 = 0xE000_E100;

@@ -1,8 +1,6 @@
 //! Cycle counter and debug registers (DDI 0403E C1.6, C1.8). No judge has them.
 
-mod board;
-
-use board::{Board, CODE};
+use crate::board::{Board, CODE};
 use twin_core::Stop;
 
 const DWT_CTRL: u32 = 0xE000_1000;

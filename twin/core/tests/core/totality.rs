@@ -2,9 +2,8 @@
 //!
 //! Of an UNPREDICTABLE encoding the core stops with its word, or raises a UsageFault where the Config asks for it.
 
-mod board;
-
-use board::{Board, CODE, RAM};
+use crate::board;
+use crate::board::{Board, CODE, RAM};
 use twin_core::{Config, Registers, Stop, Unpredictable};
 
 /// A small generator of random numbers (xorshift).

@@ -1,8 +1,6 @@
 //! Four bits of priority and PRIGROUP (DDI 0403E B1.5.4). QEMU has eight bits, so these are written from the manual.
 
-mod board;
-
-use board::Board;
+use crate::board::Board;
 
 const NVIC_ISPR: u32 = 0xE000_E200;
 const NVIC_IPR: u32 = 0xE000_E400;

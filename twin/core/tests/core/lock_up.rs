@@ -1,8 +1,6 @@
 //! Lock-up (DDI 0403E B1.5.15). QEMU ends there, so these are written from the manual.
 
-mod board;
-
-use board::{Board, CODE, FLASH, HANDLERS};
+use crate::board::{Board, CODE, FLASH, HANDLERS};
 use twin_core::Width;
 
 const VTOR: u32 = 0xE000_ED08;

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use twin_core::{Bus, BusError, Config, Core, Stop, Width};
 
-const IMAGE: &[u8] = include_bytes!("qemu/image.bin");
+const IMAGE: &[u8] = include_bytes!("../qemu/image.bin");
 /// Output of QEMU.
-const ANSWERS: &str = include_str!("qemu/answers.txt");
+const ANSWERS: &str = include_str!("../qemu/answers.txt");
 /// Holds the table of the differences that have a reason.
-const README: &str = include_str!("../judge/README.md");
+const README: &str = include_str!("../../judge/README.md");
 const TABLE: &str = "## Where QEMU differs from the manual";
 
 const FLASH: u32 = 0x0800_0000;

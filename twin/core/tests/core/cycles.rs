@@ -1,8 +1,6 @@
 //! Cycles of each class of instructions against the tables of the technical reference manual, with P = 2.
 
-mod board;
-
-use board::{Board, CODE, RAM};
+use crate::board::{Board, CODE, RAM};
 
 /// Cycles of the first instruction of a program. r0 points to RAM, r1 is 4, LR and the words of RAM are addresses of code.
 fn cycles(program: &[u16]) -> u32 {

@@ -1,8 +1,6 @@
 //! Faults, escalation, lock-up and stops (DDI 0403E B1.5.14, B1.5.15).
 
-mod board;
-
-use board::{Board, CODE, FLASH, HANDLERS, PERIPHERAL, RAM, STACK};
+use crate::board::{Board, CODE, FLASH, HANDLERS, PERIPHERAL, RAM, STACK};
 use twin_core::{Stop, Width};
 
 const CCR: u32 = 0xE000_ED14;

@@ -1,8 +1,6 @@
 //! Special registers, stack pointers, and the rules of IT blocks (DDI 0403E B1.4, B5.2, A7.3).
 
-mod board;
-
-use board::{Board, C, CODE, N, Q, RAM, STACK, V, Z};
+use crate::board::{Board, C, CODE, N, Q, RAM, STACK, V, Z};
 use twin_core::Stop;
 
 const NOP: u16 = 0xBF00;

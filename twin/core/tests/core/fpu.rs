@@ -1,8 +1,6 @@
 //! Context of the FPU: access, lazy and immediate stacking, modes of a new context (DDI 0403E B1.5.7).
 
-mod board;
-
-use board::{Board, CODE, HANDLERS, RAM, STACK};
+use crate::board::{Board, CODE, HANDLERS, RAM, STACK};
 use twin_core::Width;
 
 const CPACR: u32 = 0xE000_ED88;

@@ -2,7 +2,7 @@
 
 use twin_core::{Bus, BusError, Config, Core, Registers, Width};
 
-const VECTORS: &[u8] = include_bytes!("vectors/unicorn.bin");
+const VECTORS: &[u8] = include_bytes!("../vectors/unicorn.bin");
 /// Names another file of vectors.
 const OTHER_VECTORS: &str = "TWIN_CORE_VECTORS";
 const FLASH: u32 = 0x0800_0000;

@@ -1,8 +1,6 @@
 //! Event register and continued load and store multiple (DDI 0403E B1.5.10, B1.5.18). No judge has them.
 
-mod board;
-
-use board::{Board, CODE, RAM, STACK};
+use crate::board::{Board, CODE, RAM, STACK};
 use twin_core::{Stop, Width};
 
 const SCR: u32 = 0xE000_ED10;

@@ -1,0 +1,6 @@
+//! Memory maps of boards: chips, maps, and where both come from.
+
+mod chips;
+mod manifests;
+mod maps;
+mod packages;
