@@ -1,6 +1,7 @@
 //! Arrows between packages and between modules run one way.
 
 mod circles;
+mod features;
 mod indices;
 mod modules;
 mod paths;
