@@ -140,7 +140,7 @@ fn commands_requests_and_telemetry_have_any_length() {
         assert_eq!(reply.data(), &data[..command]);
         assert!(reply.end.since(request.end) < TELEMETRY_DELAY + QUEUEING);
     }
-    // A command and a request by the same PDO, told apart by their first bytes.
+    // One PDO carries commands and requests. The slave distinguishes them by their first bytes.
     flight.twin.inject(
         guest,
         flight.end,

@@ -1,7 +1,7 @@
 //! Block transfers of the SDO client of `ecss-can` with servers that others wrote, in one process and in virtual time.
 //!
 //! [`zencan`] is a whole node, [`codecs`] has the frames of others in an order of ours. A third one, on the bus of a
-//! spacecraft, is in `tests/sdo_client.rs`.
+//! spacecraft, is in `tests/tools/sdo_client.rs`.
 
 mod codecs;
 mod line;
