@@ -34,7 +34,7 @@ enum Command {
     Flash(flash::Options),
     /// Check a bare board: flash a self-test and show its results, or fly it on the emulated board
     Selftest(selftest::Options),
-    /// Measure latency, load, fail-over, cost of the demo and sizes, for target/bench/summary.json
+    /// Measure latency, load, fail-over, clocks and sizes, for target/bench/summary.json
     Bench(bench::Options),
     /// Measure flash and static RAM of the images of every board, for target/bench/summary.json
     Sizes(bench::SizesOptions),

@@ -61,7 +61,7 @@
 //!
 //! # Inlining
 //!
-//! The inlining attributes of this crate serve the rows `core.host_instructions` and `twin.host_instructions` of `cargo xtask bench`.
+//! The inlining attributes of this crate serve the row `twin.host_instructions` of `cargo xtask bench`.
 //! Those of small functions that other crates reach were measured together, the others one by one.
 
 #![forbid(unsafe_code)]

@@ -8,37 +8,24 @@ use anyhow::{Context, ensure};
 /// Where its programs are built: apart from all else, so that no flags of others reach them.
 const TARGET_DIR: &str = "target/bench/build";
 
-/// Profile of cargo in which a program is built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Build {
-    /// `--release`.
-    Release,
-    /// The profile of `cargo demo` and `cargo test`.
-    Dev,
-}
-
 /// Builds a package of the workspace as `--release` has it; returns its program.
 ///
 /// # Errors
 /// When the package does not compile.
 pub fn build(package: &str) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package], package, Build::Release)
+    compile(&["--package", package], package, ["release", "release"])
 }
 
-/// Builds an example of a package of the workspace; returns its program.
+/// Builds an example of a package of the workspace as `cargo test` has it; returns its program.
 ///
 /// # Errors
 /// When the example does not compile.
-pub fn build_example(package: &str, example: &str, build: Build) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package, "--example", example], &format!("examples/{example}"), build)
+pub fn build_example(package: &str, example: &str) -> anyhow::Result<PathBuf> {
+    compile(&["--package", package, "--example", example], &format!("examples/{example}"), ["dev", "debug"])
 }
 
-/// `program`: its path below the folder of the profile.
-fn compile(what: &[&str], program: &str, build: Build) -> anyhow::Result<PathBuf> {
-    let (profile, folder) = match build {
-        Build::Release => ("release", "release"),
-        Build::Dev => ("dev", "debug"),
-    };
+/// `program`: its path below the folder of the profile of cargo.
+fn compile(what: &[&str], program: &str, [profile, folder]: [&str; 2]) -> anyhow::Result<PathBuf> {
     let target_dir = firmware_images::support::project::path(TARGET_DIR);
     let mut cargo = Command::new("cargo");
     cargo.current_dir(firmware_images::support::project::path("")).args([

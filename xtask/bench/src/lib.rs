@@ -12,34 +12,31 @@ mod context;
 mod page;
 mod rig;
 mod row;
-mod shards;
 mod share;
 mod stored;
-mod summary;
 mod sweep;
 mod table;
 mod update;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
+use clap::Args;
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Subcommand};
 use console::style;
 
 use self::areas::{ALL, Area};
 use self::context::{Context, FLOWN};
 use self::row::Row;
 use self::stored::Stored;
-use self::summary::Summary;
 use firmware_images::support::board::Profile;
 use firmware_images::support::elf::Facts;
 use firmware_images::support::misuse::Misuse;
 use firmware_images::support::needs::{Need, provide};
 use firmware_images::support::output::{line, note, text, warn};
 use firmware_images::support::project;
-use firmware_images::support::shard::Shard;
 use twin::pulses::Errors;
 
 /// Name of the command.
@@ -47,11 +44,8 @@ const COMMAND: &str = "bench";
 
 /// Command line of `bench`.
 #[derive(Args, Debug)]
-#[command(args_conflicts_with_subcommands = true, after_help = areas_help())]
+#[command(after_help = areas_help())]
 pub struct Options {
-    #[command(subcommand)]
-    action: Option<Action>,
-
     /// Measure these areas only [default: all]
     #[arg(long, value_name = "AREA", value_delimiter = ',', value_parser = area_names())]
     only: Vec<String>,
@@ -60,27 +54,8 @@ pub struct Options {
     #[arg(long)]
     install: bool,
 
-    /// Measure one of N parts of the steps, I from 1 to N, and write its rows to --out FILE [default:
-    /// target/bench/part-I-of-N.json of the project]
-    #[arg(long, value_name = "I/N", conflicts_with_all = ["check", "store", "json"])]
-    shard: Option<Shard>,
-
     #[command(flatten)]
     output: Output,
-}
-
-/// What else can be done.
-#[derive(Subcommand, Debug)]
-enum Action {
-    /// Join the rows of all shards of a run; then print, write, check or store them as one run does
-    Merge {
-        /// Files that the shards have written
-        #[arg(required = true, value_name = "FILE")]
-        files: Vec<PathBuf>,
-
-        #[command(flatten)]
-        output: Output,
-    },
 }
 
 /// Command line of `sizes`.
@@ -111,8 +86,7 @@ struct Output {
     #[arg(long)]
     json: bool,
 
-    /// Where the rows go; those of areas not measured now stay as they are [default: target/bench/summary.json of the
-    /// project]
+    /// Where the rows of this run go [default: target/bench/summary.json of the project]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -129,11 +103,8 @@ fn area_names() -> PossibleValuesParser {
 }
 
 fn areas_help() -> String {
-    let lines = ALL.iter().map(|area| format!("  {:<10} {}\n", area.name, area.about));
-    format!(
-        "Areas:\n{}\nOn many machines: one shard on each, then `cargo xtask bench merge FILE...`; docs/verification/campaign.md shows how.",
-        lines.collect::<String>()
-    )
+    let lines = ALL.iter().map(|area| format!("  {:<12} {}\n", area.name, area.about));
+    format!("Areas:\n{}", lines.collect::<String>())
 }
 
 /// Measures, prints, and writes the summary.
@@ -141,18 +112,12 @@ fn areas_help() -> String {
 /// # Errors
 /// When something cannot be measured or written, or, asked to check, when a target does not hold.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    if let Some(Action::Merge { files, output }) = &options.action {
-        return shards::merge(files, output);
-    }
     let wanted = |area: &&Area| options.only.is_empty() || options.only.iter().any(|name| name == area.name);
     let areas: Vec<_> = ALL.iter().filter(wanted).collect();
     // Before the first measurement: a long run must not end at a program that is missing.
     let needs: Vec<Need> = areas.iter().flat_map(|area| area.needs).copied().collect();
     provide(&needs, options.install, "cargo xtask bench --install")?;
     let context = Context::default();
-    if let Some(shard) = options.shard {
-        return shards::measure(&context, &areas, shard, options.output.out.as_deref());
-    }
     let measured = measure(COMMAND, &context, &areas, &options.output)?;
     judge(&measured, &options.output)
 }
@@ -194,26 +159,31 @@ fn measure(
     areas: &[&Area],
     output: &Output,
 ) -> anyhow::Result<Measured> {
-    // A long run must not end at a file that it cannot add to.
-    let summary = open(command, &output.out())?;
-    let mut measured = Vec::new();
+    let out = output.out();
+    // A long run must not end at a file that cannot be written.
+    check_writable(command, &out)?;
+    let mut measured = Measured { areas: Vec::new(), compiler: compiler(context)? };
     for area in areas {
-        announce(area.name, area.about);
-        let rows = area.rows(context)?;
-        print(area.name, &rows, output)?;
-        measured.push((area.name.to_owned(), rows));
+        note(format_args!("{} {}: {}", style("measuring").dim().for_stderr(), area.name, area.about));
+        let rows = (area.measure)(context)?;
+        if !output.json {
+            table::lines(area.name, &rows).iter().try_for_each(line)?;
+        }
+        measured.areas.push((area.name.to_owned(), rows));
     }
-    let measured = Measured { areas: measured, compiler: compiler(context)? };
-    write(summary, &measured, output)?;
+    let json = serde_json::to_string_pretty(&stored::as_json(&measured)?)?;
+    fs::write(&out, format!("{json}\n")).with_context(|| format!("cannot write {}", out.display()))?;
+    if output.json {
+        line(json)?;
+    } else {
+        let compiler = &measured.compiler;
+        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&out)))?;
+    }
     Ok(measured)
 }
 
-fn announce(name: &str, about: &str) {
-    note(format_args!("{} {name}: {about}", style("measuring").dim().for_stderr()));
-}
-
-/// Reads the summary that rows are added to, and makes sure that it can be written.
-fn open(command: &'static str, path: &Path) -> anyhow::Result<Summary> {
+/// Makes the folder of the summary, and sure that the summary can be written.
+fn check_writable(command: &'static str, path: &Path) -> anyhow::Result<()> {
     let refuse = |cause: &dyn std::fmt::Display| {
         let value = path.display();
         let text =
@@ -224,37 +194,7 @@ fn open(command: &'static str, path: &Path) -> anyhow::Result<Summary> {
         return Err(refuse(&"it is a directory").into());
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    project::make_writable(folder).map_err(|cause| refuse(&cause))?;
-    Summary::read(path)
-}
-
-/// Prints the table of an area, unless JSON is asked for.
-fn print(area: &str, rows: &[Row], output: &Output) -> anyhow::Result<()> {
-    if output.json {
-        return Ok(());
-    }
-    table::lines(area, rows).iter().try_for_each(line)
-}
-
-/// Adds the rows to a summary and writes it.
-fn write(mut summary: Summary, measured: &Measured, output: &Output) -> anyhow::Result<()> {
-    let mut this_run = Summary::default();
-    for (area, rows) in &measured.areas {
-        summary.replace(area, rows)?;
-        this_run.replace(area, rows)?;
-    }
-    let compiler = &measured.compiler;
-    this_run.set_toolchain(compiler);
-    if let Some(before) = summary.set_toolchain(compiler) {
-        warn(format_args!("rows of areas not measured now are of another compiler: {before}"));
-    }
-    let out = output.out();
-    summary.write(&out)?;
-    if output.json {
-        line(this_run)
-    } else {
-        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&out)))
-    }
+    project::make_writable(folder).map_err(|cause| refuse(&cause).into())
 }
 
 /// Compares the rows with the stored ones, or stores them.

@@ -1,6 +1,6 @@
 //! Figures that the repository keeps in `xtask/bench/stored.json`, so that a change of one of them is seen.
 //!
-//! The file has rows as `summary.json` has them. A row that does not hold its target has a `reason` beside it, which people write.
+//! The file has rows as `summary.json` has them: `"area.name": {...}`, and a row `toolchain`. A row that does not hold its target has a `reason` beside it, which people write.
 //! A row of [`RATCHETED`] also has its `best` value of this compiler, and an `accepted` value with the reason why it may be worse:
 //!
 //! ```text
@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde_json::{Value, json};
 
+use super::Measured;
 use super::row::{Better, Row};
 use firmware_images::support::project;
 
@@ -104,7 +105,7 @@ impl Stored {
             }
             self.rows.insert(key, value);
         }
-        self.rows.insert(TOOLCHAIN.into(), json!({ "value": compiler, "unit": "compiler of the images" }));
+        self.rows.insert(TOOLCHAIN.into(), toolchain(compiler));
         Ok(())
     }
 
@@ -144,6 +145,22 @@ impl Stored {
         let differs = !row.noisy && (now - before).abs() > TOLERANCE * before.abs();
         differs.then(|| format!("{key} is {value} {unit}: {before} is stored"))
     }
+}
+
+/// The rows of a run, as the file has them, but without what is known of earlier runs.
+///
+/// # Errors
+/// When a row is no JSON.
+pub fn as_json(Measured { areas, compiler }: &Measured) -> anyhow::Result<Value> {
+    let mut json = json!({ TOOLCHAIN: toolchain(compiler) });
+    for (area, row) in areas.iter().flat_map(|(area, rows)| rows.iter().map(move |row| (area, row))) {
+        json[format!("{area}.{}", row.name)] = serde_json::to_value(row)?;
+    }
+    Ok(json)
+}
+
+fn toolchain(compiler: &str) -> Value {
+    json!({ "value": compiler, "unit": "compiler of the images" })
 }
 
 /// Whether a row is compared with its best value.

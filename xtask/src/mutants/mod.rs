@@ -1,7 +1,6 @@
 //! `cargo xtask mutants`: deliberate defects in the protocol crate, the applications or the machines of redundancy, of which tests must find most.
 //!
-//! A sample is cut into shards, so that it runs on many machines (see [`firmware_images::support::shard`]). Defects that no operator of cargo-mutants makes
-//! are [patches].
+//! Defects that no operator of cargo-mutants makes are [patches].
 
 mod copy;
 mod outcome;
@@ -15,11 +14,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, ensure};
-use clap::{Args, Subcommand, value_parser};
-use serde::{Deserialize, Serialize};
+use clap::{Args, value_parser};
 
 use crate::tool::{Source, Tool};
-use firmware_images::support::shard::{self, Part, Run, Shard};
 use firmware_images::support::{output, project};
 use outcome::Outcome;
 use sample::Mutant;
@@ -47,14 +44,7 @@ const TWO_FAULTS: &str = "mutants-redundancy-two-faults";
 
 /// Command line of `mutants`.
 #[derive(Args, Debug)]
-#[command(
-    args_conflicts_with_subcommands = true,
-    after_help = "On many machines: one shard on each, then `cargo xtask mutants merge FILE...`; docs/verification/campaign.md shows how."
-)]
 pub struct Options {
-    #[command(subcommand)]
-    action: Option<Action>,
-
     /// How many mutants to try, drawn at random
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = value_parser!(u16).range(1..))]
     sample: u16,
@@ -63,8 +53,9 @@ pub struct Options {
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
 
-    #[command(flatten)]
-    bar: Bar,
+    /// Least share of mutants that tests must catch, in percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 85, value_parser = value_parser!(u8).range(0..=100))]
+    at_least: u8,
 
     /// Run the tests by clause alone: what they miss counts as missed
     #[arg(long, conflicts_with_all = ["applications", "redundancy"])]
@@ -79,16 +70,12 @@ pub struct Options {
     redundancy: bool,
 
     /// Try the defects of these patch files instead, each by the command in its head [default: all patches of the project]
-    #[arg(long, value_name = "FILE", num_args = 0.., conflicts_with_all = ["sample", "seed", "at_least", "by_clause", "applications", "redundancy", "shard"])]
+    #[arg(long, value_name = "FILE", num_args = 0.., conflicts_with_all = ["sample", "seed", "at_least", "by_clause", "applications", "redundancy"])]
     patch: Option<Vec<PathBuf>>,
 
     /// Print the sample, or the patches, and end
     #[arg(long)]
     list: bool,
-
-    /// Try one of N parts of the sample, I from 1 to N, and write its results to DIR/part-I-of-N.json
-    #[arg(long, value_name = "I/N", conflicts_with = "at_least")]
-    shard: Option<Shard>,
 
     /// Folder for the logs of cargo-mutants, and for the copy of the project that is patched [default: target/mutants] of the project
     #[arg(long, value_name = "DIR", default_value_os_t = project::target("mutants"), hide_default_value = true)]
@@ -98,42 +85,8 @@ pub struct Options {
     source: Source,
 }
 
-/// What else can be done.
-#[derive(Subcommand, Debug)]
-enum Action {
-    /// Join the results of all shards of a sample, then print and judge them as one run does
-    Merge {
-        /// Files that the shards have written
-        #[arg(required = true, value_name = "FILE")]
-        files: Vec<PathBuf>,
-
-        #[command(flatten)]
-        bar: Bar,
-    },
-}
-
-/// What tests must find.
-#[derive(Args, Clone, Copy, Debug)]
-struct Bar {
-    /// Least share of mutants that tests must catch, in percent
-    #[arg(long, value_name = "PERCENT", default_value_t = 85, value_parser = value_parser!(u8).range(0..=100))]
-    at_least: u8,
-}
-
-/// What decides the outcome, beside the commit.
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct Parameters {
-    seed: u64,
-    /// Number of mutants of the sample.
-    sample: usize,
-    /// Number of mutants of which the sample is drawn.
-    mutants: usize,
-    by_clause: bool,
-    subject: Subject,
-}
-
 /// Code that has the mutants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Subject {
     Protocol,
     Applications,
@@ -171,18 +124,11 @@ impl Options {
     }
 }
 
-/// Draws a sample, runs tests against each of its mutants, and prints what they did not find. Or joins the results of
-/// shards of a sample, or tries patches.
+/// Draws a sample, runs tests against each of its mutants, and prints what they did not find. Or tries patches.
 ///
 /// # Errors
-/// When a patch is wrong or its defect is not found, when cargo-mutants is missing or fails, when tests caught too few, or when the files to join are not all parts of one run.
+/// When a patch is wrong or its defect is not found, when cargo-mutants is missing or fails, or when tests caught too few.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    if let Some(Action::Merge { files, bar }) = &options.action {
-        let (run, parts): (Run<Parameters>, Vec<Outcome>) = shard::merged(COMMAND, files)?;
-        let outcome = parts.into_iter().fold(Outcome::default(), Outcome::and);
-        report(&outcome, run.parameters.sample, run.parameters.subject)?;
-        return judge(&outcome, *bar);
-    }
     if let Some(files) = &options.patch {
         let patches = patches::read(files)?;
         return match options.list {
@@ -196,55 +142,29 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let list = String::from_utf8(list.stdout).context("the list of mutants")?;
     let all: Vec<_> = list.lines().filter_map(Mutant::read).collect();
     let sample = sample::draw(&all, options.sample.into(), options.seed);
-    let parameters = Parameters {
-        seed: options.seed,
-        sample: sample.len(),
-        mutants: all.len(),
-        by_clause: options.by_clause,
-        subject: options.subject(),
-    };
-    let Some(shard) = options.shard else {
-        if options.list {
-            return print(&sample);
-        }
-        output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
-        let outcome = try_all(&program, &sample, options, &options.out)?;
-        report(&outcome, sample.len(), options.subject())?;
-        return judge(&outcome, options.bar);
-    };
-    let total = sample.len() as u64;
-    shard.check(COMMAND, total, "mutants")?;
-    let share = shard.share(total);
-    let sample = &sample[share.start as usize..share.end as usize];
     if options.list {
-        return print(sample);
+        return sample.iter().try_for_each(|mutant| output::line(mutant.name));
     }
-    let file = options.out.join(shard.file("part"));
-    shard::prepare(COMMAND, &file)?;
-    let run = Run { command: COMMAND.into(), commit: shard::commit(), shards: shard.count, parameters };
-    let count = share.end - share.start;
-    output::note(format_args!("{count} of {total} mutants, shard {shard}, seed {}", options.seed));
-    // Shards on one machine have logs of their own.
-    let results = try_all(&program, sample, options, &file.with_extension(""))?;
-    report(&results, sample.len(), options.subject())?;
-    Part { run, shard: shard.index, results }.write(&file)?;
-    output::note(format_args!("results of shard {shard} written to {}", project::shown(&file)));
+    output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
+    let outcome = try_all(&program, &sample, options)?;
+    report(&outcome, sample.len(), options.subject())?;
+    let ((found, viable), at_least) = (outcome.share(), options.at_least);
+    ensure!(
+        found * 100 >= viable * usize::from(at_least),
+        "fewer than {at_least} percent were caught; docs/mutants.md says what to do"
+    );
     Ok(())
 }
 
-fn print(sample: &[Mutant<'_>]) -> anyhow::Result<()> {
-    sample.iter().try_for_each(|mutant| output::line(mutant.name))
-}
-
-/// Runs the tests of the first step against these mutants, and those of each other step against the missed ones. The logs go to `out`.
-fn try_all(program: &Path, sample: &[Mutant<'_>], options: &Options, out: &Path) -> anyhow::Result<Outcome> {
+/// Runs the tests of the first step against these mutants, and those of each other step against the missed ones.
+fn try_all(program: &Path, sample: &[Mutant<'_>], options: &Options) -> anyhow::Result<Outcome> {
     let (first, others) = options.steps().split_first().context("a step")?;
-    let mut outcome = attempt(program, sample, first, out)?;
+    let mut outcome = attempt(program, sample, first, &options.out)?;
     for config in others {
         let is_missed = |mutant: &&Mutant<'_>| outcome.missed.iter().any(|name| name == mutant.name);
         let missed: Vec<Mutant<'_>> = sample.iter().filter(is_missed).copied().collect();
         if !missed.is_empty() {
-            outcome = outcome.after(attempt(program, &missed, config, out)?);
+            outcome = outcome.after(attempt(program, &missed, config, &options.out)?);
         }
     }
     Ok(outcome)
@@ -303,18 +223,5 @@ fn report(outcome: &Outcome, sampled: usize, subject: Subject) -> anyhow::Result
         "{found} of {viable} mutants caught,{by_first} {endless} by a test that did not end; {unviable} more do not compile"
     ))?;
     ensure!(outcome.tried() == sampled, "{} of the sample were not tried", sampled.abs_diff(outcome.tried()));
-    Ok(())
-}
-
-/// Compares with the share that is asked for.
-///
-/// # Errors
-/// When it is not reached.
-fn judge(outcome: &Outcome, Bar { at_least }: Bar) -> anyhow::Result<()> {
-    let (found, viable) = outcome.share();
-    ensure!(
-        found * 100 >= viable * usize::from(at_least),
-        "fewer than {at_least} percent were caught; docs/mutants.md says what to do"
-    );
     Ok(())
 }

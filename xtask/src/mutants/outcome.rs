@@ -4,12 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
-use serde::{Deserialize, Serialize};
 
 use super::sample::Mutant;
 
 /// What became of the mutants of a sample, by their names.
-#[derive(Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Outcome {
     /// Found by the tests that ran.
     pub caught: Vec<String>,
@@ -46,19 +45,10 @@ impl Outcome {
 
     /// Adds what more tests found of the missed ones.
     pub fn after(mut self, more: Outcome) -> Outcome {
-        self.missed.clear();
-        let by_first = self.by_first;
-        Outcome { by_first, ..self.and(more) }
-    }
-
-    /// Adds the mutants of another shard.
-    pub fn and(mut self, other: Outcome) -> Outcome {
-        self.caught.extend(other.caught);
-        self.missed.extend(other.missed);
-        self.timeout.extend(other.timeout);
-        self.unviable.extend(other.unviable);
-        self.by_first += other.by_first;
-        self
+        self.caught.extend(more.caught);
+        self.timeout.extend(more.timeout);
+        self.unviable.extend(more.unviable);
+        Outcome { missed: more.missed, ..self }
     }
 
     /// Number of those that a test found, and of those that it could have found.
@@ -102,16 +92,5 @@ mod tests {
         let both = first.after(Outcome::read(&more, &[two, three]).expect("lists"));
         assert_eq!((both.share(), both.tried(), both.by_first), ((3, 3), 3, 1));
         assert_eq!(both.timeout, [three.name]);
-    }
-
-    #[test]
-    fn mutants_of_shards_are_counted_together() {
-        let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
-        let shard = |caught, missed| Outcome { caught, missed, by_first: 1, ..Outcome::default() };
-        let [one, two] =
-            [shard(names(["a", "b"]), names(["c", "d"])), shard(names(["e", "f"]), names(["g", "h"]))];
-        let both = one.and(two);
-        assert_eq!((both.share(), both.tried(), both.by_first), ((4, 8), 8, 2));
-        assert_eq!(both.missed, ["c", "d", "g", "h"]);
     }
 }

@@ -30,15 +30,8 @@ fn wrong_images_are_refused_with_the_known_ones() {
 fn an_unknown_area_is_refused_with_the_known_ones() {
     XTASK.refuses(
         &["bench", "--only", "weather"],
-        &["weather", "--only", "size", "rx", "load", "failover", "demo"],
+        &["weather", "--only", "size", "rx", "load", "failover", "twin"],
     );
-    XTASK.refuses(&["bench", "--only", "irq", "--shard", "0/4"], &["--shard", "I from 1 to N", "3/16"]);
-    XTASK.refuses(
-        &["bench", "--only", "time", "--shard", "1/12"],
-        &["--shard: 12 shards of ", "allowed are 1 to "],
-    );
-    XTASK.refuses(&["bench", "--only", "irq", "--shard", "1/1", "--check"], &["--shard", "--check"]);
-    XTASK.refuses(&["bench", "merge"], &["<FILE>", "Usage: cargo xtask bench merge"]);
     XTASK.refuses(&["sizes", "--symbols", "-1"], &["--symbols", "-1"]);
 }
 

@@ -127,49 +127,6 @@ fn mutants_of_the_redundancy_meet_the_model_alone() {
     }
 }
 
-/// Given a sample in two shards, when their parts are merged, then the command prints and judges what one run does. A shard is not
-/// judged. A part that is missing, double or of another sample is named.
-#[test]
-fn merged_shards_give_the_result_of_one_run() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let lines: Vec<&str> = LIST.lines().collect();
-    fake(here.path(), [&format!("{}\n", lines[0]), &format!("{}\n", lines[2])]);
-    let one = run(here.path(), &["--at-least", "66"]);
-    let samples = ["1/2", "2/2"].map(|shard| stdout(&run(here.path(), &["--list", "--shard", shard])));
-    assert_eq!(samples.concat(), stdout(&run(here.path(), &["--list"])));
-    assert_eq!(samples.map(|sample| sample.lines().count()), [1, 2]);
-    for shard in ["1/2", "2/2"] {
-        assert_eq!(run(here.path(), &["--shard", shard]).status.code(), Some(0), "a shard is not judged");
-    }
-    let merge = |arguments: &[&str]| {
-        Command::new(env!("CARGO_BIN_EXE_xtask"))
-            .args(["mutants", "merge"])
-            .args(arguments)
-            .current_dir(here.path())
-            .output()
-            .expect("xtask starts")
-    };
-    let (first, second) = ("part-1-of-2.json", "part-2-of-2.json");
-    let merged = merge(&["--at-least", "66", second, first]);
-    assert_eq!((stdout(&merged), merged.status.code()), (stdout(&one), Some(0)));
-    let few = merge(&["--at-least", "67", first, second]);
-    assert_eq!((stdout(&few), few.status.code()), (stdout(&one), Some(1)));
-
-    fs::copy(here.path().join(second), here.path().join("copy.json")).expect("a copy");
-    let other = ["--shard", "1/2", "--seed", "2"];
-    assert_eq!(run(here.path(), &other).status.code(), Some(0));
-    for (files, expected) in [
-        (&[second][..], "of 2 shards these are missing: 1"),
-        (&[second, "copy.json"], "copy.json: shard 2 is already in part-2-of-2.json"),
-        (&[second, first], "part-1-of-2.json: of another run than part-2-of-2.json: seed 1 there, 2 here"),
-    ] {
-        let output = merge(files);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{stderr}");
-        assert!(stderr.contains(expected), "{expected}: {stderr}");
-    }
-}
-
 #[test]
 fn one_seed_draws_one_sample() {
     let here = tempfile::tempdir().expect("a temporary directory");
@@ -191,22 +148,14 @@ fn one_seed_draws_one_sample() {
 fn wrong_numbers_are_refused() {
     let here = tempfile::tempdir().expect("a temporary directory");
     fake(here.path(), ["", ""]);
-    for (option, value, expected) in [
-        ("--sample", "0", "'0'"),
-        ("--at-least", "101", "'101'"),
-        ("--seed", "x", "'x'"),
-        ("--shard", "3/2", "I from 1 to N"),
-        ("--shard", "1/4", "allowed are 1 to 3"),
-    ] {
+    for (option, value, expected) in
+        [("--sample", "0", "'0'"), ("--at-least", "101", "'101'"), ("--seed", "x", "'x'")]
+    {
         let output = run(here.path(), &[option, value]);
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{stderr}");
         assert!(stderr.contains(option) && stderr.contains(expected), "{stderr}");
     }
-    let output = run(here.path(), &["--shard", "1/2", "--at-least", "90"]);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(stderr.contains("--shard") && stderr.contains("--at-least"), "{stderr}");
 }
 
 /// Given the configurations of cargo-mutants, then each package whose tests they run exists: without its tests every mutant would

@@ -18,7 +18,6 @@ pub const AREA: Area = Area {
     name: "holdover",
     about: "clocks of three slaves without SYNC for 100 s, five seeds",
     needs: &[],
-    steps: 1,
     measure,
 };
 
@@ -37,7 +36,7 @@ const SCENARIO: Scenario = Scenario {
     crystals: Crystals::Settling(seconds(SILENT + 10)),
 };
 
-fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let images = context.images(&FLOWN, Profile::Standard)?;
     let flights = in_all_seeds(SEEDS, |seed| hold_over(&images, seed))?;
     let mut rows = Vec::new();

@@ -17,7 +17,6 @@ pub const AREA: Area = Area {
     name: "instructions",
     about: "instructions of the host per operation of a slave",
     needs: &[VALGRIND],
-    steps: 1,
     measure,
 };
 
@@ -41,7 +40,7 @@ const SCENARIOS: [(&str, Option<u64>); 13] = [
     ("clock_discipline", None),
 ];
 
-fn measure(_: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
     let program = callgrind::build("instructions")?;
     SCENARIOS.into_iter().map(|(scenario, target)| row(&program, scenario, target)).collect()
 }

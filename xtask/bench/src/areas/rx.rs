@@ -26,7 +26,6 @@ pub const AREA: Area = Area {
     name: "rx",
     about: "model cycles from receive interrupt to node and application",
     needs: &[],
-    steps: 1,
     measure,
 };
 
@@ -54,7 +53,7 @@ struct Latency {
     application: u64,
 }
 
-fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let cases = FLASH_TIMINGS.into_iter().map(|(timing, name)| measure_with(context, timing, name));
     Ok(cases.collect::<anyhow::Result<Vec<_>>>()?.concat())
 }

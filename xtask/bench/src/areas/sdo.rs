@@ -23,13 +23,8 @@ use crate::rig::{MASTER_BEATS, Rig};
 use crate::row::Row;
 use firmware_images::support::board::Profile;
 
-pub const AREA: Area = Area {
-    name: "sdo",
-    about: "block transfers of 20 kB against the wire limit",
-    needs: &[],
-    steps: 1,
-    measure,
-};
+pub const AREA: Area =
+    Area { name: "sdo", about: "block transfers of 20 kB against the wire limit", needs: &[], measure };
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
@@ -58,7 +53,7 @@ const TARGET: f64 = 95.0;
 const SEGMENT: usize = 7;
 const SUB_BLOCK: usize = 127;
 
-fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut random = fastrand::Rng::with_seed(1);
     let data: Vec<u8> = std::iter::repeat_with(|| random.u8(..)).take(BYTES).collect();
     let mut link = Link { rig: Rig::new(context, Profile::Standard, SLAVE)? };

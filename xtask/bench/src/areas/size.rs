@@ -25,7 +25,6 @@ pub const AREA: Area = Area {
     name: "size",
     about: "flash and RAM of the images, the deepest stacks in flight",
     needs: &[],
-    steps: 1,
     measure,
 };
 
@@ -39,7 +38,7 @@ const CANOPEN: u64 = 26 << 10;
 /// Longest name of a symbol in a table; generic ones can be endless.
 const NAME: usize = 100;
 
-fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (board, role, path) in images(context)? {
         let facts = Facts::read(&path)?;

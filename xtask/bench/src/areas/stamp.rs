@@ -17,13 +17,8 @@ use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Diagnostics;
 use firmware_images::support::fleet;
 
-pub const AREA: Area = Area {
-    name: "stamp",
-    about: "stamps of 1000 SYNCs at 30 % and at 90 % load",
-    needs: &[],
-    steps: 1,
-    measure,
-};
+pub const AREA: Area =
+    Area { name: "stamp", about: "stamps of 1000 SYNCs at 30 % and at 90 % load", needs: &[], measure };
 
 const SYNC: u16 = 0x080;
 /// Of the profile `standard`.
@@ -40,7 +35,7 @@ const TARGET_NS: f64 = 100.0;
 /// Node-ID (1 is the master), metres, parts per million.
 const BOARDS: [(u8, f64, f64); 4] = [(1, 0.0, 50.0), (2, 9.0, -50.0), (3, 21.0, 17.0), (4, 35.0, -38.0)];
 
-fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for percent in [30_u8, 90] {
         let outcome = fly(context, f64::from(percent) / 100.0)?;

@@ -21,7 +21,7 @@ use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Stamps;
 
 pub const AREA: Area =
-    Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], steps: 1, measure };
+    Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], measure };
 
 /// SYNCs that are followed.
 const SYNCS: u32 = 200;
@@ -38,7 +38,7 @@ const SYNC: (u16, &[u8]) = (0x080, &[]);
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
 
-fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rig = Rig::with_flash(context, Profile::Standard, SLAVE, FlashTiming::Ideal)?;
     let mut at = rig.spacecraft.now();
     let mut cycles = Vec::new();

@@ -12,7 +12,6 @@ pub const AREA: Area = Area {
     name: "takeover",
     about: "two active masters, one of which became so at each 5 us of a heartbeat period: six cases in worlds of the host",
     needs: &[],
-    steps: 1,
     measure,
 };
 
@@ -28,7 +27,7 @@ const CASES: [Case; 6] = [
     Case { kbit: 125, ppm: 50 },
 ];
 
-fn measure(_: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
     let fly = |case| sweep(case, (0..PERIOD.as_us()).step_by(STEP_US));
     let swept = thread::scope(|scope| {
         let flown = CASES.map(|case| scope.spawn(move || fly(case)));

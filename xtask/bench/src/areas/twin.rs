@@ -17,7 +17,7 @@ use twin::crystal::Crystal;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
 use super::Area;
-use crate::callgrind::{self, Build};
+use crate::callgrind;
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use firmware_images::support::board::Profile;
@@ -26,7 +26,6 @@ pub const AREA: Area = Area {
     name: "twin",
     about: "instructions of the host per emulated one, of a whole flight",
     needs: &[VALGRIND],
-    steps: 1,
     measure,
 };
 
@@ -41,7 +40,7 @@ const BOARDS: u8 = 4;
 const MOST_MS: f64 = 2.0;
 const REPEATS: usize = 20;
 
-fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(vec![
         Row::lower("host_instructions", host_instructions(context)?, "instructions")
             .within(MOST_INSTRUCTIONS),
@@ -51,7 +50,7 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
 
 fn host_instructions(context: &Context) -> anyhow::Result<f64> {
     let images = context.images(&FLOWN, Profile::Librecube)?;
-    let program = callgrind::build_example("demo", "flight", Build::Dev)?;
+    let program = callgrind::build_example("demo", "flight")?;
     let files = [&images.master, &images.slave].map(|path| path.display().to_string());
     let fly = |seconds: u64| -> anyhow::Result<(u64, u64)> {
         let seconds = seconds.to_string();

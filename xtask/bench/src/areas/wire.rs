@@ -19,13 +19,8 @@ use super::Area;
 use crate::context::Context;
 use crate::row::Row;
 
-pub const AREA: Area = Area {
-    name: "wire",
-    about: "the fast path of the buses against the bit path",
-    needs: &[],
-    steps: 1,
-    measure,
-};
+pub const AREA: Area =
+    Area { name: "wire", about: "the fast path of the buses against the bit path", needs: &[], measure };
 
 /// Of the stations, metres and parts per billion.
 const BOARDS: [(f64, i32); 8] = [
@@ -54,7 +49,7 @@ const ROUNDS: usize = 150;
 /// How much faster the fast path must be.
 const RATIO: f64 = 20.0;
 
-fn measure(_: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
+fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
     let alone = compare(|n| Time::from_us(n * SLOT_US))?;
     // As many at once as there are stations.
     let contended = compare(|n| Time::from_us(n / BOARDS.len() as u64 * BOARDS.len() as u64 * SLOT_US))?;
