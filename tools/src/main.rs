@@ -9,6 +9,7 @@ mod eds;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use tools::schedule;
 
 /// Fly, record and describe a spacecraft with two CAN buses.
 #[derive(Parser)]

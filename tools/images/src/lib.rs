@@ -93,13 +93,14 @@ const MINIMAL: &str = "minimal";
 /// As a user writes them; their profile is their own.
 const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 
-/// Flown by tests alone.
-const TEST_DEVICE: &str = "test-device";
+/// Images flown by tests alone; and the one of them that is on chip support alone.
+const FIXTURES: &str = "fixtures";
+const BARE: &str = "test-bare";
+/// The board of these.
+const FIXTURES_FLY: &str = "pyboard-v11";
+
 /// Drivers of embassy-stm32 on each peripheral, flown by tests alone.
 const TEST_PERIPHERALS: &str = "test-peripherals";
-
-/// A slave on chip support alone, flown by tests alone.
-const TEST_BARE: &str = "test-bare";
 
 /// Drivers of others, flown by tests alone.
 const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
@@ -148,21 +149,14 @@ pub fn build_check<'a>(board: impl Into<BoardCrate<'a>>, program: &str) -> Resul
     Ok(image)
 }
 
-/// Builds the slave with a value of every data type (`firmware/fixtures/device`); returns its ELF file.
+/// Builds a program of `firmware/fixtures` for the board of tests; returns its ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
-    let [image] = programs(board.into(), profile, LOG, &[TEST_DEVICE], [TEST_DEVICE])?;
-    Ok(image)
-}
-
-/// Builds the slave on chip support alone (`firmware/fixtures/bare`); returns its ELF file.
-///
-/// # Errors
-/// See [`Error`]; each says what to do.
-pub fn build_test_bare(board: &str) -> Result<PathBuf, Error> {
-    let [image] = programs(board.into(), "standard", LOG, &[TEST_BARE], [TEST_BARE])?;
+pub fn build_fixture(program: &str, profile: &str) -> Result<PathBuf, Error> {
+    let runtime = if program == BARE { "" } else { "+runtime" };
+    let profile = format!("{profile}{runtime}");
+    let [image] = programs(FIXTURES_FLY.into(), &profile, LOG, &[FIXTURES], [program])?;
     Ok(image)
 }
 
@@ -205,7 +199,7 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let job = Job { home: &root, task, log: LOG, is_locked: true };
     let of_some_boards = [FOREIGN[0], FOREIGN[1], TEST_PERIPHERALS];
     let what = [
-        packages(&["master", "slave", TEST_DEVICE], Some(board), profile),
+        packages(&["master", "slave"], Some(board), profile),
         packages(&[CHECKS], Some(board), "standard"),
         packages(&built_for(&of_some_boards, board)?, Some(board), "standard"),
     ];
@@ -217,7 +211,12 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     // They have a board of their own.
     job.run(&["clippy"], &packages(&EXAMPLES, None, "standard"), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board, or of the log.
-    job.run(&["clippy"], &packages(&[TEST_BARE], Some(board), "standard"), &["--", "-D", "warnings"], run)?;
+    if board == FIXTURES_FLY {
+        for features in ["standard", "standard+runtime"] {
+            let what = packages(&[FIXTURES], Some(board), features);
+            job.run(&["clippy"], &what, &["--", "-D", "warnings"], run)?;
+        }
+    }
     for profile in [profile, &format!("{profile}+one-controller")] {
         job.run(&["clippy"], &packages(&[MINIMAL], Some(board), profile), &["--", "-D", "warnings"], run)?;
     }

@@ -266,7 +266,9 @@ fn example(package: &str) -> PathBuf {
 #[test]
 fn own_image_that_falls_silent_fails_the_flight() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let slave = format!("3={}", example("test-silent").display());
+    let silent =
+        firmware_images::build_fixture("test-silent", "standard").unwrap_or_else(|error| panic!("{error}"));
+    let slave = format!("3={}", silent.display());
     let boards = ["--profile", "standard", "--slaves", "1", "--slave", &slave];
     let output = fly(here.path(), &[&boards[..], &["--seconds", "6", "--cut-at", "never"]].concat());
     let stderr = String::from_utf8_lossy(&output.stderr);

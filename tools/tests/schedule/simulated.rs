@@ -11,7 +11,7 @@ use can_wire::frame::WireFrame;
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use fastrand::Rng;
-use schedule::{Errors, Message, Network, response_times};
+use tools::schedule::{Errors, Message, Network, response_times};
 
 /// Everybody is on the bus.
 const START: Time = Time::from_ms(1);

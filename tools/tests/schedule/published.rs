@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use schedule::{Errors, Message, Network, response_times};
+use tools::schedule::{Errors, Message, Network, response_times};
 
 fn us(us: u64) -> Duration {
     Duration::from_micros(us)

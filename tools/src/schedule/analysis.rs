@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use crate::message::{Message, Network, nanos};
+use super::message::{Message, Network, nanos};
 
 /// Longest error frame with the intermission behind it, bits: what an error costs beside the frame that is repeated.
 const ERROR_BITS: u64 = 31;

@@ -11,7 +11,7 @@ use ecss_can::sdo::SdoServerObjects;
 use ecss_can::types::{self, CobId, NodeId};
 use mission::{COMMAND_PERIOD, TELEMETRY_PERIOD};
 
-use crate::message::{Message, nanos};
+use super::message::{Message, nanos};
 
 /// Data bytes of a heartbeat, of an emergency and of an SDO frame (CiA 301).
 const HEARTBEAT_BYTES: u8 = 1;

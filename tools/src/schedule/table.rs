@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use console::style;
 
-use crate::message::{Errors, Network};
-use crate::mission::{Named, micros};
+use super::message::{Errors, Network};
+use super::mission::{Named, micros};
 
 /// What the figures rest on.
 pub const ASSUMPTIONS: &str = "Longest stuffing; each node sends the most urgent of its frames first. An SDO answer, a PDO after SYNC and \

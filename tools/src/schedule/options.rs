@@ -7,8 +7,8 @@ use clap::Args;
 use ecss_can::profile;
 use firmware_images::support::board::Profile;
 
-use crate::message::{Errors, Network};
-use crate::mission::Assumed;
+use super::message::{Errors, Network};
+use super::mission::Assumed;
 
 /// Command line of `schedule`.
 #[derive(Args, Debug)]
