@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
-use firmware_images::support::board::{BitRate, Board, Target, allowed};
+use firmware_images::support::board::{BitRate, Board, Target};
 use firmware_images::support::misuse::Misuse;
 
 /// The program that writes to a board.
@@ -35,10 +35,6 @@ pub struct Options {
     /// The board has one CAN controller and two transceivers (ECSS Figure A-6); for the minimal slave
     #[arg(long)]
     one_controller: bool,
-
-    /// Removed: a list of board, profile and one-controller.
-    #[arg(long, hide = true)]
-    features: Option<String>,
 
     /// Bit rate of both buses in kbit/s
     #[arg(long, value_name = "KBIT", value_enum, default_value_t = BitRate::Kbit1000)]
@@ -72,21 +68,6 @@ impl Options {
             )),
         }
     }
-
-    /// Refuses the removed option `--features` and names the options in its place.
-    fn check(&self) -> Result<(), Misuse> {
-        match &self.features {
-            Some(features) => Err(Misuse::of(
-                "flash",
-                format!(
-                    "'--features {features}' is not an option any more; allowed are --board ({}), --profile librecube, standard or \
-                     standby, and --one-controller",
-                    allowed()
-                ),
-            )),
-            None => Ok(()),
-        }
-    }
 }
 
 /// Builds the image and becomes `probe-rs run`.
@@ -94,7 +75,6 @@ impl Options {
 /// # Errors
 /// When the image cannot be built, or probe-rs is missing or fails.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    options.check()?;
     let (Target { board, profile }, fitting) = (&options.target, options.fitting()?);
     board.check_images("flash")?;
     find_probe_rs()?;

@@ -1,7 +1,6 @@
 //! What is wrong with tags and requirements.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::Path;
 
 use super::requirements::{Deviation, Requirement, Who};
@@ -10,83 +9,35 @@ use super::tags::Tag;
 /// A test that names more verifies none of them well.
 const MOST: usize = 5;
 
-/// Something that is wrong.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Finding {
-    /// A requirement on software that no test names.
-    Untested(String),
-    /// A tag names what is no requirement.
-    Unknown {
-        /// File and line.
-        at: String,
-        /// As it is written.
-        id: String,
-    },
-    /// A tag on something else than a test that runs.
-    NoTest {
-        /// File and line.
-        at: String,
-    },
-    /// A test names too many requirements.
-    TooMany {
-        /// File and line.
-        at: String,
-        /// The test.
-        function: String,
-        /// How many.
-        number: usize,
-    },
-    /// A row of the table that is wrong in itself.
-    Row {
-        /// Its requirement.
-        id: String,
-        /// What is wrong.
-        reason: &'static str,
-    },
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Finding::Untested(id) => write!(f, "{id}: no test names it"),
-            Finding::Unknown { at, id } => write!(f, "{at}: there is no requirement {id}"),
-            Finding::NoTest { at } => write!(f, "{at}: the tag is not on a test that runs"),
-            Finding::TooMany { at, function, number } => {
-                write!(f, "{at}: {function} names {number} requirements, at most {MOST} are allowed")
-            }
-            Finding::Row { id, reason } => write!(f, "{id}: {reason}"),
-        }
-    }
-}
-
-/// Everything that is wrong, tags first.
-pub fn check(requirements: &[Requirement], tags: &[Tag]) -> Vec<Finding> {
+/// A sentence for everything that is wrong, tags first.
+pub fn check(requirements: &[Requirement], tags: &[Tag]) -> Vec<String> {
     let mut tests: BTreeMap<&str, usize> = requirements.iter().map(|row| (row.id.as_str(), 0)).collect();
     let mut findings = Vec::new();
     for tag in tags {
         let at = format!("{}:{}", tag.file, tag.line);
         if !tag.runs {
-            findings.push(Finding::NoTest { at: at.clone() });
+            findings.push(format!("{at}: the tag is not on a test that runs"));
         }
         if tag.ids.len() > MOST {
-            let (function, number) = (tag.function.clone(), tag.ids.len());
-            findings.push(Finding::TooMany { at: at.clone(), function, number });
+            let (function, number) = (&tag.function, tag.ids.len());
+            findings
+                .push(format!("{at}: {function} names {number} requirements, at most {MOST} are allowed"));
         }
         for id in &tag.ids {
             match tests.get_mut(id.as_str()) {
                 Some(number) => *number += usize::from(tag.runs),
-                None => findings.push(Finding::Unknown { at: at.clone(), id: id.clone() }),
+                None => findings.push(format!("{at}: there is no requirement {id}")),
             }
         }
     }
     findings.extend(rows(requirements));
     let untested = |row: &&Requirement| row.who == Who::Software && tests.get(row.id.as_str()) == Some(&0);
-    findings.extend(requirements.iter().filter(untested).map(|row| Finding::Untested(row.id.clone())));
+    findings.extend(requirements.iter().filter(untested).map(|row| format!("{}: no test names it", row.id)));
     findings
 }
 
 /// Deviations that name no requirement or no page of `docs`, or that are no sentence.
-pub fn check_deviations(requirements: &[Requirement], deviations: &[Deviation], docs: &Path) -> Vec<Finding> {
+pub fn check_deviations(requirements: &[Requirement], deviations: &[Deviation], docs: &Path) -> Vec<String> {
     let wrong = deviations.iter().filter_map(|Deviation { id, text, page }| {
         let file = page.split('#').next().unwrap_or_default();
         let reason = if requirements.iter().all(|row| row.id != *id) {
@@ -98,12 +49,12 @@ pub fn check_deviations(requirements: &[Requirement], deviations: &[Deviation], 
         } else {
             return None;
         };
-        Some(Finding::Row { id: id.clone(), reason })
+        Some(format!("{id}: {reason}"))
     });
     wrong.collect()
 }
 
-fn rows(requirements: &[Requirement]) -> impl Iterator<Item = Finding> {
+fn rows(requirements: &[Requirement]) -> impl Iterator<Item = String> {
     requirements.iter().enumerate().filter_map(|(number, row)| {
         let is_double = requirements.iter().take(number).any(|other| other.id == row.id);
         let names_clause = row.remark.contains(|letter: char| letter.is_ascii_digit());
@@ -118,6 +69,6 @@ fn rows(requirements: &[Requirement]) -> impl Iterator<Item = Finding> {
         } else {
             return None;
         };
-        Some(Finding::Row { id: row.id.clone(), reason })
+        Some(format!("{}: {reason}", row.id))
     })
 }

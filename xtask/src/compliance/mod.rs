@@ -14,14 +14,13 @@ mod tags;
 mod tests;
 
 use std::fs;
-use std::path::Path;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use firmware_images::support::output;
 use firmware_images::support::project::path;
 
-use check::{Finding, check, check_deviations};
+use check::{check, check_deviations};
 use requirements::{clauses, deviations, requirements};
 use sources::read_all;
 
@@ -49,34 +48,18 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     findings.extend(check_deviations(&requirements, &deviations(), &path(DOCS)));
     let text = page::write(&requirements, &deviations(), &clauses(), &tags);
     let page = path(PAGE);
-    let summary = page::summary(&requirements, &tags);
+    output::line(page::summary(&requirements, &tags))?;
     if !options.check {
         fs::write(&page, text).with_context(|| format!("cannot write {}", page.display()))?;
-        output::line(summary)?;
-        return report(&findings);
+        findings.iter().for_each(output::warn);
+        return Ok(());
     }
-    output::line(summary)?;
-    let mut wrong: Vec<String> = findings.iter().map(ToString::to_string).collect();
-    if !is_current(&page, &text) {
-        wrong.push(format!("{PAGE} is not what `cargo xtask compliance` would write"));
+    if fs::read_to_string(&page).ok() != Some(text) {
+        findings.push(format!("{PAGE} is not what `cargo xtask compliance` would write"));
     }
-    for line in &wrong {
-        output::complain(line);
-    }
-    match wrong.len() {
+    findings.iter().for_each(output::complain);
+    match findings.len() {
         0 => Ok(()),
         number => bail!("{number} findings; see above"),
     }
-}
-
-fn is_current(page: &Path, text: &str) -> bool {
-    fs::read_to_string(page).is_ok_and(|found| found == text)
-}
-
-/// Findings are warnings when the page is written.
-fn report(findings: &[Finding]) -> anyhow::Result<()> {
-    for finding in findings {
-        output::warn(finding);
-    }
-    Ok(())
 }

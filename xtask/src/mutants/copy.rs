@@ -1,63 +1,45 @@
 //! A copy of the project for defects.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, ensure};
 
-/// Files of the project in `root` that git knows or would add, relative to it.
+/// Runs git in the project in `root`, and returns what it prints.
 ///
 /// # Errors
-/// When git cannot be run, or there is no repository.
-pub fn files(root: &Path) -> anyhow::Result<BTreeSet<PathBuf>> {
-    let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
-    let output = Command::new("git").args(list).current_dir(root).output().context("cannot run git")?;
-    ensure!(output.status.success(), "git ls-files failed: {}", String::from_utf8_lossy(&output.stderr));
-    let names = String::from_utf8(output.stdout).context("the names of the files")?;
-    // A file that was deleted is known until the deletion is committed.
-    let files = names.split_terminator('\0').map(PathBuf::from).filter(|file| root.join(file).is_file());
-    Ok(files.collect())
+/// When git cannot be run, or fails.
+pub fn git(root: &Path, files: &[(&str, &Path)], arguments: &[&str]) -> anyhow::Result<String> {
+    let mut git = Command::new("git");
+    let output = git.args(arguments).current_dir(root).envs(files.iter().copied()).output();
+    let output = output.context("cannot run git")?;
+    ensure!(output.status.success(), "git {}: {}", arguments[0], String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).context("the output of git")
 }
 
-/// Makes `copy` equal to the project in `root`. Files that are equal already keep their time, so that cargo compiles only what changed.
+/// Makes `copy` equal to the project in `root` without what git ignores. Files that are equal already keep their time, so that cargo
+/// compiles only what changed.
+///
+/// Git notes both states in indices of their own beside the copy: the index of the project stays as it is.
 ///
 /// # Errors
-/// As [`files`], and when a file cannot be read or written.
+/// As [`git`]; when there is no repository.
 pub fn restore(root: &Path, copy: &Path) -> anyhow::Result<()> {
-    let files = files(root)?;
-    for file in &files {
-        let (from, to) = (root.join(file), copy.join(file));
-        let original = fs::read(&from).with_context(|| format!("cannot read {}", from.display()))?;
-        if fs::read(&to).is_ok_and(|present| present == original) {
-            continue;
-        }
-        let folder = to.parent().context("a folder")?;
-        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        fs::copy(&from, &to).with_context(|| format!("cannot write {}", to.display()))?;
-    }
-    remove_others(copy, Path::new(""), &files)
-}
-
-/// Removes the files of `copy` below `folder` that are not in `files`.
-fn remove_others(copy: &Path, folder: &Path, files: &BTreeSet<PathBuf>) -> anyhow::Result<()> {
-    let here = copy.join(folder);
-    for entry in fs::read_dir(&here).with_context(|| format!("cannot read {}", here.display()))? {
-        let entry = entry?;
-        let path = folder.join(entry.file_name());
-        if entry.file_type()?.is_dir() {
-            remove_others(copy, &path, files)?;
-        } else if !files.contains(&path) {
-            fs::remove_file(entry.path())
-                .with_context(|| format!("cannot remove {}", entry.path().display()))?;
-        }
-    }
-    Ok(())
+    let [original, index] = ["original", "index"].map(|name| copy.with_extension(name));
+    let folder = git(root, &[], &["rev-parse", "--absolute-git-dir"])?;
+    let of_root = [("GIT_INDEX_FILE", &*original)];
+    git(root, &of_root, &["add", "--all"])?;
+    let tree = git(root, &of_root, &["write-tree"])?;
+    let of_copy =
+        [("GIT_INDEX_FILE", &*index), ("GIT_WORK_TREE", copy), ("GIT_DIR", Path::new(folder.trim_end()))];
+    git(copy, &of_copy, &["read-tree", "--reset", "-u", tree.trim_end()])?;
+    git(copy, &of_copy, &["clean", "-ffdxq"]).map(drop)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     /// Given a copy in which files were changed, added and removed, it becomes equal to the project without what git ignores.
@@ -75,6 +57,7 @@ mod tests {
         write(&root.join(".gitignore"), "/out\n");
         let init = Command::new("git").args(["init", "--quiet"]).current_dir(&root).status();
         assert!(init.expect("git runs").success());
+        fs::create_dir(&copy).expect("a folder");
         restore(&root, &copy).expect("a copy");
         write(&copy.join("a"), "changed");
         write(&copy.join("b/more"), "added");

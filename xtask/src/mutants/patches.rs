@@ -24,8 +24,11 @@ pub fn read(files: &[PathBuf]) -> anyhow::Result<Vec<Patch>> {
     let root = project::path("").canonicalize().context("the folder of the project")?;
     let all: Vec<PathBuf>;
     let files = if files.is_empty() {
-        let is_patch = |file: &PathBuf| file.extension().is_some_and(|extension| extension == "patch");
-        all = copy::files(&root)?.into_iter().filter(is_patch).map(|file| root.join(file)).collect();
+        let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard", "*.patch"];
+        let known = copy::git(&root, &[], &list)?;
+        // A file that was deleted is known until the deletion is committed.
+        all =
+            known.split_terminator('\0').map(|file| root.join(file)).filter(|file| file.is_file()).collect();
         &all
     } else {
         files

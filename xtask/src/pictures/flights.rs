@@ -42,7 +42,7 @@ fn clocks() -> anyhow::Result<Vec<(&'static str, String)>> {
 
 /// Errors of a flight of `cargo xtask bench --only time`.
 fn histogram() -> anyhow::Result<Vec<(&'static str, String)>> {
-    let rows: Vec<Row> = bench::clock_errors()?
+    let rows: Vec<Row> = crate::bench::clock_errors()?
         .iter()
         .zip(2..)
         .map(|(errors, node)| report::clocks::row(format!("node {node}"), errors))

@@ -85,11 +85,6 @@ fn wrong_arguments_are_refused_with_the_allowed_ones() {
         ("slave", &["--board", "nucleo"][..], &["nucleo", "pyboard-v11", "nucleo-f446re"][..]),
         ("master", &["--profile", "warp"], &["warp", "librecube", "standard", "standby"]),
         ("master", &["--one-controller"], &["--one-controller", "cargo minimal"]),
-        (
-            "slave",
-            &["--features", "nucleo-f446re"],
-            &["--features", "--board", "--profile", "--one-controller"],
-        ),
         ("master", &["slave"], &["slave", "Usage: cargo xtask flash"]),
     ] {
         let output = run(name, arguments, &path(None));

@@ -11,7 +11,6 @@ mod examples;
 mod flash;
 mod licences;
 mod mutants;
-mod names;
 mod own_package;
 mod patches;
 mod selftest;

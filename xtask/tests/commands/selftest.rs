@@ -32,23 +32,14 @@ fn arguments_of_probe_rs_are_refused_on_the_emulated_board() {
 #[cfg(unix)]
 #[test]
 fn image_is_handed_to_probe_rs() {
-    use std::fs;
-    use std::os::unix::fs::PermissionsExt;
+    use crate::flash::{fake_probe_rs, path};
 
     let here = tempfile::tempdir().expect("a temporary directory");
-    let (program, told) = (here.path().join("probe-rs"), here.path().join("told"));
-    let told_path = told.display();
-    let script =
-        format!("#!/bin/sh\n[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" > {told_path}\nexit 7\n");
-    fs::write(&program, script).expect("a file");
-    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
-    let others = std::env::var_os("PATH").expect("PATH");
-    let folders = std::iter::once(here.path().to_owned()).chain(std::env::split_paths(&others));
-    let path = std::env::join_paths(folders).expect("folders");
-
+    let written = fake_probe_rs(here.path());
+    let path = path(Some(here.path()));
     let status = selftest().args(["--", "--probe", "1234:5678"]).env("PATH", path).status();
     assert_eq!(status.expect("xtask starts").code(), Some(7));
-    let told = fs::read_to_string(told).expect("probe-rs was called");
+    let told = std::fs::read_to_string(written).expect("probe-rs was called");
     let words: Vec<&str> = told.lines().collect();
     let [run, option, chip, image, rest @ ..] = &words[..] else { panic!("{told}") };
     assert_eq!([*run, *option, *chip], ["run", "--chip", "STM32F405RG"]);

@@ -147,7 +147,7 @@ fn a_dependency_on_a_higher_room_is_found() {
         ("twin/board", "twin/foreign/bxcan"),
         ("firmware/slave", "twin/wire"),
         ("firmware/slave", "tools/demo"),
-        ("tools/demo", "xtask/bench"),
+        ("tools/demo", "xtask/instructions"),
         ("tools/demo", "twin/foreign/bxcan"),
         ("tools/demo", "tests/flight"),
         ("xtask", "tests/flight"),

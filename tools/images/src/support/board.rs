@@ -154,7 +154,7 @@ pub fn built_names() -> Vec<String> {
 }
 
 /// What `--board` allows.
-pub fn allowed() -> String {
+fn allowed() -> String {
     let mut names = Description::names();
     names.sort_by_key(|name| name != Board::DEFAULT);
     format!("allowed are {}, or the path of a board.toml or of its folder", names.join(", "))

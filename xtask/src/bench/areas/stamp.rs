@@ -11,8 +11,8 @@ use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 
 use super::Area;
-use crate::context::{Context, FLOWN};
-use crate::row::Row;
+use crate::bench::context::{Context, FLOWN};
+use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Diagnostics;
 use firmware_images::support::fleet;

@@ -7,7 +7,7 @@
 //! between, other interrupts included, is in the figure. Measured with zero wait states, as boards fly, and without the
 //! accelerator of the flash.
 //!
-//! A [`sweep`](crate::sweep) adds commands that arrive while the board does what is due by time. The worst of both is the figure.
+//! A [`sweep`](crate::bench::sweep) adds commands that arrive while the board does what is due by time. The worst of both is the figure.
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
@@ -16,10 +16,10 @@ use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
 
 use super::Area;
-use crate::context::Context;
-use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
-use crate::row::Row;
-use crate::sweep::{BREAK, sweep};
+use crate::bench::context::Context;
+use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
+use crate::bench::row::Row;
+use crate::bench::sweep::{BREAK, sweep};
 use firmware_images::support::board::Profile;
 
 pub const AREA: Area = Area {

@@ -1,6 +1,6 @@
 //! Clocks of slaves without SYNC: their errors by the edges of their pulses, and the bounds that they report (2015h).
 //!
-//! [`crate::clocks`] says what flies. The crystals drift as the requirement has it until 10 s after the last SYNC, so that each pair
+//! [`crate::bench::clocks`] says what flies. The crystals drift as the requirement has it until 10 s after the last SYNC, so that each pair
 //! of them changes by the 2 ppm of the default profile, and keep their frequency then.
 
 use can_wire::time::Time;
@@ -10,9 +10,9 @@ use twin::pulses::Sample;
 
 use super::Area;
 use super::time::{in_all_seeds, seconds};
-use crate::clocks::{Crystals, Flight, Scenario, Wires};
-use crate::context::{Context, FLOWN};
-use crate::row::Row;
+use crate::bench::clocks::{Crystals, Flight, Scenario, Wires};
+use crate::bench::context::{Context, FLOWN};
+use crate::bench::row::Row;
 
 pub const AREA: Area = Area {
     name: "holdover",

@@ -3,8 +3,6 @@
 //! Figures are counts and virtual times of the twin, sizes, and instructions: the same code and compilers give the same
 //! figures on every computer of a kind. Rows made of wall-clock times say so (`noisy`); only a ratio of two that ran in turns has a target.
 
-#![forbid(unsafe_code)]
-
 mod areas;
 mod callgrind;
 mod clocks;

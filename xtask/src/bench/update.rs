@@ -10,9 +10,9 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::spacecraft::Bus;
 
-use crate::context::Context;
-use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
-use crate::row::Row;
+use crate::bench::context::Context;
+use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
+use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
 
 /// Not inlined: PDOs of both kinds call it.

@@ -16,8 +16,8 @@ use can_wire::timing::BitTiming;
 use can_wire::wire::WireConfig;
 
 use super::Area;
-use crate::context::Context;
-use crate::row::Row;
+use crate::bench::context::Context;
+use crate::bench::row::Row;
 
 pub const AREA: Area =
     Area { name: "wire", about: "the fast path of the buses against the bit path", needs: &[], measure };

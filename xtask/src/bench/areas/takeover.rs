@@ -5,8 +5,8 @@ use std::thread;
 use campaign::takeover::{Case, PERIOD, sweep};
 
 use super::Area;
-use crate::context::Context;
-use crate::row::Row;
+use crate::bench::context::Context;
+use crate::bench::row::Row;
 
 pub const AREA: Area = Area {
     name: "takeover",

@@ -8,7 +8,7 @@ use std::ops::Range;
 use can_wire::time::Time;
 use twin::spacecraft::Bus;
 
-use crate::rig::{MASTER_BEATS, Rig};
+use crate::bench::rig::{MASTER_BEATS, Rig};
 
 /// From what was before to the heartbeat of the master that comes before a frame.
 pub const BREAK: Time = Time::from_us(500);

@@ -1,6 +1,6 @@
 //! The error bound that clocks report (2015h), against their errors by the edges of their pulses.
 //!
-//! [`crate::clocks`] says what flies. A pulse each 10 ms is compared with the bound that its slave reported last, at most 20 ms
+//! [`crate::bench::clocks`] says what flies. A pulse each 10 ms is compared with the bound that its slave reported last, at most 20 ms
 //! before. `cargo run --release -p host-worlds --example bounds` has more cases and a hundred seeds, without boards.
 
 use std::collections::VecDeque;
@@ -11,9 +11,9 @@ use firmware_images::support::board::Profile;
 
 use super::Area;
 use super::time::in_all_seeds;
-use crate::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires};
-use crate::context::{Context, FLOWN};
-use crate::row::Row;
+use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires};
+use crate::bench::context::{Context, FLOWN};
+use crate::bench::row::Row;
 
 pub const AREA: Area = Area {
     name: "bound",

@@ -3,7 +3,7 @@
 //! A slave, operational, is sent SYNCs by a foreign controller while the twin runs one instruction at a time. The clock is
 //! the core's count of cycles awake, from the exception entry of the receive interrupt of CAN1. It is read when the port
 //! counts the stamp in `DIAGNOSTICS`: the edges of the SYNC have been searched. `rx` is the same way without a
-//! search. Zero wait states. A [`sweep`](crate::sweep) adds SYNCs that arrive while the board does what is due by time; the worst of
+//! search. Zero wait states. A [`sweep`](crate::bench::sweep) adds SYNCs that arrive while the board does what is due by time; the worst of
 //! both is the figure.
 
 use can_wire::encode::encode;
@@ -13,10 +13,10 @@ use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
 
 use super::Area;
-use crate::context::Context;
-use crate::rig::{MASTER_BEATS, Rig};
-use crate::row::Row;
-use crate::sweep::{BREAK, sweep};
+use crate::bench::context::Context;
+use crate::bench::rig::{MASTER_BEATS, Rig};
+use crate::bench::row::Row;
+use crate::bench::sweep::{BREAK, sweep};
 use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Stamps;
 

@@ -18,9 +18,9 @@ use twin::guest::GuestEvent;
 use twin::spacecraft::Bus;
 
 use super::Area;
-use crate::context::Context;
-use crate::rig::{MASTER_BEATS, Rig};
-use crate::row::Row;
+use crate::bench::context::Context;
+use crate::bench::rig::{MASTER_BEATS, Rig};
+use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
 
 pub const AREA: Area =

@@ -103,7 +103,7 @@ fn line(name: &str, row: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::row::Row;
+    use crate::bench::row::Row;
 
     fn stored() -> Stored {
         let mut stored = Stored::default();
@@ -163,7 +163,7 @@ Text
     /// Given the page and the stored rows of the repository, then the tables of the page have these rows.
     #[test]
     fn page_is_as_stored() {
-        let stored = Stored::read(&crate::stored::path()).unwrap();
+        let stored = Stored::read(&crate::bench::stored::path()).unwrap();
         let page = fs::read_to_string(path()).unwrap();
         let expected = with_tables(&page, &stored).unwrap();
         let differs = page.lines().zip(expected.lines()).find(|(page, expected)| page != expected);
@@ -175,7 +175,7 @@ Text
 
     #[test]
     fn row_with_a_target_is_in_one_table_of_the_page() {
-        let stored = Stored::read(&crate::stored::path()).unwrap();
+        let stored = Stored::read(&crate::bench::stored::path()).unwrap();
         let page = fs::read_to_string(path()).unwrap();
         let patterns: Vec<_> = page.lines().filter_map(patterns).flat_map(str::split_whitespace).collect();
         for (name, _) in stored.rows().filter(|(_, row)| row.get("target").is_some()) {

@@ -9,9 +9,9 @@ use std::path::Path;
 use firmware_images::support::needs::VALGRIND;
 
 use super::Area;
-use crate::callgrind;
-use crate::context::Context;
-use crate::row::Row;
+use crate::bench::callgrind;
+use crate::bench::context::Context;
+use crate::bench::row::Row;
 
 pub const AREA: Area = Area {
     name: "instructions",

@@ -11,9 +11,9 @@ use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
 
 use super::Area;
-use crate::context::Context;
-use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
-use crate::row::Row;
+use crate::bench::context::Context;
+use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
+use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
 
 pub const AREA: Area =

@@ -23,7 +23,7 @@ use ecss_can::types::Address;
 use firmware_images::Images;
 use firmware_images::support::fleet;
 
-use crate::context::FLOWN;
+use crate::bench::context::FLOWN;
 
 /// Node-ID (1 is the master), metres, parts per million, parts per million per second.
 const BOARDS: [(u8, f64, f64, f64); 4] =

@@ -16,8 +16,8 @@ use anyhow::Context as _;
 use can_wire::time::Time;
 
 use super::Area;
-use crate::context::{Context, milliseconds};
-use crate::row::Row;
+use crate::bench::context::{Context, milliseconds};
+use crate::bench::row::Row;
 use demo::Options;
 use demo::flight::Flight;
 use demo::meaning::Meaning;

@@ -17,9 +17,9 @@ use twin::crystal::Crystal;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
 use super::Area;
-use crate::callgrind;
-use crate::context::{Context, FLOWN};
-use crate::row::Row;
+use crate::bench::callgrind;
+use crate::bench::context::{Context, FLOWN};
+use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
 
 pub const AREA: Area = Area {

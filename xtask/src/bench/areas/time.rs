@@ -1,8 +1,8 @@
 //! Clocks of slaves against that of the master, by the edges of their pulses.
 //!
-//! [`crate::clocks`] says what flies. A figure is that of the worst slave over five seeds, from 30 s to 60 s; a pulse every 10 ms
+//! [`crate::bench::clocks`] says what flies. A figure is that of the worst slave over five seeds, from 30 s to 60 s; a pulse every 10 ms
 //! meets all phases of the SYNC period. Beside the error of the clocks stand those of the SYNC instants that they are made
-//! of, the physical floor, and the cycles of one update ([`crate::update`]).
+//! of, the physical floor, and the cycles of one update ([`crate::bench::update`]).
 
 use std::thread;
 
@@ -11,10 +11,10 @@ use firmware_images::Images;
 use twin::pulses::Errors;
 
 use super::Area;
-use crate::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most_left_ns};
-use crate::context::{Context, FLOWN};
-use crate::row::Row;
-use crate::update;
+use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most_left_ns};
+use crate::bench::context::{Context, FLOWN};
+use crate::bench::row::Row;
+use crate::bench::update;
 use demo::stamps::StampErrors;
 use firmware_images::support::board::Profile;
 
