@@ -95,8 +95,6 @@ const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 
 /// Flown by tests alone.
 const TEST_DEVICE: &str = "test-device";
-/// Drivers of embassy-stm32 on each peripheral, flown by tests alone.
-const TEST_PERIPHERALS: &str = "test-peripherals";
 
 /// A slave on chip support alone, flown by tests alone.
 const TEST_BARE: &str = "test-bare";
@@ -166,15 +164,6 @@ pub fn build_test_bare(board: &str) -> Result<PathBuf, Error> {
     Ok(image)
 }
 
-/// Builds the drivers that `twin/foreign/peripherals` runs; returns the ELF file.
-///
-/// # Errors
-/// See [`Error`]; each says what to do.
-pub fn build_test_peripherals(board: &str) -> Result<PathBuf, Error> {
-    let [image] = programs(board.into(), "standard", LOG, &[TEST_PERIPHERALS], [TEST_PERIPHERALS])?;
-    Ok(image)
-}
-
 /// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
 /// others: `boards-stm32f4` is smaller there. For a board with one controller the profile has `+one-controller` behind it.
 ///
@@ -203,11 +192,11 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
     let task = format!("lint firmware for {board}, profile {profile}");
     let job = Job { home: &root, task, log: LOG, is_locked: true };
-    let of_some_boards = [FOREIGN[0], FOREIGN[1], TEST_PERIPHERALS];
+
     let what = [
         packages(&["master", "slave", TEST_DEVICE], Some(board), profile),
         packages(&[CHECKS], Some(board), "standard"),
-        packages(&built_for(&of_some_boards, board)?, Some(board), "standard"),
+        packages(&built_for(&FOREIGN, board)?, Some(board), "standard"),
     ];
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];

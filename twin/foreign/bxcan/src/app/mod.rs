@@ -22,6 +22,14 @@ fn main() -> ! {
         }
     }
     defmt::info!("done");
+    beyond()
+}
+
+/// Starts the DAC, which the twin does not model.
+#[inline(never)]
+fn beyond() -> ! {
+    pac::RCC.apb1enr().modify(|w| w.set_dacen(true));
+    pac::DAC1.cr().write(|w| w.set_en(0, true));
     loop {
         cortex_m::asm::wfe();
     }
