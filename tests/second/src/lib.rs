@@ -8,7 +8,7 @@
 //! The other way round, [`host::Host`] is the SDO client of `ecss-can` on this computer, and a script ([`script::Companion`])
 //! plays the server that it asks: [`flight::Flight`], `tests/tools/sdo_client.rs`.
 //!
-//! Values of types that the mission's objects do not have are those of the test device, `firmware/fixtures/device`: [`device`] has its
+//! Values of types that the mission's objects do not have are those of the test device, `firmware/fixtures`: [`device`] has its
 //! image and its data sheets.
 //!
 //! `cargo xtask test-all --tier tools` checks that the tools are installed and runs these tests side by side. A test whose tool is missing fails

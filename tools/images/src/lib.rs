@@ -94,10 +94,7 @@ const MINIMAL: &str = "minimal";
 const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 
 /// Flown by tests alone.
-const TEST_DEVICE: &str = "test-device";
-
-/// A slave on chip support alone, flown by tests alone.
-const TEST_BARE: &str = "test-bare";
+const FIXTURES: &str = "fixtures";
 
 /// Drivers of others, flown by tests alone.
 const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
@@ -146,22 +143,23 @@ pub fn build_check<'a>(board: impl Into<BoardCrate<'a>>, program: &str) -> Resul
     Ok(image)
 }
 
-/// Builds the slave with a value of every data type (`firmware/fixtures/device`); returns its ELF file.
+/// Builds a binary of `firmware/fixtures`; returns its ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
-    let [image] = programs(board.into(), profile, LOG, &[TEST_DEVICE], [TEST_DEVICE])?;
+pub fn build_fixture(name: &str, board: &str, profile: &str) -> Result<PathBuf, Error> {
+    let profile = format!("{profile}+{}", fixture_feature(name));
+    let [image] = programs(board.into(), &profile, LOG, &[FIXTURES], [name])?;
     Ok(image)
 }
 
-/// Builds the slave on chip support alone (`firmware/fixtures/bare`); returns its ELF file.
-///
-/// # Errors
-/// See [`Error`]; each says what to do.
-pub fn build_test_bare(board: &str) -> Result<PathBuf, Error> {
-    let [image] = programs(board.into(), "standard", LOG, &[TEST_BARE], [TEST_BARE])?;
-    Ok(image)
+/// What a fixture needs beside its board and its profile.
+fn fixture_feature(name: &str) -> &'static str {
+    match name {
+        "test-bare" => "bare",
+        "test-silent" => "runtime+thermometer",
+        _ => "runtime",
+    }
 }
 
 /// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
@@ -194,7 +192,8 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let job = Job { home: &root, task, log: LOG, is_locked: true };
 
     let what = [
-        packages(&["master", "slave", TEST_DEVICE], Some(board), profile),
+        packages(&PACKAGES, Some(board), profile),
+        packages(&[FIXTURES], Some(board), &format!("{profile}+runtime+thermometer")),
         packages(&[CHECKS], Some(board), "standard"),
         packages(&built_for(&FOREIGN, board)?, Some(board), "standard"),
     ];
@@ -206,7 +205,7 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     // They have a board of their own.
     job.run(&["clippy"], &packages(&EXAMPLES, None, "standard"), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board, or of the log.
-    job.run(&["clippy"], &packages(&[TEST_BARE], Some(board), "standard"), &["--", "-D", "warnings"], run)?;
+    job.run(&["clippy"], &packages(&[FIXTURES], Some(board), "bare"), &["--", "-D", "warnings"], run)?;
     for profile in [profile, &format!("{profile}+one-controller")] {
         job.run(&["clippy"], &packages(&[MINIMAL], Some(board), profile), &["--", "-D", "warnings"], run)?;
     }

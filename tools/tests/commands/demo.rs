@@ -266,7 +266,8 @@ fn example(package: &str) -> PathBuf {
 #[test]
 fn own_image_that_falls_silent_fails_the_flight() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let slave = format!("3={}", example("test-silent").display());
+    let fixture = firmware_images::build_fixture("test-silent", "pyboard-v11", "standard").unwrap();
+    let slave = format!("3={}", fixture.display());
     let boards = ["--profile", "standard", "--slaves", "1", "--slave", &slave];
     let output = fly(here.path(), &[&boards[..], &["--seconds", "6", "--cut-at", "never"]].concat());
     let stderr = String::from_utf8_lossy(&output.stderr);

@@ -6,8 +6,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::Context as _;
-use firmware_images::{LOG, Package};
+use firmware_images::LOG;
 
 use super::Area;
 use crate::context::{Context, FLOWN};
@@ -65,10 +64,9 @@ fn measure(context: &Context, _: u64) -> anyhow::Result<Vec<Row>> {
 
 /// Flash of what CiA 301 alone gives a slave with 4 + 4 PDOs: its image without that of the same board without a node.
 fn canopen_only() -> anyhow::Result<Row> {
-    let images = Package::of_workspace("size-images").build(FLOWN.name())?;
     let flash = |name: &str| -> anyhow::Result<u64> {
-        let image = images.iter().find(|image| image.file_name().is_some_and(|file| file == name));
-        Ok(Facts::read(image.with_context(|| format!("cargo has built no {name}"))?)?.size.flash)
+        let image = firmware_images::build_fixture(name, FLOWN.name(), "standard")?;
+        Ok(Facts::read(&image)?.size.flash)
     };
     let bytes = flash("size-canopen")?.saturating_sub(flash("size-bus")?);
     Ok(Row::lower("canopen_only", bytes, "bytes").within(CANOPEN))
