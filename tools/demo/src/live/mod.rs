@@ -6,7 +6,6 @@ mod client;
 mod command;
 mod console;
 mod control;
-mod filter;
 mod load;
 mod network;
 mod options;
