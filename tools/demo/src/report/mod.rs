@@ -13,11 +13,11 @@ mod states;
 mod tables;
 mod timeline;
 
-use crate::access::BusAccess;
-use crate::change::Since;
 use crate::drawing::{Layout, Picture, paint};
 use crate::flight::Flight;
 use crate::meaning::Scope;
+use crate::observer::Since;
+use crate::plan::BusAccess;
 use crate::record::Bus;
 use crate::summary::Summary;
 use classes::SHEETS;
