@@ -57,18 +57,6 @@ fn a_minimal_slave_gets_the_dcf_of_a_minimal_slave() {
     assert!(!dcf.contains("[2000]") && !dcf.contains("[1200]"), "no redundancy parameters, no SDO server");
 }
 
-#[test]
-fn a_dcf_for_older_tools_has_no_last_eds() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let out = here.path().to_str().unwrap();
-    let dcf = || std::fs::read_to_string(here.path().join("slave-3.dcf")).unwrap();
-    assert!(eds(&["--out", out]).status.success());
-    let usual = dcf();
-    assert!(eds(&["--no-last-eds", "--out", out]).status.success());
-    assert_eq!(dcf(), usual.replace("LastEDS=slave.eds\n", ""));
-    assert_ne!(dcf(), usual);
-}
-
 /// Given the DCF of all devices of a mission, then no two of them send one COB-ID. When one has the COB-ID of another, it is named.
 ///
 /// Verifies: ECSS 6.10l, 6.10m
