@@ -3,18 +3,18 @@
 use can_wire::time::Time;
 
 use super::clocks::SETTLING;
-use super::flight::{Flight, Heartbeats};
+use super::flight::{BoardCount, Flight, Heartbeats};
+use super::meaning::Scope;
 use super::narrator::{milliseconds, name};
+use super::plan::BoardPlan;
 use super::record::Bus;
 use super::summary::{MissionCounts, Summary};
 use super::track::Track;
 
 /// All boards in a table, the totals below.
 pub fn text(flight: &Flight, summary: &Summary) -> String {
-    let (table, traffic) = match &summary.mission {
-        Some(mission) => (mission_table(flight), mission_totals(mission)),
-        None => (protocol_table(flight), UNKNOWN_IMAGES.to_owned() + "\n"),
-    };
+    let table = table(flight);
+    let traffic = summary.mission.as_ref().map_or(UNKNOWN_IMAGES.to_owned() + "\n", mission_totals);
     let frames: u64 = summary.frames.values().sum();
     let takeover = flight.takeover().map_or(String::new(), |takeover| {
         let (to, took, from) = (name(takeover.to), milliseconds(takeover.took()), name(takeover.from));
@@ -61,19 +61,22 @@ fn mission_totals(mission: &MissionCounts) -> String {
     )
 }
 
-fn mission_table(flight: &Flight) -> String {
-    let head =
-        ["board", "access", "at the end", fail_over_title(flight), "TC due", "executed", "lost", "aborted"];
-    let rows = flight.boards.iter().map(|board| {
+fn table(flight: &Flight) -> String {
+    let [second, third, fourth] = match flight.plan.scope() {
+        Scope::Mission => ["access", "TC due", "executed"],
+        Scope::Protocol => ["image", "heartbeats", "longest gap"],
+    };
+    let head = ["board", second, "at the end", fail_over_title(flight), third, fourth, "lost", "aborted"];
+    let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, board)| {
         let track = &flight.observer.nodes()[&board.node];
-        let of_slave = |text: String| track.access.map_or(String::new(), |_| text);
+        let [second, third, fourth] = cells(flight, plan, board, |gap| gap.map_or("-".into(), milliseconds));
         [
             name(board.node),
-            track.kind(),
+            second,
             at_the_end(track),
             fail_over(flight, track),
-            of_slave(track.tc_due.to_string()),
-            of_slave(board.counted(|counters| counters.commands)),
+            third,
+            fourth,
             board.lost_frames.to_string(),
             board.aborted_frames.to_string(),
         ]
@@ -81,32 +84,25 @@ fn mission_table(flight: &Flight) -> String {
     aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
 }
 
-fn protocol_table(flight: &Flight) -> String {
-    let head = [
-        "board",
-        "image",
-        "at the end",
-        fail_over_title(flight),
-        "heartbeats",
-        "longest gap",
-        "lost",
-        "aborted",
-    ];
-    let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, board)| {
-        let track = &flight.observer.nodes()[&board.node];
-        let Heartbeats { count, longest_gap } = flight.heartbeats(board.node);
-        [
-            name(board.node),
-            plan.image().into(),
-            at_the_end(track),
-            fail_over(flight, track),
-            count.to_string(),
-            longest_gap.map_or("-".into(), milliseconds),
-            board.lost_frames.to_string(),
-            board.aborted_frames.to_string(),
-        ]
-    });
-    aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
+/// Cells of a board that depend on what is known of the images: its access, and commands due and executed. With images of the user's its
+/// image, and heartbeats with their longest gap, as `span` writes it.
+pub fn cells(
+    flight: &Flight,
+    plan: &BoardPlan,
+    count: &BoardCount,
+    span: impl Fn(Option<Time>) -> String,
+) -> [String; 3] {
+    let track = &flight.observer.nodes()[&plan.node];
+    match (flight.plan.scope(), track.access) {
+        (Scope::Mission, Some(_)) => {
+            [track.kind(), track.tc_due.to_string(), count.counted(|counters| counters.commands)]
+        }
+        (Scope::Mission, None) => Default::default(),
+        (Scope::Protocol, _) => {
+            let Heartbeats { count, longest_gap } = flight.heartbeats(plan.node);
+            [plan.image().into(), count.to_string(), span(longest_gap)]
+        }
+    }
 }
 
 fn at_the_end(track: &Track) -> String {
