@@ -206,13 +206,14 @@ impl fmt::Display for NmtCommand {
     }
 }
 
-impl fmt::Display for NmtState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl NmtState {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
             NmtState::Stopped => "stopped",
             NmtState::Operational => "operational",
             NmtState::PreOperational => "pre-operational",
-        })
+        }
     }
 }
 

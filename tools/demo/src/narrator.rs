@@ -88,7 +88,7 @@ impl Narrator {
             }
             FlightEvent::Log { node, level, text } => {
                 let tone = match level {
-                    Level::Info => Tone::Quiet,
+                    Level::Trace | Level::Debug | Level::Info => Tone::Quiet,
                     Level::Warn => Tone::Warning,
                     Level::Error => Tone::Bad,
                 };

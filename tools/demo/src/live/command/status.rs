@@ -57,7 +57,7 @@ impl Heartbeats {
 
 impl Heartbeat {
     fn text(&self, now: Time) -> String {
-        let state = self.state.map_or("boot-up".into(), |state| state.to_string());
+        let state = self.state.map_or("boot-up", NmtState::name);
         let ago = now.as_secs_f64() - self.at.as_secs_f64();
         format!("{state}, {}, {ago:.2} s ago", self.bus)
     }
