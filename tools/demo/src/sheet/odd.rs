@@ -42,69 +42,19 @@ fn field(name: &str, data_type: u32, bits: u32) -> Field {
 }
 
 /// A plain data sheet of two transmit PDOs.
-const PLAIN: &[(&str, &[(&str, &str)])] = &[
-    (
-        "FileInfo",
-        &[("FileName", "x.eds"), ("FileVersion", "1"), ("EDSVersion", "4.0"), ("Description", "Device")],
-    ),
-    (
-        "DeviceInfo",
-        &[("VendorName", "Vendor"), ("VendorNumber", "0x1234"), ("NrOfTXPDO", "2"), ("CompactPDO", "0")],
-    ),
-    ("MandatoryObjects", &[("SupportedObjects", "3"), ("1", "0x1000"), ("2", "0x1001"), ("3", "0x1018")]),
-    (
-        "1000",
-        &[
-            ("ParameterName", "Device type"),
-            ("ObjectType", "0x7"),
-            ("DataType", "0x0007"),
-            ("DefaultValue", "0x191"),
-        ],
-    ),
-    ("1018", &[("ParameterName", "Identity"), ("ObjectType", "0x9"), ("SubNumber", "4")]),
-    ("1018sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "3")]),
-    ("1018sub1", &[("ParameterName", "Vendor"), ("DataType", "0x0007"), ("DefaultValue", "0x1234")]),
-    ("1018sub2", &[("ParameterName", "Product"), ("DataType", "0x0007"), ("DefaultValue", "66")]),
-    ("1018sub3", &[("ParameterName", "Revision"), ("DataType", "0x0007"), ("DefaultValue", "0x00010000")]),
-    ("1800", &[("ParameterName", "TPDO 1"), ("ObjectType", "0x9"), ("SubNumber", "3")]),
-    ("1800sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "2")]),
-    ("1800sub1", &[("ParameterName", "COB-ID"), ("DataType", "0x0007"), ("DefaultValue", "$NODEID+0x180")]),
-    ("1800sub2", &[("ParameterName", "Type"), ("DataType", "0x0005"), ("DefaultValue", "254")]),
-    ("1801sub1", &[("ParameterName", "COB-ID"), ("DataType", "0x0007"), ("DefaultValue", "$NODEID+0x280")]),
-    ("1A00", &[("ParameterName", "Map"), ("ObjectType", "0x9"), ("SubNumber", "3")]),
-    ("1A00sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "2")]),
-    ("1A00sub1", &[("ParameterName", "m1"), ("DataType", "0x0007"), ("DefaultValue", "0x20000010")]),
-    ("1A00sub2", &[("ParameterName", "m2"), ("DataType", "0x0007"), ("DefaultValue", "0x200A0A08")]),
-    ("1A01sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "1")]),
-    ("1A01sub1", &[("ParameterName", "m1"), ("DataType", "0x0007"), ("DefaultValue", "0x20020020")]),
-    (
-        "2000",
-        &[
-            ("ParameterName", "Temp"),
-            ("ObjectType", "0x7"),
-            ("DataType", "0x0003"),
-            ("AccessType", "ro"),
-            ("PDOMapping", "1"),
-        ],
-    ),
-    ("200A", &[("ParameterName", "Channels"), ("ObjectType", "0x8"), ("SubNumber", "2")]),
-    ("200Asub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "10")]),
-    (
-        "200AsubA",
-        &[("ParameterName", "Ten"), ("DataType", "0x0005"), ("DefaultValue", "0"), ("LowLimit", "0")],
-    ),
-    (
-        "2002",
-        &[("ParameterName", "Power"), ("ObjectType", "0x7"), ("DataType", "0x0008"), ("DefaultValue", "1.5")],
-    ),
-];
-
 fn plain() -> Odd {
-    let entries = |entries: &[(&str, &str)]| {
-        entries.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect()
-    };
+    let mut sections: Vec<(String, Vec<_>)> = Vec::new();
+    for line in include_str!("plain.eds").lines() {
+        match line.split_once('=') {
+            Some((key, value)) => {
+                let (_, entries) = sections.last_mut().expect("a section");
+                entries.push((key.to_owned(), value.to_owned()));
+            }
+            None => sections.push((line.trim_matches(['[', ']']).to_owned(), Vec::new())),
+        }
+    }
     Odd {
-        sections: PLAIN.iter().map(|(name, of)| ((*name).to_owned(), entries(of))).collect(),
+        sections,
         around: [Vec::new(), Vec::new()],
         between: "",
         ends: "\n",
