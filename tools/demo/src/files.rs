@@ -48,14 +48,13 @@ pub fn write(out: &Path, flight: &Flight, summary: &Summary) -> anyhow::Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pdos::Sheets;
     use crate::sample;
 
     #[test]
     fn every_frame_stands_in_the_log_of_its_bus() {
         let here = tempfile::tempdir().unwrap();
         let flight = sample::flight();
-        write(here.path(), &flight, &Summary::of(&flight, sample::origin(), &Sheets::default())).unwrap();
+        write(here.path(), &flight, &sample::summary(&flight)).unwrap();
         let lines = |bus: &str| -> Vec<String> {
             let log = std::fs::read_to_string(here.path().join(format!("bus-{bus}.log"))).unwrap();
             assert!(log.lines().all(|line| line.contains(&format!(" {bus} "))));

@@ -35,8 +35,6 @@ mod verdict;
 use std::ops::ControlFlow;
 
 use anyhow::bail;
-use can_wire::time::Time;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use firmware_images::support::diagnostics::Diagnostics;
 use firmware_images::support::misuse::Misuse;
@@ -86,7 +84,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         nodes.len(),
         plan.end.as_secs_f64()
     ));
-    let progress = progress(plan.end);
+    let template = "{pos} of {len} ms of virtual time, {elapsed} on this computer";
+    let progress = output::progress(plan.end.as_us() / 1000, template);
     let mut printed = Ok(());
     let flight = mission::fly(plan, &images, |now, lines| {
         progress.set_position(now.as_us() / 1000);
@@ -137,12 +136,4 @@ fn has_counters(node: Node, image: &Image) -> Result<(), Misuse> {
              fly the image by `cargo twin`"
         ),
     ))
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(end: Time) -> ProgressBar {
-    let bar = ProgressBar::new(end.as_us() / 1000);
-    let template = "{bar:40.cyan/blue} {pos} of {len} ms of virtual time, {elapsed} on this computer";
-    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
 }

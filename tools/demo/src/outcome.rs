@@ -183,7 +183,6 @@ fn aligned<const N: usize>(rows: &[[String; N]], left: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pdos::Sheets;
     use crate::sample;
 
     #[test]
@@ -195,7 +194,7 @@ mod tests {
     #[test]
     fn every_board_and_the_totals_are_there() {
         let flight = sample::flight();
-        let text = text(&flight, &Summary::of(&flight, sample::origin(), &Sheets::default()));
+        let text = text(&flight, &sample::summary(&flight));
         for expected in [
             "master               active, redundant bus     ",
             "node 4   selective   operational, redundant bus   12406.0 ms      271        271",
@@ -210,8 +209,7 @@ mod tests {
     #[test]
     fn a_clock_without_an_error_has_a_reason() {
         let mut flight = sample::flight();
-        let text_of =
-            |flight: &Flight| text(flight, &Summary::of(flight, sample::origin(), &Sheets::default()));
+        let text_of = |flight: &Flight| text(flight, &sample::summary(flight));
         let without = text_of(&flight);
         assert!(
             without.contains("clock of node 4 is not judged: it received no spacecraft time"),
@@ -232,7 +230,7 @@ mod tests {
     #[test]
     fn table_of_two_masters_has_roles_and_both_times() {
         let flight = sample::standby::flight();
-        let text = text(&flight, &Summary::of(&flight, sample::origin(), &Sheets::default()));
+        let text = text(&flight, &sample::summary(&flight));
         for expected in [
             "fail-over / takeover",
             "master                off ",
@@ -248,7 +246,7 @@ mod tests {
     fn unknown_images_are_named_and_their_commands_left_out() {
         let mut flight = sample::flight();
         flight.plan.boards[1].own_image = Some("heater".into());
-        let text = text(&flight, &Summary::of(&flight, sample::origin(), &Sheets::default()));
+        let text = text(&flight, &sample::summary(&flight));
         for expected in ["node 2   heater ", "node 4   shipped", UNKNOWN_IMAGES, "800.0 ms      0         3"]
         {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");

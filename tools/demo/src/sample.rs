@@ -162,6 +162,12 @@ pub fn origin() -> Origin {
     }
 }
 
+/// Summary of a flight without data sheets.
+#[cfg(test)]
+pub(crate) fn summary(flight: &Flight) -> crate::summary::Summary {
+    crate::summary::Summary::of(flight, origin(), &crate::pdos::Sheets::default())
+}
+
 /// Observer and story after the records of a flight.
 fn watched(plan: &Plan, records: &[Occurrence]) -> (Observer, Vec<Line>) {
     let (mut observer, mut narrator) = (Observer::new(plan), Narrator::new(plan));
