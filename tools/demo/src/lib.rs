@@ -8,7 +8,6 @@ pub mod drawing;
 mod emergency;
 mod files;
 pub mod flight;
-mod frames;
 mod line;
 pub mod live;
 pub mod liveness;
