@@ -49,6 +49,10 @@ pub struct Options {
     #[arg(long)]
     check: bool,
 
+    /// Leave the entry LastEDS out of the DCF: dcf-tools of 2021 and older reject it
+    #[arg(long)]
+    no_last_eds: bool,
+
     /// Read device configuration files of one network instead, and report Node-IDs and COB-IDs that two of them send
     #[arg(long, value_name = "DCF", num_args = 1.., conflicts_with_all = ["package", "out", "check", "slaves", "profile"])]
     check_network: Vec<PathBuf>,
@@ -71,10 +75,13 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if !options.check_network.is_empty() {
         return check_network(&options.check_network);
     }
-    let (usual, files) = match &options.package {
+    let (usual, mut files) = match &options.package {
         Some(package) => (PathBuf::from("."), files_of(package, options)?),
         None => (firmware_images::support::project::path("docs/eds"), files(options)?),
     };
+    if options.no_last_eds {
+        files.iter_mut().for_each(|(_, text)| *text = without_last_eds(text));
+    }
     let out = options.out.as_ref().unwrap_or(&usual);
     if options.check {
         return check(out, &files);
@@ -85,6 +92,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         std::fs::write(&path, text).with_context(|| format!("writing {}", path.display()))?;
     }
     files.iter().try_for_each(|(name, _)| output::line(out.join(name).display()))
+}
+
+/// A file without the entry that names the data sheet.
+fn without_last_eds(text: &str) -> String {
+    text.split_inclusive('\n').filter(|line| !line.starts_with("LastEDS=")).collect()
 }
 
 /// Reports what two devices of a network have in common and must not (ECSS 6.10l, m).

@@ -74,6 +74,14 @@ fn a_minimal_slave_gets_the_dcf_of_a_minimal_slave() {
     assert!(!dcf.contains("[2000]") && !dcf.contains("[1200]"), "no redundancy parameters, no SDO server");
 }
 
+#[test]
+fn a_dcf_for_older_tools_has_no_last_eds() {
+    let usual = read(&written(&[]), "slave-3.dcf");
+    let without = read(&written(&["--no-last-eds"]), "slave-3.dcf");
+    assert_eq!(without, usual.replace("LastEDS=slave.eds\n", ""));
+    assert_ne!(without, usual);
+}
+
 /// Given the DCF of all devices of a mission, then no two of them send one COB-ID. When one has the COB-ID of another, it is named.
 ///
 /// Verifies: ECSS 6.10l, 6.10m
