@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use ecss_can::node::minimal::Numbers;
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
@@ -293,7 +293,7 @@ fn device() -> Device {
         vendor: "The ecss-can authors".into(),
         author: "cargo eds".into(),
         modified: MODIFIED,
-        bit_rates: BitRate::ALL.map(BitRate::kbit).into_iter().rev().collect(),
+        bit_rates: BitRate::value_variants().iter().rev().map(|rate| rate.kbit()).collect(),
         comments: vec![
             "Both buses, nominal and redundant, lead to this one dictionary.".into(),
             "The bit rate is chosen when the image is built.".into(),

@@ -1,9 +1,10 @@
 //! Kinds of faults.
 
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 /// What a fault does. Its name is that of scripts and tables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Both wires of a bus break at a place (ECSS Table 5-2, case 8).
@@ -47,54 +48,15 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All kinds with their names.
-    pub const ALL: [(Kind, &'static str); 19] = [
-        (Kind::Cut, "cut"),
-        (Kind::Short, "short"),
-        (Kind::Dominant, "dominant"),
-        (Kind::Disconnect, "disconnect"),
-        (Kind::Noise, "noise"),
-        (Kind::Stuck, "stuck"),
-        (Kind::Babble, "babble"),
-        (Kind::Drift, "drift"),
-        (Kind::Glitch, "glitch"),
-        (Kind::Flip, "flip"),
-        (Kind::ForeignNmt, "foreign-nmt"),
-        (Kind::ForeignMaster, "foreign-master"),
-        (Kind::UnknownNode, "unknown-node"),
-        (Kind::Clash, "clash"),
-        (Kind::ForeignLoad, "foreign-load"),
-        (Kind::ResetMaster, "reset-master"),
-        (Kind::ResetSlave, "reset-slave"),
-        (Kind::PowerMaster, "power-master"),
-        (Kind::PowerSlave, "power-slave"),
-    ];
-
     /// Those that strike one node, its stub or the cable beside it: two of them may have one cause.
-    pub const LOCAL: [Kind; 13] = [
-        Kind::Cut,
-        Kind::Short,
-        Kind::Dominant,
-        Kind::Disconnect,
-        Kind::Stuck,
-        Kind::Babble,
-        Kind::Drift,
-        Kind::Glitch,
-        Kind::Flip,
-        Kind::ResetMaster,
-        Kind::ResetSlave,
-        Kind::PowerMaster,
-        Kind::PowerSlave,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Kind::ALL[self as usize].1
+    pub fn local() -> Vec<Kind> {
+        let is_local = |kind: &Kind| !kind.is_foreign() && *kind != Kind::Noise;
+        Kind::value_variants().iter().copied().filter(is_local).collect()
     }
 
-    /// The kind of this name.
-    pub fn named(name: &str) -> Option<Kind> {
-        Kind::ALL.into_iter().find(|(_, other)| *other == name).map(|(kind, _)| kind)
+    /// Its name.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
     }
 
     /// Whether it goes on until something ends it.

@@ -44,7 +44,6 @@ use firmware_images::support::output::{self, Silently};
 use firmware_images::support::project;
 use firmware_images::support::shard::{self, Part, Run};
 use firmware_images::support::stop::Stop;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use host::Host;
 use on_twin::Twin;
@@ -195,7 +194,9 @@ fn report(run: &Run<Asked>, results: &Results) -> anyhow::Result<()> {
 /// Flies a range of the runs on several threads.
 pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, stop: &Stop) -> Results {
     let mut results = Results::empty();
-    let (next, bar) = (AtomicU64::new(numbers.start), progress(numbers.end - numbers.start));
+    let next = AtomicU64::new(numbers.start);
+    let template = "{pos} of {len} runs, {msg}, {elapsed}, {eta} left";
+    let bar = output::progress(numbers.end - numbers.start, template);
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
         for _ in 0..jobs {
@@ -227,12 +228,4 @@ pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, s
 
 fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(runs: u64) -> ProgressBar {
-    let bar = ProgressBar::new(runs);
-    let template = "{bar:40.cyan/blue} {pos} of {len} runs, {msg}, {elapsed}, {eta} left";
-    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
 }

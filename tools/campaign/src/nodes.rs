@@ -107,7 +107,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
         });
         let of_two = move |strap| mission::master_of_two(&profile, strap, None);
         let both = World::builder().master(move |_| of_two(Strap::Prime), first);
-        both.second_master(move |_| of_two(Strap::Second), second)
+        both.board(NodeKey::SECOND_MASTER, move |_| of_two(Strap::Second), second)
     };
     for id in ids {
         let theirs = notes.clone();

@@ -11,7 +11,6 @@ use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, NodeId, PerBus, Scet};
 use host_worlds::NodeKey;
 use twin::guest::Presence;
@@ -151,14 +150,6 @@ impl Scene for Twin {
     fn take_wrongs(&mut self) -> Vec<String> {
         self.read_boards();
         std::mem::take(&mut self.wrongs)
-    }
-
-    fn unconfigured(&self) -> Vec<NodeId> {
-        Vec::new()
-    }
-
-    fn parameters(&self, _: NodeId) -> Option<Parameters> {
-        None
     }
 
     fn disturbance(&self, bus: Bus) -> u64 {

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
 use firmware_images::support::shard::Shard;
 
@@ -41,7 +40,7 @@ pub struct Options {
     pub(crate) masters: u8,
 
     /// Fly faults of this kind only, or one of each of these two kinds in each run (world host)
-    #[arg(long, value_name = "KIND[,KIND]", value_delimiter = ',', value_parser = kind_names().map(kind_named), conflicts_with_all = ["broken", "replay"])]
+    #[arg(long, value_name = "KIND[,KIND]", value_delimiter = ',', value_enum, conflicts_with_all = ["broken", "replay"])]
     pub(crate) kinds: Vec<Kind>,
 
     /// Fly one of N parts of the runs, I from 1 to N, and write its results to DIR/WORLD-I-of-N.json
@@ -67,14 +66,6 @@ pub struct Options {
     /// Fly the script of a file instead, as a violation prints it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["runs", "seed", "masters", "shard"])]
     pub(crate) replay: Option<PathBuf>,
-}
-
-fn kind_names() -> PossibleValuesParser {
-    Kind::ALL.map(|(_, name)| name).into()
-}
-
-fn kind_named(name: String) -> Kind {
-    Kind::named(&name).expect("one of the possible values")
 }
 
 /// What else can be done.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use clap::ValueEnum;
 use firmware_images::support::shard::Run;
 use serde::{Deserialize, Serialize};
 
@@ -68,7 +69,7 @@ impl Results {
             related: 0,
             idle: 0,
             virtual_us: 0,
-            kinds: Kind::ALL.iter().map(|(_, name)| ((*name).to_owned(), (0, 0))).collect(),
+            kinds: Kind::value_variants().iter().map(|kind| (kind.name(), (0, 0))).collect(),
             detections: Vec::new(),
             violations: Vec::new(),
         }
@@ -82,7 +83,7 @@ impl Results {
         self.idle += u64::from(!outcome.effective.contains(&true));
         self.virtual_us += script.length;
         for (index, fault) in script.faults.iter().enumerate() {
-            let count = self.kinds.entry(fault.kind.name().to_owned()).or_default();
+            let count = self.kinds.entry(fault.kind.name()).or_default();
             count.0 += 1;
             count.1 += u64::from(outcome.effective.get(index).is_some_and(|has_effect| *has_effect));
         }

@@ -28,10 +28,14 @@ pub trait Scene {
     fn take_wrongs(&mut self) -> Vec<String>;
 
     /// Slaves that do not have the configuration that the master gave them.
-    fn unconfigured(&self) -> Vec<NodeId>;
+    fn unconfigured(&self) -> Vec<NodeId> {
+        Vec::new()
+    }
 
     /// Object 2000h of a slave with power; `None` where it cannot be seen.
-    fn parameters(&self, node: NodeId) -> Option<Parameters>;
+    fn parameters(&self, _node: NodeId) -> Option<Parameters> {
+        None
+    }
 
     /// Frames of a bus so far that were destroyed or that nobody acknowledged.
     fn disturbance(&self, bus: Bus) -> u64;

@@ -2,6 +2,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use clap::ValueEnum;
 use ecss_can::types::{Bus, NodeId};
 use fastrand::Rng;
 use host_worlds::NodeKey;
@@ -116,10 +117,9 @@ impl Script {
             let faults = related(rng, slaves, number as usize / 4);
             return Script::with_faults(rng, slaves, faults.into());
         }
-        let (first, _) = Kind::ALL[number as usize / 2 % Kind::ALL.len()];
-        Script::with(rng, slaves, first, number % 2 == 1, |rng| {
-            Some(Kind::ALL[rng.usize(..Kind::ALL.len())].0)
-        })
+        let kinds = Kind::value_variants();
+        let first = kinds[number as usize / 2 % kinds.len()];
+        Script::with(rng, slaves, first, number % 2 == 1, |rng| Some(kinds[rng.usize(..kinds.len())]))
     }
 
     fn with(
@@ -330,7 +330,8 @@ impl Fault {
 
 /// Two faults that have one cause, as a jolt of a connector has: see [`Script::is_related`]. `number` counts such scripts.
 fn related(rng: &mut Rng, slaves: u8, number: usize) -> [Fault; 2] {
-    let first = Kind::LOCAL[number % Kind::LOCAL.len()];
+    let local = Kind::local();
+    let first = local[number % local.len()];
     let node = match first {
         Kind::ResetMaster | Kind::PowerMaster => 1,
         Kind::ResetSlave | Kind::PowerSlave => rng.u8(2..=slaves + 1),
@@ -342,7 +343,7 @@ fn related(rng: &mut Rng, slaves: u8, number: usize) -> [Fault; 2] {
     let is_mixed = rng.bool();
     let may_follow =
         |kind: &Kind| !other.contains(kind) && (!is_mixed || kind.is_of_node() != first.is_of_node());
-    let seconds: Vec<Kind> = Kind::LOCAL.into_iter().filter(may_follow).collect();
+    let seconds: Vec<Kind> = local.into_iter().filter(may_follow).collect();
     let second = seconds[rng.usize(..seconds.len())];
     // At the same time, soon, or later: each in a third of the cases.
     let span = [1, RELATED_US / 5, RELATED_US][rng.usize(..3)];
@@ -468,9 +469,10 @@ mod tests {
         for draw in [Script::random as Draw, Script::small as Draw] {
             let related = (0..20_000).map(|number| draw(5, number, 0)).filter(Script::is_related);
             let pairs: BTreeSet<_> = related.map(|script| [0, 1].map(|at| script.faults[at].kind)).collect();
+            let local = Kind::local();
             let of_master = |kind| matches!(kind, Kind::ResetMaster | Kind::PowerMaster);
             let of_slave = |kind| matches!(kind, Kind::ResetSlave | Kind::PowerSlave);
-            for (first, second) in Kind::LOCAL.iter().flat_map(|one| Kind::LOCAL.map(|two| (*one, two))) {
+            for (first, second) in local.iter().flat_map(|one| local.iter().map(|two| (*one, *two))) {
                 let is_possible =
                     !(of_master(first) && of_slave(second) || of_slave(first) && of_master(second));
                 assert_eq!(pairs.contains(&[first, second]), is_possible, "{first:?} {second:?}");

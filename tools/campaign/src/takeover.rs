@@ -84,7 +84,7 @@ fn world(Case { kbit, ppm }: Case) -> World {
     let profile: &'static Profile = profile;
     let of_two = move |strap| mission::master_of_two(profile, strap, None);
     let both = World::builder().master(move |_| of_two(Strap::Prime), idle);
-    let both = both.second_master(move |_| of_two(Strap::Second), idle);
+    let both = both.board(NodeKey::SECOND_MASTER, move |_| of_two(Strap::Second), idle);
     let all = SLAVES.into_iter().fold(both, |world, id| {
         world.slave(id, move |board| mission::slave(board.node_id, profile, Vec::new()), idle)
     });

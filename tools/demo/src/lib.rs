@@ -2,16 +2,12 @@
 
 #![forbid(unsafe_code)]
 
-pub mod access;
-pub mod change;
 mod checks;
 mod clocks;
-pub mod cut;
 pub mod drawing;
 mod emergency;
 mod files;
 pub mod flight;
-mod frames;
 mod line;
 pub mod live;
 pub mod liveness;
@@ -23,7 +19,6 @@ mod options;
 mod origin;
 mod outcome;
 mod pdos;
-pub mod phase;
 pub mod plan;
 pub mod record;
 pub mod report;
@@ -39,8 +34,6 @@ mod verdict;
 use std::ops::ControlFlow;
 
 use anyhow::bail;
-use can_wire::time::Time;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use firmware_images::support::diagnostics::Diagnostics;
 use firmware_images::support::misuse::Misuse;
@@ -90,7 +83,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         nodes.len(),
         plan.end.as_secs_f64()
     ));
-    let progress = progress(plan.end);
+    let template = "{pos} of {len} ms of virtual time, {elapsed} on this computer";
+    let progress = output::progress(plan.end.as_us() / 1000, template);
     let mut printed = Ok(());
     let flight = mission::fly(plan, &images, |now, lines| {
         progress.set_position(now.as_us() / 1000);
@@ -141,12 +135,4 @@ fn has_counters(node: Node, image: &Image) -> Result<(), Misuse> {
              fly the image by `cargo twin`"
         ),
     ))
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(end: Time) -> ProgressBar {
-    let bar = ProgressBar::new(end.as_us() / 1000);
-    let template = "{bar:40.cyan/blue} {pos} of {len} ms of virtual time, {elapsed} on this computer";
-    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
 }

@@ -206,13 +206,14 @@ impl fmt::Display for NmtCommand {
     }
 }
 
-impl fmt::Display for NmtState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl NmtState {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
             NmtState::Stopped => "stopped",
             NmtState::Operational => "operational",
             NmtState::PreOperational => "pre-operational",
-        })
+        }
     }
 }
 
@@ -239,14 +240,13 @@ mod tests {
             Some(Meaning::Nmt { command: NmtCommand::ResetCommunication, node: 4 })
         );
         assert_eq!(decode(0x703, &[0x00]), Some(Meaning::BootUp { node: 3 }));
-        assert_eq!(
-            decode(0x701, &[0x85]), // bit 7 is reserved
-            Some(Meaning::Heartbeat { node: 1, state: NmtState::Operational })
-        );
-        assert_eq!(
-            decode(0x701, &[0x05]),
-            Some(Meaning::Heartbeat { node: 1, state: NmtState::Operational })
-        );
+        for (byte, state) in
+            [(0x04, NmtState::Stopped), (0x05, NmtState::Operational), (0x7F, NmtState::PreOperational)]
+        {
+            // Bit 7 is reserved.
+            let beats = [byte, byte | 0x80].map(|byte| decode(0x701, &[byte]));
+            assert_eq!(beats, [Some(Meaning::Heartbeat { node: 1, state }); 2], "{byte:02X}h");
+        }
     }
 
     #[test]
@@ -318,10 +318,11 @@ mod tests {
     #[test]
     fn malformed_frames_have_no_meaning() {
         for (id, data) in [
-            (0x000, &[0x01][..]),         // node missing
-            (0x000, &[0x03, 2]),          // no such command
-            (0x702, &[]),                 // state missing
-            (0x702, &[0x06]),             // no such state
+            (0x000, &[0x01][..]), // node missing
+            (0x000, &[0x03, 2]),  // no such command
+            (0x702, &[]),         // state missing
+            (0x702, &[0x06]),     // no such state
+            (0x702, &[0x86]),
             (0x702, &[0x80]),             // no boot-up message
             (0x181, &[1, 2, 3, 4, 5, 6]), // one byte short
             (0x302, &[1]),                // half a code

@@ -8,7 +8,6 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, State};
 use twin::bxcan::Side;
-use twin::rtt;
 use twin::spacecraft::{BoardId, LogRecord, Spacecraft, SpacecraftConfig};
 
 use super::clocks::ClockWatch;
@@ -228,10 +227,8 @@ impl Mission {
 
     fn log(&self, log: LogRecord) -> Option<Occurrence> {
         let level = match log.level {
-            Some(rtt::Level::Trace | rtt::Level::Debug) => return None,
-            Some(rtt::Level::Info) | None => Level::Info,
-            Some(rtt::Level::Warn) => Level::Warn,
-            Some(rtt::Level::Error) => Level::Error,
+            Some(Level::Trace | Level::Debug) => return None,
+            other => other.unwrap_or(Level::Info),
         };
         let what = FlightEvent::Log { node: self.node(log.board.0), level, text: log.text };
         Some(Occurrence { at: log.at, what })

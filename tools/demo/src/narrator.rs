@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use can_wire::time::Time;
 
-use super::change::{Change, Since};
 use super::emergency;
 use super::line::{Line, Tone, Topic};
 use super::meaning::{Meaning, NmtState, Scope};
-use super::phase::Phase;
+use super::observer::{Change, Since};
 use super::plan::Plan;
 use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
 use super::telemetry;
+use super::track::Phase;
 
 /// Interval of the lines that sum up the traffic.
 const SUMMARY_EVERY: Time = Time::from_ms(5000);
@@ -88,7 +88,7 @@ impl Narrator {
             }
             FlightEvent::Log { node, level, text } => {
                 let tone = match level {
-                    Level::Info => Tone::Quiet,
+                    Level::Trace | Level::Debug | Level::Info => Tone::Quiet,
                     Level::Warn => Tone::Warning,
                     Level::Error => Tone::Bad,
                 };

@@ -46,10 +46,6 @@ pub struct Options {
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
 
-    /// Removed, refused by [`Options::check`]: it is `--profile standby` now.
-    #[arg(long, hide = true)]
-    pub standby: bool,
-
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
     /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again, and up to
     /// 38.8 s after a cut in the first 0.6 s, before the master has heard a slave; a shorter flight is refused.
@@ -141,11 +137,8 @@ impl Options {
     /// Checks what the parser cannot see of boards and images.
     ///
     /// # Errors
-    /// When an option was removed, no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
+    /// When no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
     pub fn check(&self) -> Result<(), Misuse> {
-        if self.standby {
-            return Err(Misuse::of("demo", "'--standby' is not an option any more; give --profile standby"));
-        }
         self.fleet.check("demo", &self.nodes())?;
         if self.fleet.slaves().is_empty() {
             let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";

@@ -3,18 +3,18 @@
 use can_wire::time::Time;
 
 use super::clocks::SETTLING;
-use super::flight::{Flight, Heartbeats};
+use super::flight::{BoardCount, Flight, Heartbeats};
+use super::meaning::Scope;
 use super::narrator::{milliseconds, name};
+use super::plan::BoardPlan;
 use super::record::Bus;
 use super::summary::{MissionCounts, Summary};
 use super::track::Track;
 
 /// All boards in a table, the totals below.
 pub fn text(flight: &Flight, summary: &Summary) -> String {
-    let (table, traffic) = match &summary.mission {
-        Some(mission) => (mission_table(flight), mission_totals(mission)),
-        None => (protocol_table(flight), UNKNOWN_IMAGES.to_owned() + "\n"),
-    };
+    let table = table(flight);
+    let traffic = summary.mission.as_ref().map_or(UNKNOWN_IMAGES.to_owned() + "\n", mission_totals);
     let frames: u64 = summary.frames.values().sum();
     let takeover = flight.takeover().map_or(String::new(), |takeover| {
         let (to, took, from) = (name(takeover.to), milliseconds(takeover.took()), name(takeover.from));
@@ -61,19 +61,22 @@ fn mission_totals(mission: &MissionCounts) -> String {
     )
 }
 
-fn mission_table(flight: &Flight) -> String {
-    let head =
-        ["board", "access", "at the end", fail_over_title(flight), "TC due", "executed", "lost", "aborted"];
-    let rows = flight.boards.iter().map(|board| {
+fn table(flight: &Flight) -> String {
+    let [second, third, fourth] = match flight.plan.scope() {
+        Scope::Mission => ["access", "TC due", "executed"],
+        Scope::Protocol => ["image", "heartbeats", "longest gap"],
+    };
+    let head = ["board", second, "at the end", fail_over_title(flight), third, fourth, "lost", "aborted"];
+    let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, board)| {
         let track = &flight.observer.nodes()[&board.node];
-        let of_slave = |text: String| track.access.map_or(String::new(), |_| text);
+        let [second, third, fourth] = cells(flight, plan, board, |gap| gap.map_or("-".into(), milliseconds));
         [
             name(board.node),
-            track.kind(),
+            second,
             at_the_end(track),
             fail_over(flight, track),
-            of_slave(track.tc_due.to_string()),
-            of_slave(board.counted(|counters| counters.commands)),
+            third,
+            fourth,
             board.lost_frames.to_string(),
             board.aborted_frames.to_string(),
         ]
@@ -81,32 +84,25 @@ fn mission_table(flight: &Flight) -> String {
     aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
 }
 
-fn protocol_table(flight: &Flight) -> String {
-    let head = [
-        "board",
-        "image",
-        "at the end",
-        fail_over_title(flight),
-        "heartbeats",
-        "longest gap",
-        "lost",
-        "aborted",
-    ];
-    let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, board)| {
-        let track = &flight.observer.nodes()[&board.node];
-        let Heartbeats { count, longest_gap } = flight.heartbeats(board.node);
-        [
-            name(board.node),
-            plan.image().into(),
-            at_the_end(track),
-            fail_over(flight, track),
-            count.to_string(),
-            longest_gap.map_or("-".into(), milliseconds),
-            board.lost_frames.to_string(),
-            board.aborted_frames.to_string(),
-        ]
-    });
-    aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
+/// Cells of a board that depend on what is known of the images: its access, and commands due and executed. With images of the user's its
+/// image, and heartbeats with their longest gap, as `span` writes it.
+pub fn cells(
+    flight: &Flight,
+    plan: &BoardPlan,
+    count: &BoardCount,
+    span: impl Fn(Option<Time>) -> String,
+) -> [String; 3] {
+    let track = &flight.observer.nodes()[&plan.node];
+    match (flight.plan.scope(), track.access) {
+        (Scope::Mission, Some(_)) => {
+            [track.kind(), track.tc_due.to_string(), count.counted(|counters| counters.commands)]
+        }
+        (Scope::Mission, None) => Default::default(),
+        (Scope::Protocol, _) => {
+            let Heartbeats { count, longest_gap } = flight.heartbeats(plan.node);
+            [plan.image().into(), count.to_string(), span(longest_gap)]
+        }
+    }
 }
 
 fn at_the_end(track: &Track) -> String {
@@ -187,7 +183,6 @@ fn aligned<const N: usize>(rows: &[[String; N]], left: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pdos::Sheets;
     use crate::sample;
 
     #[test]
@@ -199,7 +194,7 @@ mod tests {
     #[test]
     fn every_board_and_the_totals_are_there() {
         let flight = sample::flight();
-        let text = text(&flight, &Summary::of(&flight, sample::origin(), &Sheets::default()));
+        let text = text(&flight, &sample::summary(&flight));
         for expected in [
             "master               active, redundant bus     ",
             "node 4   selective   operational, redundant bus   12406.0 ms      271        271",
@@ -214,8 +209,7 @@ mod tests {
     #[test]
     fn a_clock_without_an_error_has_a_reason() {
         let mut flight = sample::flight();
-        let text_of =
-            |flight: &Flight| text(flight, &Summary::of(flight, sample::origin(), &Sheets::default()));
+        let text_of = |flight: &Flight| text(flight, &sample::summary(flight));
         let without = text_of(&flight);
         assert!(
             without.contains("clock of node 4 is not judged: it received no spacecraft time"),
@@ -236,7 +230,7 @@ mod tests {
     #[test]
     fn table_of_two_masters_has_roles_and_both_times() {
         let flight = sample::standby::flight();
-        let text = text(&flight, &Summary::of(&flight, sample::origin(), &Sheets::default()));
+        let text = text(&flight, &sample::summary(&flight));
         for expected in [
             "fail-over / takeover",
             "master                off ",
@@ -252,7 +246,7 @@ mod tests {
     fn unknown_images_are_named_and_their_commands_left_out() {
         let mut flight = sample::flight();
         flight.plan.boards[1].own_image = Some("heater".into());
-        let text = text(&flight, &Summary::of(&flight, sample::origin(), &Sheets::default()));
+        let text = text(&flight, &sample::summary(&flight));
         for expected in ["node 2   heater ", "node 4   shipped", UNKNOWN_IMAGES, "800.0 ms      0         3"]
         {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");

@@ -5,9 +5,10 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
-use super::cut::CutPlan;
 use super::meaning::{Meaning, Scope};
+use super::plan::CutPlan;
 pub use firmware_images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
+pub use twin::rtt::Level;
 pub use twin::spacecraft::Bus;
 
 /// A set of boards.
@@ -59,17 +60,6 @@ impl Seen {
     pub fn board(&self, node: Node) -> Node {
         if node == MASTER && is_master(self.from) { self.from } else { node }
     }
-}
-
-/// Severity of a firmware's log line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// Information.
-    Info,
-    /// Suspicious.
-    Warn,
-    /// Wrong.
-    Error,
 }
 
 /// Something that happened.

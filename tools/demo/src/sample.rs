@@ -10,17 +10,16 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use super::clocks::Clock;
-use super::cut::CutPlan;
 use super::flight::{BoardCount, Flight};
 use super::line::Line;
 use super::meaning::{Meaning, NmtState, Scope};
 use super::narrator::Narrator;
 use super::observer::Observer;
 use super::origin::{ImageFile, Origin};
-use super::phase::Phase;
-use super::plan::{BoardPlan, Plan};
+use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, FlightEvent, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
+use super::track::Phase;
 use firmware_images::support::board::{Board, Profile};
 use firmware_images::support::counters::Counters;
 use firmware_images::support::diagnostics::{Diagnostics, Stamps};
@@ -161,6 +160,12 @@ pub fn origin() -> Origin {
         modified: Some(true),
         images: [(1, file("master", "a")), (2, file("slave", "b")), (4, file("slave", "b"))].into(),
     }
+}
+
+/// Summary of a flight without data sheets.
+#[cfg(test)]
+pub(crate) fn summary(flight: &Flight) -> crate::summary::Summary {
+    crate::summary::Summary::of(flight, origin(), &crate::pdos::Sheets::default())
 }
 
 /// Observer and story after the records of a flight.

@@ -248,7 +248,7 @@ mod tests {
     #[test]
     fn a_good_flight_has_its_numbers_and_no_fault() {
         let flight = sample::flight();
-        let summary = Summary::of(&flight, sample::origin(), &Sheets::default());
+        let summary = sample::summary(&flight);
         assert_eq!(summary.boards, 3);
         let mission = summary.mission.expect("the images are the shipped ones");
         assert_eq!(mission.tc_sent, sample::COMMANDS_ON_THE_WIRE);
@@ -270,11 +270,11 @@ mod tests {
     fn the_source_of_stamps_is_that_of_all_boards() {
         let mut flight = sample::flight();
         flight.boards[2].diagnostics.stamps.missed[3] = 1;
-        assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "mixed");
+        assert_eq!(sample::summary(&flight).stamp_source, "mixed");
         flight.boards.iter_mut().for_each(|board| board.diagnostics.stamps.captured = 0);
-        assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "interrupt");
+        assert_eq!(sample::summary(&flight).stamp_source, "interrupt");
         flight.boards[2].diagnostics.stamps.missed[3] = 0;
-        assert_eq!(Summary::of(&flight, sample::origin(), &Sheets::default()).stamp_source, "unknown");
+        assert_eq!(sample::summary(&flight).stamp_source, "unknown");
     }
 
     #[test]
@@ -285,7 +285,7 @@ mod tests {
         flight.boards[1].counters.as_mut().unwrap().commands -= 1;
         flight.boards[2].lost_frames = 3;
         flight.boards[2].counters.as_mut().unwrap().repeats = 4;
-        let summary = Summary::of(&flight, sample::origin(), &Sheets::default());
+        let summary = sample::summary(&flight);
         assert_eq!(summary.mission.map(|mission| mission.tc_repeats), Some(4), "reported, and no fault");
         assert_eq!((summary.lockups, summary.panics, summary.lost_frames), (1, 1, 3));
         let faults = faults(&flight);
@@ -297,7 +297,7 @@ mod tests {
     /// Loads are of 40 s. A master's heartbeat every 250 ms but between 19.8 s and 20.6 s, where no node acknowledged.
     #[test]
     fn buses_and_heartbeats_have_their_numbers() {
-        let summary = Summary::of(&sample::flight(), sample::origin(), &Sheets::default());
+        let summary = sample::summary(&sample::flight());
         assert_eq!(summary.bus_load_percent, BTreeMap::from([("nominal", 2.25), ("redundant", 1.5)]));
         assert_eq!(summary.bus_changes, 1);
         assert_eq!(summary.heartbeats[&1], 80 + 78);
@@ -308,7 +308,7 @@ mod tests {
     /// Cut at 10 s, first TC on the redundant bus at 11.205 s; loss at 20 s, first TC of the other master at 20.305 s.
     #[test]
     fn flight_of_two_masters_has_both_times_of_each_slave() {
-        let summary = Summary::of(&sample::standby::flight(), sample::origin(), &Sheets::default());
+        let summary = sample::summary(&sample::standby::flight());
         let faults =
             [summary.standby_reset_at_seconds, summary.cut_at_seconds, summary.master_lost_at_seconds];
         assert_eq!(faults, [Some(5.0), Some(10.0), Some(20.0)]);
@@ -321,7 +321,7 @@ mod tests {
     fn unknown_images_have_their_names_and_no_commands() {
         let mut flight = sample::flight();
         flight.plan.boards[2].own_image = Some("own.elf".into());
-        let json = serde_json::to_value(Summary::of(&flight, sample::origin(), &Sheets::default())).unwrap();
+        let json = serde_json::to_value(sample::summary(&flight)).unwrap();
         assert_eq!(json["own_images"]["4"], "own.elf");
         assert_eq!(json.get("tc_due").or(json.get("tm_received")), None);
         assert!(json.get("failover_ms").is_some());
@@ -329,8 +329,7 @@ mod tests {
 
     #[test]
     fn the_names_that_others_read_are_there() {
-        let json = serde_json::to_value(Summary::of(&sample::flight(), sample::origin(), &Sheets::default()))
-            .unwrap();
+        let json = serde_json::to_value(sample::summary(&sample::flight())).unwrap();
         for key in [
             "verdict",
             "reasons",

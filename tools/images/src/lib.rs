@@ -93,14 +93,8 @@ const MINIMAL: &str = "minimal";
 /// As a user writes them; their profile is their own.
 const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 
-/// Images flown by tests alone; and the one of them that is on chip support alone.
+/// Flown by tests alone.
 const FIXTURES: &str = "fixtures";
-const BARE: &str = "test-bare";
-/// The board of these.
-const FIXTURES_FLY: &str = "pyboard-v11";
-
-/// Drivers of embassy-stm32 on each peripheral, flown by tests alone.
-const TEST_PERIPHERALS: &str = "test-peripherals";
 
 /// Drivers of others, flown by tests alone.
 const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
@@ -149,24 +143,23 @@ pub fn build_check<'a>(board: impl Into<BoardCrate<'a>>, program: &str) -> Resul
     Ok(image)
 }
 
-/// Builds a program of `firmware/fixtures` for the board of tests; returns its ELF file.
+/// Builds a binary of `firmware/fixtures`; returns its ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_fixture(program: &str, profile: &str) -> Result<PathBuf, Error> {
-    let runtime = if program == BARE { "" } else { "+runtime" };
-    let profile = format!("{profile}{runtime}");
-    let [image] = programs(FIXTURES_FLY.into(), &profile, LOG, &[FIXTURES], [program])?;
+pub fn build_fixture(name: &str, board: &str, profile: &str) -> Result<PathBuf, Error> {
+    let profile = format!("{profile}+{}", fixture_feature(name));
+    let [image] = programs(board.into(), &profile, LOG, &[FIXTURES], [name])?;
     Ok(image)
 }
 
-/// Builds the drivers that `twin/foreign/peripherals` runs; returns the ELF file.
-///
-/// # Errors
-/// See [`Error`]; each says what to do.
-pub fn build_test_peripherals(board: &str) -> Result<PathBuf, Error> {
-    let [image] = programs(board.into(), "standard", LOG, &[TEST_PERIPHERALS], [TEST_PERIPHERALS])?;
-    Ok(image)
+/// What a fixture needs beside its board and its profile.
+fn fixture_feature(name: &str) -> &'static str {
+    match name {
+        "test-bare" => "bare",
+        "test-silent" => "runtime+thermometer",
+        _ => "runtime",
+    }
 }
 
 /// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
@@ -197,11 +190,12 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
     let task = format!("lint firmware for {board}, profile {profile}");
     let job = Job { home: &root, task, log: LOG, is_locked: true };
-    let of_some_boards = [FOREIGN[0], FOREIGN[1], TEST_PERIPHERALS];
+
     let what = [
-        packages(&["master", "slave"], Some(board), profile),
+        packages(&PACKAGES, Some(board), profile),
+        packages(&[FIXTURES], Some(board), &format!("{profile}+runtime+thermometer")),
         packages(&[CHECKS], Some(board), "standard"),
-        packages(&built_for(&of_some_boards, board)?, Some(board), "standard"),
+        packages(&built_for(&FOREIGN, board)?, Some(board), "standard"),
     ];
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
@@ -211,12 +205,7 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     // They have a board of their own.
     job.run(&["clippy"], &packages(&EXAMPLES, None, "standard"), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board, or of the log.
-    if board == FIXTURES_FLY {
-        for features in ["standard", "standard+runtime"] {
-            let what = packages(&[FIXTURES], Some(board), features);
-            job.run(&["clippy"], &what, &["--", "-D", "warnings"], run)?;
-        }
-    }
+    job.run(&["clippy"], &packages(&[FIXTURES], Some(board), "bare"), &["--", "-D", "warnings"], run)?;
     for profile in [profile, &format!("{profile}+one-controller")] {
         job.run(&["clippy"], &packages(&[MINIMAL], Some(board), profile), &["--", "-D", "warnings"], run)?;
     }

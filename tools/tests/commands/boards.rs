@@ -48,6 +48,14 @@ impl Own {
         let (code, stdout, stderr) = TOOLS.run(&flight);
         (code, stdout + &stderr)
     }
+
+    /// A flight that fails for these reasons.
+    fn fails(&self, options: &[&str], reasons: &[&str]) {
+        let (code, text) = self.fly(options);
+        assert_eq!(code, 1, "{options:?}: {text}");
+        let (_, error) = text.split_once("error: the flight failed").expect("an error");
+        assert!(reasons.iter().all(|reason| error.contains(reason)), "{reasons:?}: {error}");
+    }
 }
 
 /// Given one mistake in a description, then each command that has `--board` refuses it and names file, field and what is allowed.
@@ -158,10 +166,7 @@ fn frequency_of_another_oscillator_fails_the_flight() {
     for (oscillator, reasons) in
         [("8MHz", [slow, "master: CAN2 runs at"]), ("16MHz", [fast, "check the PLL"])]
     {
-        let (code, text) = own.fly(&["--oscillator", oscillator]);
-        assert_eq!(code, 1, "{oscillator}: {text}");
-        let (_, error) = text.split_once("error: the flight failed").expect("an error");
-        assert!(reasons.iter().all(|reason| error.contains(reason)), "{oscillator}: {error}");
+        own.fails(&["--oscillator", oscillator], &reasons);
     }
 }
 
@@ -176,15 +181,12 @@ fn transceiver_at_other_pins_fails_the_flight() {
         ("\"PB9\"", "\"PD1\""),
     ];
     let (_folder, path) = description(&changes);
-    let (code, text) = Own::new().fly(&["--board", &path]);
-    assert_eq!(code, 1, "{text}");
-    let (_, error) = text.split_once("error: the flight failed").expect("an error");
-    for node in ["master", "node 2"] {
-        let reason = format!(
+    let reasons = ["master", "node 2"].map(|node| {
+        format!(
             "{node}: CAN1 takes part in no bus: PB8 carries CAN1_RX, and the board has the transceiver at PD0"
-        );
-        assert!(error.contains(&reason), "{error}");
-    }
+        )
+    });
+    Own::new().fails(&["--board", &path], &reasons.each_ref().map(String::as_str));
 }
 
 /// Given a board whose wire from CAN_RX ends at another pin than the image captures at, then the flight fails and names both pins.
@@ -192,11 +194,8 @@ fn transceiver_at_other_pins_fails_the_flight() {
 fn capture_wire_at_another_pin_fails_the_flight() {
     let changes = [("pyboard-v11", "mine"), ("\"PA2\"", "\"PC2\""), ("\"PA0\"", "\"PA2\"")];
     let (_folder, path) = description(&changes);
-    let (code, text) = Own::new().fly(&["--board", &path]);
-    assert_eq!(code, 1, "{text}");
-    let (_, error) = text.split_once("error: the flight failed").expect("an error");
     let reason = "master: TIM5 captures at PA0, and the board has the wire from CAN1_RX at PA2";
-    assert!(error.contains(reason), "{error}");
+    Own::new().fails(&["--board", &path], &[reason]);
 }
 
 /// Given a slave for 125 kbit/s among boards for 1 Mbit/s, then the first reason of the failure is the bit rates, with all boards.
@@ -212,7 +211,5 @@ fn different_bit_rates_are_the_first_reason_of_the_failure() {
 /// Given an image for a crystal, when its board has a clock from outside, then the oscillator does not start, and the flight fails.
 #[test]
 fn wrong_oscillator_of_an_own_board_fails_the_flight() {
-    let (code, text) = Own::new().fly(&["--oscillator", "12MHz external"]);
-    assert_eq!(code, 1, "{text}");
-    assert!(text.contains("HSE does not start"), "{text}");
+    Own::new().fails(&["--oscillator", "12MHz external"], &["HSE does not start"]);
 }

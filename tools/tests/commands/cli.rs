@@ -207,8 +207,3 @@ fn folders_given_are_those_seen_from_the_current_one() {
     assert!(status.expect("the program starts").success());
     assert!(here.path().join("here/slave.eds").is_file());
 }
-
-#[test]
-fn removed_spelling_of_two_masters_names_the_present_one() {
-    TOOLS.refuses(&["demo", "--standby"], &["'--standby'", "--profile standby"]);
-}

@@ -1,18 +1,15 @@
 //! Short flights through the command line: what they write, and that a seed decides everything.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use firmware_images::Package;
 use serde_json::Value;
 
-fn fly(out: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_tools"))
-        .args(["demo", "--out"])
-        .arg(out)
-        .args(arguments)
-        .output()
-        .expect("the program starts")
+use crate::TOOLS;
+
+/// Exit code, stdout and stderr.
+fn fly(out: &Path, arguments: &[&str]) -> (i32, String, String) {
+    TOOLS.run(&[&["demo", "--out", out.to_str().expect("UTF-8")], arguments].concat())
 }
 
 fn read(out: &Path, name: &str) -> Vec<u8> {
@@ -23,8 +20,9 @@ fn read(out: &Path, name: &str) -> Vec<u8> {
 fn a_seed_decides_every_byte_of_the_logs() {
     let flight = |seed: &str| {
         let here = tempfile::tempdir().expect("a temporary directory");
-        let output = fly(here.path(), &["--slaves", "1", "--seconds", "2", "--cut-at", "1", "--seed", seed]);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let (code, _, stderr) =
+            fly(here.path(), &["--slaves", "1", "--seconds", "2", "--cut-at", "1", "--seed", seed]);
+        assert_eq!(code, 0, "{stderr}");
         let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
         assert_eq!(summary["slaves_operational_at_end"], 1);
         assert_eq!(summary["lost_frames"], 0);
@@ -43,8 +41,8 @@ fn a_seed_decides_every_byte_of_the_logs() {
 fn the_other_board_flies_as_well() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let arguments = ["--board", "nucleo-f446re", "--slaves", "1", "--seconds", "2", "--cut-at", "1"];
-    let output = fly(here.path(), &arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (code, _, stderr) = fly(here.path(), &arguments);
+    assert_eq!(code, 0, "{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
     assert_eq!(summary["board"], "nucleo-f446re");
     assert_eq!(summary["slaves_operational_at_end"], 1);
@@ -83,16 +81,14 @@ fn flight_too_short_to_be_judged_is_refused() {
         ),
         (&["--profile", "standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
     ] {
-        let output = fly(here.path(), arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        let (code, _, stderr) = fly(here.path(), arguments);
+        assert_eq!(code, 2, "{arguments:?}: {stderr}");
         assert!(stderr.contains(found) && stderr.contains("--seconds"), "{arguments:?}: {stderr}");
         assert!(stderr.contains(allowed) && stderr.contains("--cut-at never"), "{arguments:?}: {stderr}");
         assert!(!here.path().join("report.html").exists());
     }
-    let output = fly(here.path(), &["--profile", "standby", "--seconds", "8"]);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    let (code, _, stderr) = fly(here.path(), &["--profile", "standby", "--seconds", "8"]);
+    assert_eq!(code, 2, "{stderr}");
     assert!(stderr.contains("'4' for '--cut-at <S>'") && stderr.contains("allowed are 5 to 8"), "{stderr}");
 }
 
@@ -101,8 +97,8 @@ fn flight_too_short_to_be_judged_is_refused() {
 fn shortest_allowed_flight_passes() {
     let here = tempfile::tempdir().expect("a temporary directory");
     for arguments in [["--seconds", "14.5", "--cut-at", "1.5"], ["--seconds", "38.8", "--cut-at", "0"]] {
-        let output = fly(here.path(), &arguments);
-        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        let (code, _, stderr) = fly(here.path(), &arguments);
+        assert_eq!(code, 0, "{arguments:?}: {stderr}");
     }
 }
 
@@ -115,10 +111,9 @@ fn shortest_allowed_flight_passes() {
 #[test]
 fn a_standby_takes_over_and_everything_shows_it() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let output =
+    let (code, stdout, stderr) =
         fly(here.path(), &["--profile", "standby", "--slaves", "2", "--seconds", "8", "--cut-at", "6"]);
-    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{stdout}{stderr}");
+    assert_eq!(code, 0, "{stdout}{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
     assert_eq!((&summary["boards"], &summary["masters"]), (&4.into(), &2.into()));
     assert_eq!(summary["profile"], "standby");
@@ -199,9 +194,9 @@ fn one_master_is_active_at_a_time(out: &Path, loss: f64) {
 fn minimal_slaves_fly_beside_the_others() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let boards = ["--profile", "standard", "--slaves", "2", "--minimal", "2"];
-    let output = fly(here.path(), &[&boards[..], &["--seconds", "3", "--cut-at", "1.5"]].concat());
-    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{stdout}{stderr}");
+    let (code, stdout, stderr) =
+        fly(here.path(), &[&boards[..], &["--seconds", "3", "--cut-at", "1.5"]].concat());
+    assert_eq!(code, 0, "{stdout}{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
     assert_eq!((&summary["boards"], &summary["minimal"]), (&5.into(), &2.into()));
     assert_eq!((&summary["slaves_operational_at_end"], &summary["lost_frames"]), (&4.into(), &0.into()));
@@ -236,9 +231,9 @@ fn minimal_slaves_fly_beside_the_others() {
 fn a_slave_with_one_controller_flies_beside_the_others() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let boards = ["--profile", "standard", "--slaves", "1", "--minimal", "2", "--one-controller", "1"];
-    let output = fly(here.path(), &[&boards[..], &["--seconds", "4", "--cut-at", "1.5"]].concat());
-    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{stdout}{stderr}");
+    let (code, stdout, stderr) =
+        fly(here.path(), &[&boards[..], &["--seconds", "4", "--cut-at", "1.5"]].concat());
+    assert_eq!(code, 0, "{stdout}{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
     let fleet = ["boards", "minimal", "one_controller", "slaves_operational_at_end", "lost_frames"];
     assert_eq!(fleet.map(|field| summary[field].as_u64().unwrap()), [4, 2, 1, 3, 0]);
@@ -266,13 +261,12 @@ fn example(package: &str) -> PathBuf {
 #[test]
 fn own_image_that_falls_silent_fails_the_flight() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let silent =
-        firmware_images::build_fixture("test-silent", "standard").unwrap_or_else(|error| panic!("{error}"));
-    let slave = format!("3={}", silent.display());
+    let fixture = firmware_images::build_fixture("test-silent", "pyboard-v11", "standard").unwrap();
+    let slave = format!("3={}", fixture.display());
     let boards = ["--profile", "standard", "--slaves", "1", "--slave", &slave];
-    let output = fly(here.path(), &[&boards[..], &["--seconds", "6", "--cut-at", "never"]].concat());
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    let (code, _, stderr) =
+        fly(here.path(), &[&boards[..], &["--seconds", "6", "--cut-at", "never"]].concat());
+    assert_eq!(code, 1, "{stderr}");
     assert!(stderr.contains("node 3 is silent on the nominal bus at the end"), "{stderr}");
     assert!(!stderr.contains("node 3 reset itself") && !stderr.contains("node 2 is"), "{stderr}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
@@ -300,7 +294,7 @@ fn own_images_are_judged_by_the_protocol_alone() {
     let sheet = sheets.path().join("thermometer.eds");
     std::fs::write(&sheet, SHEET).expect("a data sheet");
     let sheet = format!("3={}", sheet.display());
-    let output = fly(
+    let (code, stdout, stderr) = fly(
         here.path(),
         &[
             &["--master", master.to_str().expect("UTF-8"), "--slaves", "0", "--slave", &slave][..],
@@ -308,8 +302,7 @@ fn own_images_are_judged_by_the_protocol_alone() {
         ]
         .concat(),
     );
-    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{stdout}{stderr}");
+    assert_eq!(code, 0, "{stdout}{stderr}");
     assert!(stdout.starts_with("images of your own"), "{stdout}");
     assert!(stdout.contains("node 3: reset") || stdout.contains("NMT reset node: node 3"), "{stdout}");
     let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");

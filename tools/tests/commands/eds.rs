@@ -1,14 +1,35 @@
 //! `eds` through the command line: what it writes, and that the files of the documentation are current.
 
-use std::path::Path;
-use std::process::{Command, Output};
+use std::path::PathBuf;
 
-fn eds(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_tools")).arg("eds").args(arguments).output().expect("the program starts")
+use tempfile::TempDir;
+
+use crate::TOOLS;
+
+/// Exit code, stdout and stderr.
+fn eds(arguments: &[&str]) -> (i32, String, String) {
+    TOOLS.run(&[&["eds"], arguments].concat())
 }
 
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry"));
+/// Where they are written: below folders that are made.
+fn folder(here: &TempDir) -> PathBuf {
+    here.path().join("new/eds")
+}
+
+/// A temporary directory with the files that are written.
+fn written(arguments: &[&str]) -> TempDir {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let (code, _, stderr) = eds(&[&["--out", folder(&here).to_str().unwrap()], arguments].concat());
+    assert_eq!(code, 0, "{stderr}");
+    here
+}
+
+fn read(here: &TempDir, name: &str) -> String {
+    std::fs::read_to_string(folder(here).join(name)).expect(name)
+}
+
+fn names(here: &TempDir) -> Vec<String> {
+    let entries = std::fs::read_dir(folder(here)).expect("a folder").map(|entry| entry.expect("an entry"));
     let mut names: Vec<String> = entries.map(|entry| entry.file_name().into_string().unwrap()).collect();
     names.sort();
     names
@@ -18,28 +39,26 @@ fn names(folder: &Path) -> Vec<String> {
 /// Verifies: ECSS 9.2a
 #[test]
 fn the_committed_files_are_those_of_the_code() {
-    let output = eds(&["--check"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (code, _, stderr) = eds(&["--check"]);
+    assert_eq!(code, 0, "{stderr}");
 }
 
 #[test]
 fn a_stale_or_missing_file_is_named_and_left_alone() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let out = here.path().to_str().unwrap();
-    assert!(eds(&["--out", out]).status.success());
-    assert!(eds(&["--out", out, "--check"]).status.success());
+    let here = written(&[]);
+    let check = || eds(&["--out", folder(&here).to_str().unwrap(), "--check"]);
+    assert_eq!(check().0, 0);
 
-    let path = here.path().join("slave-3.dcf");
+    let path = folder(&here).join("slave-3.dcf");
     std::fs::write(&path, "changed").unwrap();
-    let output = eds(&["--out", out, "--check"]);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1));
+    let (code, _, complaint) = check();
+    assert_eq!(code, 1);
     assert!(complaint.contains("slave-3.dcf") && complaint.contains("cargo tools eds"), "{complaint}");
     assert!(!complaint.contains("slave.eds"), "{complaint}");
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), "changed");
+    assert_eq!(read(&here, "slave-3.dcf"), "changed");
 
     std::fs::remove_file(&path).unwrap();
-    assert_eq!(eds(&["--out", out, "--check"]).status.code(), Some(1));
+    assert_eq!(check().0, 1);
     assert!(!path.exists());
 }
 
@@ -48,25 +67,19 @@ fn a_stale_or_missing_file_is_named_and_left_alone() {
 /// Verifies: ECSS 6.6a
 #[test]
 fn a_minimal_slave_gets_the_dcf_of_a_minimal_slave() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let out = here.path().to_str().unwrap();
-    assert!(eds(&["--slave", "6", "--profile", "librecube", "--out", out]).status.success());
-    assert!(!here.path().join("slave-6.dcf").exists());
-    let dcf = std::fs::read_to_string(here.path().join("minimal-6.dcf")).expect("a DCF");
+    let here = written(&["--slave", "6", "--profile", "librecube"]);
+    assert!(!folder(&here).join("slave-6.dcf").exists());
+    let dcf = read(&here, "minimal-6.dcf");
     assert!(dcf.contains("NodeID=6") && dcf.contains("LastEDS=minimal-librecube.eds"), "{dcf}");
     assert!(!dcf.contains("[2000]") && !dcf.contains("[1200]"), "no redundancy parameters, no SDO server");
 }
 
 #[test]
 fn a_dcf_for_older_tools_has_no_last_eds() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let out = here.path().to_str().unwrap();
-    let dcf = || std::fs::read_to_string(here.path().join("slave-3.dcf")).unwrap();
-    assert!(eds(&["--out", out]).status.success());
-    let usual = dcf();
-    assert!(eds(&["--no-last-eds", "--out", out]).status.success());
-    assert_eq!(dcf(), usual.replace("LastEDS=slave.eds\n", ""));
-    assert_ne!(dcf(), usual);
+    let usual = read(&written(&[]), "slave-3.dcf");
+    let without = read(&written(&["--no-last-eds"]), "slave-3.dcf");
+    assert_eq!(without, usual.replace("LastEDS=slave.eds\n", ""));
+    assert_ne!(without, usual);
 }
 
 /// Given the DCF of all devices of a mission, then no two of them send one COB-ID. When one has the COB-ID of another, it is named.
@@ -74,46 +87,32 @@ fn a_dcf_for_older_tools_has_no_last_eds() {
 /// Verifies: ECSS 6.10l, 6.10m
 #[test]
 fn a_cob_id_that_two_devices_send_is_found() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let out = here.path().to_str().unwrap();
-    assert!(eds(&["--slave", "2", "--slave", "3", "--slave", "6", "--out", out]).status.success());
-    let path = |name: &str| here.path().join(name).display().to_string();
+    let here = written(&["--slave", "2", "--slave", "3", "--slave", "6"]);
+    let path = |name: &str| folder(&here).join(name).display().to_string();
     let [master, two, three, six] = ["master.dcf", "slave-2.dcf", "slave-3.dcf", "minimal-6.dcf"].map(path);
-    let output = eds(&["--check-network", &master, &two, &three, &six]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(String::from_utf8_lossy(&output.stdout).starts_with("4 devices send "), "{output:?}");
+    let (code, stdout, stderr) = eds(&["--check-network", &master, &two, &three, &six]);
+    assert!(code == 0 && stdout.starts_with("4 devices send "), "{stdout}{stderr}");
 
-    let text = std::fs::read_to_string(&three).unwrap();
+    let text = read(&here, "slave-3.dcf");
     let own = "DefaultValue=$NODEID+0x40000380\n";
     assert!(text.contains(own));
     std::fs::write(&three, text.replace(own, &format!("{own}ParameterValue=0x40000382\n"))).unwrap();
-    let output = eds(&["--check-network", &master, &two, &three, &six]);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(
-        complaint.contains(&format!("{two} (1802h) and {three} (1802h) send COB-ID 382h")),
-        "{complaint}"
-    );
+    let (code, _, complaint) = eds(&["--check-network", &master, &two, &three, &six]);
+    let said = format!("{two} (1802h) and {three} (1802h) send COB-ID 382h");
+    assert!(code == 1 && complaint.contains(&said), "{complaint}");
 
-    std::fs::write(&six, std::fs::read_to_string(&six).unwrap().replace("NodeID=6", "NodeID=2")).unwrap();
-    let complaint = eds(&["--check-network", &two, &six]);
-    let complaint = String::from_utf8_lossy(&complaint.stderr);
+    std::fs::write(&six, read(&here, "minimal-6.dcf").replace("NodeID=6", "NodeID=2")).unwrap();
+    let (_, _, complaint) = eds(&["--check-network", &two, &six]);
     assert!(complaint.contains(&format!("{two} and {six} have Node-ID 2")), "{complaint}");
-    let output = eds(&["--check-network", &path("slave.eds")]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("[DeviceComissioning] NodeID"), "{output:?}");
+    let (code, _, complaint) = eds(&["--check-network", &path("slave.eds")]);
+    assert!(code == 2 && complaint.contains("[DeviceComissioning] NodeID"), "{complaint}");
 }
 
 #[test]
 fn every_slave_that_is_named_gets_its_dcf() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let out = here.path().join("new").join("eds");
-    let arguments =
-        ["--slave", "2", "--slave", "127", "--profile", "standard", "--out", out.to_str().unwrap()];
-    let output = eds(&arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let here = written(&["--slave", "2", "--slave", "127", "--profile", "standard"]);
     assert_eq!(
-        names(&out),
+        names(&here),
         [
             "master.dcf",
             "master.eds",
@@ -124,15 +123,13 @@ fn every_slave_that_is_named_gets_its_dcf() {
             "slave.eds"
         ]
     );
-    let dcf = std::fs::read_to_string(out.join("slave-127.dcf")).unwrap();
+    let dcf = read(&here, "slave-127.dcf");
     assert!(dcf.contains("\nNodeID=127\n") && dcf.contains("profile standard\n"));
 }
 
 #[test]
 fn bit_rates_are_those_that_the_clock_of_the_boards_can_make() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    assert!(eds(&["--out", here.path().to_str().unwrap()]).status.success());
-    let text = std::fs::read_to_string(here.path().join("slave.eds")).unwrap();
+    let text = read(&written(&[]), "slave.eds");
     let rates: Vec<&str> = text.lines().filter(|line| line.starts_with("BaudRate_")).collect();
     // 42 MHz is no multiple of 800 kHz.
     let expected = [
@@ -164,9 +161,7 @@ fn section<'a>(text: &'a str, name: &str) -> Option<&'a str> {
 /// Verifies: ECSS 9.4.10e
 #[test]
 fn data_sheet_of_the_minimal_slave_is_that_of_clause_9() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    assert!(eds(&["--profile", "standard", "--out", here.path().to_str().unwrap()]).status.success());
-    let text = std::fs::read_to_string(here.path().join("minimal.eds")).unwrap();
+    let text = read(&written(&["--profile", "standard"]), "minimal.eds");
     let section = |name: &str| section(&text, name);
     let communication = (0..4).flat_map(|nth| [0x1400, 0x1600, 0x1800, 0x1A00].map(|first| first + nth));
     let mut expected: Vec<u32> =
@@ -206,13 +201,12 @@ fn data_sheet_of_the_minimal_slave_is_that_of_clause_9() {
 /// Verifies: ECSS 9.4.10c, 9.4.10d, 9.4.10f
 #[test]
 fn data_sheets_of_minimal_slaves_have_no_forbidden_object() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    assert!(eds(&["--out", here.path().to_str().unwrap()]).status.success());
+    let here = written(&[]);
     let forbidden = [0x1007, 0x100C, 0x100D].into_iter().chain(0x1010..=0x1015).chain(0x1200..=0x12FF);
     let pdos = [0x1404, 0x1604, 0x1804, 0x1A04].map(|first| first..first + 0x1FC);
     let forbidden: Vec<u32> = forbidden.chain(pdos.into_iter().flatten()).collect();
     for name in ["minimal.eds", "minimal-librecube.eds"] {
-        let text = std::fs::read_to_string(here.path().join(name)).unwrap();
+        let text = read(&here, name);
         assert!(section(&text, "1000").is_some() && section(&text, "1A03").is_some(), "{name}");
         let there = forbidden.iter().filter(|index| section(&text, &format!("{index:04X}")).is_some());
         assert_eq!(there.collect::<Vec<_>>(), Vec::<&u32>::new(), "{name}");
@@ -224,9 +218,7 @@ fn data_sheets_of_minimal_slaves_have_no_forbidden_object() {
 /// Verifies: ECSS 7.1.2a, 7.1.2b, 7.1.2f
 #[test]
 fn data_sheet_of_the_prototype_has_the_time() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    assert!(eds(&["--out", here.path().to_str().unwrap()]).status.success());
-    let text = std::fs::read_to_string(here.path().join("minimal-librecube.eds")).unwrap();
+    let text = read(&written(&[]), "minimal-librecube.eds");
     let default = |name: &str| {
         let lines = section(&text, name).unwrap_or_else(|| panic!("no {name}")).lines();
         lines.filter_map(|line| line.strip_prefix("DefaultValue=")).collect::<Vec<_>>().concat()
@@ -251,30 +243,23 @@ fn data_sheet_of_the_prototype_has_the_time() {
 #[test]
 fn a_node_that_is_no_slave_is_refused() {
     for node in ["0", "1", "128"] {
-        let output = eds(&["--slave", node]);
-        assert_eq!(output.status.code(), Some(2), "{node}");
-        assert!(String::from_utf8_lossy(&output.stderr).contains("2..=127"));
+        TOOLS.refuses(&["eds", "--slave", node], &["2..=127"]);
     }
 }
 
 /// The example's program on the host prints them; `--package` writes them.
 #[test]
 fn a_package_of_the_user_gets_its_files() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let out = here.path().to_str().unwrap();
-    let output = eds(&["--package", "thermometer", "--slave", "5", "--out", out]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(names(here.path()), ["thermometer-5.dcf", "thermometer.eds"]);
-    let read = |name| std::fs::read_to_string(here.path().join(name)).unwrap();
-    assert!(read("thermometer.eds").contains("ParameterName=Calibration table"));
-    assert!(read("thermometer-5.dcf").contains("NodeID=5"));
+    let here = written(&["--package", "thermometer", "--slave", "5"]);
+    assert_eq!(names(&here), ["thermometer-5.dcf", "thermometer.eds"]);
+    assert!(read(&here, "thermometer.eds").contains("ParameterName=Calibration table"));
+    assert!(read(&here, "thermometer-5.dcf").contains("NodeID=5"));
 }
 
 #[test]
 fn a_package_without_data_sheet_is_refused_with_what_to_do() {
-    let output = eds(&["--package", "slave"]);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1));
+    let (code, _, complaint) = eds(&["--package", "slave"]);
+    assert_eq!(code, 1);
     assert!(
         complaint.contains("slave printed no data sheet") && complaint.contains("eds::slave_program"),
         "{complaint}"
@@ -283,9 +268,8 @@ fn a_package_without_data_sheet_is_refused_with_what_to_do() {
 
 #[test]
 fn a_missing_manifest_is_named() {
-    let output = eds(&["--package", "thermometer", "--manifest-path", "nowhere/Cargo.toml"]);
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1));
+    let (code, _, complaint) = eds(&["--package", "thermometer", "--manifest-path", "nowhere/Cargo.toml"]);
+    assert_eq!(code, 1);
     assert!(complaint.contains("nowhere/Cargo.toml: no such file"), "{complaint}");
 }
 
@@ -297,10 +281,6 @@ fn text_in_place_of_a_data_sheet_is_refused() {
     std::fs::write(&file, "# Heater\n\nvoltage = 5 V\n").unwrap();
     let file = file.to_str().unwrap();
     for arguments in [&["demo", "--eds", &format!("2={file}")][..], &["eds", "--check-network", file]] {
-        let output = crate::TOOLS.command(arguments).output().expect("the program starts");
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{complaint}");
-        let says = ["notes.eds", "no EDS or DCF (CiA 306)", "[DeviceInfo]"];
-        assert!(says.iter().all(|part| complaint.contains(part)), "{complaint}");
+        TOOLS.refuses(arguments, &["notes.eds", "no EDS or DCF (CiA 306)", "[DeviceInfo]"]);
     }
 }

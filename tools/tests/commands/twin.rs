@@ -4,8 +4,10 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
+
+use crate::TOOLS;
 
 /// What has not happened by then does not happen.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -267,10 +269,10 @@ fn clients_are_served_at_the_bit_rate_of_the_images() {
 fn a_board_with_another_bit_rate_is_named() {
     let images = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images");
     let slave = format!("3={}", images.slave.display());
-    let arguments = ["--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "0.1"];
-    let (code, stderr) =
-        fails(&[&arguments[..], &["--profile", "standard", "--slaves", "1", "--slave", &slave]].concat());
-    assert_eq!(code, Some(0), "{stderr}");
+    let arguments = ["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "0.1"];
+    let (code, _, stderr) =
+        TOOLS.run(&[&arguments[..], &["--profile", "standard", "--slaves", "1", "--slave", &slave]].concat());
+    assert_eq!(code, 0, "{stderr}");
     let named = "boards disagree: 125, 1000 kbit/s; slave 3 at 125 kbit/s; master, slave 2 at 1000 kbit/s";
     assert!(stderr.contains(named), "{stderr}");
 }
@@ -308,21 +310,12 @@ fn own_image_flies_with_the_straps_of_its_node() {
     assert!(said.contains("slave 9") && !said.contains("slave 2") && !said.contains("master "), "{said}");
 }
 
-fn fails(arguments: &[&str]) -> (Option<i32>, String) {
-    let output: Output = Command::new(env!("CARGO_BIN_EXE_tools"))
-        .arg("twin")
-        .args(arguments)
-        .output()
-        .expect("the program starts");
-    (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
-}
-
 #[test]
 fn a_port_that_is_taken_is_refused_with_what_to_do() {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = taken.local_addr().expect("bound").port().to_string();
-    let (code, stderr) = fails(&["--slcan-nominal", "0", "--slcan-redundant", &port]);
-    assert_eq!(code, Some(1));
+    let (code, _, stderr) = TOOLS.run(&["twin", "--slcan-nominal", "0", "--slcan-redundant", &port]);
+    assert_eq!(code, 1);
     assert!(
         stderr.contains(&format!("127.0.0.1:{port}")) && stderr.contains("--slcan-redundant"),
         "{stderr}"
@@ -331,8 +324,8 @@ fn a_port_that_is_taken_is_refused_with_what_to_do() {
 
 #[test]
 fn an_address_that_others_reach_is_warned_of() {
-    let arguments = ["--listen", "0.0.0.0", "--slcan-nominal", "0", "--slcan-redundant", "0"];
-    let (code, stderr) = fails(&[&arguments[..], &["--slaves", "1", "--seconds", "0.1"]].concat());
-    assert_eq!(code, Some(0), "{stderr}");
+    let arguments = ["twin", "--listen", "0.0.0.0", "--slcan-nominal", "0", "--slcan-redundant", "0"];
+    let (code, _, stderr) = TOOLS.run(&[&arguments[..], &["--slaves", "1", "--seconds", "0.1"]].concat());
+    assert_eq!(code, 0, "{stderr}");
     assert!(stderr.contains("without a password"), "{stderr}");
 }

@@ -2,7 +2,6 @@
 
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
-use ecss_can::node::minimal::{MinimalDevice, MinimalSlave};
 use ecss_can::node::{Device, Master, Slave};
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::types::{Frame, NodeId};
@@ -48,21 +47,7 @@ impl Builder {
         node: impl Fn(MockBoard) -> Master<D, B> + 'static,
         application: impl Fn(Handle<Master<D, B>>, Events<Master<D, B>>) -> A + 'static,
     ) -> Self {
-        self.node(NodeKey::MASTER, node, application)
-    }
-
-    /// Adds the second one of two master boards, [`NodeKey::SECOND_MASTER`], at the other end of the cable: all slaves are between
-    /// the two.
-    ///
-    /// # Panics
-    /// When there is one.
-    #[must_use]
-    pub fn second_master<D: Device, B: MasterBoards, A: Future<Output = ()> + 'static>(
-        self,
-        node: impl Fn(MockBoard) -> Master<D, B> + 'static,
-        application: impl Fn(Handle<Master<D, B>>, Events<Master<D, B>>) -> A + 'static,
-    ) -> Self {
-        self.node(NodeKey::SECOND_MASTER, node, application)
+        self.board(NodeKey::MASTER, node, application)
     }
 
     /// Adds a slave. At each power-on and each reset `node` makes it, and `application` runs beside it.
@@ -77,45 +62,23 @@ impl Builder {
         application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
     ) -> Self {
         assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
-        self.node(id.into(), node, application)
+        self.board(id, node, application)
     }
 
-    /// Adds a second slave board with the Node-ID of another one, [`NodeKey::double`]. It is a metre further on the cable.
+    /// Adds another board: a minimal slave (ECSS 9) by its Node-ID, the second one of two master boards, [`NodeKey::SECOND_MASTER`], or a
+    /// second slave board with a Node-ID, [`NodeKey::double`]. The second master is at the other end of the cable, all slaves are
+    /// between the two; the second slave board is a metre further on than the first one.
     ///
     /// # Panics
-    /// When there is one, or the Node-ID is the master's.
+    /// When there is one.
     #[must_use]
-    pub fn double<D: Device, A: Future<Output = ()> + 'static>(
-        self,
-        id: NodeId,
-        node: impl Fn(MockBoard) -> Slave<D> + 'static,
-        application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
-    ) -> Self {
-        assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
-        self.node(NodeKey::double(id), node, application)
-    }
-
-    /// Adds a minimal slave (ECSS 9). At each power-on `node` makes it, and `application` runs beside it.
-    ///
-    /// # Panics
-    /// When there is a node with this Node-ID, or it is the master's.
-    #[must_use]
-    pub fn minimal<D: MinimalDevice, A: Future<Output = ()> + 'static>(
-        self,
-        id: NodeId,
-        node: impl Fn(MockBoard) -> MinimalSlave<D> + 'static,
-        application: impl Fn(Handle<MinimalSlave<D>>, Events<MinimalSlave<D>>) -> A + 'static,
-    ) -> Self {
-        assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
-        self.node(id.into(), node, application)
-    }
-
-    fn node<N: Member, A: Future<Output = ()> + 'static>(
+    pub fn board<N: Member, A: Future<Output = ()> + 'static>(
         mut self,
-        key: NodeKey,
+        key: impl Into<NodeKey>,
         node: impl Fn(MockBoard) -> N + 'static,
         application: impl Fn(Handle<N>, Events<N>) -> A + 'static,
     ) -> Self {
+        let key = key.into();
         assert!(self.nodes.iter().all(|other| other.key != key), "two nodes with {key:?}");
         let firmware = firmware(node, application);
         self.nodes.push(Planned {

@@ -96,7 +96,6 @@
 mod board;
 mod builder;
 pub mod clock;
-mod injector;
 pub mod judge;
 mod key;
 pub mod local_clock;

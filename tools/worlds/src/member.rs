@@ -28,34 +28,42 @@ pub trait Member: Node + Sized {
     fn node_event(event: &Self::Event) -> NodeEvent;
 
     /// Whether an event asks for a reset of the chip.
-    fn is_reset(event: &Self::Event) -> bool;
+    fn is_reset(_: &Self::Event) -> bool {
+        false
+    }
 
     /// A request to a master; `None` for a slave.
-    fn request(request: MasterRequest) -> Option<Self::Request>;
+    fn request(_: MasterRequest) -> Option<Self::Request> {
+        None
+    }
 
     /// The node as it is at `now`; `None` for a minimal slave.
-    fn status(&self, now: Instant) -> Option<Status>;
+    fn status(&self, _now: Instant) -> Option<Status> {
+        None
+    }
 
     /// Its PDOs as its dictionary has them now; `None` for a minimal slave, which has no mappings.
-    fn pdos(&self, name: &str) -> Option<pdos::Node>;
+    fn pdos(&self, _name: &str) -> Option<pdos::Node> {
+        None
+    }
 
     /// Whether it is a master that manages the network now.
-    fn is_active_master(&self) -> bool;
+    fn is_active_master(&self) -> bool {
+        false
+    }
 
     /// Writes an object, as the application does.
     ///
     /// # Errors
     /// [`AbortCode`], as a client of the SDO server gets it. A minimal slave has no objects.
-    fn write(handle: &Handle<Self>, at: Address, value: &[u8]) -> Result<(), AbortCode>;
+    fn write(_: &Handle<Self>, _at: Address, _value: &[u8]) -> Result<(), AbortCode> {
+        Err(AbortCode::NoObject)
+    }
 }
 
 impl<D: Device, B: MasterBoards> Member for Master<D, B> {
     fn node_event(event: &MasterEvent) -> NodeEvent {
         NodeEvent::Master(*event)
-    }
-
-    fn is_reset(_: &MasterEvent) -> bool {
-        false
     }
 
     fn request(request: MasterRequest) -> Option<MasterRequest> {
@@ -88,20 +96,12 @@ impl<D: Device> Member for Slave<D> {
         *event == SlaveEvent::ResetNode
     }
 
-    fn request(_: MasterRequest) -> Option<Self::Request> {
-        None
-    }
-
     fn status(&self, now: Instant) -> Option<Status> {
         Some(self.status(now))
     }
 
     fn pdos(&self, name: &str) -> Option<pdos::Node> {
         mapped(name, self.objects())
-    }
-
-    fn is_active_master(&self) -> bool {
-        false
     }
 
     fn write(handle: &Handle<Self>, at: Address, value: &[u8]) -> Result<(), AbortCode> {
@@ -112,30 +112,6 @@ impl<D: Device> Member for Slave<D> {
 impl<D: MinimalDevice> Member for MinimalSlave<D> {
     fn node_event(event: &MinimalEvent) -> NodeEvent {
         NodeEvent::Minimal(*event)
-    }
-
-    fn is_reset(_: &MinimalEvent) -> bool {
-        false
-    }
-
-    fn request(_: MasterRequest) -> Option<Self::Request> {
-        None
-    }
-
-    fn status(&self, _: Instant) -> Option<Status> {
-        None
-    }
-
-    fn pdos(&self, _: &str) -> Option<pdos::Node> {
-        None
-    }
-
-    fn is_active_master(&self) -> bool {
-        false
-    }
-
-    fn write(_: &Handle<Self>, _: Address, _: &[u8]) -> Result<(), AbortCode> {
-        Err(AbortCode::NoObject)
     }
 }
 

@@ -4,10 +4,11 @@ use std::cell::{Cell, Ref, RefCell};
 use std::rc::Rc;
 
 use can_wire::controller::Controllers;
-use can_wire::controller::{Controller, NodeIndex, Trace};
+use can_wire::controller::{Attachment, Controller, NodeIndex, Trace};
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::{Counters, Destruction, Observation};
+use can_wire::station::Station;
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use can_wire::wire::{Wire, WireConfig};
@@ -18,7 +19,6 @@ use ecss_can::runner::Diagnostics;
 use ecss_can::types::{Address, Bus, NmtState, NodeId, PerBus};
 
 use crate::clock::MockClock;
-use crate::injector::FrameInjector;
 use crate::key::NodeKey;
 use crate::log::{Entry, NodeEvent};
 use crate::member::{Handle, Member, Running};
@@ -67,7 +67,9 @@ struct Cable {
 /// The controllers of one wire: those of the boards, then the injector.
 struct Plugs {
     ports: Vec<MockPort>,
-    injector: FrameInjector,
+    /// Takes part from its first frame on.
+    injector: Station,
+    timing: BitTiming,
     /// Something about these controllers.
     changed: Rc<Cell<bool>>,
 }
@@ -157,9 +159,10 @@ impl World {
             wire.attach(metres(end + 1 + u8::from(is_pair)));
             let ports: Vec<_> = units.iter().map(|unit| unit.port(bus).clone()).collect();
             ports.iter().for_each(|port| port.set_timing(timing));
+            let injector = Station { attachment: None, ..Station::default() };
             Cable {
                 wire,
-                plugs: Plugs { ports, injector: FrameInjector::new(timing), changed: changed[bus].clone() },
+                plugs: Plugs { ports, injector, timing, changed: changed[bus].clone() },
                 seen: Vec::new(),
                 torn: 0,
                 misread: 0,
@@ -297,7 +300,8 @@ impl World {
     pub fn inject(&mut self, bus: Bus, frame: WireFrame) {
         let now = self.now();
         let plugs = &mut self.cables[bus].plugs;
-        plugs.injector.send(now, frame);
+        plugs.injector.attachment = Some(Attachment::new(plugs.timing));
+        plugs.injector.queue.push_back((now, frame));
         plugs.changed.set(true);
     }
 

@@ -23,7 +23,6 @@ use twin_core::{Config, Core};
 pub use access::AccessError;
 pub use debug::HaltError;
 pub use defect::Defect;
-pub use devices::SerialWord;
 pub use edge::Edge;
 pub use fittings::Fittings;
 pub(crate) use fittings::Plug;
@@ -129,7 +128,6 @@ pub struct EmulatedBoard {
     rtt: Rtt,
     log: Vec<Line>,
     edges: Vec<Edge>,
-    serial: Vec<SerialWord>,
     panicked: bool,
     counters: Counters,
     /// Frames admitted before the last reset.
@@ -206,7 +204,6 @@ impl EmulatedBoard {
             rtt: Rtt::new(&config.image),
             log: Vec::new(),
             edges: Vec::new(),
-            serial: Vec::new(),
             panicked: false,
             counters: Counters::default(),
             admitted_before: 0,

@@ -7,7 +7,7 @@
 //! name = "discovery"
 //! chip = "STM32F407VGT6"              # as on the part
 //! pulse = "PB1"                       # optional: a channel of TIM3
-//! transceiver-switch = "PC13"         # optional: minimal slaves with one controller
+//! transceiver-switch = "PC13"         # optional: two transceivers on one controller
 //!
 //! [oscillator]
 //! frequency = "8MHz"
@@ -30,7 +30,7 @@
 //! parity = "PC4"
 //! maintenance = "PC5"                 # optional
 //!
-//! [leds]                              # optional, each of them
+//! [leds]                              # optional: up to eight, with names of yours
 //! sync = "PD12"
 //! state = "PD13"
 //! heartbeat = "PD14"

@@ -22,18 +22,12 @@
 //! * TIM2, TIM3 and TIM5, upwards: compare, input capture, their DMA requests; TIM5 starts TIM3, and both drive pins, at
 //!   instants that [`board::EmulatedBoard::take_edges`] gives to fractions of a tick. two of
 //!   PA0 to PA3, as the board has them, follow CAN_RX of CAN1 and CAN2 over two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
-//! * DMA1 and DMA2 between peripheral and memory in direct mode, single or circular buffers, which takes no time; DMA2 between
-//!   memories, eight cycles an item.
+//! * DMA1 and DMA2 between peripheral and memory in direct mode, single or circular buffers, which takes no time.
 //! * TIM1, TIM4, TIM6 to TIM14 as counters with compare and interrupts; they reach no pin.
 //! * I2C1 to I2C3 as masters, with devices ([`devices::I2cDevice`]); an LM75 on I2C1 ([`board::Fittings::thermometer`]).
-//! * SPI1 to SPI3 as masters, with devices ([`devices::SpiDevice`]); USART1 to USART6, asynchronous, bit-timed by BRR, to
-//!   and from a test ([`board::EmulatedBoard::put_serial`], [`board::EmulatedBoard::take_serial`]).
-//! * The CRC unit, the random number generator of all parts but the F446.
-//! * The RTC on LSE, LSI or HSE: calendar, both alarms, wake-up timer, backup registers. LSE runs at 32 768 Hz exactly.
 //! * Option bytes, programmed by FLASH_OPTCR or by a probe ([`board::EmulatedBoard::set_option_bytes`]): BOR level, write
 //!   protection, watchdog of hardware, level 1 of the read-out protection.
-//! * The independent watchdog on an LSI of any frequency in the data sheet; ADC1 for one conversion at a time of the
-//!   temperature sensor or the internal reference.
+//! * The independent watchdog on an LSI of any frequency in the data sheet.
 //! * One crystal per board with an offset, drift, a change of temperature and noise of its own ([`crystal`]), from which the core
 //!   and the timers follow; the bit timing of CAN keeps the frequency of the moment at which the clock tree was set. It may be
 //!   broken.
@@ -54,7 +48,6 @@
 //! * Stop and Standby: a WFI or WFE with SLEEPDEEP stops the board with an error. The window watchdog.
 //! * A debugger that freezes timers with the core: [`board::EmulatedBoard::halt`] refuses. It freezes the independent watchdog and the
 //!   CAN controllers.
-//! * Time stamps, tampers, outputs, calibrations and the 12-hour format of the RTC.
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
 //! * The synchroniser of capture inputs (a delay that is equal for every edge), compare preload.

@@ -10,6 +10,9 @@ pub const FLASH_BASE: u32 = 0x0800_0000;
 /// Each byte of RAM after power-on. Not zero, so that a program that relies on zeros does not work by chance.
 pub const RAM_AT_POWER_ON: u8 = 0xA5;
 
+/// LEDs that a description may name.
+pub const MOST_LEDS: usize = 8;
+
 /// What drives OSC_IN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Oscillator {
@@ -41,23 +44,22 @@ pub struct Pins {
     pub pulse: Option<Pin>,
     /// Straps of the harness.
     pub straps: Option<Straps>,
-    /// LEDs.
-    pub leds: Leds,
-    /// Selects the transceiver of a minimal slave with one controller (ECSS Figure A-6).
+    /// LEDs, by the names that the description gives them.
+    pub leds: [Option<Pin>; MOST_LEDS],
+    /// Selects the transceiver of a board that has two of them on one controller.
     pub transceiver_switch: Option<Pin>,
 }
 
 impl Pins {
     /// Each pin that the board uses.
     pub fn all(&self) -> impl Iterator<Item = Pin> {
-        let Leds { sync, state, heartbeat, time } = self.leds;
         let straps = self
             .straps
             .into_iter()
             .flat_map(|straps| straps.bits.into_iter().chain([straps.parity]).chain(straps.maintenance));
-        let single = [self.pulse, self.transceiver_switch, sync, state, heartbeat, time];
+        let single = [self.pulse, self.transceiver_switch].into_iter().chain(self.leds);
         let buses = self.can.into_iter().flat_map(|CanPins { rx, tx }| [rx, tx]);
-        buses.chain(self.capture.into_iter().flatten()).chain(straps).chain(single.into_iter().flatten())
+        buses.chain(self.capture.into_iter().flatten()).chain(straps).chain(single.flatten())
     }
 
     /// Pins of a controller.
@@ -94,17 +96,4 @@ impl Straps {
         let parity = node.count_ones().is_multiple_of(2).then_some(self.parity);
         bits.chain(parity).map(|pin| (pin, false)).collect()
     }
-}
-
-/// LEDs of a board, as the firmware uses them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Leds {
-    /// Toggles with each SYNC.
-    pub sync: Option<Pin>,
-    /// Switched by command; of a master: the redundant bus is active.
-    pub state: Option<Pin>,
-    /// Toggles with each heartbeat of the master.
-    pub heartbeat: Option<Pin>,
-    /// Toggles with each spacecraft time.
-    pub time: Option<Pin>,
 }

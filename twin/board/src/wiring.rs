@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::bxcan::Side;
 
-/// A bus. A spacecraft of ECSS-E-ST-50-15C has two; the others are for boards that are wired in another way.
+/// A bus. Most spacecraft have two; the others are for boards that are wired in another way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Bus {
     /// CAN1 of every board, unless its wiring says otherwise.

@@ -73,7 +73,7 @@ fn minimal(events: &'static [MinimalEvent]) -> Vec<String> {
         let node = |board: MockBoard| {
             MinimalSlave::new(board.node_id, Numbers::of(&STANDARD, TWO), MinimalMission::new())
         };
-        world.minimal(TWO, node, move |slave, own| {
+        world.board(TWO, node, move |slave, own| {
             let indicators = indicators.of(TWO, own.reset_line());
             let application = minimal::Application::new(slave, Script::of(events), indicators);
             async move { application.run().await }

@@ -27,7 +27,7 @@ fn flown(patterns: Option<[u32; 2]>) -> World {
             .with_late_heartbeats(board.late_heartbeats)
     };
     let world = World::builder().master(|_| plain_master(&STANDARD), idle);
-    let mut world = world.slave(THREE, slave, idle).double(THREE, slave, idle);
+    let mut world = world.slave(THREE, slave, idle).board(NodeKey::double(THREE), slave, idle);
     if let Some(patterns) = patterns {
         for (key, pattern) in BOTH.into_iter().zip(patterns) {
             world = world.late_heartbeats(key, pattern);

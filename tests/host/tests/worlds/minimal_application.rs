@@ -29,7 +29,7 @@ fn alone<D: MissionDevice>(profile: &Profile, device: fn() -> D) -> (World, Indi
     let (indicators, numbers) = (IndicatorLog::default(), Numbers::of(profile, TWO));
     let shown = indicators.clone();
     let mut world = World::builder()
-        .minimal(
+        .board(
             TWO,
             move |_| MinimalSlave::new(TWO, numbers, device()),
             move |slave, events| minimal_application(slave, events, TWO, shown.clone()),

@@ -14,7 +14,7 @@ use ecss_can::redundancy::{MasterBoards, OneBoard, Strap};
 use ecss_can::runner::EventSource;
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::task::Task;
-use host_worlds::{Builder, Events, Handle, MockBoard, World, idle};
+use host_worlds::{Builder, Events, Handle, MockBoard, NodeKey, World, idle};
 use master::Cables;
 use mission::minimal::{MinimalMission, MissionDevice};
 use mission::{COMMAND_PERIOD, Command, CommanderObjects, Message, Request, SlaveRecord, TELECOMMAND_RPDO};
@@ -129,7 +129,7 @@ impl MissionWorld {
             move |master, events| master_application(master, events, indicators.clone(), profile.minimal)
         });
         let world = World::builder().master(of_two(Strap::Prime), first);
-        let world = world.second_master(of_two(Strap::Second), second);
+        let world = world.board(NodeKey::SECOND_MASTER, of_two(Strap::Second), second);
         let world =
             with_minimal(with_slaves(world, profile, ids, &reactions, &indicators), &profile, &indicators);
         MissionWorld { world: plan(world).build(), reactions, indicators, sequences: Rc::default() }
@@ -211,9 +211,7 @@ fn with_minimal(world: Builder, profile: &Profile, indicators: &IndicatorLog) ->
         let (id, numbers, indicators) =
             (minimal.node, Numbers::of(profile, minimal.node), indicators.clone());
         let node = move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
-        world.minimal(id, node, move |slave, events| {
-            minimal_application(slave, events, id, indicators.clone())
-        })
+        world.board(id, node, move |slave, events| minimal_application(slave, events, id, indicators.clone()))
     })
 }
 

@@ -23,7 +23,7 @@ const TWO_US: i64 = 34;
 fn powered() -> World {
     let slave = |_| MinimalSlave::new(TWO, Numbers::of(&LIBRECUBE, TWO), PrototypeMission::new());
     let application = |slave, events| minimal_application(slave, events, TWO, IndicatorLog::default());
-    let mut world = World::builder().minimal(TWO, slave, application).build();
+    let mut world = World::builder().board(TWO, slave, application).build();
     world.run_until(ms(100));
     asks(&mut world, 0x701, &[0x05]);
     world

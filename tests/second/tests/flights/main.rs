@@ -23,7 +23,6 @@ mod minority;
 mod mixed;
 mod one_controller;
 mod page;
-mod peripherals;
 mod pulse;
 mod rates;
 mod repeats;

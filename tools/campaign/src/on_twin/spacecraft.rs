@@ -2,11 +2,10 @@
 
 use std::sync::{Arc, LazyLock, OnceLock};
 
-use anyhow::Context;
 use can_wire::time::Time;
 use ecss_can::types::{Bus, PerBus};
 use firmware_images::support::board::{Board, Profile};
-use firmware_images::support::fleet::image;
+use firmware_images::support::fleet::{self, image};
 use firmware_images::support::node::{MASTER, SECOND_MASTER};
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
@@ -40,14 +39,7 @@ fn images(masters: u8) -> (&'static OnceLock<Images>, Profile) {
 /// When they cannot be built or read, or were not built before and are not to be.
 pub fn prepare(masters: u8, build: bool) -> anyhow::Result<()> {
     let (prepared, profile) = images(masters);
-    let (board, profile) = (BOARD.name(), profile.name());
-    let built = if build {
-        firmware_images::build(board, profile)?
-    } else {
-        firmware_images::built(board, profile).with_context(|| {
-            format!("nothing was built for {board}, profile {profile}, yet: leave out --no-build")
-        })?
-    };
+    let built = fleet::built(&BOARD, profile, !build)?;
     let images = [image(&built.master)?, image(&built.slave)?];
     prepared.get_or_init(|| images);
     Ok(())

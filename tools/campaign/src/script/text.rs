@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use clap::ValueEnum;
 use ecss_can::types::Bus;
 
 use super::{Fault, NOBODY, SECOND, SPARE, Script};
@@ -159,8 +160,8 @@ fn read_masters(pairs: &Pairs<'_>) -> Result<u8, String> {
 }
 
 fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, String> {
-    let kind = Kind::named(word).ok_or_else(|| {
-        let names: Vec<_> = Kind::ALL.iter().map(|(_, name)| *name).collect();
+    let kind = Kind::from_str(word, false).map_err(|_| {
+        let names: Vec<_> = Kind::value_variants().iter().map(|kind| kind.name()).collect();
         format!("`{word}` is no fault: allowed are {}", names.join(", "))
     })?;
     let bus = match pairs.text("bus") {

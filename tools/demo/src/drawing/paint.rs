@@ -1,6 +1,6 @@
 //! Colours, lines and letters of the pictures, by class.
 //!
-//! A [`Sheet`] has a class per line, `name { attribute: value; ... }`, with the names and values of SVG. A colour on
+//! A [`Sheet`] is a file with a class per line, `name { attribute: value; ... }`, with the names and values of SVG. A colour on
 //! light ground has that on dark ground behind it, `light / dark`, where that is another one. Drawing panics
 //! at a line of another shape.
 //!
@@ -14,29 +14,7 @@ use std::fmt::Write;
 pub type Sheet = &'static str;
 
 /// Classes that pictures of any subject use. Colours of lines have their names.
-pub const BASE: Sheet = "
-paper { fill: #ffffff / #161b22 }
-lane { fill: #f5f7fa / #1b212a }
-grid { stroke: #e4e7ec / #2b323c; stroke-width: 1 }
-label { fill: #1b2330 / #e6eaf0 }
-soft { fill: #667085 / #98a3b3; font-size: 12 }
-end { text-anchor: end }
-middle { text-anchor: middle }
-bar { fill: #2563b0 / #6aa9f0 }
-black { fill: none; stroke: #1b2330 / #f0f3f7; stroke-width: 1 }
-cyan { fill: none; stroke: #0b7fab / #4cc3f0; stroke-width: 1 }
-orange { fill: none; stroke: #d9480f / #ff8f4d; stroke-width: 1 }
-pink { fill: none; stroke: #a8326e / #e884b4; stroke-width: 1 }
-blue { fill: none; stroke: #1d6fd8 / #5ea6ff; stroke-width: 1 }
-sky { fill: none; stroke: #6aa5e8 / #3a6ea8; stroke-width: 1 }
-amber { fill: none; stroke: #b9770e / #e5a83b; stroke-width: 1 }
-teal { fill: none; stroke: #0f8577 / #35b8a6; stroke-width: 1 }
-violet { fill: none; stroke: #9a5fc9 / #b98be0; stroke-width: 1 }
-green { fill: none; stroke: #4c9a2a / #79c257; stroke-width: 1 }
-grey { fill: none; stroke: #98a2b3 / #667085; stroke-width: 1 }
-thick { stroke-width: 2 }
-dashed { stroke-dasharray: 5,3 }
-";
+pub const BASE: Sheet = include_str!("base.sheet");
 
 /// An attribute: name, value on light ground, value on dark ground where that is another one.
 type Look = (&'static str, &'static str, Option<&'static str>);

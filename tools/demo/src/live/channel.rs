@@ -6,7 +6,6 @@ use can_wire::controller::ErrorCounters;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 
-use super::filter::Filter;
 use super::network::kbit;
 use super::slcan::{self, Command, ERROR, OK};
 
@@ -26,15 +25,6 @@ pub enum Mode {
     Open,
     /// It hears.
     Listening,
-}
-
-/// What a line leads to, besides its answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effect {
-    /// Nothing.
-    None,
-    /// Send this frame.
-    Send(WireFrame),
 }
 
 /// Why a line was answered with BEL.
@@ -93,7 +83,6 @@ pub struct Channel {
     /// Bit rate that the client set, bit/s.
     bit_rate: u32,
     stamps: bool,
-    filter: Filter,
     /// Frames were dropped since the flags were read last.
     overrun: bool,
 }
@@ -101,14 +90,7 @@ pub struct Channel {
 impl Channel {
     /// A closed channel to a bus with this bit rate, bit/s. A client that sets no bit rate gets that of the bus.
     pub fn new(bus: u32) -> Self {
-        Channel {
-            mode: Mode::Closed,
-            bus,
-            bit_rate: bus,
-            stamps: false,
-            filter: Filter::default(),
-            overrun: false,
-        }
+        Channel { mode: Mode::Closed, bus, bit_rate: bus, stamps: false, overrun: false }
     }
 
     /// Whether and how it takes part.
@@ -122,7 +104,7 @@ impl Channel {
     }
 
     /// Does what a line asks for, `number` being the serial number and `errors` those of the node on the bus. Appends the
-    /// answer.
+    /// answer. Returns a frame that is to be sent.
     ///
     /// # Errors
     /// Why it did not; the answer is BEL then, and nothing has changed.
@@ -132,7 +114,7 @@ impl Channel {
         number: u16,
         errors: ErrorCounters,
         out: &mut Vec<u8>,
-    ) -> Result<Effect, Refusal> {
+    ) -> Result<Option<WireFrame>, Refusal> {
         let outcome = Command::parse(line).ok_or(Refusal::NoCommand).and_then(|command| {
             self.admits(command)?;
             Ok(self.execute(command, number, errors, out))
@@ -155,12 +137,7 @@ impl Channel {
             (Command::Send(_) | Command::Status, Mode::Closed) => Refusal::Closed,
             (Command::Send(_), Mode::Listening) => Refusal::Listening,
             (
-                Command::Open
-                | Command::Listen
-                | Command::BitRate(_)
-                | Command::Stamps(_)
-                | Command::Code(_)
-                | Command::Mask(_),
+                Command::Open | Command::Listen | Command::BitRate(_) | Command::Stamps(_),
                 Mode::Open | Mode::Listening,
             ) => Refusal::Open,
             _ => return Ok(()),
@@ -169,7 +146,13 @@ impl Channel {
     }
 
     /// Executes a command that is admitted. Appends the answer, all but its end.
-    fn execute(&mut self, command: Command, number: u16, errors: ErrorCounters, out: &mut Vec<u8>) -> Effect {
+    fn execute(
+        &mut self,
+        command: Command,
+        number: u16,
+        errors: ErrorCounters,
+        out: &mut Vec<u8>,
+    ) -> Option<WireFrame> {
         match command {
             Command::Empty => {}
             Command::BitRate(rate) => self.bit_rate = rate,
@@ -178,17 +161,15 @@ impl Channel {
             Command::Close => self.mode = Mode::Closed,
             Command::Send(frame) => {
                 out.push(if matches!(frame.id, WireId::Standard(_)) { b'z' } else { b'Z' });
-                return Effect::Send(frame);
+                return Some(frame);
             }
             Command::Version => out.extend(b"V0101"),
             Command::SoftwareVersion => out.extend(b"v0101"),
             Command::SerialNumber => out.extend(format!("N{number:04X}").into_bytes()),
             Command::Status => out.extend(format!("F{:02X}", self.take_flags(errors)).into_bytes()),
             Command::Stamps(stamps) => self.stamps = stamps,
-            Command::Code(code) => self.filter.code = code,
-            Command::Mask(mask) => self.filter.mask = mask,
         }
-        Effect::None
+        None
     }
 
     /// Status flags of the CAN232: 2 error warning, 3 data overrun, 5 error passive.
@@ -198,9 +179,9 @@ impl Channel {
         u8::from(worst >= 96) << 2 | u8::from(overrun) << 3 | u8::from(worst >= 128) << 5
     }
 
-    /// The line of a frame that was on the bus at `at`, when this client wants it.
+    /// The line of a frame that was on the bus at `at`; `None` while the channel is closed.
     pub fn line(&self, at: Time, frame: &WireFrame) -> Option<Vec<u8>> {
-        if self.mode == Mode::Closed || !self.filter.accepts(frame) {
+        if self.mode == Mode::Closed {
             return None;
         }
         let stamp = (at.as_us() / 1000 % STAMP_PERIOD_MS) as u16;
@@ -224,7 +205,7 @@ mod tests {
             Desk { channel: Channel::new(1_000_000), errors: ErrorCounters::default() }
         }
 
-        fn says(&mut self, line: &str) -> (String, Result<Effect, Refusal>) {
+        fn says(&mut self, line: &str) -> (String, Result<Option<WireFrame>, Refusal>) {
             let mut out = Vec::new();
             let outcome = self.channel.obey(line.as_bytes(), 1, self.errors, &mut out);
             (String::from_utf8(out).unwrap(), outcome)
@@ -250,9 +231,9 @@ mod tests {
         for (line, answer) in [("C", "\x07"), ("S8", "\r"), ("", "\r"), ("O", "\r"), ("O", "\x07")] {
             assert_eq!(desk.answer(line), answer, "{line}");
         }
-        assert_eq!(desk.says("t703105"), ("z\r".into(), Ok(Effect::Send(heartbeat()))));
+        assert_eq!(desk.says("t703105"), ("z\r".into(), Ok(Some(heartbeat()))));
         let extended = desk.says("T000000000");
-        assert!(matches!(extended, (answer, Ok(Effect::Send(_))) if answer == "Z\r"));
+        assert!(matches!(extended, (answer, Ok(Some(_))) if answer == "Z\r"));
         assert_eq!(desk.hears(1, heartbeat()), Some("t703105\r".into()));
         assert_eq!(desk.answer("C"), "\r");
         assert_eq!(desk.hears(1, heartbeat()), None);
@@ -278,11 +259,11 @@ mod tests {
     fn settings_change_only_while_the_channel_is_closed() {
         let mut desk = Desk::new();
         desk.answer("O");
-        for line in ["S8", "s0014", "Z1", "M00000000", "mFFFFFFFF", "L", "O"] {
+        for line in ["S8", "s0014", "Z1", "L", "O"] {
             assert_eq!(desk.answer(line), "\x07", "{line}");
         }
         desk.answer("C");
-        for line in ["S8", "s0014", "Z1", "M00000000", "mFFFFFFFF", "L"] {
+        for line in ["S8", "s0014", "Z1", "L"] {
             assert_eq!(desk.answer(line), "\r", "{line}");
         }
     }
@@ -297,7 +278,7 @@ mod tests {
         assert_eq!(refusal.to_string(), "cannot be opened with 500 kbit/s, the bus has 1000 kbit/s");
         assert_eq!(desk.channel.mode(), Mode::Closed);
         assert_eq!(desk.answer("s0014"), "\r");
-        assert_eq!(desk.says("O"), ("\r".into(), Ok(Effect::None)));
+        assert_eq!(desk.says("O"), ("\r".into(), Ok(None)));
     }
 
     /// Given a bus with each rate of CiA 301, when a client sets this rate or none, then its channel opens; with the rate of
@@ -331,16 +312,6 @@ mod tests {
         for (ms, line) in [(0, "t7031050000\r"), (59_999, "t703105EA5F\r"), (60_001, "t7031050001\r")] {
             assert_eq!(desk.hears(ms, heartbeat()), Some(line.into()));
         }
-    }
-
-    #[test]
-    fn only_accepted_frames_are_forwarded() {
-        let mut desk = Desk::new();
-        desk.answer("ME060E060");
-        desk.answer("m001F001F");
-        desk.answer("O");
-        assert_eq!(desk.hears(0, heartbeat()), Some("t703105\r".into()));
-        assert_eq!(desk.hears(0, WireFrame::standard(0x702, &[5])), None);
     }
 
     #[test]

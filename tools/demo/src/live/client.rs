@@ -10,7 +10,7 @@ use can_wire::controller::ErrorCounters;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
-use super::channel::{Channel, Effect, Mode, Refusal};
+use super::channel::{Channel, Mode, Refusal};
 use super::slcan::{ERROR, LONGEST, OK};
 
 /// Bytes read and not yet looked at.
@@ -100,10 +100,10 @@ impl<S: Read + Write> Client<S> {
         self.broken || self.ended && !self.input.contains(&OK)
     }
 
-    /// Reads what has come and obeys it, as far as there is room; gives what it led to beside answers.
-    pub fn listen(&mut self, number: u16, errors: ErrorCounters) -> Vec<Effect> {
+    /// Reads what has come and obeys it, as far as there is room. Returns the frames that are to be sent.
+    pub fn listen(&mut self, number: u16, errors: ErrorCounters) -> Vec<WireFrame> {
         self.read();
-        let mut effects = Vec::new();
+        let mut frames = Vec::new();
         while self.in_flight < IN_FLIGHT && self.output.len() + LONGEST <= OUTPUT {
             let Some(line) = self.next_line() else { break };
             let line = match line {
@@ -115,17 +115,16 @@ impl<S: Read + Write> Client<S> {
                 }
             };
             match self.channel.obey(&line, number, errors, &mut self.output) {
-                Ok(Effect::None) => {}
-                Ok(effect @ Effect::Send(_)) => {
+                Ok(Some(frame)) => {
                     self.in_flight += 1;
                     self.counts.taken += 1;
-                    effects.push(effect);
+                    frames.push(frame);
                 }
                 Err(refusal) if refusal.is_mistake() => self.refuse(&line, refusal),
-                Err(_) => {}
+                Ok(None) | Err(_) => {}
             }
         }
-        effects
+        frames
     }
 
     /// Counts a refused line, and keeps the first of them for people.
@@ -259,16 +258,16 @@ mod tests {
         Client::new(Wire { room: usize::MAX, ..Wire::default() }, 1_000_000)
     }
 
-    fn listen(client: &mut Client<Wire>) -> Vec<Effect> {
+    fn listen(client: &mut Client<Wire>) -> Vec<WireFrame> {
         client.listen(1, ErrorCounters::default())
     }
 
-    /// Effects and answers.
-    fn says(client: &mut Client<Wire>, bytes: &[u8]) -> (Vec<Effect>, String) {
+    /// Frames to be sent, and answers.
+    fn says(client: &mut Client<Wire>, bytes: &[u8]) -> (Vec<WireFrame>, String) {
         client.stream.to_read.extend(bytes);
-        let effects = listen(client);
+        let frames = listen(client);
         client.flush();
-        (effects, String::from_utf8(std::mem::take(&mut client.stream.written)).unwrap())
+        (frames, String::from_utf8(std::mem::take(&mut client.stream.written)).unwrap())
     }
 
     fn open() -> Client<Wire> {
@@ -285,7 +284,7 @@ mod tests {
         let mut client = client();
         assert_eq!(says(&mut client, b"O"), (vec![], String::new()));
         assert_eq!(says(&mut client, b"\rt08"), (vec![], "\r".into()));
-        assert_eq!(says(&mut client, b"00\rt0800\r\r"), (vec![Effect::Send(FRAME); 2], "z\rz\r\r".into()));
+        assert_eq!(says(&mut client, b"00\rt0800\r\r"), (vec![FRAME; 2], "z\rz\r\r".into()));
         assert_eq!(client.counts(), Counts { taken: 2, ..Counts::default() });
     }
 
@@ -356,11 +355,11 @@ mod tests {
     #[test]
     fn who_sends_faster_than_the_bus_is_read_when_the_bus_has_sent() {
         let mut client = open();
-        let (effects, _) = says(&mut client, &b"t0800\r".repeat(1000));
-        assert_eq!(effects.len(), IN_FLIGHT);
+        let (frames, _) = says(&mut client, &b"t0800\r".repeat(1000));
+        assert_eq!(frames.len(), IN_FLIGHT);
         assert!(client.input.len() <= INPUT && !client.stream.to_read.is_empty());
         assert_eq!(listen(&mut client), []);
-        let mut sent = effects.len();
+        let mut sent = frames.len();
         while client.in_flight > 0 {
             client.was_sent();
             sent += listen(&mut client).len();

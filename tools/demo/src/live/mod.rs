@@ -1,12 +1,10 @@
 //! `cargo twin`: the spacecraft in real time, its buses open to whoever speaks SLCAN.
 
-mod boards;
 mod channel;
 mod client;
 mod command;
 mod console;
 mod control;
-mod filter;
 mod load;
 mod network;
 mod options;
@@ -15,6 +13,7 @@ mod port;
 mod recording;
 mod slcan;
 
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::time::Instant;
 
@@ -22,12 +21,17 @@ use ::console::style;
 use anyhow::bail;
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
+use twin::board::BoardConfig;
 use twin::rtt::Level;
-use twin::spacecraft::{BoardId, Bus, Spacecraft};
+use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
 
+use crate::plan;
 use command::Operator;
 use console::Console;
 use control::ControlPort;
+use firmware_images::support::fleet::Images;
+use firmware_images::support::misuse::Misuse;
+use firmware_images::support::node::{MASTER, Node, SECOND_MASTER};
 use firmware_images::support::output::{note, warn};
 use firmware_images::support::stop::Stop;
 use network::{Network, kbit};
@@ -54,12 +58,12 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
     }
     options.fleet.add_shipped(&nodes, &mut images)?;
-    let boards = boards::boards(options, &images)?;
+    let boards = boards(options, &images)?;
     note(format_args!("flying {} boards for a moment, to learn their bit rates", boards.len()));
     let network = Network::learn(boards.values().cloned());
     let disagreement = network.disagreement();
     disagreement.iter().for_each(warn);
-    let (mut spacecraft, boards) = boards::assemble(boards);
+    let (mut spacecraft, boards) = assemble(boards);
     let recording = options.record.as_deref().map(Recording::begin).transpose()?;
     let stop = Stop::at_ctrl_c()?;
     let mut ports = Vec::new();
@@ -85,6 +89,35 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let mut run = Run { disagreement, spacecraft, ports, operator, console, control, recording, faults, lag };
     let pace = run.fly(Time::from_us((options.seconds * 1e6) as u64), &stop)?;
     run.conclude(&pace)
+}
+
+/// The boards by their nodes. They get power within the first 0.3 s.
+///
+/// # Errors
+/// When a board cannot have the part that was given.
+fn boards(options: &Options, images: &Images) -> Result<BTreeMap<Node, BoardConfig>, Misuse> {
+    let plans = plan::boards(crate::SEED, &options.nodes()).into_iter();
+    let fleet = &options.fleet;
+    let own = fleet.own_board("twin")?;
+    let boards = plans
+        .map(|board| {
+            let name = match board.node {
+                MASTER => "master".into(),
+                SECOND_MASTER => "second master".into(),
+                slave => format!("slave {slave}"),
+            };
+            let model = if fleet.own_image(board.node).is_some() { &own } else { &fleet.target.board };
+            (board.node, board.config(model, name, images[&board.node].clone()))
+        })
+        .collect();
+    Ok(boards)
+}
+
+/// Puts boards without power on two wires.
+fn assemble(boards: BTreeMap<Node, BoardConfig>) -> (Spacecraft, BTreeMap<Node, BoardId>) {
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let boards = boards.into_iter().map(|(node, config)| (node, spacecraft.add_board(config))).collect();
+    (spacecraft, boards)
 }
 
 struct Run {

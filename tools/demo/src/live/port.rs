@@ -14,7 +14,7 @@ use can_wire::timing::BitTiming;
 use twin::guest::{GuestEvent, Presence};
 use twin::spacecraft::{Bus, GuestId, Spacecraft};
 
-use super::channel::{Effect, Mode};
+use super::channel::Mode;
 use super::client::{Client, Counts};
 
 /// Clients of one bus at the same time.
@@ -159,12 +159,8 @@ impl OfferedBus {
 
     fn welcome(&mut self) {
         loop {
-            let (stream, address) = match self.listener.accept() {
-                Ok(accepted) => accepted,
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
-                // One that left before it was accepted, or no descriptor is free for it.
-                Err(_) => return,
-            };
+            // Nobody is there, or one left before it was accepted, or no descriptor is free for it.
+            let Ok((stream, address)) = self.listener.accept() else { return };
             if self.connections.len() >= MOST_CLIENTS {
                 self.note(address, format!("turned away, there are {MOST_CLIENTS} clients"));
                 continue;
@@ -207,15 +203,10 @@ impl OfferedBus {
         let number = self.bus as u16 + 1;
         let mut notes = Vec::new();
         for connection in &mut self.connections {
-            for effect in connection.client.listen(number, errors) {
-                match effect {
-                    Effect::None => {}
-                    Effect::Send(frame) => {
-                        self.senders.push_back(connection.number);
-                        self.last_use = spacecraft.now();
-                        spacecraft.inject(self.guest, spacecraft.now(), frame);
-                    }
-                }
+            for frame in connection.client.listen(number, errors) {
+                self.senders.push_back(connection.number);
+                self.last_use = spacecraft.now();
+                spacecraft.inject(self.guest, spacecraft.now(), frame);
             }
             notes.extend(connection.client.take_refused().into_iter().map(|text| (connection.address, text)));
         }

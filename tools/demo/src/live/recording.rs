@@ -8,7 +8,7 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::spacecraft::WireRecord;
 
-use crate::frames::{self, FrameFiles, Writer};
+use crate::files::{self, FrameFiles, Writer};
 
 /// Files that are being written.
 pub struct Recording {
@@ -25,7 +25,7 @@ impl Recording {
         std::fs::create_dir_all(directory)
             .with_context(|| format!("cannot make the directory {}", directory.display()))?;
         let frames = FrameFiles::begin(directory)?;
-        Ok(Recording { frames, said: frames::begin(directory, "boards.log")? })
+        Ok(Recording { frames, said: files::begin(directory, "boards.log")? })
     }
 
     /// A frame, if it is one of the two buses that was completed.

@@ -2,7 +2,8 @@
 //!
 //! A line is a command of ASCII characters up to a carriage return. It is answered with a carriage return, which may be
 //! preceded by what was asked for, or with BEL when it means nothing or does not fit. The serial line's own commands (U,
-//! P, A, X, Q, W) are none here: a socket has no baud rate, and frames are always forwarded at once.
+//! P, A, X, Q, W) are none here: a socket has no baud rate, and frames are always forwarded at once. Neither are those of
+//! the acceptance filter (M, m): a client gets every frame.
 
 use can_wire::frame::{WireFrame, WireId};
 
@@ -40,10 +41,6 @@ pub enum Command {
     Status,
     /// `Z0`, `Z1`: whether received frames carry a time stamp.
     Stamps(bool),
-    /// `M`: acceptance code, AC0 first.
-    Code([u8; 4]),
-    /// `m`: acceptance mask, AM0 first.
-    Mask([u8; 4]),
 }
 
 /// The rates of `S0` to `S8`, bit/s.
@@ -65,8 +62,6 @@ impl Command {
             (b'Z', [b'1']) => Some(Command::Stamps(true)),
             (b'S', [digit @ b'0'..=b'8']) => Some(Command::BitRate(BIT_RATES[usize::from(digit - b'0')])),
             (b's', _) => bytes(rest).map(|registers| Command::BitRate(sja1000_rate(registers))),
-            (b'M', _) => bytes(rest).map(Command::Code),
-            (b'm', _) => bytes(rest).map(Command::Mask),
             (b't' | b'r', _) => frame(rest, 3, *name == b'r').map(Command::Send),
             (b'T' | b'R', _) => frame(rest, 8, *name == b'R').map(Command::Send),
             _ => None,
@@ -164,8 +159,6 @@ mod tests {
             // SJA1000 with 16 MHz: 8 quanta of 125 ns, and the same with the prescaler at 4.
             (b"s0014", Some(Command::BitRate(1_000_000))),
             (b"s031C", Some(Command::BitRate(125_000))),
-            (b"M01020304", Some(Command::Code([1, 2, 3, 4]))),
-            (b"mFFFFFFFE", Some(Command::Mask([0xFF, 0xFF, 0xFF, 0xFE]))),
             (b"t0000", standard(0x000, &[])),
             (b"t7FF80102030405060708", standard(0x7FF, &[1, 2, 3, 4, 5, 6, 7, 8])),
             (b"t1232abCD", standard(0x123, &[0xAB, 0xCD])),
@@ -200,9 +193,7 @@ mod tests {
             b"s001",
             b"s00144",
             b"s00G4",
-            b"M0102030",
-            b"M010203040",
-            b"m+1020304",
+            b"M00000000", // no acceptance filter
             b"t",
             b"t12",
             b"t123",            // no DLC

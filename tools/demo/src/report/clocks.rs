@@ -5,8 +5,8 @@ use crate::drawing::{Layout, Picture, Range, Scale, chart, key};
 use can_wire::time::Time;
 use twin::pulses::{Errors, Sample};
 
+use super::SHEETS;
 use super::axis::Axis;
-use super::classes::SHEETS;
 use super::faults::Marks;
 use crate::flight::Flight;
 use crate::narrator::name;

@@ -63,51 +63,36 @@ impl Kind {
 
     /// Its name for people.
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::Nmt => "NMT",
-            Kind::BootUp => "boot-up",
-            Kind::Emergency => "EMCY",
-            Kind::Master => "heartbeat, master",
-            Kind::Claim => "claims, master",
-            Kind::Slave => "heartbeats, slaves",
-            Kind::Time => "SYNC and time",
-            Kind::Command => "TC",
-            Kind::Request => "TM request",
-            Kind::Reply => "TM reply",
-            Kind::Sdo => "SDO",
-            Kind::MasterPdo => "PDOs, master",
-            Kind::SlavePdo => "PDOs, slaves",
-            Kind::Other => "other",
-        }
+        self.look()[0]
     }
 
     /// Its name where there is little room.
     pub fn brief(self) -> &'static str {
-        match self {
-            Kind::Master => "HB master",
-            Kind::Claim => "claims",
-            Kind::Slave => "HB slaves",
-            Kind::Time => "SYNC, time",
-            Kind::MasterPdo => "PDO master",
-            Kind::SlavePdo => "PDO slaves",
-            _ => self.name(),
-        }
+        self.look()[1]
     }
 
     /// Its classes in the pictures.
     pub fn class(self) -> &'static str {
+        self.look()[2]
+    }
+
+    /// Both names and the classes.
+    fn look(self) -> [&'static str; 3] {
         match self {
-            Kind::Nmt => "black thick",
-            Kind::BootUp => "cyan thick",
-            Kind::Emergency => "orange thick",
-            Kind::Sdo => "pink",
-            Kind::Master => "blue",
-            Kind::Slave => "sky",
-            Kind::Time => "amber",
-            Kind::Command | Kind::MasterPdo => "teal",
-            Kind::Request => "violet",
-            Kind::Reply | Kind::SlavePdo => "green",
-            Kind::Claim | Kind::Other => "grey",
+            Kind::Nmt => ["NMT", "NMT", "black thick"],
+            Kind::BootUp => ["boot-up", "boot-up", "cyan thick"],
+            Kind::Emergency => ["EMCY", "EMCY", "orange thick"],
+            Kind::Master => ["heartbeat, master", "HB master", "blue"],
+            Kind::Claim => ["claims, master", "claims", "grey"],
+            Kind::Slave => ["heartbeats, slaves", "HB slaves", "sky"],
+            Kind::Time => ["SYNC and time", "SYNC, time", "amber"],
+            Kind::Command => ["TC", "TC", "teal"],
+            Kind::Request => ["TM request", "TM request", "violet"],
+            Kind::Reply => ["TM reply", "TM reply", "green"],
+            Kind::Sdo => ["SDO", "SDO", "pink"],
+            Kind::MasterPdo => ["PDOs, master", "PDO master", "teal"],
+            Kind::SlavePdo => ["PDOs, slaves", "PDO slaves", "green"],
+            Kind::Other => ["other", "other", "grey"],
         }
     }
 }

@@ -1,7 +1,6 @@
 //! The report of a flight: one HTML file that needs nothing else.
 
 mod axis;
-mod classes;
 pub mod clocks;
 mod events;
 mod faults;
@@ -13,18 +12,21 @@ mod states;
 mod tables;
 mod timeline;
 
-use crate::access::BusAccess;
-use crate::change::Since;
-use crate::drawing::{Layout, Picture, paint};
+use crate::drawing::paint::{self, BASE, Sheet};
+use crate::drawing::{Layout, Picture};
 use crate::flight::Flight;
 use crate::meaning::Scope;
+use crate::observer::Since;
+use crate::plan::BusAccess;
 use crate::record::Bus;
 use crate::summary::Summary;
-use classes::SHEETS;
 use firmware_images::support::board::Profile;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const PAGE_STYLE: &str = include_str!("page.css");
+
+/// Colours and letters of the pictures, by class.
+const SHEETS: &[Sheet] = &[BASE, include_str!("flight.sheet")];
 
 /// The bus timeline as a picture of its own.
 pub fn timeline(flight: &Flight) -> String {

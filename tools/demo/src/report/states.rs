@@ -3,8 +3,8 @@
 use crate::drawing::{LETTERS, Layout, Picture, text_width};
 use can_wire::time::Time;
 
+use super::SHEETS;
 use super::axis::Axis;
-use super::classes::SHEETS;
 use super::faults::Marks;
 use crate::flight::Flight;
 use crate::narrator::name;

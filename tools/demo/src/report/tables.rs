@@ -9,11 +9,11 @@ use twin::pulses::Errors;
 use std::collections::BTreeMap;
 
 use crate::checks::CheckResult;
-use crate::flight::{BoardCount, Flight, Heartbeats};
+use crate::flight::Flight;
 use crate::meaning::Scope;
 use crate::narrator::name;
 use crate::origin::{ImageFile, Origin};
-use crate::plan::BoardPlan;
+use crate::outcome::cells;
 use crate::record::Bus;
 use crate::summary::Summary;
 
@@ -143,23 +143,21 @@ pub fn frames(flight: &Flight) -> Markup {
 
 /// The boards, what the seed made of them and what they counted.
 pub fn boards(flight: &Flight) -> Markup {
-    let scope = flight.plan.scope();
-    let traffic: &[&str] = match scope {
-        Scope::Mission => &["TC due", "TC executed"],
-        Scope::Protocol => &["heartbeats", "longest gap"],
+    let (second, traffic) = match flight.plan.scope() {
+        Scope::Mission => ("access", ["TC due", "TC executed"]),
+        Scope::Protocol => ("image", ["heartbeats", "longest gap"]),
     };
-    let second = if scope == Scope::Mission { "access" } else { "image" };
     let head = [
-        &["board", second, "crystal", "place", "power on", "instructions"],
-        traffic,
+        &["board", second, "crystal", "place", "power on", "instructions"][..],
+        &traffic,
         &["frames lost", "aborted"],
     ];
     let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, count)| {
-        let [third, fourth] = traffic_of(flight, plan, count);
-        let access = flight.observer.nodes()[&plan.node].kind();
+        let gap = |gap: Option<Time>| gap.map_or("\u{2013}".into(), |gap| duration(gap.as_secs_f64() * 1e3));
+        let [second, third, fourth] = cells(flight, plan, count, gap);
         vec![
             name(plan.node),
-            if scope == Scope::Mission { access } else { plan.image().to_owned() },
+            second,
             format!("{:+.1} ppm", plan.crystal_ppm),
             format!("{:.1} m", plan.position_m),
             format!("{:.0} ms", plan.power_on.as_secs_f64() * 1e3),
@@ -171,20 +169,6 @@ pub fn boards(flight: &Flight) -> Markup {
         ]
     });
     cards(&head.concat(), rows.collect())
-}
-
-/// Commands due and executed; of a flight with images of the user's heartbeats and their longest gap.
-fn traffic_of(flight: &Flight, plan: &BoardPlan, count: &BoardCount) -> [String; 2] {
-    let track = &flight.observer.nodes()[&plan.node];
-    match (flight.plan.scope(), track.access) {
-        (Scope::Mission, Some(_)) => [track.tc_due.to_string(), count.counted(|counters| counters.commands)],
-        (Scope::Mission, None) => [String::new(), String::new()],
-        (Scope::Protocol, _) => {
-            let Heartbeats { count, longest_gap } = flight.heartbeats(plan.node);
-            let gap = longest_gap.map_or("\u{2013}".into(), |gap| duration(gap.as_secs_f64() * 1e3));
-            [count.to_string(), gap]
-        }
-    }
 }
 
 fn bus(bus: Bus) -> Markup {

@@ -1,12 +1,11 @@
 use super::*;
 use crate::drawing::Picture;
-use crate::pdos::Sheets;
 use crate::sample;
 use crate::verdict::{Outcome, Verdict};
 use can_wire::time::Time;
 
 fn rendered(flight: &Flight) -> String {
-    page(flight, &Summary::of(flight, sample::origin(), &Sheets::default()))
+    page(flight, &sample::summary(flight))
 }
 
 #[test]
@@ -57,7 +56,7 @@ fn the_page_needs_nothing_else() {
 #[test]
 fn faults_are_on_top_and_escaped() {
     let flight = sample::flight();
-    let mut summary = Summary::of(&flight, sample::origin(), &Sheets::default());
+    let mut summary = sample::summary(&flight);
     summary.verdict = Verdict { outcome: Outcome::Failed, reasons: vec!["node 2 <panicked>".into()] };
     let page = page(&flight, &summary);
     assert!(page.contains("<li>node 2 &lt;panicked&gt;</li>"));

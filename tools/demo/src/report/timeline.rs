@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use crate::drawing::{Layout, Picture};
 use can_wire::time::Time;
 
+use super::SHEETS;
 use super::axis::Axis;
-use super::classes::SHEETS;
 use super::flags::Flags;
 use super::kind::Kind;
 use super::lanes::{Lanes, ROW, lane, lane_title};
-use crate::change::Since;
 use crate::flight::Flight;
+use crate::observer::Since;
 use crate::record::Bus;
 
 const AXIS: f64 = 26.0;

@@ -42,69 +42,19 @@ fn field(name: &str, data_type: u32, bits: u32) -> Field {
 }
 
 /// A plain data sheet of two transmit PDOs.
-const PLAIN: &[(&str, &[(&str, &str)])] = &[
-    (
-        "FileInfo",
-        &[("FileName", "x.eds"), ("FileVersion", "1"), ("EDSVersion", "4.0"), ("Description", "Device")],
-    ),
-    (
-        "DeviceInfo",
-        &[("VendorName", "Vendor"), ("VendorNumber", "0x1234"), ("NrOfTXPDO", "2"), ("CompactPDO", "0")],
-    ),
-    ("MandatoryObjects", &[("SupportedObjects", "3"), ("1", "0x1000"), ("2", "0x1001"), ("3", "0x1018")]),
-    (
-        "1000",
-        &[
-            ("ParameterName", "Device type"),
-            ("ObjectType", "0x7"),
-            ("DataType", "0x0007"),
-            ("DefaultValue", "0x191"),
-        ],
-    ),
-    ("1018", &[("ParameterName", "Identity"), ("ObjectType", "0x9"), ("SubNumber", "4")]),
-    ("1018sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "3")]),
-    ("1018sub1", &[("ParameterName", "Vendor"), ("DataType", "0x0007"), ("DefaultValue", "0x1234")]),
-    ("1018sub2", &[("ParameterName", "Product"), ("DataType", "0x0007"), ("DefaultValue", "66")]),
-    ("1018sub3", &[("ParameterName", "Revision"), ("DataType", "0x0007"), ("DefaultValue", "0x00010000")]),
-    ("1800", &[("ParameterName", "TPDO 1"), ("ObjectType", "0x9"), ("SubNumber", "3")]),
-    ("1800sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "2")]),
-    ("1800sub1", &[("ParameterName", "COB-ID"), ("DataType", "0x0007"), ("DefaultValue", "$NODEID+0x180")]),
-    ("1800sub2", &[("ParameterName", "Type"), ("DataType", "0x0005"), ("DefaultValue", "254")]),
-    ("1801sub1", &[("ParameterName", "COB-ID"), ("DataType", "0x0007"), ("DefaultValue", "$NODEID+0x280")]),
-    ("1A00", &[("ParameterName", "Map"), ("ObjectType", "0x9"), ("SubNumber", "3")]),
-    ("1A00sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "2")]),
-    ("1A00sub1", &[("ParameterName", "m1"), ("DataType", "0x0007"), ("DefaultValue", "0x20000010")]),
-    ("1A00sub2", &[("ParameterName", "m2"), ("DataType", "0x0007"), ("DefaultValue", "0x200A0A08")]),
-    ("1A01sub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "1")]),
-    ("1A01sub1", &[("ParameterName", "m1"), ("DataType", "0x0007"), ("DefaultValue", "0x20020020")]),
-    (
-        "2000",
-        &[
-            ("ParameterName", "Temp"),
-            ("ObjectType", "0x7"),
-            ("DataType", "0x0003"),
-            ("AccessType", "ro"),
-            ("PDOMapping", "1"),
-        ],
-    ),
-    ("200A", &[("ParameterName", "Channels"), ("ObjectType", "0x8"), ("SubNumber", "2")]),
-    ("200Asub0", &[("ParameterName", "n"), ("DataType", "0x0005"), ("DefaultValue", "10")]),
-    (
-        "200AsubA",
-        &[("ParameterName", "Ten"), ("DataType", "0x0005"), ("DefaultValue", "0"), ("LowLimit", "0")],
-    ),
-    (
-        "2002",
-        &[("ParameterName", "Power"), ("ObjectType", "0x7"), ("DataType", "0x0008"), ("DefaultValue", "1.5")],
-    ),
-];
-
 fn plain() -> Odd {
-    let entries = |entries: &[(&str, &str)]| {
-        entries.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect()
-    };
+    let mut sections: Vec<(String, Vec<_>)> = Vec::new();
+    for line in include_str!("plain.eds").lines() {
+        match line.split_once('=') {
+            Some((key, value)) => {
+                let (_, entries) = sections.last_mut().expect("a section");
+                entries.push((key.to_owned(), value.to_owned()));
+            }
+            None => sections.push((line.trim_matches(['[', ']']).to_owned(), Vec::new())),
+        }
+    }
     Odd {
-        sections: PLAIN.iter().map(|(name, of)| ((*name).to_owned(), entries(of))).collect(),
+        sections,
         around: [Vec::new(), Vec::new()],
         between: "",
         ends: "\n",
@@ -242,57 +192,23 @@ fn of_text() -> Vec<Oddity> {
     ]
 }
 
-/// Forms of numbers, and what is or is not there.
+/// Forms of numbers that a layout of the text may meet; tests of `eds` have all forms.
 fn of_numbers() -> Vec<Oddity> {
     let mut all = Vec::new();
-    for text in [
-        "$NODEID + 0x180",
-        "$NODEID+ 0x180",
-        "0x180+$NODEID",
-        "0x180 + $NodeId",
-        "$nodeid+0X180",
-        "$NODEID+384",
-        "$NODEID+0600",
-        "384 + $NODEID",
-        "0x185",
-        "0X185",
-        "389",
-        "+389",
-        "0605",
-        "0x00000185",
-        "$NODEID+0x40000180",
-        "0x40000180+$NODEID",
-        "$NODEID-0x80+0x200",
-        "0x180+$NODEID ; of TPDO 1",
-        "0x580 - 0x400 + $NODEID",
-    ] {
+    for text in ["0605", "$NODEID-0x80+0x200", "0x180+$NODEID ; of TPDO 1", "0x580 - 0x400 + $NODEID"] {
         all.push(odd(format!("COB-ID {text}"), "cob-id", move |odd| {
             odd.set("1800sub1", "DefaultValue", text)
         }));
     }
-    for text in ["04000000020", "536870928", "0X20000010", "0x20000010 # Temp"] {
-        all.push(odd(format!("mapping {text}"), "mapping", move |odd| {
-            odd.set("1A00sub1", "DefaultValue", text)
-        }));
+    for (name, section, text) in [
+        ("mapping", "1A00sub1", "0x20000010 # Temp"),
+        ("second", "1A00sub2", "04002405010"),
+        ("mapping", "1A00sub0", "02"),
+        ("device type", "1000", "0621"),
+    ] {
+        all.push(odd(format!("[{section}] {text}"), name, move |odd| odd.set(section, "DefaultValue", text)));
     }
-    for text in ["0x200a0a08", "04002405010", "537528840"] {
-        all.push(odd(format!("mapping {text}"), "second", move |odd| {
-            odd.set("1A00sub2", "DefaultValue", text)
-        }));
-    }
-    for text in ["02", "0x2", "0X02", "+2", "002"] {
-        all.push(odd(format!("number of objects {text}"), "mapping", move |odd| {
-            odd.set("1A00sub0", "DefaultValue", text)
-        }));
-    }
-    for text in ["3", "0X3", "03", "0x00000003"] {
-        all.push(odd(format!("data type {text}"), "type", move |odd| odd.set("2000", "DataType", text)));
-    }
-    for text in ["0621", "401", "0X191"] {
-        all.push(odd(format!("device type {text}"), "device type", move |odd| {
-            odd.set("1000", "DefaultValue", text)
-        }));
-    }
+    all.push(odd("data type 0X3", "type", |odd| odd.set("2000", "DataType", "0X3")));
     all
 }
 
@@ -447,8 +363,6 @@ fn of_left_out() -> Vec<Oddity> {
         ("0xFE", "[1A00sub0]DefaultValue=0xFE:amultiplexPDO"),
         ("255", "[1A00sub0]DefaultValue=255:amultiplexPDO"),
         ("0376", "[1A00sub0]DefaultValue=0376:amultiplexPDO"),
-        ("65", "[1A00sub0]DefaultValue=65:allowedare0to64"),
-        ("two", "[1A00sub0]DefaultValue=two:nonumber"),
         ("", "[1A00sub0]hasnovalue"),
         ("3", "[1A00sub3]hasnovalue"),
     ] {
@@ -459,8 +373,6 @@ fn of_left_out() -> Vec<Oddity> {
         }));
     }
     for (text, said) in [
-        ("0x180+", Some("[1800sub1]DefaultValue=0x180+:nonumber")),
-        ("$NODE+0x180", Some("[1800sub1]DefaultValue=$NODE+0x180:nonumber")),
         ("0589", Some("[1800sub1]DefaultValue=0589:nonumber")),
         (
             "$NODEID+0x20000180",

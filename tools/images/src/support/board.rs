@@ -199,55 +199,36 @@ pub struct Target {
     pub profile: Profile,
 }
 
-/// A bit rate that images can be built for: those of CiA 301 that divide the clock of the boards.
+/// A bit rate that images can be built for, in kbit/s, the fastest first: those of CiA 301 that divide the clock of the boards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BitRate {
     /// 1 Mbit/s
     #[value(name = "1000")]
-    Kbit1000,
+    Kbit1000 = 1_000,
     /// 500 kbit/s
     #[value(name = "500")]
-    Kbit500,
+    Kbit500 = 500,
     /// 250 kbit/s
     #[value(name = "250")]
-    Kbit250,
+    Kbit250 = 250,
     /// 125 kbit/s
     #[value(name = "125")]
-    Kbit125,
+    Kbit125 = 125,
     /// 50 kbit/s
     #[value(name = "50")]
-    Kbit50,
+    Kbit50 = 50,
     /// 20 kbit/s
     #[value(name = "20")]
-    Kbit20,
+    Kbit20 = 20,
     /// 10 kbit/s
     #[value(name = "10")]
-    Kbit10,
+    Kbit10 = 10,
 }
 
 impl BitRate {
-    /// All of them, the fastest first.
-    pub const ALL: [BitRate; 7] = [
-        BitRate::Kbit1000,
-        BitRate::Kbit500,
-        BitRate::Kbit250,
-        BitRate::Kbit125,
-        BitRate::Kbit50,
-        BitRate::Kbit20,
-        BitRate::Kbit10,
-    ];
-
     /// In kbit/s.
     pub fn kbit(self) -> u16 {
-        match self {
-            BitRate::Kbit1000 => 1_000,
-            BitRate::Kbit500 => 500,
-            BitRate::Kbit250 => 250,
-            BitRate::Kbit125 => 125,
-            BitRate::Kbit50 => 50,
-            BitRate::Kbit20 => 20,
-            BitRate::Kbit10 => 10,
-        }
+        self as u16
     }
 
     /// The features of images of a profile for this bit rate, joined by a plus sign.

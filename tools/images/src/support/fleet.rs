@@ -175,12 +175,7 @@ impl Fleet {
         }
         let (board, profile) = (&self.target.board, &format!("{}{fitting}", self.target.profile.name()));
         let path = if self.no_build {
-            crate::built_minimal(board.board_crate(), profile).with_context(|| {
-                format!(
-                    "no minimal slave was built for {}, profile {profile}, yet: leave out --no-build",
-                    board.name()
-                )
-            })?
+            crate::built_minimal(board.board_crate(), profile).with_context(|| unbuilt(board, profile))?
         } else {
             crate::build_minimal(board.board_crate(), profile, crate::LOG)?
         };
@@ -197,21 +192,28 @@ impl Fleet {
         let missing: BTreeSet<Node> =
             nodes.iter().copied().filter(|node| !images.contains_key(node)).collect();
         if !missing.is_empty() {
-            let (board, profile) = (&self.target.board, self.target.profile.name());
-            let built = if self.no_build {
-                crate::built(board.board_crate(), profile).with_context(|| {
-                    format!(
-                        "nothing was built for {}, profile {profile}, yet: leave out --no-build",
-                        board.name()
-                    )
-                })?
-            } else {
-                crate::build(board.board_crate(), profile)?
-            };
+            let built = built(&self.target.board, self.target.profile, self.no_build)?;
             images.extend(shipped(&built, missing)?);
         }
         Ok(())
     }
+}
+
+/// Builds the shipped images, or finds those that were built last.
+///
+/// # Errors
+/// When they cannot be built, or were not built before and are not to be.
+pub fn built(board: &Board, profile: Profile, no_build: bool) -> anyhow::Result<crate::Images> {
+    let (crate_of_board, profile) = (board.board_crate(), profile.name());
+    if no_build {
+        crate::built(crate_of_board, profile).with_context(|| unbuilt(board, profile))
+    } else {
+        Ok(crate::build(crate_of_board, profile)?)
+    }
+}
+
+fn unbuilt(board: &Board, profile: &str) -> String {
+    format!("nothing was built for {}, profile {profile}, yet: leave out --no-build", board.name())
 }
 
 /// The shipped images for these nodes.

@@ -8,6 +8,7 @@ use std::io::{self, ErrorKind, Write};
 
 use anyhow::Context;
 use console::style;
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// A command ends early and has nothing more to say: only its exit code is left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,4 +62,12 @@ pub fn warn(line: impl Display) {
 /// A [`note`] that something failed.
 pub fn complain(line: impl Display) {
     note(format_args!("{} {line}", style("error:").red().bold().for_stderr()));
+}
+
+/// A bar on a terminal, nothing elsewhere. `template` is one of `indicatif`, behind a bar of 40 cells.
+pub fn progress(length: u64, template: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    let style = ProgressStyle::with_template(&format!("{{bar:40.cyan/blue}} {template}"));
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
 }

@@ -66,16 +66,8 @@ mod tests {
     use ecss_can::types::PerBus;
 
     use super::*;
+    use crate::judge::view::tests::{BOTH, NEITHER, NOMINAL, REDUNDANT, view};
     use crate::judge::view::{Master, Slave};
-
-    const NEITHER: PerBus<bool> = PerBus { nominal: false, redundant: false };
-    const NOMINAL: PerBus<bool> = PerBus { nominal: true, redundant: false };
-    const REDUNDANT: PerBus<bool> = PerBus { nominal: false, redundant: true };
-    const BOTH: PerBus<bool> = PerBus { nominal: true, redundant: true };
-
-    fn view<'a>(masters: &'a [Master], slaves: &'a [Slave]) -> View<'a> {
-        View { masters, slaves, joins_masters: NEITHER }
-    }
 
     fn active(bus: Bus) -> Master {
         Master { is_powered: true, bus: Some(bus), ..Master::default() }

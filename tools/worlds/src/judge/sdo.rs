@@ -80,14 +80,69 @@ impl Transfer {
         readable: &dyn Fn(Address) -> Option<Vec<u8>>,
     ) -> Option<(Address, Vec<u8>)> {
         if used && answers.is_empty() {
-            self.0.see_silent_acknowledgement(request);
+            self.see_silent_acknowledgement(request);
         }
-        self.0.see(request, used, answers, readable)
+        for answer in answers.iter().filter(|answer| answer[0] == ABORT) {
+            let code = u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]);
+            assert!(AbortCode::from_code(code).is_some(), "abort code {code:08X}");
+        }
+        let command = request[0];
+        if let State::BlockDownload { is_complete: false, .. } = &mut self.0 {
+            self.see_sub_block(command, request, answers);
+            return None;
+        }
+        // One that is of no use may be a segment that came again, with a first byte as an abort has it.
+        if (used && command >> 5 == 4) || answers.iter().any(|answer| answer[0] == ABORT) {
+            self.0 = State::None;
+            return None;
+        }
+        let Some(answer) = answers.first() else {
+            if matches!((command & 0xE3, &self.0), (0xA1, State::BlockUploadEnd)) {
+                self.0 = State::None;
+            }
+            return None;
+        };
+        match command >> 5 {
+            0 => return self.see_segment(command, request, answer),
+            1 => {
+                assert_eq!(address(answer), address(request));
+                assert_eq!(answer[0], 0x60);
+                self.0 = State::None;
+                let at = address(request);
+                match (command & 2 != 0, command & 1 != 0) {
+                    (true, false) => return Some((at, request[4..].to_vec())),
+                    (true, true) => {
+                        return Some((at, request[4..8 - usize::from(command >> 2 & 3)].to_vec()));
+                    }
+                    _ => self.0 = State::Download { at, bytes: vec![], toggle: 0 },
+                }
+            }
+            2 => self.see_upload(request, answer, readable),
+            3 => self.see_upload_segment(command, answer),
+            5 => self.see_block_upload(request, used, answers, readable),
+            _ if command & 1 == 0 => {
+                assert_eq!((answer[0], answer[4]), (0xA0 | command & 4, SUB_BLOCK));
+                let at = address(request);
+                let checked = command & 4 != 0;
+                self.0 = State::BlockDownload { at, bytes: vec![], next: 1, checked, is_complete: false };
+            }
+            _ => return self.see_end(command, request, answer),
+        }
+        None
     }
 
     /// Looks at frames that the server sends without a request.
     pub fn see_unasked(&mut self, answers: &[Payload]) {
-        self.0.see_unasked(answers);
+        match &mut self.0 {
+            _ if answers.is_empty() => {}
+            _ if answers.iter().any(|answer| answer[0] == ABORT) => self.0 = State::None,
+            State::BlockDownload { next, is_complete: false, .. } => {
+                assert_eq!((answers.len(), answers[0][0], answers[0][1]), (1, 0xA2, *next - 1));
+                *next = 1;
+            }
+            State::BlockUpload { segments, .. } => take_segments(segments, answers),
+            _ => panic!("unasked: {answers:02X?}"),
+        }
     }
 
     /// Returns the toggle bit of the next segment: 0 or 10h.
@@ -115,97 +170,10 @@ impl Transfer {
     pub fn segments(&self) -> u8 {
         if let State::BlockUpload { segments, .. } = &self.0 { segments.len() as u8 } else { 0 }
     }
-}
-
-/// Whether a server wrote what arrived with a request, and nothing else. An expedited download without a size has as many
-/// bytes as the object.
-pub fn is_written(
-    request: &Payload,
-    arrived: Option<&(Address, Vec<u8>)>,
-    written: Option<&(Address, Vec<u8>)>,
-) -> bool {
-    match (arrived, written) {
-        (Some((at, value)), Some((changed, new))) if request[0] >> 5 == 1 && request[0] & 3 == 2 => {
-            at == changed && value.starts_with(new)
-        }
-        _ => arrived == written,
-    }
-}
-
-impl State {
-    fn see(
-        &mut self,
-        request: &Payload,
-        used: bool,
-        answers: &[Payload],
-        readable: &dyn Fn(Address) -> Option<Vec<u8>>,
-    ) -> Option<(Address, Vec<u8>)> {
-        for answer in answers.iter().filter(|answer| answer[0] == ABORT) {
-            let code = u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]);
-            assert!(AbortCode::from_code(code).is_some(), "abort code {code:08X}");
-        }
-        let command = request[0];
-        if let State::BlockDownload { is_complete: false, .. } = self {
-            self.see_sub_block(command, request, answers);
-            return None;
-        }
-        // One that is of no use may be a segment that came again, with a first byte as an abort has it.
-        if (used && command >> 5 == 4) || answers.iter().any(|answer| answer[0] == ABORT) {
-            *self = State::None;
-            return None;
-        }
-        let Some(answer) = answers.first() else {
-            if matches!((command & 0xE3, &*self), (0xA1, State::BlockUploadEnd)) {
-                *self = State::None;
-            }
-            return None;
-        };
-        match command >> 5 {
-            0 => return self.see_segment(command, request, answer),
-            1 => {
-                assert_eq!(address(answer), address(request));
-                assert_eq!(answer[0], 0x60);
-                *self = State::None;
-                let at = address(request);
-                match (command & 2 != 0, command & 1 != 0) {
-                    (true, false) => return Some((at, request[4..].to_vec())),
-                    (true, true) => {
-                        return Some((at, request[4..8 - usize::from(command >> 2 & 3)].to_vec()));
-                    }
-                    _ => *self = State::Download { at, bytes: vec![], toggle: 0 },
-                }
-            }
-            2 => self.see_upload(request, answer, readable),
-            3 => self.see_upload_segment(command, answer),
-            5 => self.see_block_upload(request, used, answers, readable),
-            _ if command & 1 == 0 => {
-                assert_eq!((answer[0], answer[4]), (0xA0 | command & 4, SUB_BLOCK));
-                let at = address(request);
-                let checked = command & 4 != 0;
-                *self = State::BlockDownload { at, bytes: vec![], next: 1, checked, is_complete: false };
-            }
-            _ => return self.see_end(command, request, answer),
-        }
-        None
-    }
-
-    fn see_unasked(&mut self, answers: &[Payload]) {
-        match self {
-            _ if answers.is_empty() => {}
-            _ if answers.iter().any(|answer| answer[0] == ABORT) => *self = State::None,
-            State::BlockDownload { next, is_complete: false, .. } => {
-                assert_eq!((answers.len(), answers[0][0], answers[0][1]), (1, 0xA2, *next - 1));
-                *next = 1;
-            }
-            State::BlockUpload { segments, .. } => take_segments(segments, answers),
-            _ => panic!("unasked: {answers:02X?}"),
-        }
-    }
-
     fn see_sub_block(&mut self, command: u8, request: &Payload, answers: &[Payload]) {
-        let State::BlockDownload { bytes, next, is_complete, .. } = self else { return };
+        let State::BlockDownload { bytes, next, is_complete, .. } = &mut self.0 else { return };
         if command == ABORT || answers.iter().any(|answer| answer[0] == ABORT) {
-            *self = State::None;
+            self.0 = State::None;
             return;
         }
         let is_taken = command & 0x7F == *next;
@@ -228,7 +196,7 @@ impl State {
         request: &Payload,
         answer: &Payload,
     ) -> Option<(Address, Vec<u8>)> {
-        let State::Download { at, bytes, toggle } = self else { panic!("a segment of nothing") };
+        let State::Download { at, bytes, toggle } = &mut self.0 else { panic!("a segment of nothing") };
         assert_eq!((command & 0x10, answer[0]), (*toggle, 0x20 | *toggle));
         *toggle ^= 0x10;
         bytes.extend(&request[1..8 - usize::from(command >> 1 & 7)]);
@@ -236,18 +204,20 @@ impl State {
             return None;
         }
         let arrived = (*at, std::mem::take(bytes));
-        *self = State::None;
+        self.0 = State::None;
         Some(arrived)
     }
 
     fn see_end(&mut self, command: u8, request: &Payload, answer: &Payload) -> Option<(Address, Vec<u8>)> {
-        let State::BlockDownload { at, bytes, checked, .. } = self else { panic!("an end of nothing") };
+        let State::BlockDownload { at, bytes, checked, .. } = &mut self.0 else {
+            panic!("an end of nothing")
+        };
         assert_eq!(answer[0], 0xA1);
         bytes.truncate(bytes.len() - usize::from(command >> 2 & 7));
         let sum = u16::from_le_bytes([request[1], request[2]]);
         assert!(!*checked || sum == checksum(bytes), "a wrong checksum was accepted");
         let arrived = (*at, std::mem::take(bytes));
-        *self = State::None;
+        self.0 = State::None;
         Some(arrived)
     }
 
@@ -259,7 +229,7 @@ impl State {
     ) {
         let value = readable(address(request));
         assert_eq!(address(answer), address(request));
-        *self = State::None;
+        self.0 = State::None;
         if answer[0] & 2 != 0 {
             assert_eq!(answer[0] & 0xF3, 0x43);
             let told = &answer[4..8 - usize::from(answer[0] >> 2 & 3)];
@@ -267,18 +237,18 @@ impl State {
         } else {
             assert_eq!(answer[0], 0x41);
             check_size(&value, answer);
-            *self = State::Upload { value, bytes: vec![], toggle: 0 };
+            self.0 = State::Upload { value, bytes: vec![], toggle: 0 };
         }
     }
 
     fn see_upload_segment(&mut self, command: u8, answer: &Payload) {
-        let State::Upload { value, bytes, toggle } = self else { panic!("a segment of nothing") };
+        let State::Upload { value, bytes, toggle } = &mut self.0 else { panic!("a segment of nothing") };
         assert_eq!((command & 0x10, answer[0] & 0xF0), (*toggle, *toggle));
         *toggle ^= 0x10;
         bytes.extend(&answer[1..8 - usize::from(answer[0] >> 1 & 7)]);
         if answer[0] & 1 != 0 {
             assert_eq!(Some(&*bytes), value.as_ref());
-            *self = State::None;
+            self.0 = State::None;
         }
     }
 
@@ -290,19 +260,19 @@ impl State {
         readable: &dyn Fn(Address) -> Option<Vec<u8>>,
     ) {
         let command = request[0];
-        match (command & 3, &mut *self) {
+        match (command & 3, &mut self.0) {
             (0, _) if answers[0][0] & 0xE0 == 0x40 => self.see_upload(request, &answers[0], readable),
             (0, _) => {
                 assert_eq!((answers[0][0], address(&answers[0])), (0xC2 | command & 4, address(request)));
                 let value = readable(address(request));
                 check_size(&value, &answers[0]);
-                *self = State::BlockUploadStart { value, checked: command & 4 != 0 };
+                self.0 = State::BlockUploadStart { value, checked: command & 4 != 0 };
             }
             (3, State::BlockUploadStart { value, checked }) => {
                 let mut segments = vec![];
                 take_segments(&mut segments, answers);
                 let (value, checked) = (value.take(), *checked);
-                *self = State::BlockUpload { value, checked, bytes: vec![], segments };
+                self.0 = State::BlockUpload { value, checked, bytes: vec![], segments };
             }
             (2, State::BlockUpload { value, checked, bytes, segments }) => {
                 assert!(used, "ignored, but answered");
@@ -315,7 +285,7 @@ impl State {
                     assert_eq!(Some(&*bytes), value.as_ref());
                     let sum = u16::from_le_bytes([end[1], end[2]]);
                     assert!(!*checked || sum == checksum(bytes), "a wrong checksum");
-                    *self = State::BlockUploadEnd;
+                    self.0 = State::BlockUploadEnd;
                 } else {
                     segments.clear();
                     take_segments(segments, answers);
@@ -327,10 +297,25 @@ impl State {
 
     /// An acknowledgement without an answer may be of use as well: what it asks for is in mid-flight still.
     fn see_silent_acknowledgement(&mut self, request: &Payload) {
-        if let (0xA2, State::BlockUpload { bytes, segments, .. }) = (request[0] & 0xE3, self) {
+        if let (0xA2, State::BlockUpload { bytes, segments, .. }) = (request[0] & 0xE3, &mut self.0) {
             segments[..usize::from(request[1])].iter().for_each(|segment| bytes.extend(&segment[1..]));
             segments.clear();
         }
+    }
+}
+
+/// Whether a server wrote what arrived with a request, and nothing else. An expedited download without a size has as many
+/// bytes as the object.
+pub fn is_written(
+    request: &Payload,
+    arrived: Option<&(Address, Vec<u8>)>,
+    written: Option<&(Address, Vec<u8>)>,
+) -> bool {
+    match (arrived, written) {
+        (Some((at, value)), Some((changed, new))) if request[0] >> 5 == 1 && request[0] & 3 == 2 => {
+            at == changed && value.starts_with(new)
+        }
+        _ => arrived == written,
     }
 }
 

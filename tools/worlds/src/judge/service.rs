@@ -77,19 +77,10 @@ mod tests {
     use ecss_can::types::PerBus;
 
     use super::*;
+    use crate::judge::view::tests::{BOTH, MASTER, NEITHER, NOMINAL, REDUNDANT, view};
     use crate::judge::view::{Master, Slave};
 
-    const NEITHER: PerBus<bool> = PerBus { nominal: false, redundant: false };
-    const NOMINAL: PerBus<bool> = PerBus { nominal: true, redundant: false };
-    const REDUNDANT: PerBus<bool> = PerBus { nominal: false, redundant: true };
-    const BOTH: PerBus<bool> = PerBus { nominal: true, redundant: true };
-    const MASTER: Master =
-        Master { is_powered: true, bus: Some(Bus::Nominal), has_switched: false, has_changed_role: false };
     const STANDBY: Master = Master { bus: None, ..MASTER };
-
-    fn view<'a>(masters: &'a [Master], slaves: &'a [Slave]) -> View<'a> {
-        View { masters, slaves, joins_masters: NEITHER }
-    }
 
     /// Operational on the nominal bus.
     fn slave(cable: PerBus<bool>) -> Slave {

@@ -86,3 +86,20 @@ impl View<'_> {
         0..self.slaves.len()
     }
 }
+
+/// What the tests of the rules have in common.
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub const NEITHER: PerBus<bool> = PerBus { nominal: false, redundant: false };
+    pub const NOMINAL: PerBus<bool> = PerBus { nominal: true, redundant: false };
+    pub const REDUNDANT: PerBus<bool> = PerBus { nominal: false, redundant: true };
+    pub const BOTH: PerBus<bool> = PerBus { nominal: true, redundant: true };
+    pub const MASTER: Master =
+        Master { is_powered: true, bus: Some(Bus::Nominal), has_switched: false, has_changed_role: false };
+
+    pub fn view<'a>(masters: &'a [Master], slaves: &'a [Slave]) -> View<'a> {
+        View { masters, slaves, joins_masters: NEITHER }
+    }
+}

@@ -68,11 +68,8 @@ mod tests {
     use ecss_can::types::{Bus, NmtState, PerBus};
 
     use super::*;
+    use crate::judge::view::tests::{BOTH, MASTER};
     use crate::judge::view::{Master, Slave};
-
-    const MASTER: Master =
-        Master { is_powered: true, bus: Some(Bus::Nominal), has_switched: false, has_changed_role: false };
-    const BOTH: PerBus<bool> = PerBus { nominal: true, redundant: true };
 
     fn look(watch: &mut Watch, master: Master, slaves: &[Slave], are_rivals: bool) {
         let view = View { masters: &[master], slaves, joins_masters: PerBus::default() };

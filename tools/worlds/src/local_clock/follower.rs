@@ -1,4 +1,4 @@
-//! Estimators that can follow a master: the clock of the product, and others to compare it with.
+//! What can follow a master: the clock of the product, alone or in the time service of a slave.
 
 use ecss_can::link::Stamp;
 use ecss_can::profile::Profile;

@@ -8,10 +8,8 @@ pub mod figures;
 pub mod follower;
 pub mod scenario;
 pub mod trials;
-pub mod window;
 
 pub use crystal::{Crystal, Data, Warmth};
 pub use figures::Figures;
 pub use follower::{Follower, Slave};
 pub use scenario::{Sample, Scenario, Stamps};
-pub use window::Window;

@@ -27,7 +27,7 @@ use faults::Faults;
 use mailbox::{MAILBOXES, Mailboxes};
 
 pub(crate) use missed::Missed;
-pub use one::{BoardPort, MockController, MockSide, MockSwitch, one_controller};
+pub use one::{BoardPort, MockSide, MockSwitch, one_controller};
 
 /// Received frames that wait for the task; more are lost and counted.
 pub const RECEIVE_DEPTH: usize = 16;
@@ -36,9 +36,13 @@ const FILTERS: usize = 28;
 /// Bit time at 1 Mbit/s.
 pub const BIT: Time = Time(TICKS_PER_US);
 
-/// A CAN controller of a node. Clones are the same controller.
+/// A CAN controller of a node. Clones are the same controller. Behind a transceiver switch it is that of each bus, plugged in where the
+/// switch is.
 #[derive(Clone, Debug)]
-pub struct MockPort(Rc<RefCell<Chip>>);
+pub struct MockPort {
+    plugs: Vec<Rc<RefCell<Chip>>>,
+    position: Rc<Cell<usize>>,
+}
 
 /// The state of the controller.
 #[derive(Debug)]
@@ -89,7 +93,8 @@ impl MockPort {
     /// As [`MockPort::new`], on a wire that is to look again when `changed` is set.
     pub fn that_sets(clock: MockClock, changed: Rc<Cell<bool>>) -> Self {
         changed.set(true);
-        MockPort(Rc::new(RefCell::new(Chip::new(clock, changed, 0))))
+        let chip = Rc::new(RefCell::new(Chip::new(clock, changed, 0)));
+        MockPort { plugs: vec![chip], position: Rc::default() }
     }
 
     /// Sets the bit timing, in place of 1 Mbit/s. It outlives a reset.
@@ -109,7 +114,7 @@ impl MockPort {
         let (changed, timing, missed) =
             (self.chip().changed.clone(), self.chip().timing, self.chip().missed.clone());
         changed.set(true);
-        *self.0.borrow_mut() =
+        *self.plug().borrow_mut() =
             Chip { timing, missed, gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
     }
 
@@ -129,13 +134,16 @@ impl MockPort {
         !self.chip().events.is_empty()
     }
 
+    fn plug(&self) -> &RefCell<Chip> {
+        &self.plugs[self.position.get()]
+    }
+
     fn chip(&self) -> Ref<'_, Chip> {
-        self.0.borrow()
+        self.plug().borrow()
     }
 
     fn chip_mut(&self) -> Changing<'_> {
-        let chip = self.0.borrow_mut();
-        Changing { before: chip.shown(), chip }
+        Changing::of(self.plug().borrow_mut())
     }
 }
 
@@ -143,6 +151,12 @@ impl MockPort {
 struct Changing<'a> {
     chip: RefMut<'a, Chip>,
     before: Shown,
+}
+
+impl<'a> Changing<'a> {
+    fn of(chip: RefMut<'a, Chip>) -> Self {
+        Changing { before: chip.shown(), chip }
+    }
 }
 
 impl Deref for Changing<'_> {
@@ -291,15 +305,19 @@ impl CanPort for MockPort {
     const FILTERS: usize = FILTERS;
 
     fn set_filters(&mut self, filters: &[Filter]) {
-        let mut chip = self.chip_mut();
-        (chip.filters, chip.replaced) = (filters.to_vec(), vec![0; filters.len()]);
+        for plug in &self.plugs {
+            let mut chip = Changing::of(plug.borrow_mut());
+            (chip.filters, chip.replaced) = (filters.to_vec(), vec![0; filters.len()]);
+        }
     }
 
     fn set_filter(&mut self, number: u8, filter: Filter) {
-        let (mut chip, number) = (self.chip_mut(), usize::from(number));
-        if number < chip.filters.len() {
-            chip.filters[number] = filter;
-            chip.replaced[number] += 1;
+        for plug in &self.plugs {
+            let (mut chip, number) = (Changing::of(plug.borrow_mut()), usize::from(number));
+            if number < chip.filters.len() {
+                chip.filters[number] = filter;
+                chip.replaced[number] += 1;
+            }
         }
     }
 

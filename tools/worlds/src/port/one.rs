@@ -12,27 +12,22 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 
 use super::{FILTERS, MAILBOXES, MockPort};
 
-/// A controller that is plugged in where its switch is. Its error counters are those of each bus: the real one takes them along.
-#[derive(Debug)]
-pub struct MockController {
-    plugs: PerBus<MockPort>,
-    position: Rc<Cell<Option<Bus>>>,
-}
-
-/// The switch of a [`MockController`].
+/// The switch of a controller. The error counters of the controller are those of each bus: the real one takes them along.
 #[derive(Debug)]
 pub struct MockSwitch {
     plugs: PerBus<MockPort>,
-    position: Rc<Cell<Option<Bus>>>,
+    position: Rc<Cell<usize>>,
 }
 
 /// The port of a node with one controller.
-pub type MockSide = Side<NoopRawMutex, MockController, MockSwitch>;
+pub type MockSide = Side<NoopRawMutex, MockPort, MockSwitch>;
 
 /// The ports of a node with one controller, on the wires of `plugs`.
 pub fn one_controller(plugs: &PerBus<MockPort>) -> PerBus<MockSide> {
-    let position = Rc::new(Cell::new(None));
-    let controller = MockController { plugs: plugs.clone(), position: position.clone() };
+    // Nowhere before the first selection.
+    let position = Rc::new(Cell::new(usize::MAX));
+    let chips = Bus::ALL.map(|bus| plugs[bus].plugs[0].clone()).into();
+    let controller = MockPort { plugs: chips, position: position.clone() };
     let switch = MockSwitch { plugs: plugs.clone(), position };
     Box::leak(Box::new(OneController::new(controller, switch))).ports()
 }
@@ -41,7 +36,7 @@ impl TransceiverSwitch for MockSwitch {
     /// # Panics
     /// When the controller still drives the bus that it is to lose, or reports of it.
     fn select(&mut self, bus: Bus) {
-        if let Some(from) = self.position.replace(Some(bus)) {
+        if let Some(&from) = Bus::ALL.get(self.position.replace(bus as usize)) {
             let plug = &self.plugs[from];
             assert!(plug.is_off_bus(), "the switch moves while the controller is on the {from:?} bus");
             assert!(!plug.has_events(), "the switch moves before the events of the {from:?} bus were taken");
@@ -49,65 +44,9 @@ impl TransceiverSwitch for MockSwitch {
     }
 }
 
-impl MockController {
-    fn plug(&self) -> &MockPort {
-        &self.plugs[self.position.get().expect("the switch is somewhere")]
-    }
-
-    fn plug_mut(&mut self) -> &mut MockPort {
-        &mut self.plugs[self.position.get().expect("the switch is somewhere")]
-    }
-}
-
-impl Movable for MockController {
+impl Movable for MockPort {
     fn is_silent(&self) -> bool {
-        self.plug().is_off_bus()
-    }
-}
-
-impl CanPort for MockController {
-    type PerMailbox<T: Default> = [T; MAILBOXES];
-
-    const FILTERS: usize = FILTERS;
-
-    fn set_filters(&mut self, filters: &[Filter]) {
-        Bus::ALL.into_iter().for_each(|bus| self.plugs[bus].set_filters(filters));
-    }
-
-    fn set_filter(&mut self, number: u8, filter: Filter) {
-        Bus::ALL.into_iter().for_each(|bus| self.plugs[bus].set_filter(number, filter));
-    }
-
-    fn join(&mut self) {
-        self.plug_mut().join();
-    }
-
-    fn listen(&mut self) {
-        self.plug_mut().listen();
-    }
-
-    fn leave(&mut self) {
-        self.plug_mut().leave();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
-        self.plug_mut().send(frame)
-    }
-
-    fn abort(&mut self, mailbox: Mailbox) {
-        self.plug_mut().abort(mailbox);
-    }
-
-    fn health(&self) -> Health {
-        self.plug().health()
-    }
-
-    fn recover(&mut self) {
-        self.plug_mut().recover();
-    }
-
-    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
-        self.plug_mut().poll_event(context)
+        self.is_off_bus()
     }
 }
 

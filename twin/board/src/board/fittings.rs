@@ -14,7 +14,7 @@ use crate::wiring::{Bus, Wiring};
 pub struct Fittings {
     /// Which bus is behind which controller.
     pub wiring: Wiring,
-    /// One controller and two transceivers (ECSS Figure A-6): this pin connects CAN1 with the transceiver of CAN1's bus while it is
+    /// One controller and two transceivers: this pin connects CAN1 with the transceiver of CAN1's bus while it is
     /// low, and with that of CAN2's bus while it is high. CAN2 has none.
     pub transceiver_switch: Option<Pin>,
     /// The two jumper wires from CAN_RX to the capture inputs, where the model of the board has them.
@@ -23,9 +23,9 @@ pub struct Fittings {
     pub transceiver: Option<Transceiver>,
     /// Frequency of the LSI oscillator, Hz: 32 000 typical, 17 000 to 47 000 by the data sheet (DS8626 table 41).
     pub lsi_hz: u32,
-    /// An LM75 at 48h on I2C1, as warm as the chip. Any other device: [`attach_i2c`](super::EmulatedBoard::attach_i2c).
+    /// An LM75 at 48h on I2C1. Any other device: [`attach_i2c`](super::EmulatedBoard::attach_i2c).
     pub thermometer: bool,
-    /// Temperature of the chip at first, °C.
+    /// Its temperature at first, °C.
     pub temperature_c: f64,
     /// How much time reads of flash take.
     pub flash_timing: FlashTiming,

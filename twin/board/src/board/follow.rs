@@ -34,12 +34,7 @@ impl EmulatedBoard {
             let (at, fraction) = chip.clock.exact_time_at(change.cycle);
             Edge { at, fraction, pin: change.pin, high: change.high }
         }));
-        let sent = chip.peripherals.take_sent();
         let clocks = chip.peripherals.clocks();
-        if !sent.is_empty() {
-            self.keep_serial(sent, clocks.hclk);
-        }
-        let chip = &mut self.chip;
         let clocks_changed = self.clocks != Some(clocks);
         if clocks_changed {
             self.clocks = Some(clocks);
@@ -65,13 +60,12 @@ impl EmulatedBoard {
         self.drive_lines(levels);
     }
 
-    /// The cycle of the next event of a timer, the RTC, the watchdog or the flash; `u64::MAX` without one.
+    /// The cycle of the next event of a timer, the watchdog or the flash; `u64::MAX` without one.
     fn next_timer_event(&self) -> u64 {
         let chip = &self.chip;
         let timer = chip.peripherals.next_timer_event(chip.clock.now()).unwrap_or(u64::MAX);
-        let calendar = chip.peripherals.calendar_event().map_or(u64::MAX, |at| chip.clock.cycle_at(at) + 1);
         let watchdog = self.watchdog.map_or(u64::MAX, |(_, cycle)| cycle);
-        timer.min(watchdog).min(self.flash.event()).min(calendar)
+        timer.min(watchdog).min(self.flash.event())
     }
 
     /// Drives the interrupt lines of the core.

@@ -1,10 +1,11 @@
 //! Checks of a description: each value by the part, each pin once.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use super::{Description, format};
 use crate::bxcan::Side;
-use crate::model::{CanPins, Leds, Model, Oscillator, Part, Pins, Straps};
+use crate::model::{CanPins, MOST_LEDS, Model, Oscillator, Part, Pins, Straps};
 use crate::peripherals::{CAPTURE_PINS, TIM3_PINS, can_pins};
 use crate::pin::Pin;
 
@@ -19,6 +20,9 @@ const RESERVED: [(Pin, &str); 4] = [
     (Pin::new('H', 0), "OSC_IN of the oscillator"),
     (Pin::new('H', 1), "OSC_OUT of the oscillator"),
 ];
+
+/// Pins of LEDs, in the order of their names.
+type Leds = [Option<Pin>; MOST_LEDS];
 
 /// Pins of a description that were read, with the fields that have them.
 #[derive(Default)]
@@ -62,15 +66,7 @@ impl Checker {
         let pulse = raw.pulse.as_ref();
         let pulse = pulse.map(|text| self.one_of(part, "pulse", text, &TIM3_PINS.concat())).transpose()?;
         let straps = raw.straps.as_ref().map(|straps| self.straps(part, straps)).transpose()?;
-        let mut led = |field: &str, text: &Option<String>| {
-            text.as_ref().map(|text| self.pin(part, &format!("leds.{field}"), text)).transpose()
-        };
-        let leds = Leds {
-            sync: led("sync", &raw.leds.sync)?,
-            state: led("state", &raw.leds.state)?,
-            heartbeat: led("heartbeat", &raw.leds.heartbeat)?,
-            time: led("time", &raw.leds.time)?,
-        };
+        let leds = self.leds(part, &raw.leds)?;
         // Such a board does not use CAN2, and may take its pins.
         self.used.retain(|(_, field)| !field.starts_with("can2."));
         let switch = raw.transceiver_switch.as_ref();
@@ -96,6 +92,17 @@ impl Checker {
         let maintenance = raw.maintenance.as_ref();
         let maintenance = maintenance.map(|text| self.pin(part, "straps.maintenance", text)).transpose()?;
         Ok(Straps { bits, parity, maintenance })
+    }
+
+    fn leds(&mut self, part: Part, raw: &BTreeMap<String, String>) -> Result<Leds, String> {
+        if raw.len() > MOST_LEDS {
+            return Err(format!("leds: {} of them; allowed are {MOST_LEDS}", raw.len()));
+        }
+        let mut leds = Leds::default();
+        for (place, (name, text)) in leds.iter_mut().zip(raw) {
+            *place = Some(self.pin(part, &format!("leds.{name}"), text)?);
+        }
+        Ok(leds)
     }
 
     /// A pin that has to be one of these.

@@ -1,5 +1,7 @@
 //! The text of a description, before its values are checked.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -14,7 +16,7 @@ pub(super) struct Board {
     pub pulse: Option<String>,
     pub straps: Option<Straps>,
     #[serde(default)]
-    pub leds: Leds,
+    pub leds: BTreeMap<String, String>,
     pub transceiver_switch: Option<String>,
 }
 
@@ -45,13 +47,4 @@ pub(super) struct Straps {
     pub bits: [String; 4],
     pub parity: String,
     pub maintenance: Option<String>,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Leds {
-    pub sync: Option<String>,
-    pub state: Option<String>,
-    pub heartbeat: Option<String>,
-    pub time: Option<String>,
 }

@@ -1,7 +1,7 @@
 //! Descriptions that are read, and deliberate mistakes in them.
 
 use super::*;
-use crate::model::{CanPins, Leds, Part, Pins, Straps};
+use crate::model::{CanPins, MOST_LEDS, Part, Pins, Straps};
 use crate::pin::Pin;
 
 /// A board with an STM32F407VG, and pins of its own.
@@ -37,12 +37,17 @@ fn each_field_of_a_description_is_read() {
             parity: pin('C', 4),
             maintenance: Some(pin('C', 5)),
         }),
-        leds: Leds {
-            sync: Some(pin('D', 12)),
-            state: Some(pin('D', 13)),
-            heartbeat: Some(pin('D', 14)),
-            time: Some(pin('D', 15)),
-        },
+        // In the order of their names.
+        leds: [
+            Some(pin('D', 14)),
+            Some(pin('D', 13)),
+            Some(pin('D', 12)),
+            Some(pin('D', 15)),
+            None,
+            None,
+            None,
+            None,
+        ],
         transceiver_switch: Some(pin('B', 6)),
     };
     assert_eq!(board.model.pins, expected);
@@ -55,7 +60,7 @@ fn fields_beside_part_oscillator_and_buses_are_optional() {
                 can1 = { rx = \"PA11\", tx = \"PA12\" }\ncan2 = { rx = \"PB12\", tx = \"PB13\" }\n";
     let Model { oscillator, pins, .. } = Description::parse(text, "board.toml").unwrap().model;
     assert_eq!(oscillator, Oscillator { hz: 24_500_000, external: true });
-    assert_eq!((pins.capture, pins.straps, pins.leds), (None, None, Leds::default()));
+    assert_eq!((pins.capture, pins.straps, pins.leds), (None, None, [None; MOST_LEDS]));
     assert_eq!((pins.pulse, pins.transceiver_switch), (None, None));
 }
 
@@ -81,6 +86,11 @@ fn mistakes_are_refused_with_file_field_and_what_is_allowed() {
         ("PC4", "PD12", &["leds.sync", "PD12", "straps.parity has this pin"]),
         ("PC5", "PA13", &["straps.maintenance", "PA13", "debug probe"]),
         ("PD13", "PH0", &["leds.state", "PH0", "OSC_IN"]),
+        (
+            "leds = {",
+            "leds = { a = \"PE0\", b = \"PE1\", c = \"PE2\", d = \"PE3\", e = \"PE4\", ",
+            &["leds", "9 of them", "allowed are 8"],
+        ),
         ("pulse = ", "pulses = ", &["unknown field `pulses`", "expected one of", "`pulse`"]),
         ("tx = \"PD1\"", "", &["missing field `tx`", "can1"]),
         ("\"PD14\"", "14", &["14", "expected a string"]),
@@ -138,7 +148,10 @@ fn example_of_the_wiring_page_is_read() {
     let board = Description::parse(example, "docs/wiring.md").unwrap();
     assert_eq!(board.model.part.to_string(), "STM32F407VG");
     assert_eq!(board.model.pins.capture, Some([pin('A', 2), pin('A', 3)]));
-    assert!(board.model.pins.straps.unwrap().maintenance.is_some() && board.model.pins.leds.time.is_some());
+    assert!(
+        board.model.pins.straps.unwrap().maintenance.is_some()
+            && board.model.pins.leds.iter().flatten().count() == 4
+    );
 }
 
 /// Given a Node-ID, then an odd number of straps is tied to ground, bits from the lowest.

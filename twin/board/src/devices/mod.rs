@@ -1,4 +1,4 @@
-//! Devices on the boards' serial buses.
+//! Devices on the boards' I2C buses.
 
 mod lm75;
 
@@ -29,33 +29,3 @@ pub trait I2cDevice: fmt::Debug + Send + DynClone {
 }
 
 dyn_clone::clone_trait_object!(I2cDevice);
-
-/// CPOL and CPHA of a transfer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SpiMode {
-    /// SCK idles high (CPOL).
-    pub idles_high: bool,
-    /// Data are sampled on the second edge (CPHA).
-    pub second_edge: bool,
-}
-
-/// A slave on an SPI bus. A copy of its board has a copy of it: its state must not be shared.
-pub trait SpiDevice: fmt::Debug + Send + DynClone {
-    /// Its chip select becomes active, or inactive.
-    fn select(&mut self, _selected: bool) {}
-
-    /// A word of 8 or 16 bits, the first bit on the line in the highest place; returns the word on MISO.
-    fn transfer(&mut self, mode: SpiMode, bits: u32, word: u16) -> u16;
-}
-
-dyn_clone::clone_trait_object!(SpiDevice);
-
-/// A wire from MOSI to MISO.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Loopback;
-
-impl SpiDevice for Loopback {
-    fn transfer(&mut self, _mode: SpiMode, _bits: u32, word: u16) -> u16 {
-        word
-    }
-}

@@ -1,10 +1,8 @@
-//! DMA1 and DMA2: eight streams each that move what peripherals ask to be moved, from peripheral to memory or back; DMA2 from
-//! memory to memory as well.
+//! DMA1 and DMA2: eight streams each that move what peripherals ask to be moved, from peripheral to memory or back.
 //!
 //! RM0090 chapter 10. Modelled: direct mode, circular and single buffers, priorities, half and complete flags, transfer
-//! errors, disabling under way, interrupts. Not modelled, and refused when a stream is enabled: FIFO mode but between
-//! memories, where both sizes must be equal; bursts, double buffers, the peripheral as flow controller. A transfer takes no time
-//! but between memories. A stream whose request no modelled peripheral raises waits for ever.
+//! errors, disabling under way, interrupts. Not modelled, and refused when a stream is enabled: FIFO mode, bursts, double
+//! buffers, transfers between memories, the peripheral as flow controller. A transfer takes no time. A stream whose request no modelled peripheral raises waits for ever.
 
 use crate::mmio::Refusal;
 
@@ -30,10 +28,7 @@ const PFCTRL: u32 = 1 << 5;
 /// DIR: from memory, and between memories.
 const FROM_MEMORY: u32 = 1 << 6;
 const BETWEEN_MEMORIES: u32 = 1 << 7;
-const DIR: u32 = 0b11 << 6;
 /// Cycles of HCLK for an item from memory to memory: arbitration and access at each port (AN4031 2.2 has such figures for
-/// single transfers).
-const ITEM_CYCLES: u64 = 8;
 const CIRC: u32 = 1 << 8;
 const PINC: u32 = 1 << 9;
 const MINC: u32 = 1 << 10;
@@ -70,23 +65,11 @@ struct Stream {
     reload: u32,
     /// Items since the buffer's start.
     done: u32,
-    /// Between memories: the cycle at which the next item has moved.
-    ready_at: Option<u64>,
 }
 
 impl Stream {
-    const RESET: Stream = Stream {
-        cr: 0,
-        ndtr: 0,
-        par: 0,
-        m0ar: 0,
-        m1ar: 0,
-        fcr: 0x01,
-        flags: 0,
-        reload: 0,
-        done: 0,
-        ready_at: None,
-    };
+    const RESET: Stream =
+        Stream { cr: 0, ndtr: 0, par: 0, m0ar: 0, m1ar: 0, fcr: 0x01, flags: 0, reload: 0, done: 0 };
 
     fn is_enabled(&self) -> bool {
         self.cr & EN != 0
@@ -107,29 +90,11 @@ impl Stream {
         self.cr >> 16 & 0b11
     }
 
-    fn is_between_memories(&self) -> bool {
-        self.cr & DIR == BETWEEN_MEMORIES
-    }
-
-    /// `controller` 1, DMA2, alone reaches memory with both ports (RM0090 figure 33).
-    fn enable(&mut self, controller: usize) -> Result<(), Refusal> {
-        const LACKING: u32 = PFCTRL | DBM | BURSTS;
-        if self.cr & LACKING != 0 {
+    fn enable(&mut self) -> Result<(), Refusal> {
+        const LACKING: u32 = PFCTRL | DBM | BURSTS | PINC | BETWEEN_MEMORIES;
+        if self.cr & LACKING != 0 || self.fcr & DMDIS != 0 {
             return Err(Refusal::Unmodelled);
         }
-        if self.is_between_memories() {
-            // Circular mode is forbidden, direct mode as well: hardware sets DMDIS (RM0090 10.3.6, 10.5.10).
-            if controller == 0 || self.cr & CIRC != 0 {
-                return Err(Refusal::Misuse);
-            }
-            if self.cr >> 13 & 0b11 != self.cr >> 11 & 0b11 {
-                return Err(Refusal::Unmodelled);
-            }
-            self.fcr |= DMDIS;
-        } else if self.cr & (PINC | BETWEEN_MEMORIES) != 0 || self.fcr & DMDIS != 0 {
-            return Err(Refusal::Unmodelled);
-        }
-        self.ready_at = None;
         // RM0090 10.3.17: all flags of the stream are cleared before; addresses fit the size; 11b is no size.
         if self.flags != 0 || self.bytes() == 8 || (self.par | self.m0ar) & (self.bytes() - 1) != 0 {
             return Err(Refusal::Misuse);
@@ -140,11 +105,11 @@ impl Stream {
         Ok(())
     }
 
-    fn write_cr(&mut self, controller: usize, value: u32) -> Result<(), Refusal> {
+    fn write_cr(&mut self, value: u32) -> Result<(), Refusal> {
         let value = value & CR_BITS;
         if !self.is_enabled() {
             self.cr = value & !EN;
-            return if value & EN != 0 { self.enable(controller) } else { Ok(()) };
+            return if value & EN != 0 { self.enable() } else { Ok(()) };
         }
         // Everything else is protected while the stream runs.
         self.cr = self.cr & !INTERRUPTS | value & INTERRUPTS;
@@ -156,9 +121,9 @@ impl Stream {
         Ok(())
     }
 
-    fn write(&mut self, controller: usize, register: u32, value: u32) -> Result<(), Refusal> {
+    fn write(&mut self, register: u32, value: u32) -> Result<(), Refusal> {
         match register {
-            CR => return self.write_cr(controller, value),
+            CR => return self.write_cr(value),
             // Protected while the stream runs.
             NDTR | PAR | M0AR | M1AR if self.is_enabled() => {}
             NDTR => (self.ndtr, self.reload) = (value & 0xFFFF, value & 0xFFFF),
@@ -198,8 +163,6 @@ pub struct Transfer {
     pub bytes: u32,
     /// Into the peripheral's register, not out of it.
     pub from_memory: bool,
-    /// From memory to memory.
-    pub between_memories: bool,
 }
 
 /// The controller.
@@ -261,7 +224,7 @@ impl Dma {
             }
             FIRST_STREAM..=LAST => {
                 let register = (offset - FIRST_STREAM) % STREAM_LEN;
-                let result = self.streams[index(offset)].write(self.controller, register, value);
+                let result = self.streams[index(offset)].write(register, value);
                 self.follow(index(offset));
                 result
             }
@@ -269,26 +232,9 @@ impl Dma {
         }
     }
 
-    /// Streams that were enabled between memories since the last call begin at `cycle`.
-    pub fn begin(&mut self, cycle: u64) {
-        if self.enabled == 0 {
-            return;
-        }
-        let begins = |stream: &&mut Stream| {
-            stream.is_enabled() && stream.is_between_memories() && stream.ready_at.is_none()
-        };
-        self.streams.iter_mut().filter(begins).for_each(|stream| stream.ready_at = Some(cycle + ITEM_CYCLES));
-    }
-
-    /// The cycle at which an item has moved between memories.
-    pub fn next_event(&self) -> Option<u64> {
-        let moving = |stream: &&Stream| stream.is_enabled() && stream.ndtr != 0;
-        self.streams.iter().filter(moving).filter_map(|stream| stream.ready_at).min()
-    }
-
     /// What moves next when `asks(stream, channel)` tells where a request waits: the highest priority, then the lowest
     /// stream (RM0090 10.3.5).
-    pub fn next(&self, cycle: u64, asks: impl Fn(usize, u32) -> bool) -> Option<Transfer> {
+    pub fn next(&self, asks: impl Fn(usize, u32) -> bool) -> Option<Transfer> {
         let mut first: Option<(usize, &Stream)> = None;
         let mut rest = self.enabled;
         while rest != 0 {
@@ -298,11 +244,8 @@ impl Dma {
             if stream.ndtr == 0 {
                 continue;
             }
-            let is_ready = match stream.is_between_memories() {
-                true => stream.ready_at.is_some_and(|at| at <= cycle),
-                false => asks(n, self.channel(n)),
-            };
-            if is_ready && first.is_none_or(|(_, other)| stream.priority() > other.priority()) {
+            if asks(n, self.channel(n)) && first.is_none_or(|(_, other)| stream.priority() > other.priority())
+            {
                 first = Some((n, stream));
             }
         }
@@ -310,15 +253,10 @@ impl Dma {
         let offset = if stream.cr & MINC != 0 { stream.done * stream.bytes() } else { 0 };
         Some(Transfer {
             stream: n,
-            peripheral: stream.par.wrapping_add(if stream.cr & PINC != 0 {
-                stream.done * stream.bytes()
-            } else {
-                0
-            }),
+            peripheral: stream.par,
             memory: stream.m0ar.wrapping_add(offset),
             bytes: stream.bytes(),
             from_memory: stream.cr & FROM_MEMORY != 0,
-            between_memories: stream.is_between_memories(),
         })
     }
 
@@ -331,7 +269,6 @@ impl Dma {
     pub fn done(&mut self, number: usize) -> u32 {
         let stream = &mut self.streams[number];
         stream.done += 1;
-        stream.ready_at = stream.ready_at.map(|at| at + ITEM_CYCLES);
         stream.ndtr -= 1;
         if stream.ndtr == stream.reload / 2 && stream.ndtr != 0 {
             stream.flags |= HTIF;
@@ -397,7 +334,7 @@ mod tests {
     fn served(dma: &mut Dma, count: usize) -> Vec<u32> {
         (0..count)
             .map_while(|_| {
-                let transfer = dma.next(0, |_, channel| channel == 6)?;
+                let transfer = dma.next(|_, channel| channel == 6)?;
                 dma.done(transfer.stream);
                 Some(transfer.memory)
             })
@@ -491,9 +428,9 @@ mod tests {
         let mut dma = Dma::new(0);
         set_up(&mut dma, S2, 4, CHANNEL_6 | WORDS | MINC);
         set_up(&mut dma, S4, 4, CHANNEL_6 | WORDS | MINC | 1 << 16);
-        assert_eq!(dma.next(0, |_, _| true).map(|t| t.stream), Some(4));
+        assert_eq!(dma.next(|_, _| true).map(|t| t.stream), Some(4));
         dma.write(S4 + CR, 0).unwrap();
-        assert_eq!(dma.next(0, |_, _| true).map(|t| t.stream), Some(2));
+        assert_eq!(dma.next(|_, _| true).map(|t| t.stream), Some(2));
     }
 
     #[test]
@@ -528,35 +465,5 @@ mod tests {
         let mut dma = ring(4);
         dma.failed(2);
         assert_eq!((dma.read(S2 + CR).unwrap() & EN, dma.read(LISR)), (0, Ok(1 << 19)));
-    }
-
-    /// From PAR to M0AR, an item in eight cycles, without a request.
-    #[test]
-    fn dma2_copies_memory() {
-        const COPY: u32 = BETWEEN_MEMORIES | WORDS | PINC | MINC;
-        let mut dma = Dma::new(1);
-        for (register, value) in [(PAR, 0x2000_0000), (M0AR, 0x2000_1000), (NDTR, 2), (CR, COPY | EN)] {
-            dma.write(S2 + register, value).unwrap();
-        }
-        assert_eq!(dma.read(S2 + FCR).unwrap() & DMDIS, DMDIS);
-        dma.begin(100);
-        for (cycle, from) in [(108, 0x2000_0000), (116, 0x2000_0004)] {
-            assert_eq!((dma.next_event(), dma.next(cycle - 1, |_, _| true)), (Some(cycle), None));
-            let transfer = dma.next(cycle, |_, _| false).unwrap();
-            assert_eq!((transfer.peripheral, transfer.memory), (from, from + 0x1000));
-            assert!(transfer.between_memories);
-            dma.done(2);
-        }
-        assert_eq!((dma.next_event(), dma.read(LISR)), (None, Ok(3 << 20)));
-        dma.write(LIFCR, u32::MAX).unwrap();
-        for cr in [COPY | CIRC, COPY | 1 << 18] {
-            assert!(dma.write(S2 + CR, cr | EN).is_err());
-        }
-        assert_eq!(dma.write(S2 + CR, COPY & !(1 << 14) | EN), Err(Refusal::Unmodelled), "two sizes");
-        assert_eq!(
-            Dma::new(0).write(S2 + CR, COPY | EN),
-            Err(Refusal::Misuse),
-            "DMA1 reaches no second memory"
-        );
     }
 }

@@ -60,11 +60,6 @@ impl Iwdg {
         Time(ticks.div_ceil(u128::from(self.lsi_hz)) as u64)
     }
 
-    /// Frequency of LSI, and whether the watchdog keeps it running.
-    pub fn lsi(&self) -> (u64, bool) {
-        (self.lsi_hz, self.counting.is_some())
-    }
-
     /// When it resets the chip unless it is reloaded before.
     pub fn deadline(&self) -> Option<Time> {
         let (since, count) = self.counting?;

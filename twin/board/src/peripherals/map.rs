@@ -1,27 +1,16 @@
 //! Where the blocks stand in the address space, and what clocks them.
 
-use super::rcc::{AHB1, AHB2, APB1, APB2, Gate};
+use super::rcc::{AHB1, APB1, APB2, Gate};
 use super::timer::{CCR1, CCR4};
 use super::timers;
 use crate::mmio::{Refusal, Width};
-use crate::part::{Lines, Part};
+use crate::part::Part;
 
 pub(super) const TIM2_BIT: u32 = 0;
 pub(super) const TIM3_BIT: u32 = 1;
 pub(super) const TIM5_BIT: u32 = 3;
-pub(super) const ADC1_BIT: u32 = 8;
 pub(super) const DMA_BITS: [u32; 2] = [21, 22];
 pub(super) const I2C_BITS: [u32; 3] = [21, 22, 23];
-pub(super) const CRC_BIT: u32 = 12;
-pub(super) const RNG_BIT: u32 = 6;
-/// USART1 to USART6, SPI1 to SPI3.
-pub(super) const USART_GATES: [Gate; 6] =
-    [gate(APB2, 4), gate(APB1, 17), gate(APB1, 18), gate(APB1, 19), gate(APB1, 20), gate(APB2, 5)];
-pub(super) const SPI_GATES: [Gate; 3] = [gate(APB2, 12), gate(APB1, 14), gate(APB1, 15)];
-
-const fn gate(bus: u32, bit: u32) -> Gate {
-    Gate { bus, bit }
-}
 pub(super) const CAN1_BIT: u32 = 25;
 pub(super) const CAN2_BIT: u32 = 26;
 pub(super) const PWR_BIT: u32 = 28;
@@ -35,7 +24,6 @@ pub(super) enum Block {
     Iwdg,
     Can,
     Pwr,
-    Adc,
     Syscfg,
     Exti,
     Gpio(usize),
@@ -43,12 +31,7 @@ pub(super) enum Block {
     Flash,
     Dma(usize),
     I2c(usize),
-    Usart(usize),
-    Spi(usize),
     Timer(usize),
-    Crc,
-    Rng,
-    Rtc,
     Dbgmcu,
     Signature,
 }
@@ -60,29 +43,20 @@ impl Block {
             0x4000_0000 => Block::Tim2,
             0x4000_0400 => Block::Tim3,
             0x4000_0C00 => Block::Tim5,
-            0x4000_2800 => Block::Rtc,
             0x4000_3000 => Block::Iwdg,
-            base @ (0x4000_3800 | 0x4000_3C00) => Block::Spi(1 + ((base as usize - 0x4000_3800) >> 10)),
-            base @ 0x4000_4400..0x4000_5400 => Block::Usart(1 + ((base as usize - 0x4000_4400) >> 10)),
             base @ 0x4000_5400..0x4000_6000 => Block::I2c((base as usize - 0x4000_5400) >> 10),
             0x4000_6400 | 0x4000_6800 => return Some((Block::Can, 0x4000_6400)),
             0x4000_7000 => Block::Pwr,
-            0x4001_1000 => Block::Usart(0),
-            0x4001_1400 => Block::Usart(5),
-            0x4001_2000 => Block::Adc,
-            0x4001_3000 => Block::Spi(0),
             0x4001_3800 => Block::Syscfg,
             0x4001_3C00 => Block::Exti,
             base @ 0x4002_0000..0x4002_2C00 => {
                 let port = (base as usize - 0x4002_0000) >> 10;
                 return (port < part.ports()).then_some((Block::Gpio(port), base));
             }
-            0x4002_3000 => Block::Crc,
             0x4002_3800 => Block::Rcc,
             0x4002_3C00 => Block::Flash,
             base @ (0x4002_6000 | 0x4002_6400) => Block::Dma((base as usize - 0x4002_6000) >> 10),
             0xE004_2000 => Block::Dbgmcu,
-            0x5006_0800 if !Lines::F446.has(part.lines()) => Block::Rng,
             0x1FFF_7800 | 0x1FFF_C000 => Block::Signature,
             base => Block::Timer(timers::at(base)?),
         };
@@ -103,7 +77,6 @@ impl Block {
             | Block::Pwr
             | Block::Syscfg
             | Block::Exti
-            | Block::Crc
             | Block::Flash
             | Block::Dma(_)
             | Block::Dbgmcu
@@ -111,7 +84,7 @@ impl Block {
             | Block::Iwdg => false,
             // A load from a capture register clears its flag.
             Block::Tim2 | Block::Tim3 | Block::Tim5 | Block::Timer(_) => (CCR1..=CCR4).contains(&register),
-            Block::I2c(_) | Block::Usart(_) | Block::Spi(_) | Block::Adc | Block::Rng | Block::Rtc => true,
+            Block::I2c(_) => true,
         }
     }
 
@@ -124,23 +97,12 @@ impl Block {
             Block::Can if offset < 0x400 => (APB1, CAN1_BIT),
             Block::Can => (APB1, CAN2_BIT),
             Block::Pwr => (APB1, PWR_BIT),
-            Block::Adc => (APB2, ADC1_BIT),
             Block::Syscfg => (APB2, SYSCFG_BIT),
             Block::Gpio(port) => (AHB1, port as u32),
             Block::Dma(n) => (AHB1, DMA_BITS[n]),
             Block::I2c(n) => (APB1, I2C_BITS[n]),
-            Block::Usart(n) => return Some(USART_GATES[n]),
-            Block::Spi(n) => return Some(SPI_GATES[n]),
             Block::Timer(n) => return Some(timers::TIMERS[n].gate),
-            Block::Crc => (AHB1, CRC_BIT),
-            Block::Rng => (AHB2, RNG_BIT),
-            Block::Rtc
-            | Block::Iwdg
-            | Block::Exti
-            | Block::Rcc
-            | Block::Flash
-            | Block::Dbgmcu
-            | Block::Signature => {
+            Block::Iwdg | Block::Exti | Block::Rcc | Block::Flash | Block::Dbgmcu | Block::Signature => {
                 return None;
             }
         };
@@ -149,10 +111,9 @@ impl Block {
 
     /// Whether its registers take an access of this width at all (RM0090 10.5, 13.13, 21.4, 32.9,
     /// 38.16).
-    pub(super) fn takes(self, width: Width, write: bool) -> Result<(), Refusal> {
+    pub(super) fn takes(self, width: Width) -> Result<(), Refusal> {
         let taken = match self {
-            Block::Rng | Block::Rtc | Block::Can | Block::Dma(_) | Block::Dbgmcu => width == Width::Word,
-            Block::Adc => width == Width::Word || !write,
+            Block::Can | Block::Dma(_) | Block::Dbgmcu => width == Width::Word,
             Block::Iwdg => width != Width::Byte,
             _ => true,
         };

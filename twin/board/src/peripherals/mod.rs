@@ -3,28 +3,24 @@
 //! The bus refuses what a real one would answer with silence: registers that the model lacks and blocks whose clock is
 //! off in RCC. A twin that answered zeros would let wrong firmware fly.
 
-mod adc;
-mod backup;
 pub(crate) mod can_pins;
 mod dma;
 mod exti;
 mod flash;
 mod gpio;
-mod interfaces;
+mod i2c;
 mod iwdg;
 mod map;
 mod names;
-mod numbers;
 mod pins;
 mod rcc;
 mod requests;
 mod resets;
-mod rtc;
 mod system;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
-mod tests_of_interfaces;
+mod tests_of_blocks;
 mod timer;
 mod timers;
 mod wires;
@@ -37,7 +33,6 @@ use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
 use crate::model::{FLASH_BASE, Model, Part, Pins};
 use crate::part::Family;
 use crate::pin::Pin;
-use adc::Adc;
 use dma::Dma;
 use exti::{Exti, Syscfg};
 pub(crate) use flash::Change;
@@ -45,16 +40,13 @@ pub use flash::FlashSpeed;
 use flash::{ACR, Flash};
 pub use gpio::PinChange;
 use gpio::{Gpio, TIMER_AF};
-use interfaces::Interfaces;
-pub use interfaces::Sent;
+use i2c::Buses;
 use iwdg::Iwdg;
 use map::{Block, CAN1_BIT, CAN2_BIT, TIM3_BIT, TIM5_BIT};
 pub(crate) use names::{is_reserved, name};
-use numbers::{Crc, Rng};
 use rcc::{APB1, BDCR, Gate, Rcc};
 pub use rcc::{Clocks, ResetCause};
 pub use requests::Ram;
-use rtc::Rtc;
 use system::{Dbgmcu, Pwr, signature, unique_id};
 use timer::{Kind, Timer};
 use timers::Timers;
@@ -67,8 +59,6 @@ const FLASH_IRQ: u16 = 4;
 const TIM2_IRQ: u16 = 28;
 const TIM3_IRQ: u16 = 29;
 const TIM5_IRQ: u16 = 50;
-const ADC_IRQ: u16 = 18;
-const RNG_IRQ: u16 = 80;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
 const CAN_IRQS: [(Side, u16); 2] = [(Side::Can1, 19), (Side::Can2, 63)];
 const PORT_A: usize = 0;
@@ -91,7 +81,6 @@ const TIM5_PINS: [&[Pin]; 4] =
 /// First address of the option bytes.
 const OPTION_BYTES: u32 = 0x1FFF_C000;
 const LSI_HZ: u32 = 32_000;
-const ROOM_TEMPERATURE_C: f64 = 25.0;
 
 /// A timer changed the level of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,15 +111,9 @@ pub struct Peripherals {
     tim3: Timer,
     tim5: Timer,
     dma: [Dma; 2],
-    interfaces: Interfaces,
+    i2c: Buses,
     timers: Timers,
-    crc: Crc,
-    rng: Rng,
-    rtc: Rtc,
-    /// Lines of EXTI that the RTC holds high.
-    rtc_lines: u32,
     iwdg: Iwdg,
-    adc: Adc,
     can: BxcanPair,
     /// The pins carry CAN1, CAN2.
     can_routed: [bool; 2],
@@ -166,14 +149,9 @@ impl Peripherals {
             tim3: Timer::new(TIM3, 1),
             tim5: Timer::new(TIM5, 1),
             dma: [Dma::new(0), Dma::new(1)],
-            interfaces: Interfaces::default(),
+            i2c: Buses::default(),
             timers: Timers::default(),
-            crc: Crc::default(),
-            rng: Rng::new(serial),
-            rtc: Rtc::default(),
-            rtc_lines: 0,
             iwdg: Iwdg::new(LSI_HZ),
-            adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
             can_routed: [false; 2],
             halted: None,
@@ -234,7 +212,6 @@ impl Peripherals {
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
     pub fn reset(&mut self, now: Time, cause: ResetCause) {
         self.rcc.reset(cause);
-        self.rtc.reset(now);
         self.halted = None;
         self.flash.reset();
         self.pwr = Pwr::new(self.part);
@@ -245,24 +222,19 @@ impl Peripherals {
         self.tim3.reset();
         self.tim5.reset();
         self.dma.iter_mut().for_each(Dma::reset);
-        self.interfaces.reset();
+        self.i2c.reset();
         self.timers.reset();
-        self.crc = Crc::default();
-        self.rng.reset();
         self.iwdg.reset();
-        self.adc.reset();
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
         self.can_routed = [false; 2];
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();
-            self.interfaces.power_on();
-            self.rtc = Rtc::default();
+            self.i2c.power_on();
         }
         if self.flash.watches().1 {
             self.iwdg.start(now);
         }
-        self.follow_backup_domain(now);
     }
 
     /// A load by the core.
@@ -270,7 +242,7 @@ impl Peripherals {
     /// # Errors
     /// A [`Refusal`] when nothing may answer.
     pub fn read(&mut self, now: Now, address: u32, width: Width) -> Result<u32, Refusal> {
-        let (block, offset) = self.select(address, width, false)?;
+        let (block, offset) = self.select(address, width)?;
         let word = offset & !3;
         self.has_changed |= block.changes_when_read(word);
         if block.shows_timers() {
@@ -281,15 +253,9 @@ impl Peripherals {
             Block::Tim3 => Some(self.tim3.read(now.cycle, word)?),
             Block::Tim5 => Some(self.tim5.read(now.cycle, word)?),
             Block::Dma(n) => Some(self.dma[n].read(word)?),
-            Block::I2c(n) => Some(self.interfaces.i2c[n].read(now.cycle, word)?),
-            Block::Usart(n) => Some(self.interfaces.usart[n].read(now.cycle, word)?),
-            Block::Spi(n) => Some(self.interfaces.spi[n].read(now.cycle, word)?),
+            Block::I2c(n) => Some(self.i2c.0[n].read(now.cycle, word)?),
             Block::Timer(n) => Some(self.timers.get(n).read(now.cycle, word)?),
-            Block::Crc => self.crc.read(word),
-            Block::Rng => self.rng.read(now.cycle, word),
-            Block::Rtc => self.rtc.read(now.time, word),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
-            Block::Adc => Some(self.adc.read(now.cycle, word)?),
             Block::Can => self.can.read(word).ok(),
             Block::Pwr => self.pwr.read(word),
             Block::Syscfg => self.syscfg.read(word),
@@ -316,7 +282,7 @@ impl Peripherals {
         if (FLASH_BASE..FLASH_BASE + self.part.flash_bytes()).contains(&address) {
             return self.flash.program(now.time, address - FLASH_BASE, width, value);
         }
-        let (block, offset) = self.select(address, width, true)?;
+        let (block, offset) = self.select(address, width)?;
         let word = offset & !3;
         let value = match self.kept(now, block, word) {
             Some(old) => merge(width, address, old, value),
@@ -335,15 +301,9 @@ impl Peripherals {
             Block::Tim3 => Some(self.tim3.write(now.cycle, word, width, value)?),
             Block::Tim5 => Some(self.tim5.write(now.cycle, word, width, value)?),
             Block::Dma(n) => Some(self.dma[n].write(word, value)?),
-            Block::I2c(n) => Some(self.interfaces.i2c[n].write(now.cycle, word, value)?),
-            Block::Usart(n) => Some(self.interfaces.usart[n].write(now.cycle, word, value)?),
-            Block::Spi(n) => Some(self.interfaces.spi[n].write(now.cycle, word, value)?),
+            Block::I2c(n) => Some(self.i2c.0[n].write(now.cycle, word, value)?),
             Block::Timer(n) => Some(self.timers.get(n).write(now.cycle, word, width, value)?),
-            Block::Crc => self.crc.write(word, value),
-            Block::Rng => self.rng.write(now.cycle, word, value, self.rcc.clocks(), self.rcc.pll48()),
-            Block::Rtc => Some(self.rtc.write(now.time, word, value, self.pwr.allows_backup())?),
             Block::Iwdg => Some(self.iwdg.write(now.time, word, value)?),
-            Block::Adc => Some(self.adc.write(now.cycle, word, value)?),
             Block::Can => self.can.write(word, value, now.time).ok(),
             Block::Pwr => self.pwr.write(word, value),
             Block::Syscfg => self.syscfg.write(word, value),
@@ -359,11 +319,8 @@ impl Peripherals {
         if let Some((bus, bits)) = self.rcc.take_resets() {
             self.reset_blocks(bus, bits);
         }
-        if matches!(block, Block::I2c(_) | Block::Usart(_) | Block::Spi(_) | Block::Gpio(_) | Block::Rcc) {
+        if matches!(block, Block::I2c(_) | Block::Gpio(_) | Block::Rcc) {
             self.follow_pins(now.cycle);
-        }
-        if matches!(block, Block::Rcc | Block::Iwdg) {
-            self.follow_backup_domain(now.time);
         }
         if matches!(block, Block::Rcc | Block::Pwr) && !self.clocks_are_allowed() {
             return Err(Refusal::ClockLimit);
@@ -394,10 +351,10 @@ impl Peripherals {
         }
     }
 
-    fn select(&self, address: u32, width: Width, write: bool) -> Result<(Block, u32), Refusal> {
+    fn select(&self, address: u32, width: Width) -> Result<(Block, u32), Refusal> {
         let (block, base) = Block::at(self.part, address).ok_or(Refusal::Unmodelled)?;
         let offset = address - base;
-        block.takes(width, write)?;
+        block.takes(width)?;
         if !address.is_multiple_of(width.bytes()) {
             return Err(Refusal::Width);
         }
@@ -417,8 +374,7 @@ impl Peripherals {
         self.tim2.set_divider(cycle, clocks.timer1_divider);
         self.tim3.set_divider(cycle, clocks.timer1_divider);
         self.tim5.set_divider(cycle, clocks.timer1_divider);
-        self.adc.set_divider(clocks.apb2_divider);
-        self.interfaces.set_clocks(cycle, clocks);
+        self.i2c.set_clocks(cycle, clocks);
         self.timers.set_clocks(cycle, clocks);
         self.can.set_pclk(pclk1);
     }
@@ -532,10 +488,9 @@ impl Peripherals {
         &mut self.flash
     }
 
-    /// The temperature of the chip and of the devices on its I2C buses from now on, °C.
+    /// The temperature of the devices on the I2C buses from now on, °C.
     pub fn set_temperature(&mut self, celsius: f64) {
-        self.adc.set_temperature(celsius);
-        self.interfaces.set_temperature(celsius);
+        self.i2c.set_temperature(celsius);
     }
 
     fn exti_inputs(&self) -> u32 {
@@ -558,7 +513,6 @@ impl Peripherals {
     /// Levels of all interrupt lines.
     pub fn irq_levels(&mut self, now: Now) -> IrqLevels {
         self.run_timers(now.cycle);
-        self.follow_calendar(now.time);
         let mut levels = [0; 3];
         let mut set = |irq: u16, level: bool| {
             if level {
@@ -569,13 +523,11 @@ impl Peripherals {
         set(TIM2_IRQ, self.tim2.irq(now.cycle));
         set(TIM3_IRQ, self.tim3.irq(now.cycle));
         set(TIM5_IRQ, self.tim5.irq(now.cycle));
-        set(ADC_IRQ, self.adc.irq(now.cycle));
         for dma in &self.dma {
             dma.irqs(|irq| set(irq, true));
         }
-        self.interfaces.irqs(now.cycle, &mut set);
+        self.i2c.irqs(now.cycle, &mut set);
         self.timers.irqs(now.cycle, &mut set);
-        set(RNG_IRQ, self.rng.irq(now.cycle));
         for (side, first) in CAN_IRQS {
             let lines = self.can.irq(side);
             for (k, level) in [lines.tx, lines.rx0, lines.rx1, lines.sce].into_iter().enumerate() {
@@ -588,16 +540,10 @@ impl Peripherals {
         levels
     }
 
-    /// The cycle at which a timer or the ADC next raises its line or asks for DMA.
+    /// The cycle at which a timer or an I2C bus next raises its line or asks for DMA.
     pub fn next_timer_event(&self, now: Now) -> Option<u64> {
         let timers = [&self.tim2, &self.tim3, &self.tim5].map(|timer| timer.next_event(now.cycle));
-        let others = [
-            self.adc.next_event(),
-            self.interfaces.next_event(),
-            self.timers.next_event(now.cycle),
-            self.rng.next_event(),
-            self.dma[1].next_event(),
-        ];
+        let others = [self.i2c.next_event(), self.timers.next_event(now.cycle)];
         timers.into_iter().chain(others).flatten().min()
     }
 

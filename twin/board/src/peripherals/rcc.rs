@@ -5,7 +5,6 @@
 
 use can_wire::time::Time;
 
-use super::rtc::RtcClock;
 use crate::mmio::Now;
 use crate::model::Model;
 use crate::part::Family;
@@ -50,7 +49,6 @@ const PLLCFGR_SRC_HSE: u32 = 1 << 22;
 const BDCR_LSEON: u32 = 1 << 0;
 const BDCR_LSERDY: u32 = 1 << 1;
 const BDCR_LSEBYP: u32 = 1 << 2;
-const BDCR_RTCEN: u32 = 1 << 15;
 const BDCR_RTCSEL: u32 = 0b11 << 8;
 const BDCR_BDRST: u32 = 1 << 16;
 
@@ -92,14 +90,13 @@ impl ResetCause {
 
 /// Offsets of the registers of a bus from those of AHB1.
 pub(super) const AHB1: u32 = 0x00;
-pub(super) const AHB2: u32 = 0x04;
 pub(super) const APB1: u32 = 0x10;
 pub(super) const APB2: u32 = 0x14;
 
 /// A clock gate and the reset of the same peripheral: register by bus, and bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gate {
-    /// Offset from AHB1ENR: [`AHB1`], [`AHB2`], [`APB1`] or [`APB2`].
+    /// Offset from AHB1ENR: [`AHB1`], [`APB1`] or [`APB2`].
     pub bus: u32,
     /// Bit in ENR and RSTR.
     pub bit: u32,
@@ -382,41 +379,6 @@ impl Rcc {
     pub fn is_clocked(&self, gate: Gate) -> bool {
         debug_assert!(AHB1ENR + gate.bus <= APB2ENR);
         self.word(AHB1ENR + gate.bus) >> gate.bit & 1 == 1
-    }
-
-    /// Whether BDRST holds the backup domain in reset.
-    pub fn resets_backup(&self) -> bool {
-        self.word(BDCR) & BDCR_BDRST != 0
-    }
-
-    /// RTCCLK, with LSI at `lsi_hz` if it runs for another reason (RM0090 7.2.8).
-    pub fn rtc_clock(&self, lsi_hz: u64, lsi_runs: bool) -> Option<RtcClock> {
-        const LSE_HZ: u64 = 32_768;
-        let bdcr = self.word(BDCR);
-        let clock = |hz, divider, since| Some(RtcClock { hz, divider, since });
-        match (bdcr & BDCR_RTCEN != 0, bdcr >> 8 & 0b11) {
-            (true, 1) => clock(LSE_HZ, 1, self.lse_ready?),
-            (true, 2) if lsi_runs || self.word(CSR) & CSR_LSION != 0 => clock(lsi_hz, 1, Time::ZERO),
-            // RTCPRE 0 and 1 are no clock.
-            (true, 3) if self.word(CR) & CR_HSEON != 0 && self.hse_ready != Time::NEVER => {
-                match self.word(CFGR) >> 16 & 0x1F {
-                    0 | 1 => None,
-                    divider => clock(self.model.oscillator.hz, u64::from(divider), self.hse_ready),
-                }
-            }
-            _ => None,
-        }
-    }
-
-    /// PLL48CLK in Hz, for RNG and others; zero while the PLL is off.
-    pub fn pll48(&self) -> u64 {
-        let pllcfgr = self.word(PLLCFGR);
-        if self.word(CR) & CR_PLLON == 0 {
-            return 0;
-        }
-        let input = if pllcfgr & PLLCFGR_SRC_HSE != 0 { self.model.oscillator.hz } else { HSI_HZ };
-        let q = u64::from(pllcfgr >> 24 & 0xF).max(2);
-        input * u64::from(pllcfgr >> 6 & 0x1FF) / (u64::from(pllcfgr & 0x3F).max(1) * q)
     }
 
     /// The clock tree as set now.

@@ -22,10 +22,6 @@ enum Requester {
     Tim5(u32),
     I2cReceives(usize),
     I2cSends(usize),
-    UsartReceives(usize),
-    UsartSends(usize),
-    SpiReceives(usize),
-    SpiSends(usize),
 }
 
 /// Who asks a stream of DMA1 (controller 0) or DMA2 on a channel (RM0090 tables 42 and 43).
@@ -36,10 +32,6 @@ const fn requester(controller: usize, stream: usize, channel: u32) -> Option<Req
     const CH3: u32 = 4;
     const CH4: u32 = 8;
     Some(match (controller, channel, stream) {
-        (0, 0, 0 | 2) => SpiReceives(2),
-        (0, 0, 3) => SpiReceives(1),
-        (0, 0, 4) => SpiSends(1),
-        (0, 0, 5 | 7) => SpiSends(2),
         (0, 1, 0 | 5) => I2cReceives(0),
         (0, 1, 6 | 7) => I2cSends(0),
         (0, 3, 1) => Tim2(CH3),
@@ -48,27 +40,12 @@ const fn requester(controller: usize, stream: usize, channel: u32) -> Option<Req
         (0, 3, 5) => Tim2(CH1),
         (0, 3, 6) => Tim2(CH2 | CH4),
         (0, 3, 7) => Tim2(CH4),
-        (0, 4, 0) => UsartReceives(4),
-        (0, 4, 1) => UsartReceives(2),
-        (0, 4, 2) => UsartReceives(3),
-        (0, 4, 3) => UsartSends(2),
-        (0, 4, 4) => UsartSends(3),
-        (0, 4, 5) => UsartReceives(1),
-        (0, 4, 6) => UsartSends(1),
-        (0, 4, 7) => UsartSends(4),
         (0, 6, 0) => Tim5(CH3),
         (0, 6, 1 | 3) => Tim5(CH4),
         (0, 6, 2) => Tim5(CH1),
         (0, 6, 4) => Tim5(CH2),
         (0, 7, 2 | 3) => I2cReceives(1),
-        (0, 7, 4) => UsartSends(2),
         (0, 7, 7) => I2cSends(1),
-        (1, 3, 0 | 2) => SpiReceives(0),
-        (1, 3, 3 | 5) => SpiSends(0),
-        (1, 4, 2 | 5) => UsartReceives(0),
-        (1, 4, 7) => UsartSends(0),
-        (1, 5, 1 | 2) => UsartReceives(5),
-        (1, 5, 6 | 7) => UsartSends(5),
         _ => return None,
     })
 }
@@ -79,9 +56,8 @@ impl Peripherals {
         // A stream that moves to or from another register than the one that asks would move for ever.
         const MOST: usize = 64;
         let mut any = false;
-        self.dma.iter_mut().for_each(|dma| dma.begin(now.cycle));
         for _ in 0..MOST {
-            let Some((controller, transfer)) = self.next_transfer(now) else { break };
+            let Some((controller, transfer)) = self.next_transfer() else { break };
             any = true;
             let stream = transfer.stream;
             let asked = requester(controller, stream, self.dma[controller].channel(stream));
@@ -100,7 +76,7 @@ impl Peripherals {
                 _ => {
                     let left = self.move_item(now, controller, transfer, ram);
                     if let (Some(Requester::I2cReceives(n)), Some(1)) = (asked, left) {
-                        self.interfaces.i2c[n].last_but_one_moved();
+                        self.i2c.0[n].last_but_one_moved();
                     }
                 }
             }
@@ -116,13 +92,11 @@ impl Peripherals {
         transfer: Transfer,
         ram: &mut dyn Ram,
     ) -> Option<u32> {
-        let Transfer { stream, peripheral, memory, bytes, from_memory, between_memories } = transfer;
+        let Transfer { stream, peripheral, memory, bytes, from_memory } = transfer;
         let width = [Width::Byte, Width::Half, Width::Word][bytes.ilog2() as usize];
         let mut word = [0; 4];
         let item = &mut word[..bytes as usize];
-        let moved = if between_memories {
-            ram.load(peripheral, item) && ram.store(memory, item)
-        } else if from_memory {
+        let moved = if from_memory {
             ram.load(memory, item) && self.write(now, peripheral, width, u32::from_le_bytes(word)).is_ok()
         } else {
             self.read(now, peripheral, width).is_ok_and(|value| {
@@ -137,7 +111,7 @@ impl Peripherals {
         None
     }
 
-    fn next_transfer(&self, now: Now) -> Option<(usize, Transfer)> {
+    fn next_transfer(&self) -> Option<(usize, Transfer)> {
         (0..2).find_map(|controller| {
             let gate = Gate { bus: AHB1, bit: DMA_BITS[controller] };
             if !self.rcc.is_clocked(gate) {
@@ -145,7 +119,7 @@ impl Peripherals {
             }
             let asks =
                 |stream, channel| requester(controller, stream, channel).is_some_and(|by| self.asks(by));
-            self.dma[controller].next(now.cycle, asks).map(|transfer| (controller, transfer))
+            self.dma[controller].next(asks).map(|transfer| (controller, transfer))
         })
     }
 
@@ -153,12 +127,8 @@ impl Peripherals {
         match requester {
             Requester::Tim2(channels) => self.tim2.requests() & channels != 0,
             Requester::Tim5(channels) => self.tim5.requests() & channels != 0,
-            Requester::I2cReceives(n) => self.interfaces.i2c[n].asks_to_receive(),
-            Requester::I2cSends(n) => self.interfaces.i2c[n].asks_to_send(),
-            Requester::UsartReceives(n) => self.interfaces.usart[n].asks_to_receive(),
-            Requester::UsartSends(n) => self.interfaces.usart[n].asks_to_send(),
-            Requester::SpiReceives(n) => self.interfaces.spi[n].asks_to_receive(),
-            Requester::SpiSends(n) => self.interfaces.spi[n].asks_to_send(),
+            Requester::I2cReceives(n) => self.i2c.0[n].asks_to_receive(),
+            Requester::I2cSends(n) => self.i2c.0[n].asks_to_send(),
         }
     }
 }

@@ -3,8 +3,7 @@
 use super::Peripherals;
 use super::exti::Syscfg;
 use super::map::*;
-use super::numbers::Crc;
-use super::rcc::{AHB1, AHB2, APB1, APB2};
+use super::rcc::{AHB1, APB1, APB2};
 use super::system::Pwr;
 use crate::bxcan::Side;
 
@@ -28,30 +27,11 @@ impl Peripherals {
                 dma.reset();
             }
         }
-        for (usart, gate) in self.interfaces.usart.iter_mut().zip(USART_GATES) {
-            if hit(gate.bus, gate.bit) {
-                usart.reset();
-            }
-        }
-        for (spi, gate) in self.interfaces.spi.iter_mut().zip(SPI_GATES) {
-            if hit(gate.bus, gate.bit) {
-                spi.reset();
-            }
-        }
         self.timers.reset_at(bus, bits);
-        if hit(AHB1, CRC_BIT) {
-            self.crc = Crc::default();
-        }
-        if hit(AHB2, RNG_BIT) {
-            self.rng.reset();
-        }
-        for (i2c, bit) in self.interfaces.i2c.iter_mut().zip(I2C_BITS) {
+        for (i2c, bit) in self.i2c.0.iter_mut().zip(I2C_BITS) {
             if hit(APB1, bit) {
                 i2c.reset();
             }
-        }
-        if hit(APB2, ADC1_BIT) {
-            self.adc.reset();
         }
         for (side, bit) in [(Side::Can1, CAN1_BIT), (Side::Can2, CAN2_BIT)] {
             if hit(APB1, bit) {

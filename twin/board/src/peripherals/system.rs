@@ -1,6 +1,5 @@
 //! Small blocks that firmware only sets up and reads back: PWR, DBGMCU, device signature.
 
-use super::adc::calibration;
 use crate::bxcan::Side;
 use crate::part::{Family, Part};
 
@@ -170,16 +169,13 @@ pub fn unique_id(serial: u32) -> [u8; 12] {
     bytes.concat().try_into().unwrap_or_default()
 }
 
-/// Device signature in system memory, RM0090 chapter 39: unique ID and flash size; calibration of the ADC's inner
-/// channels.
+/// Device signature in system memory, RM0090 chapter 39: unique ID and flash size.
 pub fn signature(part: Part, serial: u32, address: u32) -> Option<u32> {
     match address {
         UNIQUE_ID..UNIQUE_ID_END => {
             let word = unique_id(serial).as_chunks().0.get((address - UNIQUE_ID) as usize / 4).copied()?;
             Some(u32::from_le_bytes(word))
         }
-        0x1FFF_7A28 => Some(calibration()[0]),
-        0x1FFF_7A2C => Some(calibration()[1]),
         // Flash size in KiB in the upper half; the lower is reserved.
         0x1FFF_7A20 => Some(part.flash_bytes() >> 10 << 16),
         _ => None,

@@ -221,46 +221,16 @@ fn the_hals_way_to_a_ring_of_captures_is_accepted() {
     assert_eq!(peripherals.read(Now::default(), DMA1 + 0x44, Word), Ok(64));
 }
 
-/// Accesses of embassy-stm32 0.6 for a watchdog and for one blocking conversion.
+/// Accesses of embassy-stm32 0.6 for a watchdog.
 #[test]
-fn the_hals_watchdog_and_conversion_are_accepted() {
+fn the_hals_watchdog_is_accepted() {
     const IWDG: u32 = 0x4000_3000;
-    const ADC1: u32 = 0x4001_2000;
     let mut peripherals = Peripherals::new(Model::shipped("pyboard-v11"), 0);
-    enable(&mut peripherals, 0x44, 1 << 8);
-    enable(&mut peripherals, 0x24, 1 << 8);
-    enable(&mut peripherals, 0x24, 0);
-    for (address, value) in [
-        (IWDG, 0x5555),
-        (IWDG + 0x04, 2),
-        (IWDG + 0x08, 0x3E7),
-        (IWDG, 0xCCCC),
-        (IWDG, 0xAAAA),
-        (ADC1 + 0x304, 1 << 16),
-        (ADC1 + 0x08, 1),
-        (ADC1 + 0x304, 1 << 23 | 1 << 16),
-        (ADC1 + 0x08, 0),
-        (ADC1 + 0x04, 0),
-        (ADC1, 0),
-        (ADC1 + 0x08, 1),
-        (ADC1 + 0x2C, 0),
-        (ADC1 + 0x34, 16),
-        (ADC1 + 0x0C, 7 << 18),
-        (ADC1, 0),
-        (ADC1 + 0x08, 1 << 30 | 1),
-    ] {
+    for (address, value) in
+        [(IWDG, 0x5555), (IWDG + 0x04, 2), (IWDG + 0x08, 0x3E7), (IWDG, 0xCCCC), (IWDG, 0xAAAA)]
+    {
         let done = peripherals.write(Now::default(), address, Width::Word, value);
         assert_eq!(done, Ok(()), "{address:08X}h");
-    }
-    let later = Now { cycle: 10_000, time: Time::from_us(60) };
-    // STRT and EOC; then 0.76 V of 3.3 V by half a word.
-    assert_eq!(peripherals.read(later, ADC1, Width::Word), Ok(1 << 4 | 1 << 1));
-    assert_eq!(peripherals.read(later, ADC1 + 0x4C, Width::Half), Ok(943));
-    // VREFINT_CAL, TS_CAL1, TS_CAL2 by halves: 1.21 V, 0.7725 V, 0.9725 V of 3.3 V.
-    let word = |address| peripherals.read(later, address, Width::Half).unwrap();
-    let calibration = [0x1FFF_7A2A, 0x1FFF_7A2C, 0x1FFF_7A2E].map(word);
-    for (found, expected) in calibration.into_iter().zip([1501.5, 958.6, 1206.8]) {
-        assert!((f64::from(found) - expected).abs() <= 0.6, "{found} for {expected}");
     }
 }
 

@@ -11,5 +11,7 @@ mod app;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("This is firmware for tests of the twin. See it fly:  cargo test --package twin --test foreign");
+    println!(
+        "This is firmware for tests of the twin. See it fly:  cargo test -p second --test flights drivers_of_others"
+    );
 }

@@ -64,7 +64,8 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 /// Flash of what CiA 301 alone gives a slave with 4 + 4 PDOs: its image without that of the same board without a node.
 fn canopen_only() -> anyhow::Result<Row> {
     let flash = |name: &str| -> anyhow::Result<u64> {
-        Ok(Facts::read(&firmware_images::build_fixture(name, Profile::Standard.name())?)?.size.flash)
+        let image = firmware_images::build_fixture(name, FLOWN.name(), "standard")?;
+        Ok(Facts::read(&image)?.size.flash)
     };
     let bytes = flash("size-canopen")?.saturating_sub(flash("size-bus")?);
     Ok(Row::lower("canopen_only", bytes, "bytes").within(CANOPEN))

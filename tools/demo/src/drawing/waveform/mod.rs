@@ -1,7 +1,6 @@
 //! The picture of a waveform: for every node its fields, what it sends, what it sees and samples, and its events.
 
 mod bands;
-mod classes;
 mod notes;
 mod strip;
 
@@ -10,9 +9,9 @@ use can_wire::time::{TICKS_PER_US, Time};
 use can_wire::waveform::{Bit, Waveform};
 
 use crate::drawing::key;
+use crate::drawing::paint::Sheet;
 use crate::drawing::picture::Picture;
 use crate::drawing::scale::{Range, Scale};
-use classes::SHEETS;
 use strip::Strip;
 
 /// Left of the traces: names.
@@ -26,6 +25,9 @@ const SPACE: f64 = 18.0;
 const LEGEND: f64 = 26.0;
 /// Narrowest bit with digits and resynchronisations in numbers, in SVG units.
 const DETAILED: f64 = 9.0;
+
+/// Colours of the picture. It brings its own paper, so that it looks the same on light and on dark ground.
+const SHEETS: &[Sheet] = &[include_str!("waveform.sheet")];
 
 /// How a waveform is drawn.
 #[derive(Clone, Copy, Debug)]

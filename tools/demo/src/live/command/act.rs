@@ -10,7 +10,7 @@ use twin::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
 
 use super::damage::Damage;
 use super::status::Heartbeats;
-use super::{Cable, Command, Level, NoCommand, Switch};
+use super::{Command, Level, NoCommand, Switch};
 use crate::live::load::LoadMeter;
 use crate::live::port::POSITION_M;
 use firmware_images::support::node::Node;
@@ -210,7 +210,7 @@ impl Operator {
     }
 
     /// Where the nodes of a bus are, metres from the master's end, ascending: its boards, and that of the clients.
-    fn places(&self, spacecraft: &Spacecraft, bus: Cable) -> Vec<f64> {
+    fn places(&self, spacecraft: &Spacecraft, bus: Bus) -> Vec<f64> {
         let is_here = |node: &Node| self.index(spacecraft, bus, *node).is_ok();
         let boards = self.boards.iter().filter(|(node, _)| is_here(node));
         let places = boards.map(|(_, board)| spacecraft.board(*board).config().position_m);
@@ -219,7 +219,7 @@ impl Operator {
         places
     }
 
-    fn damage(&mut self, bus: Cable) -> &mut Damage {
+    fn damage(&mut self, bus: Bus) -> &mut Damage {
         &mut self.damage[bus as usize]
     }
 
@@ -252,14 +252,14 @@ impl Operator {
     }
 
     /// Index of a board on the wire of a bus.
-    fn index(&self, spacecraft: &Spacecraft, bus: Cable, node: Node) -> Result<usize, String> {
+    fn index(&self, spacecraft: &Spacecraft, bus: Bus, node: Node) -> Result<usize, String> {
         let board = self.board(node)?;
         let places = [Side::Can1, Side::Can2].map(|side| spacecraft.place(board, side));
-        let found = places.into_iter().flatten().find(|(wire, _)| *wire == Bus::from(bus));
+        let found = places.into_iter().flatten().find(|(wire, _)| *wire == bus);
         found.map(|(_, index)| index).ok_or_else(|| format!("node {node} is not on this bus"))
     }
 
-    fn on_wire(&self, spacecraft: &Spacecraft, bus: Cable, nodes: &[Node]) -> Result<Nodes, String> {
+    fn on_wire(&self, spacecraft: &Spacecraft, bus: Bus, nodes: &[Node]) -> Result<Nodes, String> {
         if nodes.is_empty() {
             return Ok(Nodes::ALL);
         }
@@ -272,9 +272,9 @@ fn done() -> Result<String, String> {
     Ok("done".to_owned())
 }
 
-fn strike(spacecraft: &mut Spacecraft, bus: Cable, fault: Fault) -> Result<String, String> {
+fn strike(spacecraft: &mut Spacecraft, bus: Bus, fault: Fault) -> Result<String, String> {
     let at = spacecraft.now() + Time(1);
-    let wire = spacecraft.wire_mut(bus.into());
+    let wire = spacecraft.wire_mut(bus);
     wire.schedule(at, fault).map_err(|error| error.to_string())?;
     done()
 }

@@ -10,6 +10,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use can_wire::frame::{WireFrame, WireId};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand, ValueEnum};
 use firmware_images::support::node::Node;
@@ -28,24 +29,24 @@ struct Line {
 pub enum Command {
     /// Break the cable of a bus
     Cut {
-        #[arg(value_enum)]
-        bus: Cable,
+        #[arg(value_parser = bus())]
+        bus: Bus,
         /// Metres from the master's end; a board at this place is behind the break
         #[arg(value_parser = metres, allow_negative_numbers = true)]
         metres: f64,
     },
     /// Mend the cable of a bus: the break at this place, or every one
     Heal {
-        #[arg(value_enum)]
-        bus: Cable,
+        #[arg(value_parser = bus())]
+        bus: Bus,
         /// Metres from the master's end, as they were given for the cut
         #[arg(value_parser = metres, allow_negative_numbers = true)]
         metres: Option<f64>,
     },
     /// Hold a bus at one level
     Short {
-        #[arg(value_enum)]
-        bus: Cable,
+        #[arg(value_parser = bus())]
+        bus: Bus,
         /// Metres from the master's end: where the cable is broken, the piece here is meant
         #[arg(value_parser = metres, allow_negative_numbers = true)]
         metres: f64,
@@ -54,8 +55,8 @@ pub enum Command {
     },
     /// End every short of a bus
     Clear {
-        #[arg(value_enum)]
-        bus: Cable,
+        #[arg(value_parser = bus())]
+        bus: Bus,
     },
     /// Give a board power, or take it away
     Power {
@@ -67,8 +68,8 @@ pub enum Command {
     Reset { node: Node },
     /// Invert a bit of the next frame
     Flip {
-        #[arg(value_enum)]
-        bus: Cable,
+        #[arg(value_parser = bus())]
+        bus: Bus,
         /// Counted from the start of the frame, which is 0; stuff bits count
         #[arg(value_parser = clap::value_parser!(u8).range(0..=159))]
         bit: u8,
@@ -78,16 +79,16 @@ pub enum Command {
     /// Let a board send a frame whenever the bus is free, in place of its own
     Babble {
         node: Node,
-        #[arg(value_enum)]
-        bus: Cable,
+        #[arg(value_parser = bus())]
+        bus: Bus,
         /// As candump writes it: 080#, 701#05
         frame: Payload,
     },
     /// End the babbling of a board
     Quiet {
         node: Node,
-        #[arg(value_enum)]
-        bus: Cable,
+        #[arg(value_parser = bus())]
+        bus: Bus,
     },
     /// Show boards and buses
     Status,
@@ -121,16 +122,9 @@ impl FromStr for Command {
 }
 
 /// A bus on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Cable {
-    Nominal,
-    Redundant,
-}
-
-impl fmt::Display for Cable {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Bus::from(*self).fmt(f)
-    }
+fn bus() -> impl TypedValueParser<Value = Bus> {
+    let named = |name: String| Bus::ALL.into_iter().find(|bus| bus.name() == name).expect("a possible value");
+    PossibleValuesParser::new(Bus::ALL.map(Bus::name)).map(named)
 }
 
 impl fmt::Display for Level {
@@ -139,15 +133,6 @@ impl fmt::Display for Level {
             Level::Dominant => "dominant",
             Level::Recessive => "recessive",
         })
-    }
-}
-
-impl From<Cable> for Bus {
-    fn from(cable: Cable) -> Bus {
-        match cable {
-            Cable::Nominal => Bus::Nominal,
-            Cable::Redundant => Bus::Redundant,
-        }
     }
 }
 
@@ -208,15 +193,15 @@ mod tests {
 
     #[test]
     fn a_line_is_a_command_with_its_words() {
-        assert_eq!(parsed("cut nominal 3.5"), Ok(Command::Cut { bus: Cable::Nominal, metres: 3.5 }));
-        assert_eq!(parsed("heal redundant"), Ok(Command::Heal { bus: Cable::Redundant, metres: None }));
+        assert_eq!(parsed("cut nominal 3.5"), Ok(Command::Cut { bus: Bus::Nominal, metres: 3.5 }));
+        assert_eq!(parsed("heal redundant"), Ok(Command::Heal { bus: Bus::Redundant, metres: None }));
         assert_eq!(parsed("power 3 off"), Ok(Command::Power { node: 3, to: Switch::Off }));
-        let flip = Command::Flip { bus: Cable::Nominal, bit: 12, nodes: vec![2, 3] };
+        let flip = Command::Flip { bus: Bus::Nominal, bit: 12, nodes: vec![2, 3] };
         assert_eq!(parsed(" flip  nominal 12 2 3"), Ok(flip));
         let frame = Payload(WireFrame::standard(0x701, &[5]));
         assert_eq!(
             parsed("babble 2 nominal 701#05"),
-            Ok(Command::Babble { node: 2, bus: Cable::Nominal, frame })
+            Ok(Command::Babble { node: 2, bus: Bus::Nominal, frame })
         );
     }
 

@@ -1,4 +1,4 @@
-//! Edges of CAN_RX through TIM5 and DMA1 into a ring in RAM, the watchdog, the ADC: one board each.
+//! Edges of CAN_RX through TIM5 and DMA1 into a ring in RAM, and the watchdog: one board each.
 
 use super::programs::*;
 use can_wire::time::Time;
@@ -13,7 +13,6 @@ const DMA1: u32 = 0x4002_6000;
 const STREAM2: u32 = DMA1 + 0x40;
 const STREAM4: u32 = DMA1 + 0x70;
 const IWDG: u32 = 0x4000_3000;
-const ADC1: u32 = 0x4001_2000;
 /// Two rings of four words.
 const RING1: u32 = RAM + 0x100;
 const RING2: u32 = RAM + 0x200;
@@ -231,28 +230,4 @@ fn a_slow_lsi_resets_late() {
     assert_eq!(board.counters().watchdog_resets, 0);
     board.run_until(Time::from_us(1_900)).unwrap();
     assert_eq!(board.counters().watchdog_resets, 1);
-}
-
-#[test]
-fn the_adc_reads_the_boards_temperature() {
-    let read = |to: u32| [store(ADC1 + 0x08, 1 << 30 | 1), wait_for(ADC1, 1), copy(ADC1 + 0x4C, to)].concat();
-    let program = [
-        run_at_168_mhz(),
-        store(RCC + 0x44, 1 << 8),
-        store(ADC1 + 0x304, 1 << 23 | 1 << 16),
-        store(ADC1 + 0x08, 1),
-        store(ADC1 + 0x0C, 7 << 18),
-        store(ADC1 + 0x34, 16),
-        read(RAM),
-        SLEEP.to_vec(),
-    ]
-    .concat();
-    let fittings = Fittings { temperature_c: 85.0, ..Fittings::default() };
-    let mut board = asleep(BoardConfig { fittings, ..board("warm", image(&program, &STOP)) });
-    // 0.76 V + 60 * 2.5 mV = 0.91 V of 3.3 V: 1129 of 4095.
-    assert_eq!(words::<1>(&board, RAM), [1129]);
-    board.set_temperature(-40.0);
-    board.reset();
-    board.run_until(Time::from_ms(10)).unwrap();
-    assert_eq!(words::<1>(&board, RAM), [741]);
 }

@@ -7,7 +7,7 @@ use super::bench::*;
 
 fn occupied() -> Bench {
     let mut bench = Bench::normal();
-    bench.send(sync());
+    bench.send(empty());
     bench.pass(bits(5));
     bench
 }
@@ -51,12 +51,12 @@ fn abort_of_successful_transmission_waits_for_its_end() {
     bench.request(0, 0x080);
     bench.pass(bits(1));
     bench.write(TSR, ABRQ);
-    bench.pass(Time(bits(SYNC_BITS - 1).0 - 1));
+    bench.pass(Time(bits(EMPTY_BITS - 1).0 - 1));
     assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), ABRQ);
     bench.pass(Time(1));
     assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), TME0 | RQCP | TXOK);
     assert_eq!(bench.stats().aborted, 0);
-    assert_eq!(bench.received_by(PEER), [sync()]);
+    assert_eq!(bench.received_by(PEER), [empty()]);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn an_abort_during_a_transmission_that_loses_ends_it() {
 #[test]
 fn an_abort_after_a_lost_arbitration_needs_no_further_attempt() {
     let mut bench = Bench::normal();
-    bench.send(sync());
+    bench.send(empty());
     bench.request(0, 0x100);
     bench.until("ALST", |bench| bench.status(0) & ALST != 0);
     bench.write(TSR, ABRQ);
@@ -127,9 +127,9 @@ fn an_abort_counts_from_its_own_instant() {
 
     // The bus becomes free at the instant of the abort: too late to begin.
     let mut bench = Bench::normal();
-    let free = bench.now + bits(SYNC_BITS + 3);
-    bench.send(sync());
-    bench.pass(bits(SYNC_BITS - 5));
+    let free = bench.now + bits(EMPTY_BITS + 3);
+    bench.send(empty());
+    bench.pass(bits(EMPTY_BITS - 5));
     bench.request_at(bench.now + bits(1), 0, 0x100);
     bench.write_at(free, TSR, ABRQ);
     bench.pass(bits(20));
@@ -139,9 +139,9 @@ fn an_abort_counts_from_its_own_instant() {
 
     // One tick later it has begun.
     let mut bench = Bench::normal();
-    let free = bench.now + bits(SYNC_BITS + 3);
-    bench.send(sync());
-    bench.pass(bits(SYNC_BITS - 5));
+    let free = bench.now + bits(EMPTY_BITS + 3);
+    bench.send(empty());
+    bench.pass(bits(EMPTY_BITS - 5));
     bench.request_at(bench.now + bits(1), 0, 0x100);
     bench.write_at(free + Time(1), TSR, ABRQ);
     bench.complete(0);

@@ -70,8 +70,8 @@ pub const CAN2: NodeIndex = 1;
 pub const PEER: NodeIndex = 2;
 pub const OTHER: NodeIndex = 3;
 
-/// SOF to the last bit of EOF of a SYNC message: identifier 080h, no data; with intermission it is 51 bits.
-pub const SYNC_BITS: u64 = 48;
+/// SOF to the last bit of EOF of a frame with identifier 080h and no data; with intermission it is 51 bits.
+pub const EMPTY_BITS: u64 = 48;
 /// Longer than any frame.
 const PATIENCE: Time = Time::from_ms(50);
 
@@ -89,7 +89,7 @@ pub fn frame(id: u16) -> WireFrame {
     WireFrame::standard(id, &[])
 }
 
-pub fn sync() -> WireFrame {
+pub fn empty() -> WireFrame {
     frame(0x080)
 }
 

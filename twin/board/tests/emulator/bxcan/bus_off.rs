@@ -42,7 +42,7 @@ fn without_abom_nothing_ends_bus_off() {
     let mut bench = bus_off(0);
     bench.pass(Time::from_ms(100));
     assert_eq!(bench.flags(), 0b111);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.read(RF0R), 0);
 }
 
@@ -85,10 +85,10 @@ fn abom_set_in_bus_off_begins_the_recovery() {
 fn a_busy_bus_lengthens_recovery() {
     let mut bench = bus_off(ABOM);
     let start = bench.now;
-    (0..200).for_each(|_| bench.send(sync()));
+    (0..200).for_each(|_| bench.send(empty()));
     bench.until("recovery", |bench| bench.flags() & BOFF == 0);
     assert_eq!(bench.received_by(OTHER).len(), 128);
-    assert_eq!(bench.now, start + bits(128 * (SYNC_BITS + 3)));
+    assert_eq!(bench.now, start + bits(128 * (EMPTY_BITS + 3)));
 }
 
 #[test]

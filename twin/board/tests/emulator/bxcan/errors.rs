@@ -39,7 +39,7 @@ fn a_receiver_names_stuff_form_and_crc_errors() {
 fn a_receiver_names_a_broken_acknowledgement() {
     let mut bench = Bench::with(vec![Default::default()], 0, 0);
     bench.flip(CAN1, Field::AckSlot);
-    bench.send(sync());
+    bench.send(empty());
     assert_eq!(next_lec(&mut bench), 5, "sent dominant, saw recessive");
 }
 
@@ -69,7 +69,7 @@ fn software_sets_lec_to_7_and_nothing_else() {
     let mut bench = Bench::normal();
     bench.write(ESR, 0xFFFF_FFFF);
     assert_eq!(bench.read(ESR), 0x70, "flags and counters are read-only");
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.lec(), 0, "received");
     bench.write(ESR, 0x70);
     bench.request(0, 0x100);
@@ -117,7 +117,7 @@ fn warning_passive_and_bus_off_limits() {
         assert_eq!(bench.tec(), 8 * n % 256, "the low byte of a 9-bit counter");
     }
     bench.calm();
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!((bench.read(RF0R), bench.status(0) & RQCP), (0, 0), "off the bus, still pending");
 }
 
@@ -148,7 +148,7 @@ fn a_lone_transmitter_stays_error_passive() {
 fn an_error_of_its_own_counts_9_for_a_receiver() {
     let mut bench = Bench::normal();
     bench.flip(CAN1, Field::CrcDelimiter);
-    bench.send(sync());
+    bench.send(empty());
     // ISO 11898-1, 12.1.4.2 a and b: 1 for the error, 8 because the others answer its flag.
     bench.until("both", |bench| bench.rec() == 9);
     bench.until("the repetition", |bench| bench.read(RF0R) == 1);
@@ -178,11 +178,11 @@ fn an_overload_frame_is_no_error() {
     let mut bench = Bench::normal();
     bench.flip(CAN1, Field::Intermission(0));
     let start = bench.now;
-    bench.deliver(sync());
-    bench.deliver(sync());
+    bench.deliver(empty());
+    bench.deliver(empty());
     assert_eq!((bench.read(ESR), bench.read(RF0R)), (0, 2));
     // A bit of intermission, two flags one bit apart, a delimiter, and the intermission anew.
-    assert_eq!(bench.now, start + bits(2 * SYNC_BITS + 1 + 7 + 8 + 3));
+    assert_eq!(bench.now, start + bits(2 * EMPTY_BITS + 1 + 7 + 8 + 3));
 }
 
 #[test]
@@ -196,13 +196,13 @@ fn receive_errors_count_1_and_a_success_leaves_passive() {
     assert_eq!((bench.rec(), bench.flags()), (127, 0b001));
     bench.fail_reception();
     assert_eq!((bench.rec(), bench.flags()), (128, 0b011));
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!((bench.rec(), bench.flags()), (127, 0b001), "1 less");
     (0..9).for_each(|_| bench.fail_reception());
     assert_eq!((bench.rec(), bench.flags()), (136, 0b011));
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!((bench.rec(), bench.flags()), (120, 0b001), "reset to 120 from above 128");
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.rec(), 119);
 }
 
@@ -254,7 +254,7 @@ fn a_success_raises_no_erri() {
     let mut bench = Bench::normal();
     bench.write(IER, 1 << 11 | 1 << 15);
     bench.write(ESR, 0x70);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!((bench.lec(), bench.read(MSR) & ERRI), (0, 0));
 }
 

@@ -227,7 +227,7 @@ fn finit_stops_reception() {
 fn finit_in_the_middle_of_a_frame_loses_it() {
     for (set, clear, received) in [(10, 20, 0), (0, 3, 0), (1, 45, 0), (60, 70, 1)] {
         let mut bench = Bench::normal();
-        bench.send(sync());
+        bench.send(empty());
         bench.pass(bits(set));
         bench.write(FMR, 1 | 14 << 8);
         bench.pass(bits(clear - set));

@@ -155,12 +155,12 @@ fn bus_off_without_a_bus_ends_1408_bits_after_it_began() {
 fn a_frame_under_way_delays_synchronisation() {
     let mut bench = Bench::initialising(vec![Station::default(), Station::default()], 0);
     bench.pass(bits(20));
-    bench.send(sync());
+    bench.send(empty());
     bench.send(frame(0x123));
     bench.pass(bits(20));
     bench.write(MCR, 0);
     // Acknowledge delimiter, EOF and intermission are 11 bits.
-    bench.pass(Time(bits(SYNC_BITS + 3 - 20).0 - 1));
+    bench.pass(Time(bits(EMPTY_BITS + 3 - 20).0 - 1));
     assert_eq!(bench.read(MSR) & INAK, INAK);
     bench.pass(Time(1));
     assert_eq!(bench.read(MSR) & INAK, 0);
@@ -216,7 +216,7 @@ fn initialisation_waits_for_the_frame_on_the_wire() {
     bench.request(0, 0x080);
     bench.pass(bits(10));
     bench.write(MCR, INRQ);
-    bench.pass(bits(SYNC_BITS - 11));
+    bench.pass(bits(EMPTY_BITS - 11));
     assert_eq!(bench.read(MSR) & 0x101, 0x100, "still transmitter (TXM), no INAK");
     bench.pass(bits(4));
     assert_eq!(bench.read(MSR) & 0x101, INAK);
@@ -226,10 +226,10 @@ fn initialisation_waits_for_the_frame_on_the_wire() {
 #[test]
 fn initialisation_waits_for_a_reception() {
     let mut bench = Bench::normal();
-    bench.send(sync());
+    bench.send(empty());
     bench.pass(bits(10));
     bench.write(MCR, INRQ);
-    bench.pass(bits(SYNC_BITS - 12));
+    bench.pass(bits(EMPTY_BITS - 12));
     assert_eq!(bench.read(MSR) & 0x201, 0x200, "receiver (RXM), no INAK");
     bench.pass(bits(5));
     assert_eq!(bench.read(MSR) & 0x201, INAK);
@@ -242,15 +242,15 @@ fn initialisation_of_an_idle_controller_is_immediate() {
     bench.write(MCR, INRQ);
     bench.pass(bits(1));
     assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.read(RF0R), 0, "deaf");
-    assert_eq!(bench.received_by(OTHER), [sync()]);
+    assert_eq!(bench.received_by(OTHER), [empty()]);
 }
 
 #[test]
 fn a_request_for_initialisation_can_be_taken_back() {
     let mut bench = Bench::normal();
-    bench.send(sync());
+    bench.send(empty());
     bench.pass(bits(10));
     bench.write(MCR, INRQ);
     bench.pass(bits(10));
@@ -319,14 +319,14 @@ fn initialisation_left_once_acknowledged_synchronises_anew() {
     assert_eq!(bench.read(MSR) & INAK, INAK);
     bench.pass(Time(1));
     assert_eq!(bench.read(MSR) & INAK, 0);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.read(RF0R), 1);
 }
 
 #[test]
 fn master_reset_returns_to_sleep() {
     let mut bench = Bench::normal();
-    bench.deliver(sync());
+    bench.deliver(empty());
     bench.write(MCR, 1 << 15);
     assert_eq!(bench.read(MCR), 0x0001_0002);
     assert_eq!(bench.read(MSR) & 0b11, SLAK);
@@ -375,7 +375,7 @@ fn can2_has_its_own_interrupts() {
     bench.write(FMR, 1);
     bench.write(FMR, 0);
     bench.write(BASE2 + IER, 1 | 1 << 1 | 1 << 11 | 1 << 15);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert!(bench.pair().irq(Side::Can2).rx0, "all banks are CAN2's");
     bench.write(BASE2 + TIR0 + 4, 0);
     bench.write(BASE2 + TIR0, 0x100 << 21 | 1);
@@ -392,7 +392,7 @@ fn the_controllers_are_independent() {
     let mut bench = Bench::normal();
     assert_eq!(bench.read(BASE2 + MSR) & 0b11, SLAK);
     bench.start_can2();
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!((bench.read(RF0R), bench.read(BASE2 + RF0R)), (1, 0), "no filter of CAN2");
     bench.pair().reset(Side::Can2);
     assert_eq!(bench.read(BASE2 + MSR) & 0b11, SLAK);

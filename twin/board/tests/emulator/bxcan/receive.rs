@@ -52,8 +52,8 @@ fn a_dlc_beyond_eight_carries_eight_bytes() {
 #[test]
 fn a_frame_is_valid_at_the_last_but_one_bit_of_eof() {
     let mut bench = Bench::normal();
-    bench.send(sync());
-    bench.pass(Time(bits(SYNC_BITS - 1).0 - 1));
+    bench.send(empty());
+    bench.pass(Time(bits(EMPTY_BITS - 1).0 - 1));
     assert_eq!(bench.read(RF0R), 0);
     bench.pass(Time(1));
     assert_eq!(bench.read(RF0R), 1);
@@ -63,7 +63,7 @@ fn a_frame_is_valid_at_the_last_but_one_bit_of_eof() {
 fn an_error_in_the_last_but_one_bit_of_eof_discards_the_frame() {
     let mut bench = Bench::normal();
     bench.flip(CAN1, Field::Eof(5));
-    bench.deliver(sync());
+    bench.deliver(empty());
     bench.calm();
     assert_eq!(drain(&mut bench), [0x080], "only the repetition");
     // Its error flag struck the last bit of the others: valid for a receiver, not for the transmitter.
@@ -74,7 +74,7 @@ fn an_error_in_the_last_but_one_bit_of_eof_discards_the_frame() {
 fn a_dominant_last_bit_of_eof_is_no_error_for_a_receiver() {
     let mut bench = Bench::normal();
     bench.flip(CAN1, Field::Eof(6));
-    bench.deliver(sync());
+    bench.deliver(empty());
     bench.calm();
     assert_eq!(drain(&mut bench), [0x080]);
     assert_eq!(bench.read(ESR), 0, "an overload frame");
@@ -84,7 +84,7 @@ fn a_dominant_last_bit_of_eof_is_no_error_for_a_receiver() {
 fn repetition_after_dominant_last_eof_bit_is_received_again() {
     let mut bench = Bench::normal();
     bench.flip(PEER, Field::Eof(6));
-    bench.deliver(sync());
+    bench.deliver(empty());
     bench.calm();
     assert_eq!(drain(&mut bench), [0x080, 0x080]);
 }
@@ -156,9 +156,9 @@ fn a_release_after_the_frame_does_not_save_it() {
         let mut bench = Bench::normal_with(RFLM, 0);
         (1..=3).for_each(|id| bench.deliver(frame(id)));
         bench.calm();
-        let valid = bench.now + bits(SYNC_BITS - 1);
-        bench.send(sync());
-        bench.pass(bits(SYNC_BITS - 10));
+        let valid = bench.now + bits(EMPTY_BITS - 1);
+        bench.send(empty());
+        bench.pass(bits(EMPTY_BITS - 10));
         let release = if late { valid + bits(2) } else { Time(valid.0 - bits(2).0) };
         bench.write_at(release, RF0R, RFOM);
         bench.pass(bits(20));
@@ -219,7 +219,7 @@ fn fifo_1_shows_its_own_message() {
 fn ttcm_gives_no_stamps() {
     let mut bench = Bench::normal_with(TTCM, 0);
     bench.pass(Time::from_ms(1));
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.read(RIR0 + 4) >> 16, 0, "TIME of what is received");
     bench.write(TIR0 + 4, 8 | 1 << 8);
     bench.write(TIR0 + 8, 0x4433_2211);

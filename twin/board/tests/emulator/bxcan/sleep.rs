@@ -44,7 +44,7 @@ fn sleep_waits_for_the_frame_on_the_wire() {
     bench.request(0, 0x080);
     bench.pass(bits(10));
     bench.write(MCR, SLEEP);
-    bench.pass(bits(SYNC_BITS - 11));
+    bench.pass(bits(EMPTY_BITS - 11));
     assert_eq!(bench.read(MSR) & 0b11, 0);
     bench.pass(bits(4));
     assert_eq!(bench.read(MSR) & 0b11, SLAK);
@@ -55,7 +55,7 @@ fn sleep_waits_for_the_frame_on_the_wire() {
 fn a_sleeper_neither_receives_nor_acknowledges() {
     let mut bench = asleep(0);
     bench.fault(Fault::Disconnect(OTHER));
-    bench.send(sync());
+    bench.send(empty());
     bench.pass(bits(100));
     assert!(bench.wire.counters().ack_errors > 0);
     assert_eq!((bench.read(RF0R), bench.read(ESR)), (0, 0));
@@ -64,7 +64,7 @@ fn a_sleeper_neither_receives_nor_acknowledges() {
 #[test]
 fn bus_activity_tells_a_sleeper() {
     let mut bench = asleep(0);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.read(MSR) & WKUI, WKUI);
     assert!(bench.irq().sce);
     bench.calm();
@@ -77,14 +77,14 @@ fn bus_activity_tells_a_sleeper() {
 fn awum_wakes_a_sleeper_by_bus_activity() {
     let mut bench = asleep(AWUM);
     let start = bench.now;
-    bench.send(sync());
+    bench.send(empty());
     bench.send(frame(0x123));
     bench.pass(bits(2));
     assert_eq!(bench.read(MSR) & (WKUI | SLAK), WKUI | SLAK);
     assert_eq!(bench.read(MCR) & SLEEP, 0, "AWUM clears SLEEP");
     assert!(bench.irq().sce);
     bench.until("normal mode", |bench| bench.read(MSR) & SLAK == 0);
-    assert_eq!(bench.now, start + bits(SYNC_BITS + 3), "11 recessive bits end with the intermission");
+    assert_eq!(bench.now, start + bits(EMPTY_BITS + 3), "11 recessive bits end with the intermission");
     bench.until("the next frame", |bench| bench.read(RF0R) == 1);
     assert_eq!(bench.read(RIR0), 0x123 << 21, "the one that woke it is lost");
 }
@@ -104,11 +104,11 @@ fn what_was_on_the_bus_before_sleep_wakes_nobody() {
 #[test]
 fn nothing_wakes_a_controller_that_does_not_sleep() {
     let mut bench = Bench::normal();
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.read(MSR) & WKUI, 0);
     bench.write(MCR, INRQ);
     bench.calm();
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.read(MSR) & WKUI, 0);
 }
 

@@ -43,7 +43,7 @@ fn bit_time_follows_btr() {
         bench.complete(0);
         assert_eq!(bench.status(0), RQCP | TXOK);
         assert_eq!(bit_times(&mut bench), [Time(ticks)]);
-        bench.deliver(sync());
+        bench.deliver(empty());
         assert_eq!((bench.read(RF0R), bench.read(ESR)), (1, 0));
     }
 }
@@ -63,7 +63,7 @@ fn synchronisation_takes_eleven_bits_of_the_own_rate() {
 #[test]
 fn two_bit_rates_do_not_understand_each_other() {
     let mut bench = with_btr(BTR_1M, vec![Station::with_timing(half_rate())]);
-    bench.send(sync());
+    bench.send(empty());
     bench.pass(Time::from_ms(1));
     assert_eq!(bench.read(RF0R), 0);
     assert_ne!(bench.rec(), 0, "errors instead");
@@ -92,7 +92,7 @@ fn the_jump_width_follows_btr() {
 #[test]
 fn silent_mode_receives_among_others() {
     let mut bench = Bench::normal_with(0, SILM);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!((bench.read(RF0R), bench.read(ESR)), (1, 0));
 }
 
@@ -108,7 +108,7 @@ fn silent_mode_sends_nothing() {
 fn silent_mode_does_not_acknowledge() {
     let mut bench = Bench::with(vec![Station::default()], 0, SILM);
     bench.write(ESR, 0x70);
-    bench.send(sync());
+    bench.send(empty());
     bench.until("a verdict", |bench| bench.lec() != 7);
     assert_eq!(bench.wire.counters().ack_errors, 1);
     assert_eq!(bench.read(RF0R), 0);
@@ -121,9 +121,9 @@ fn silent_mode_does_not_acknowledge() {
 fn silent_mode_disturbs_nobody() {
     let mut bench = Bench::normal_with(0, SILM);
     bench.flip(CAN1, can_wire::field::Field::CrcDelimiter);
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!((bench.lec(), bench.read(RF0R)), (2, 0), "an error of its own");
-    assert_eq!((bench.wire.counters().destroyed, bench.received_by(OTHER)), (0, vec![sync()]));
+    assert_eq!((bench.wire.counters().destroyed, bench.received_by(OTHER)), (0, vec![empty()]));
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn loopback_receives_its_own_frames_without_a_bus() {
 fn loopback_does_not_hear_the_bus() {
     for silent in [0, SILM] {
         let mut bench = Bench::normal_with(0, LBKM | silent);
-        bench.deliver(sync());
+        bench.deliver(empty());
         bench.calm();
         assert_eq!((bench.read(RF0R), bench.read(ESR)), (0, 0), "the pin is disregarded");
         bench.short(false);

@@ -9,7 +9,7 @@ use super::bench::*;
 
 /// Holds the bus with a frame of PEER, so that what is requested now contends at its end.
 fn occupy(bench: &mut Bench) {
-    bench.send(sync());
+    bench.send(empty());
     bench.pass(bits(1));
 }
 
@@ -97,8 +97,8 @@ fn each_mailbox_has_its_own_status() {
 fn a_frame_is_sent_at_the_last_bit_of_eof() {
     let mut bench = Bench::normal();
     bench.request(0, 0x080);
-    bench.pass(Time(bits(SYNC_BITS).0 - 1));
-    assert_eq!(bench.received_by(PEER), [sync()], "valid one bit earlier for receivers");
+    bench.pass(Time(bits(EMPTY_BITS).0 - 1));
+    assert_eq!(bench.received_by(PEER), [empty()], "valid one bit earlier for receivers");
     assert_eq!(bench.status(0), 0);
     bench.pass(Time(1));
     assert_eq!(bench.status(0), RQCP | TXOK);
@@ -109,10 +109,10 @@ fn an_error_in_the_last_bit_of_eof_sends_the_frame_twice() {
     let mut bench = Bench::normal();
     bench.flip(CAN1, Field::Eof(6));
     bench.request(0, 0x080);
-    bench.pass(bits(SYNC_BITS));
+    bench.pass(bits(EMPTY_BITS));
     assert_eq!((bench.status(0), bench.tec()), (TERR, 8));
     bench.complete(0);
-    assert_eq!(bench.received_by(PEER), [sync(), sync()]);
+    assert_eq!(bench.received_by(PEER), [empty(), empty()]);
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn txfp_goes_by_request_order() {
 fn txfp_keeps_the_order_after_a_lost_arbitration() {
     let mut bench = Bench::normal_with(TXFP, 0);
     bench.request(2, 0x300);
-    bench.send(sync());
+    bench.send(empty());
     bench.until("ALST", |bench| bench.status(2) & ALST != 0);
     bench.request(0, 0x100);
     bench.complete(0);
@@ -206,7 +206,7 @@ fn an_occupied_mailbox_is_write_protected() {
 fn a_lost_arbitration_is_retried() {
     let mut bench = Bench::normal();
     bench.request(0, 0x100);
-    bench.send(sync());
+    bench.send(empty());
     bench.until("ALST", |bench| bench.status(0) & ALST != 0);
     assert_eq!(bench.read(TSR) & (TME0 | STATUS), ALST, "pending again");
     assert_eq!(bench.tec(), 0, "no error");
@@ -231,7 +231,7 @@ fn an_error_is_retried() {
 fn single_shot_gives_up_after_a_lost_arbitration() {
     let mut bench = Bench::normal_with(NART, 0);
     bench.request(0, 0x100);
-    bench.send(sync());
+    bench.send(empty());
     bench.complete(0);
     assert_eq!(bench.read(TSR) & (TME0 | STATUS), TME0 | RQCP | ALST);
     bench.calm();
@@ -265,7 +265,7 @@ fn single_shot_succeeds_like_any_other() {
 fn a_higher_priority_request_overtakes_between_attempts() {
     let mut bench = Bench::normal();
     bench.request(0, 0x200);
-    bench.send(sync());
+    bench.send(empty());
     bench.until("ALST", |bench| bench.status(0) & ALST != 0);
     bench.request(1, 0x100);
     bench.complete(0);
@@ -298,7 +298,7 @@ fn a_request_before_synchronisation_waits_for_it() {
     bench.request(0, 0x080);
     bench.pass(bits(50));
     bench.write(MCR, 0);
-    bench.pass(Time(bits(11 + SYNC_BITS).0 - 1));
+    bench.pass(Time(bits(11 + EMPTY_BITS).0 - 1));
     assert_eq!(bench.status(0), 0);
     bench.pass(Time(1));
     assert_eq!(bench.status(0), RQCP | TXOK);
@@ -336,7 +336,7 @@ fn both_controllers_arbitrate_on_one_bus() {
 fn the_only_node_that_hears_acknowledges() {
     let mut bench = Bench::normal();
     bench.fault(Fault::Disconnect(OTHER));
-    bench.deliver(sync());
+    bench.deliver(empty());
     assert_eq!(bench.wire.counters().ack_errors, 0);
     assert_eq!(bench.read(RF0R), 1);
 }

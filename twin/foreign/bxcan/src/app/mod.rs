@@ -22,6 +22,14 @@ fn main() -> ! {
         }
     }
     defmt::info!("done");
+    beyond()
+}
+
+/// Starts the DAC, which the twin does not model.
+#[inline(never)]
+fn beyond() -> ! {
+    stm32_metapac::RCC.apb1enr().modify(|w| w.set_dacen(true));
+    stm32_metapac::DAC1.cr().write(|w| w.set_en(0, true));
     loop {
         cortex_m::asm::wfe();
     }

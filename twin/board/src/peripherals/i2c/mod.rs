@@ -1,0 +1,56 @@
+//! I2C1 to I2C3 and the devices on their buses.
+
+mod bus;
+#[cfg(test)]
+mod tests;
+
+use super::Clocks;
+pub use bus::I2c;
+
+/// NVIC inputs of each, event and error (RM0090 table 61).
+const IRQS: [[u16; 2]; 3] = [[31, 32], [33, 34], [72, 73]];
+
+/// All three.
+#[derive(Clone, Debug, Default)]
+pub struct Buses(pub [I2c; 3]);
+
+impl Buses {
+    /// A reset of the whole part.
+    pub fn reset(&mut self) {
+        self.0.iter_mut().for_each(I2c::reset);
+    }
+
+    /// Power comes up, for the devices as well.
+    pub fn power_on(&mut self) {
+        self.0.iter_mut().for_each(I2c::power_on);
+    }
+
+    /// The temperature of the devices from now on, °C.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        self.0.iter_mut().for_each(|i2c| i2c.set_temperature(celsius));
+    }
+
+    /// The clock tree has changed at `cycle`.
+    pub fn set_clocks(&mut self, cycle: u64, clocks: Clocks) {
+        let Clocks { hclk, apb1_divider, .. } = clocks;
+        for i2c in &mut self.0 {
+            i2c.catch_up(cycle);
+            i2c.set_clock(apb1_divider, hclk / apb1_divider);
+        }
+    }
+
+    /// Does what happened until `cycle`; sets the lines of the NVIC.
+    pub fn irqs(&mut self, cycle: u64, mut set: impl FnMut(u16, bool)) {
+        for (i2c, irqs) in self.0.iter_mut().zip(IRQS).filter(|(i2c, _)| i2c.is_enabled()) {
+            i2c.catch_up(cycle);
+            for (irq, level) in irqs.into_iter().zip(i2c.irqs()) {
+                set(irq, level);
+            }
+        }
+    }
+
+    /// The cycle at which something next changes.
+    pub fn next_event(&self) -> Option<u64> {
+        self.0.iter().filter_map(I2c::next_event).min()
+    }
+}
