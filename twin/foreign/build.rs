@@ -11,7 +11,7 @@ const CHIPS: [(&str, &str); 2] =
     [("CARGO_FEATURE_PYBOARD_V11", "stm32f405rg"), ("CARGO_FEATURE_NUCLEO_F446RE", "stm32f446re")];
 
 fn main() {
-    println!("cargo:rerun-if-changed=../build.rs");
+    println!("cargo:rerun-if-changed=build.rs");
     let is_chosen =
         |feature: &str| env::vars_os().any(|(name, _)| name.to_string_lossy().starts_with(feature));
     let chip = CHIPS.iter().find(|(feature, _)| is_chosen(feature));

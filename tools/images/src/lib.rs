@@ -97,7 +97,7 @@ const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 const FIXTURES: &str = "fixtures";
 
 /// Drivers of others, flown by tests alone.
-const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
+const FOREIGN: &str = "foreign";
 
 /// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
 pub const LOG: &str = "info";
@@ -195,7 +195,7 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         packages(&PACKAGES, Some(board), profile),
         packages(&[FIXTURES], Some(board), &format!("{profile}+runtime+thermometer")),
         packages(&[CHECKS], Some(board), "standard"),
-        packages(&built_for(&FOREIGN, board)?, Some(board), "standard"),
+        drivers_of_others(board)?,
     ];
     let command =
         ["clippy", "--package", "ecss-can", "--package", "boards-stm32f4", "--package", "boards-runtime"];
@@ -212,15 +212,11 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Those of some packages of this workspace that can be built for a board.
-fn built_for<'a>(packages: &[&'a str], board: &str) -> Result<Vec<&'a str>, Error> {
-    let mut built = Vec::new();
-    for package in packages {
-        if Package::of_workspace(package).choice()?.features.iter().any(|feature| feature == board) {
-            built.push(*package);
-        }
-    }
-    Ok(built)
+/// Arguments that name the drivers of others; none where they have no feature for the board.
+fn drivers_of_others(board: &str) -> Result<Vec<String>, Error> {
+    let features = Package::of_workspace(FOREIGN).choice()?.features;
+    let is_supported = features.iter().any(|feature| feature == board);
+    Ok(if is_supported { packages(&[FOREIGN], Some(board), &format!("{board}-bxcan")) } else { Vec::new() })
 }
 
 /// Arguments that name packages of firmware and their features; `board` is one of them, if the packages have boards as features.

@@ -31,10 +31,10 @@
 //! maintenance = "PC5"                 # optional
 //!
 //! [leds]                              # optional: up to eight, with names of yours
-//! sync = "PD12"
-//! state = "PD13"
-//! heartbeat = "PD14"
-//! time = "PD15"
+//! green = "PD12"
+//! orange = "PD13"
+//! red = "PD14"
+//! blue = "PD15"
 //! ```
 //!
 //! A wrong file is refused as a whole: the error names file, field, what was found and what is allowed.

@@ -80,7 +80,7 @@ pub struct CanPins {
 /// Straps: tied to ground they are 1, open they are 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Straps {
-    /// Bits 0 to 3 of the Node-ID.
+    /// Bits 0 to 3 of the number of the board.
     pub bits: [Pin; 4],
     /// Odd parity of the five.
     pub parity: Pin,
@@ -89,11 +89,11 @@ pub struct Straps {
 }
 
 impl Straps {
-    /// What the harness ties to ground for a Node-ID, `0..=15`: its bits from the lowest, then odd parity.
-    pub fn closed(&self, node: u8) -> Vec<(Pin, bool)> {
+    /// What the harness ties to ground for a number, `0..=15`: its bits from the lowest, then odd parity.
+    pub fn closed(&self, number: u8) -> Vec<(Pin, bool)> {
         let bits =
-            self.bits.into_iter().enumerate().filter(|(bit, _)| node >> bit & 1 == 1).map(|(_, pin)| pin);
-        let parity = node.count_ones().is_multiple_of(2).then_some(self.parity);
+            self.bits.into_iter().enumerate().filter(|(bit, _)| number >> bit & 1 == 1).map(|(_, pin)| pin);
+        let parity = number.count_ones().is_multiple_of(2).then_some(self.parity);
         bits.chain(parity).map(|pin| (pin, false)).collect()
     }
 }

@@ -17,7 +17,6 @@ mod decode;
 mod effect;
 pub mod encode;
 mod errors;
-pub mod failure;
 pub mod fault;
 pub mod field;
 mod fine;

@@ -16,9 +16,9 @@ use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, W
 
 use flight::parsed;
 
-/// The image for the pyboard, or a variant of it.
-fn image(package: &str, board: &str) -> Arc<Image> {
-    let built = Package::of_workspace(package).build(board).unwrap();
+/// An image of `twin/foreign`, by the feature that chooses it.
+fn image(feature: &str) -> Arc<Image> {
+    let built = Package::of_workspace("foreign").build(feature).unwrap();
     parsed(&built[0])
 }
 
@@ -71,7 +71,7 @@ const SCENARIOS: [&str; 28] = [
 fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
     let wiring = Wiring { can1: Some(Bus::Nominal), can2: Some(Bus::Nominal) };
     let fittings = Fittings { wiring, ..Fittings::default() };
-    let board = board("bxcan", &image("foreign-bxcan", "pyboard-v11"));
+    let board = board("bxcan", &image("pyboard-v11-bxcan"));
     // The program has its controllers at other pins than a pyboard.
     let at = |rx, tx| CanPins { rx, tx };
     let can = [at(Pin::new('A', 11), Pin::new('A', 12)), at(Pin::new('B', 5), Pin::new('B', 6))];
@@ -92,14 +92,9 @@ fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
     assert!(refused.to_string().contains(&format!("in {function} ")), "{refused}");
 }
 
-/// Two boards with embassy-stm32's CAN driver, 10 m apart: 0 asks, 1 answers.
-fn two_with_embassy() -> Spacecraft {
-    two_with("pyboard-v11")
-}
-
-/// As [`two_with_embassy`], a variant of the image.
-fn two_with(variant: &str) -> Spacecraft {
-    let image = image("foreign-embassy", variant);
+/// Two boards with embassy-stm32's CAN driver, chosen by `feature`, 10 m apart: 0 asks, 1 answers.
+fn two_with_embassy(feature: &str) -> Spacecraft {
+    let image = image(feature);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     spacecraft.add_board(BoardConfig { crystal: Crystal::ppm(40.0), ..board("asks", &image) });
     spacecraft.add_board(BoardConfig {
@@ -128,7 +123,7 @@ fn numbers(records: &[WireRecord], board: usize) -> Vec<u32> {
 
 #[test]
 fn embassys_driver_talks_both_ways() {
-    let mut spacecraft = two_with_embassy();
+    let mut spacecraft = two_with_embassy("pyboard-v11");
     fly_to(&mut spacecraft, 100);
     let records = spacecraft.take_frames();
     let (asked, answered) = (numbers(&records, 0), numbers(&records, 1));
@@ -145,7 +140,7 @@ fn embassys_driver_talks_both_ways() {
 /// go on from the frame that waited.
 #[test]
 fn embassys_driver_recovers_from_bus_off() {
-    let mut spacecraft = two_with_embassy();
+    let mut spacecraft = two_with_embassy("pyboard-v11");
     fly_to(&mut spacecraft, 20);
     spacecraft.take_frames();
     // Recessive: the sender meets a bit error with its first bit, again and again.
@@ -175,7 +170,7 @@ fn embassys_driver_recovers_from_bus_off() {
 #[test]
 fn embassys_time_driver_runs_on_timers_of_16_bits() {
     for timer in ["tim3", "tim4", "tim12"] {
-        let mut spacecraft = two_with(&format!("pyboard-v11-{timer}"));
+        let mut spacecraft = two_with_embassy(&format!("pyboard-v11-{timer}"));
         fly_to(&mut spacecraft, 250);
         let records = spacecraft.take_frames();
         let (asked, answered) = (numbers(&records, 0), numbers(&records, 1));

@@ -9,6 +9,7 @@ mod protocol;
 mod rooms;
 mod targets;
 mod untested;
+mod words;
 
 use std::path::PathBuf;
 

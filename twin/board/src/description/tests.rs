@@ -15,7 +15,7 @@ can1 = { rx = "PD0", tx = "PD1" }
 can2 = { rx = "PB5", tx = "PB6" }
 capture = { can1 = "PA3", can2 = "PA2" }
 straps = { bits = ["PC0", "PC1", "PC2", "PC3"], parity = "PC4", maintenance = "PC5" }
-leds = { sync = "PD12", state = "PD13", heartbeat = "PD14", time = "PD15" }
+leds = { green = "PD12", orange = "PD13", red = "PD14", blue = "PD15" }
 "#;
 
 const fn pin(port: char, number: u8) -> Pin {
@@ -38,16 +38,7 @@ fn each_field_of_a_description_is_read() {
             maintenance: Some(pin('C', 5)),
         }),
         // In the order of their names.
-        leds: [
-            Some(pin('D', 14)),
-            Some(pin('D', 13)),
-            Some(pin('D', 12)),
-            Some(pin('D', 15)),
-            None,
-            None,
-            None,
-            None,
-        ],
+        leds: std::array::from_fn(|n| [15, 12, 13, 14].get(n).map(|&number| pin('D', number))),
         transceiver_switch: Some(pin('B', 6)),
     };
     assert_eq!(board.model.pins, expected);
@@ -83,9 +74,9 @@ fn mistakes_are_refused_with_file_field_and_what_is_allowed() {
         ("PC9", "PC10", &["pulse", "PC10", "PC9"]),
         ("PC2", "PC16", &["straps.bits[2]", "PC16", "no name of a pin", "PA0 to PK15"]),
         ("PC2", "PF2", &["straps.bits[2]", "PF2", "no such pin", "100 pins"]),
-        ("PC4", "PD12", &["leds.sync", "PD12", "straps.parity has this pin"]),
+        ("PC4", "PD12", &["leds.green", "PD12", "straps.parity has this pin"]),
         ("PC5", "PA13", &["straps.maintenance", "PA13", "debug probe"]),
-        ("PD13", "PH0", &["leds.state", "PH0", "OSC_IN"]),
+        ("PD13", "PH0", &["leds.orange", "PH0", "OSC_IN"]),
         (
             "leds = {",
             "leds = { a = \"PE0\", b = \"PE1\", c = \"PE2\", d = \"PE3\", e = \"PE4\", ",
@@ -154,9 +145,9 @@ fn example_of_the_wiring_page_is_read() {
     );
 }
 
-/// Given a Node-ID, then an odd number of straps is tied to ground, bits from the lowest.
+/// Given a number of a board, then an odd number of straps is tied to ground, bits from the lowest.
 #[test]
-fn straps_say_the_node_id_with_odd_parity() {
+fn straps_say_the_number_with_odd_parity() {
     let straps = Model::shipped("pyboard-v11").pins.straps.unwrap();
     for (node, closed) in [(2, &[3][..]), (3, &[2, 3, 6]), (15, &[2, 3, 4, 5, 6]), (1, &[2]), (0, &[6])] {
         let expected: Vec<_> = closed.iter().map(|number| (pin('A', *number), false)).collect();

@@ -1,7 +1,10 @@
 //! The failures of ECSS-E-ST-50-15C, Table 5-2, and what the network has to do in each.
+//!
+//! A wire knows levels, not volts: what leaves the bus usable with a smaller margin shows as a raised bit error rate, and
+//! what forbids communication as a line that stays recessive. Cases are numbered as in ISO 11898-2.
 
 use crate::common::*;
-use can_wire::failure::Failure;
+use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
@@ -17,6 +20,14 @@ const REMOVAL_MS: u64 = 40;
 /// From here on nothing may remind of it: 17 ms are the longest way back from bus-off at 1 Mbit/s.
 const SETTLED_MS: u64 = 70;
 
+/// What begins a failure and what ends it; `None` when the damage stays.
+type Failure = (Fault, Option<Fault>);
+
+/// A reduced signal-to-noise ratio: about one frame of 110 bits in a hundred is hit. An assumption: the standard gives no number.
+fn reduced_margin(seed: u64) -> Failure {
+    (Fault::BitErrors { rate: 1e-4, seed }, Some(Fault::BitErrors { rate: 0.0, seed }))
+}
+
 /// Frame `n` of a node: no other is like it.
 fn numbered(node: usize, n: u64) -> WireFrame {
     WireFrame::standard(0x181 + node as u16, &(n as u16).to_be_bytes())
@@ -30,8 +41,9 @@ fn network(failure: Failure) -> Bench {
         (10.0 * node as f64, station)
     };
     let mut bench = Bench::new(WireConfig::default(), (0..NODES).map(station).collect());
-    bench.wire.schedule(Time::from_ms(ONSET_MS), failure.onset).unwrap();
-    if let Some(removal) = failure.removal {
+    let (onset, removal) = failure;
+    bench.wire.schedule(Time::from_ms(ONSET_MS), onset).unwrap();
+    if let Some(removal) = removal {
         bench.wire.schedule(Time::from_ms(REMOVAL_MS), removal).unwrap();
     }
     bench.leap(Time::from_ms(LAST_MS + 5));
@@ -87,11 +99,27 @@ fn the_rest_goes_on(failure: Failure, rest: &[usize]) {
     no_ill_effects(&bench);
 }
 
-/// Errors come and every one of them is repaired by repetition.
-fn all_go_on_with_errors(failure: impl Fn(u64) -> Failure) {
+/// The cases of ECSS 5.3.3.2.2a, 5.3.3.2.2c: levels of a node without ground are as those of an open stub.
+#[test]
+fn a_disconnected_node_leaves_the_others_communicating() {
+    for (node, rest) in [(2, [0, 1, 3, 4]), (0, [1, 2, 3, 4]), (4, [0, 1, 2, 3])] {
+        the_rest_goes_on((Fault::Disconnect(node), Some(Fault::Reconnect(node))), &rest);
+    }
+}
+
+/// The case of ECSS 5.3.3.2.2b
+#[test]
+fn a_node_without_power_leaves_the_others_communicating() {
+    the_rest_goes_on((Fault::PowerOff(2), Some(Fault::PowerOn(2))), &[0, 1, 3, 4]);
+}
+
+/// The cases of ECSS 5.3.3.2.2d (shield lost), 5.3.3.2.3a and b (cases 1 and 2: one wire open), c (3a: CAN_H at +7 V or less),
+/// f (4: CAN_L at ground) and l (9: a termination lost). Errors come, and every one of them is repaired by repetition.
+#[test]
+fn a_reduced_margin_leaves_all_communicating() {
     let mut destroyed = 0;
     for seed in 0..5 {
-        let bench = network(failure(seed));
+        let bench = network(reduced_margin(seed));
         before(&bench);
         communicate(&bench, &ALL, ONSET_MS..REMOVAL_MS);
         no_ill_effects(&bench);
@@ -100,115 +128,41 @@ fn all_go_on_with_errors(failure: impl Fn(u64) -> Failure) {
     assert!(destroyed > 0, "the margin is reduced");
 }
 
-fn all_resume_after(failure: Failure) {
-    let bench = network(failure);
-    before(&bench);
-    silence(&bench);
-    no_ill_effects(&bench);
+/// The cases of ECSS 5.3.3.2.3d (3b: CAN_H at a voltage that transceivers survive), g (5: CAN_H at ground), h (6a: CAN_L at such a
+/// voltage) and j (7: both wires together).
+#[test]
+fn a_short_in_range_blocks_the_bus_until_it_is_removed() {
+    for position_m in [0.0, 15.0, 33.0, 40.0] {
+        let bench = network((Fault::Short { position_m, level: true }, Some(Fault::ClearShorts)));
+        before(&bench);
+        silence(&bench);
+        no_ill_effects(&bench);
+    }
 }
 
-fn nothing_goes_on(failure: Failure) {
-    assert_eq!(failure.removal, None, "no repair in flight");
-    let bench = network(failure);
+/// The bus is lost, and only another one helps (ECSS 5.3.3.2.3e, i; cases 3c, 6b and 6c: transceivers are destroyed).
+#[test]
+fn a_voltage_out_of_range_blocks_the_bus_for_ever() {
+    let bench = network((Fault::Short { position_m: 15.0, level: true }, None));
     before(&bench);
     silence(&bench);
     assert_eq!(arrived(&bench, 0, 1, SETTLED_MS..LAST_MS), 0);
 }
 
-/// The case of ECSS 5.3.3.2.2a
-#[test]
-fn a_disconnected_node_leaves_the_others_communicating() {
-    the_rest_goes_on(Failure::node_disconnected(2), &[0, 1, 3, 4]);
-    the_rest_goes_on(Failure::node_disconnected(0), &[1, 2, 3, 4]);
-}
-
-/// The case of ECSS 5.3.3.2.2b
-#[test]
-fn a_node_without_power_leaves_the_others_communicating() {
-    the_rest_goes_on(Failure::node_unpowered(2), &[0, 1, 3, 4]);
-}
-
-/// The case of ECSS 5.3.3.2.2c
-#[test]
-fn a_node_without_ground_leaves_the_others_communicating() {
-    the_rest_goes_on(Failure::ground_lost(4), &[0, 1, 2, 3]);
-}
-
-/// The case of ECSS 5.3.3.2.2d
-#[test]
-fn a_lost_shield_leaves_all_communicating() {
-    all_go_on_with_errors(Failure::shield_lost);
-}
-
-/// The case of ECSS 5.3.3.2.3a, 5.3.3.2.3b
-#[test]
-fn one_interrupted_wire_leaves_all_communicating() {
-    all_go_on_with_errors(Failure::can_h_interrupted);
-    all_go_on_with_errors(Failure::can_l_interrupted);
-}
-
-/// The case of ECSS 5.3.3.2.3c
-#[test]
-fn can_h_at_a_low_voltage_leaves_all_communicating() {
-    all_go_on_with_errors(Failure::can_h_shorted_to_low_voltage);
-}
-
-/// The case of ECSS 5.3.3.2.3d
-#[test]
-fn can_h_at_voltage_in_range_blocks_the_bus_until_removed() {
-    all_resume_after(Failure::can_h_shorted_in_range(15.0));
-}
-
-/// The bus is lost, and only another one helps (ECSS 5.3.3.2.3e, i).
-#[test]
-fn a_voltage_out_of_range_blocks_the_bus_for_ever() {
-    nothing_goes_on(Failure::can_h_shorted_out_of_range(15.0));
-    nothing_goes_on(Failure::can_l_shorted_out_of_range(25.0));
-}
-
-/// The case of ECSS 5.3.3.2.3f
-#[test]
-fn can_l_at_ground_leaves_all_communicating() {
-    all_go_on_with_errors(Failure::can_l_shorted_to_ground);
-}
-
-/// The case of ECSS 5.3.3.2.3g
-#[test]
-fn can_h_at_ground_blocks_the_bus_until_it_is_removed() {
-    all_resume_after(Failure::can_h_shorted_to_ground(0.0));
-}
-
-/// The case of ECSS 5.3.3.2.3h
-#[test]
-fn can_l_at_voltage_in_range_blocks_the_bus_until_removed() {
-    all_resume_after(Failure::can_l_shorted_in_range(40.0));
-}
-
-/// The case of ECSS 5.3.3.2.3j
-#[test]
-fn shorted_wires_block_the_bus_until_it_is_removed() {
-    all_resume_after(Failure::can_l_shorted_to_can_h(33.0));
-}
-
-/// The case of ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+/// The case of ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2 (case 8: both wires at one location)
 #[test]
 fn a_cut_leaves_those_upstream_communicating() {
+    let cut = |position_m| (Fault::Cut { position_m }, Some(Fault::Restore { position_m }));
     // Both pieces have two nodes or more: each is a bus.
-    let bench = network(Failure::both_interrupted(25.0));
+    let bench = network(cut(25.0));
     before(&bench);
     communicate(&bench, &[0, 1, 2], ONSET_MS..REMOVAL_MS);
     communicate(&bench, &[3, 4], ONSET_MS..REMOVAL_MS);
     assert_eq!(arrived(&bench, 0, 3, ONSET_MS + 1..REMOVAL_MS - 1), 0);
     no_ill_effects(&bench);
     // A node alone at the end: it finds nobody, and is never bus-off.
-    let bench = network(Failure::both_interrupted(35.0));
+    let bench = network(cut(35.0));
     communicate(&bench, &[0, 1, 2, 3], ONSET_MS..REMOVAL_MS);
     assert!(counts(&bench, 4).iter().all(|&(_, transmit, _)| transmit < 256));
     no_ill_effects(&bench);
-}
-
-/// The case of ECSS 5.3.3.2.3l
-#[test]
-fn a_lost_termination_leaves_all_communicating() {
-    all_go_on_with_errors(Failure::termination_lost);
 }

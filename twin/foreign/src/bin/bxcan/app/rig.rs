@@ -118,12 +118,12 @@ impl Rig {
     }
 }
 
-#[cfg(feature = "pyboard-v11")]
+#[cfg(feature = "pyboard-v11-bxcan")]
 fn config() -> Config {
     Config::hse(12.MHz())
 }
 
-#[cfg(not(feature = "pyboard-v11"))]
+#[cfg(not(feature = "pyboard-v11-bxcan"))]
 fn config() -> Config {
     Config::hse(8.MHz()).bypass_hse_oscillator()
 }
