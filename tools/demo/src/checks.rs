@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::access::BusAccess;
 use super::flight::{BoardCount, Flight};
 use super::meaning::Scope;
 use super::narrator::name;
-use super::plan::BusAccess;
 use super::record::{Bus, MASTER, Node};
 use super::track::Track;
 

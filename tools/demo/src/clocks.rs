@@ -10,8 +10,8 @@ use twin::spacecraft::{BoardId, Spacecraft};
 
 use super::meaning::{Meaning, NmtState};
 use super::observer::Observer;
+use super::phase::Phase;
 use super::record::{FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
-use super::track::Phase;
 
 /// Of the shipped images.
 const PERIOD: Time = Time::from_ms(1000);

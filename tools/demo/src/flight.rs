@@ -4,10 +4,11 @@ use std::time::Duration;
 
 use can_wire::time::Time;
 
+use super::change::Takeover;
 use super::clocks::Clock;
 use super::line::Line;
 use super::meaning::Meaning;
-use super::observer::{Observer, Takeover};
+use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, is_master};
 use super::stamps::StampErrors;

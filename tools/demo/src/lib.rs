@@ -2,8 +2,11 @@
 
 #![forbid(unsafe_code)]
 
+pub mod access;
+pub mod change;
 mod checks;
 mod clocks;
+pub mod cut;
 pub mod drawing;
 mod emergency;
 mod files;
@@ -19,6 +22,7 @@ mod options;
 mod origin;
 mod outcome;
 mod pdos;
+pub mod phase;
 pub mod plan;
 pub mod record;
 pub mod report;

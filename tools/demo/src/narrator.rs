@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use can_wire::time::Time;
 
+use super::change::{Change, Since};
 use super::emergency;
 use super::line::{Line, Tone, Topic};
 use super::meaning::{Meaning, NmtState, Scope};
-use super::observer::{Change, Since};
+use super::phase::Phase;
 use super::plan::Plan;
 use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
 use super::telemetry;
-use super::track::Phase;
 
 /// Interval of the lines that sum up the traffic.
 const SUMMARY_EVERY: Time = Time::from_ms(5000);

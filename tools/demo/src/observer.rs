@@ -19,62 +19,13 @@ use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 
+use super::access::BusAccess;
+use super::change::{Change, Since, Takeover};
 use super::meaning::{Meaning, NmtState, Scope};
-use super::plan::{BusAccess, Plan};
+use super::phase::{Phase, Span};
+use super::plan::Plan;
 use super::record::{Bus, FlightEvent, MASTER, Node, Occurrence, Seen, is_master};
-use super::track::{Phase, SETTLING, Span, Track};
-
-/// A change that the observer noticed, for the narrator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
-    /// A node changed phase or bus.
-    Now(Node, Span),
-    /// The first proof that a slave works again, and the time since the fault. After a cut it works on the other bus; after the
-    /// loss of the active master it works for the other one. In a flight of the shipped images the proof is a command due or
-    /// telemetry, else a heartbeat as operational.
-    Recovered(Node, Since, Time),
-    /// A master board sends what another one sent before.
-    TookOver(Takeover),
-}
-
-/// The fault from which a recovery is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Since {
-    /// The cut of a bus.
-    Cut,
-    /// The loss of the active master.
-    Loss,
-}
-
-impl Since {
-    /// The fault, for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Since::Cut => "the cut",
-            Since::Loss => "the loss of the master",
-        }
-    }
-}
-
-/// Another board became the active master.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Takeover {
-    /// Board that was active.
-    pub from: Node,
-    /// Board that is active now.
-    pub to: Node,
-    /// End of the last heartbeat of the board that was active.
-    pub last: Time,
-    /// End of the first message of the board that is active now.
-    pub first: Time,
-}
-
-impl Takeover {
-    /// Time in which no master was heard.
-    pub fn took(&self) -> Time {
-        self.first.since(self.last)
-    }
-}
+use super::track::{SETTLING, Track};
 
 /// Follows all nodes of a flight.
 #[derive(Clone, Debug)]

@@ -8,6 +8,8 @@ use twin::board::{BoardConfig, Fittings};
 use twin::crystal::{Crystal, Ramp};
 use twin::image::Image;
 
+use super::access::BusAccess;
+use super::cut::CutPlan;
 use super::meaning::Scope;
 use super::options::{Options, SECONDS};
 use super::record::Bus;
@@ -118,39 +120,6 @@ impl BoardPlan {
             },
         }
     }
-}
-
-/// Access of a slave to the two buses (ECSS 4.8.1).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusAccess {
-    /// Both controllers live.
-    Parallel,
-    /// One bus at a time.
-    Selective,
-    /// An image of the user's decides.
-    Unknown,
-}
-
-impl BusAccess {
-    /// The word of the standard, if it is known.
-    pub fn name(self) -> &'static str {
-        match self {
-            BusAccess::Parallel => "parallel",
-            BusAccess::Selective => "selective",
-            BusAccess::Unknown => "",
-        }
-    }
-}
-
-/// A cut to be made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CutPlan {
-    /// Bus that is cut.
-    pub bus: Bus,
-    /// Time of the cut.
-    pub at: Time,
-    /// Metres from the master's end.
-    pub position_m: f64,
 }
 
 /// A flight to be flown.

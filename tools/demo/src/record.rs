@@ -5,8 +5,8 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
+use super::cut::CutPlan;
 use super::meaning::{Meaning, Scope};
-use super::plan::CutPlan;
 pub use firmware_images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::rtt::Level;
 pub use twin::spacecraft::Bus;

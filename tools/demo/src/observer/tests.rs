@@ -1,7 +1,7 @@
 use can_wire::frame::WireFrame;
 
 use super::*;
-use crate::plan::CutPlan;
+use crate::cut::CutPlan;
 use crate::record::{Nodes, SECOND_MASTER};
 use crate::sample;
 

@@ -10,8 +10,8 @@ use super::axis::Axis;
 use super::flags::Flags;
 use super::kind::Kind;
 use super::lanes::{Lanes, ROW, lane, lane_title};
+use crate::change::Since;
 use crate::flight::Flight;
-use crate::observer::Since;
 use crate::record::Bus;
 
 const AXIS: f64 = 26.0;

@@ -4,8 +4,9 @@
 //! one 1.2 s later. It loses its power at 20 s; the other master takes over 399 ms after its last heartbeat.
 
 use super::{at, frame};
+use crate::cut::CutPlan;
 use crate::flight::{BoardCount, Flight};
-use crate::plan::{BoardPlan, CutPlan, Plan};
+use crate::plan::{BoardPlan, Plan};
 use crate::record::{Bus, FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER};
 use can_wire::time::Time;
 use firmware_images::support::board::Profile;
