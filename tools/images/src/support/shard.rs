@@ -1,8 +1,7 @@
 //! Shards: parts of a long run, which many machines share.
 //!
-//! A *run* has units in a fixed order: runs of a campaign, mutants of a sample, steps of a benchmark. A *shard* `I/N` takes one
-//! range of them, the same on every machine, and writes its results to a file, its *part*. [`merged`] joins the parts of all
-//! shards in the order of their units:
+//! A *run* has units in a fixed order, such as the runs of a campaign. A *shard* `I/N` takes one range of them, the same on every
+//! machine, and writes its results to a file, its *part*. [`merged`] joins the parts of all shards in the order of their units:
 //!
 //! ```text
 //! shard.check("campaign", total, "runs")?;
