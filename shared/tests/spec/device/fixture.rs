@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::instrument::{self, STANDARD};
 use ecss_can::node::{Device, Slave};
+use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::profile::Profile;
 use ecss_can::store::{Loss, ParameterStore, StoreError};
 use ecss_can::types::{Bus, Instant, NodeId};
@@ -191,6 +192,23 @@ pub(crate) fn write_all<A: Device>(slave: &mut Bench<Slave<A>>, steps: &[(u16, u
     for (index, sub, value) in steps {
         assert_eq!(write(slave, *index, *sub, value), done(*index, *sub), "{index:04X}h:{sub} {value:02X?}");
     }
+}
+
+/// TPDO `number`, with its COB-ID of the pre-defined connection set, carries these objects from now on.
+pub(crate) fn map_tpdo<A: Device>(
+    slave: &mut Bench<Slave<A>>,
+    number: u16,
+    transmission: u8,
+    objects: &[u32],
+) {
+    let (parameters, mapping) = (0x17FF + number, 0x19FF + number);
+    let id = NO_REMOTE | u32::from(0x85 + 0x100 * number);
+    write_all(slave, &[(parameters, 1, &(INVALID | id).to_le_bytes()), (mapping, 0, &[0])]);
+    for (sub, object) in (1..).zip(objects) {
+        write_all(slave, &[(mapping, sub, &object.to_le_bytes())]);
+    }
+    write_all(slave, &[(mapping, 0, &[objects.len() as u8]), (parameters, 2, &[transmission])]);
+    write_all(slave, &[(parameters, 1, &id.to_le_bytes())]);
 }
 
 /// Time passes with the master heard on the nominal bus, ten times a second.

@@ -5,15 +5,19 @@ use ecss_can::link::port::{Filter, Health};
 use ecss_can::node::{BusCommand, Device, Node as _, NodeObjects, Slave, SlaveEvent};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
-use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, CobId, Duration};
 
 use super::fixture::{
-    done, operational, payloads, powered, read, run_with_master, write, write_all, write_on,
+    autostarted, done, map_tpdo, operational, payloads, powered, read, run_with_master, write, write_all,
+    write_on,
 };
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
-use crate::instrument::{self, Instrument, STANDARD};
+use crate::instrument::{Instrument, STANDARD};
 use crate::slave::TestSlave;
+
+/// Value, and Bdefault, as an entry of a mapping.
+const VALUE: u32 = 0x6210_0020;
+const BDEFAULT: u32 = 0x2000_0108;
 
 /// Verifies: ECSS 6.10a, 6.10c
 #[test]
@@ -45,17 +49,8 @@ fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
 #[test]
 fn a_pdo_is_mapped_anew_and_sent() {
     let mut slave = powered();
-    let steps: [(u16, u8, &[u8]); 6] = [
-        (0x1A01, 0, &[0]),
-        (0x1A01, 1, &[32, 0, 0x10, 0x62]),
-        (0x1A01, 2, &[8, 1, 0x20, 0x20]),
-        (0x1A01, 0, &[2]),
-        (0x1801, 5, &[10, 0]),
-        (0x1801, 1, &[0x85, 2, 0, 0x40]),
-    ];
-    for (index, sub, value) in steps {
-        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
-    }
+    write_all(&mut slave, &[(0x1801, 5, &[10, 0])]);
+    map_tpdo(&mut slave, 2, 254, &[VALUE, 0x2020_0108]);
     assert_eq!(write(&mut slave, 0x6210, 0, &[1, 2, 3, 4]), done(0x6210, 0));
     assert!(slave.events.contains(&SlaveEvent::Written(Address::new(0x6210, 0))));
     slave.health(NOMINAL, Health { tec: 9, ..Health::default() });
@@ -86,16 +81,7 @@ fn what_a_service_has_to_follow_does_not_come_by_pdo() {
 #[test]
 fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
     let mut slave = powered();
-    let steps: [(u16, u8, &[u8]); 5] = [
-        (0x1A01, 0, &[0]),
-        (0x1A01, 1, &[8, 1, 0, 0x20]),
-        (0x1A01, 2, &[8, 4, 0, 0x20]),
-        (0x1A01, 0, &[2]),
-        (0x1801, 1, &[0x85, 2, 0, 0x40]),
-    ];
-    for (index, sub, value) in steps {
-        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
-    }
+    map_tpdo(&mut slave, 2, 254, &[BDEFAULT, 0x2000_0408]);
     // The master is lost and found on the other bus.
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.receive(NOMINAL, 0x000, &[1, 5]);
@@ -117,7 +103,7 @@ fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
 /// Verifies: ECSS 6.9e
 #[test]
 fn synchronous_pdo_not_sent_by_the_end_of_the_window_is_stale() {
-    let mut slave = Bench::new(instrument::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    let mut slave = autostarted();
     let expires = |slave: &mut Bench<TestSlave>| {
         slave.clear();
         slave.receive(NOMINAL, 0x080, &[]);
@@ -137,7 +123,7 @@ fn synchronous_pdo_not_sent_by_the_end_of_the_window_is_stale() {
 /// Verifies: ECSS 6.9e
 #[test]
 fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
-    let mut slave = Bench::new(instrument::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    let mut slave = autostarted();
     write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes());
     slave.receive(NOMINAL, 0x080, &[]);
     // RPDO 5 takes a synchronous word, long after the window of the only SYNC.
@@ -164,14 +150,8 @@ fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
     assert_eq!(slave.node.objects().application.value, 9);
 }
 
-/// The local time and the frames received so far, 8 bytes: mapped to TPDO 2, which is made invalid.
-const MAPS_VALUES_OF_THE_MOMENT: [(u16, u8, &[u8]); 5] = [
-    (0x1801, 1, &[0x85, 2, 0, 0xC0]),
-    (0x1A01, 0, &[0]),
-    (0x1A01, 1, &[32, 1, 0x11, 0x20]),
-    (0x1A01, 2, &[32, 5, 0x20, 0x20]),
-    (0x1A01, 0, &[2]),
-];
+/// The local time and the frames received so far, 8 bytes.
+const VALUES_OF_THE_MOMENT: [u32; 2] = [0x2011_0120, 0x2020_0520];
 
 /// Of each payload of TPDO 2.
 fn values_of_the_moment(slave: &Bench<TestSlave>) -> Vec<(u32, u32)> {
@@ -184,8 +164,8 @@ fn values_of_the_moment(slave: &Bench<TestSlave>) -> Vec<(u32, u32)> {
 fn pdo_by_event_timer_carries_present_time_and_health() {
     let mut slave = operational();
     write_all(&mut slave, &[(0x2010, 1, &1_000_u32.to_le_bytes()), (0x2010, 2, &[0; 3])]);
-    write_all(&mut slave, &MAPS_VALUES_OF_THE_MOMENT);
-    write_all(&mut slave, &[(0x1801, 5, &1_000_u16.to_le_bytes()), (0x1801, 1, &[0x85, 2, 0, 0x40])]);
+    write_all(&mut slave, &[(0x1801, 5, &1_000_u16.to_le_bytes())]);
+    map_tpdo(&mut slave, 2, 254, &VALUES_OF_THE_MOMENT);
     let received = slave.node.status(slave.now).counters[NOMINAL].received;
     slave.clear();
     // 10 heartbeats a second, the tenth after the PDO.
@@ -200,8 +180,7 @@ fn pdo_by_event_or_sync_carries_present_time_and_health() {
     for transmission in [254, 0, 1] {
         let mut slave = operational();
         write_all(&mut slave, &[(0x2010, 1, &1_000_u32.to_le_bytes()), (0x2010, 2, &[0; 3])]);
-        write_all(&mut slave, &MAPS_VALUES_OF_THE_MOMENT);
-        write_all(&mut slave, &[(0x1801, 2, &[transmission]), (0x1801, 1, &[0x85, 2, 0, 0x40])]);
+        map_tpdo(&mut slave, 2, transmission, &VALUES_OF_THE_MOMENT);
         let received = slave.node.status(slave.now).counters[NOMINAL].received;
         run_with_master(&mut slave, ms(1_000));
         slave.clear();
@@ -216,16 +195,7 @@ fn pdo_by_event_or_sync_carries_present_time_and_health() {
 #[test]
 fn change_of_bus_triggers_the_pdo_that_carries_the_default_bus() {
     let mut slave = operational();
-    write_all(
-        &mut slave,
-        &[
-            (0x1A01, 0, &[0]),
-            (0x1A01, 1, &[8, 1, 0, 0x20]),
-            (0x1A01, 0, &[1]),
-            (0x1801, 2, &[254]),
-            (0x1801, 1, &[0x85, 2, 0, 0x40]),
-        ],
-    );
+    map_tpdo(&mut slave, 2, 254, &[BDEFAULT]);
     run_with_master(&mut slave, ms(200));
     slave.clear();
     // It follows the master, which was not missed yet.
@@ -252,16 +222,7 @@ fn change_of_bus_triggers_the_pdo_that_carries_the_default_bus() {
 #[test]
 fn triggered_pdo_goes_out_at_the_sync_despite_writes_before() {
     let mut slave = operational();
-    write_all(
-        &mut slave,
-        &[
-            (0x1A01, 0, &[0]),
-            (0x1A01, 1, &[32, 0, 0x10, 0x62]),
-            (0x1A01, 0, &[1]),
-            (0x1801, 2, &[0]),
-            (0x1801, 1, &[0x85, 2, 0, 0x40]),
-        ],
-    );
+    map_tpdo(&mut slave, 2, 0, &[VALUE]);
     slave.clear();
     slave.receive(NOMINAL, 0x080, &[]);
     assert_eq!(payloads(&slave, 0x285), [[0; 4]; 0], "no event yet");

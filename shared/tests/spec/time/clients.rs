@@ -6,7 +6,7 @@ use ecss_can::time::Step;
 use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, sync_at, time, us};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
-use crate::device::fixture::{ask_on, done, read, refused, write, write_on};
+use crate::device::fixture::{ask_on, done, map_tpdo, read, refused, write, write_all, write_on};
 
 fn steps(slave: &Node<Keeper>) -> Vec<Step> {
     let step = |event: &SlaveEvent| match event {
@@ -153,17 +153,8 @@ fn the_quality_of_the_clock_is_there_to_read() {
 #[test]
 fn the_quality_of_the_clock_travels_by_pdo() {
     let mut slave = operational::<Keeper>();
-    // TPDO 2, 285h, with each SYNC: source and steps.
-    let steps: [(u16, u8, &[u8]); 5] = [
-        (0x1A01, 1, &[8, 2, 0x15, 0x20]),
-        (0x1A01, 2, &[16, 5, 0x15, 0x20]),
-        (0x1A01, 0, &[2]),
-        (0x1801, 2, &[1]),
-        (0x1801, 1, &[0x85, 2, 0, 0x40]),
-    ];
-    for (index, sub, value) in steps {
-        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
-    }
+    // With each SYNC: source and steps.
+    map_tpdo(&mut slave, 2, 1, &[0x2015_0208, 0x2015_0510]);
     sync(&mut slave);
     time(&mut slave, scet(1_000, 1));
     slave.clear();
@@ -177,18 +168,8 @@ fn the_quality_of_the_clock_travels_by_pdo() {
 #[test]
 fn the_quality_of_the_clock_travels_alone() {
     let mut slave = operational::<Keeper>();
-    let steps: [(u16, u8, &[u8]); 7] = [
-        (0x1800, 1, &[0x85, 1, 0, 0xC0]),
-        (0x1A00, 0, &[0]),
-        (0x1801, 1, &[0x85, 2, 0, 0xC0]),
-        (0x1A01, 1, &[16, 5, 0x15, 0x20]),
-        (0x1A01, 0, &[1]),
-        (0x1801, 2, &[1]),
-        (0x1801, 1, &[0x85, 2, 0, 0x40]),
-    ];
-    for (index, sub, value) in steps {
-        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
-    }
+    write_all(&mut slave, &[(0x1800, 1, &[0x85, 1, 0, 0xC0]), (0x1A00, 0, &[0])]);
+    map_tpdo(&mut slave, 2, 1, &[0x2015_0510]);
     sync(&mut slave);
     time(&mut slave, scet(1_000, 1));
     slave.clear();

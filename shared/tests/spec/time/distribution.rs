@@ -7,7 +7,7 @@ use ecss_can::types::{Duration, Scet};
 use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, time, us};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
-use crate::device::fixture::{done, read, write};
+use crate::device::fixture::{done, map_tpdo, read, write, write_all};
 
 /// How far the clock is from `scet` at the present, microseconds.
 fn off(slave: &Node<Keeper>, truth: Scet) -> i64 {
@@ -41,6 +41,14 @@ fn at(ms: u64) -> Scet {
 /// The same in microseconds.
 fn at_us(us: u64) -> Scet {
     scet(1_000, 0).plus(Duration::from_micros(us))
+}
+
+/// The PDO of the time with the parameters at `index` gets this transmission type: 1400h is the spacecraft time, 1800h the local one.
+fn set_transmission(slave: &mut Node<Keeper>, index: u16, transmission: u8) {
+    let id = if index == 0x1400 { 0x81 } else { 0x85 };
+    let steps: [(u16, u8, &[u8]); 3] =
+        [(index, 1, &[id, 1, 0, 0xC0]), (index, 2, &[transmission]), (index, 1, &[id, 1, 0, 0x40])];
+    write_all(slave, &steps);
 }
 
 /// The value holds for the SYNC before it, and takes effect when it arrives: not at the SYNC after it.
@@ -200,9 +208,7 @@ fn time_set_back_by_a_sync_period_is_followed_at_the_sixth_time() {
 #[test]
 fn a_time_of_type_255_holds_when_it_arrives() {
     let mut slave = operational::<Keeper>();
-    for (sub, value) in [(1, &[0x81, 1, 0, 0xC0][..]), (2, &[255]), (1, &[0x81, 1, 0, 0x40])] {
-        write(&mut slave, 0x1400, sub, value);
-    }
+    set_transmission(&mut slave, 0x1400, 255);
     run(&mut slave, ms(50));
     sync(&mut slave);
     run(&mut slave, ms(90));
@@ -215,9 +221,7 @@ fn a_time_of_type_255_holds_when_it_arrives() {
 #[test]
 fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
     let mut slave = operational::<Keeper>();
-    for (sub, value) in [(1, &[0x85, 1, 0, 0xC0][..]), (2, &[254]), (1, &[0x85, 1, 0, 0x40])] {
-        write(&mut slave, 0x1800, sub, value);
-    }
+    set_transmission(&mut slave, 0x1800, 254);
     run(&mut slave, ms(1_000));
     sync(&mut slave);
     run(&mut slave, ms(1_050));
@@ -230,11 +234,7 @@ fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
 #[test]
 fn local_time_pdo_by_event_has_present_time_without_sync_times() {
     let mut slave = operational::<Keeper>();
-    for (index, id) in [(0x1400, 0x81), (0x1800, 0x85)] {
-        for (sub, value) in [(1, &[id, 1, 0, 0xC0][..]), (2, &[254]), (1, &[id, 1, 0, 0x40])] {
-            write(&mut slave, index, sub, value);
-        }
-    }
+    [0x1400, 0x1800].into_iter().for_each(|index| set_transmission(&mut slave, index, 254));
     run(&mut slave, ms(1_000));
     sync(&mut slave);
     run(&mut slave, ms(1_500));
@@ -248,18 +248,8 @@ fn local_time_pdo_by_event_has_present_time_without_sync_times() {
 fn time_at_a_sync_expires_before_it_could_be_that_of_the_next() {
     for (of_time, lifetime) in [(1, 50), (254, 100)] {
         let mut slave = operational::<Keeper>();
-        let steps: [(u16, u8, &[u8]); 7] = [
-            (0x1800, 1, &[0x85, 1, 0, 0xC0]),
-            (0x1800, 2, &[of_time]),
-            (0x1800, 1, &[0x85, 1, 0, 0x40]),
-            (0x1A01, 1, &[16, 5, 0x15, 0x20]),
-            (0x1A01, 0, &[1]),
-            (0x1801, 2, &[1]),
-            (0x1801, 1, &[0x85, 2, 0, 0x40]),
-        ];
-        for (index, sub, value) in steps {
-            write(&mut slave, index, sub, value);
-        }
+        set_transmission(&mut slave, 0x1800, of_time);
+        map_tpdo(&mut slave, 2, 1, &[0x2015_0510]);
         run(&mut slave, ms(10));
         slave.clear();
         sync(&mut slave);

@@ -9,7 +9,7 @@ use super::devices::{Keeper, Producer, operational};
 use super::{run, scet, sync, us};
 use crate::bench::{Bench, Master, NOMINAL, frame, ms};
 use crate::console;
-use crate::device::fixture::{payloads, write_all};
+use crate::device::fixture::{map_tpdo, payloads, write_all};
 use crate::instrument::STANDARD;
 use crate::master_device::{read, write};
 
@@ -74,15 +74,9 @@ fn sync_and_its_time_live_no_longer_than_1006h() {
 #[test]
 fn time_pdo_that_is_not_valid_shortens_no_lifetime() {
     let mut slave = operational::<Producer>();
-    // TPDO 2, 285h, with each SYNC: the source of the time.
-    let steps: [(u16, u8, &[u8]); 5] = [
-        (0x1800, 1, &[0x81, 1, 0, 0xC0]),
-        (0x1A01, 1, &[8, 2, 0x15, 0x20]),
-        (0x1A01, 0, &[1]),
-        (0x1801, 2, &[1]),
-        (0x1801, 1, &[0x85, 2, 0, 0x40]),
-    ];
-    write_all(&mut slave, &steps);
+    write_all(&mut slave, &[(0x1800, 1, &[0x81, 1, 0, 0xC0])]);
+    // With each SYNC: the source of the time.
+    map_tpdo(&mut slave, 2, 1, &[0x2015_0208]);
     slave.clear();
     sync(&mut slave);
     let [sent] = slave.sent[..] else { panic!("one: {:?}", slave.sent) };
