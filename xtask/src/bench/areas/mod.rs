@@ -3,6 +3,7 @@
 //! A new area is a file here with `pub const AREA: Area`, and its name in the two lists below.
 
 mod bound;
+mod demo;
 mod failover;
 mod holdover;
 mod instructions;
@@ -55,4 +56,5 @@ pub const ALL: &[Area] = &[
     holdover::AREA,
     bound::AREA,
     wire::AREA,
+    demo::AREA,
 ];

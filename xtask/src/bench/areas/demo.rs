@@ -1,0 +1,32 @@
+//! What the flight of `cargo demo` costs.
+//!
+//! Emulated instructions of all boards and events on the buses (frames that completed), per second of virtual time. A
+//! more faithful bus or chip must not make the demo slow. How fast it is on this computer is told as a ratio.
+
+use super::Area;
+use crate::bench::context::Context;
+use crate::bench::row::Row;
+
+pub const AREA: Area = Area { name: "demo", about: "cost of the demo flight", needs: &[], measure };
+
+/// Instructions and frames of the 40 s of the demo before the buses became bit-accurate: 42 million and 3930.
+const BASELINE: f64 = 42_003_930.0 / 40.0;
+
+/// How much more is allowed.
+const ALLOWED: f64 = 1.2;
+
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+    let flight = context.demo()?;
+    let seconds = flight.end.as_secs_f64();
+    let per_second = |count: u64| (count as f64 / seconds).round() as u64;
+    let instructions: u64 = flight.boards.iter().map(|board| board.instructions).sum();
+    let events = flight.frames().count() as u64;
+    let target = (BASELINE * ALLOWED).round() as u64;
+    let speed = seconds / flight.wall.as_secs_f64();
+    Ok(vec![
+        Row::lower("instructions", per_second(instructions), "per_virtual_second"),
+        Row::lower("bus_events", per_second(events), "per_virtual_second"),
+        Row::lower("work", per_second(instructions + events), "per_virtual_second").within(target),
+        Row::higher("real_time", speed, "times").noisy(),
+    ])
+}
