@@ -1,6 +1,6 @@
 //! Flash and static RAM of the images of every board, profile `standard`, and the deepest stack of the demo.
 //!
-//! The names in the symbol table say which part of the software takes the flash: see [`share`](crate::bench::share). The compiler inlines, so
+//! The names in the symbol table say which part of the software takes the flash: see [`share`]. The compiler inlines, so
 //! a part includes code that was inlined into it, and misses code that was inlined elsewhere.
 
 use std::fmt::Write as _;
