@@ -190,7 +190,6 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
     let task = format!("lint firmware for {board}, profile {profile}");
     let job = Job { home: &root, task, log: LOG, is_locked: true };
-
     // The thermometer has a board of its own.
     let fixtures = if board == "pyboard-v11" { "runtime+thermometer" } else { "runtime" };
     let what = [

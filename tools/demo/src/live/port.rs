@@ -159,7 +159,7 @@ impl OfferedBus {
 
     fn welcome(&mut self) {
         loop {
-            // Nobody is there, or one left before it was accepted, or no descriptor is free for it.
+            // No client waits, a client left before the port accepted it, or the process has no free descriptor.
             let Ok((stream, address)) = self.listener.accept() else { return };
             if self.connections.len() >= MOST_CLIENTS {
                 self.note(address, format!("turned away, there are {MOST_CLIENTS} clients"));
