@@ -20,7 +20,7 @@ const MADE: Timestamp = Timestamp { year: 2026, month: 11, day: 22, hour: 12, mi
 /// # Errors
 /// When it cannot be built.
 pub fn image() -> anyhow::Result<PathBuf> {
-    Ok(firmware_images::build_fixture("test-device", "pyboard-v11", LIBRECUBE.name)?)
+    Ok(firmware_images::build_fixture("test-device", LIBRECUBE.name)?)
 }
 
 /// Writes EDS and DCF into `target/second/device`; returns the EDS. The DCF is beside it and has `-3` in its name.

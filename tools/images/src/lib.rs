@@ -93,8 +93,10 @@ const MINIMAL: &str = "minimal";
 /// As a user writes them; their profile is their own.
 const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 
-/// Flown by tests alone.
+/// Flown by tests alone, on one board; and the one of them that is on chip support alone.
 const FIXTURES: &str = "fixtures";
+const FIXTURES_FLY: &str = "pyboard-v11";
+const BARE: &str = "test-bare";
 
 /// Drivers of others, flown by tests alone.
 const FOREIGN: &str = "foreign";
@@ -143,23 +145,15 @@ pub fn build_check<'a>(board: impl Into<BoardCrate<'a>>, program: &str) -> Resul
     Ok(image)
 }
 
-/// Builds a binary of `firmware/fixtures`; returns its ELF file.
+/// Builds a program of `firmware/fixtures` for the board of tests; returns its ELF file.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
-pub fn build_fixture(name: &str, board: &str, profile: &str) -> Result<PathBuf, Error> {
-    let profile = format!("{profile}+{}", fixture_feature(name));
-    let [image] = programs(board.into(), &profile, LOG, &[FIXTURES], [name])?;
+pub fn build_fixture(name: &str, profile: &str) -> Result<PathBuf, Error> {
+    let kind = if name == BARE { "bare" } else { "runtime" };
+    let profile = format!("{profile}+{kind}");
+    let [image] = programs(FIXTURES_FLY.into(), &profile, LOG, &[FIXTURES], [name])?;
     Ok(image)
-}
-
-/// What a fixture needs beside its board and its profile.
-fn fixture_feature(name: &str) -> &'static str {
-    match name {
-        "test-bare" => "bare",
-        "test-silent" => "runtime+thermometer",
-        _ => "runtime",
-    }
 }
 
 /// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
@@ -190,11 +184,8 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
     let task = format!("lint firmware for {board}, profile {profile}");
     let job = Job { home: &root, task, log: LOG, is_locked: true };
-    // The thermometer has a board of its own.
-    let fixtures = if board == "pyboard-v11" { "runtime+thermometer" } else { "runtime" };
     let what = [
         packages(&PACKAGES, Some(board), profile),
-        packages(&[FIXTURES], Some(board), &format!("{profile}+{fixtures}")),
         packages(&[CHECKS], Some(board), "standard"),
         drivers_of_others(board)?,
     ];
@@ -206,7 +197,9 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     // They have a board of their own.
     job.run(&["clippy"], &packages(&EXAMPLES, None, "standard"), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board, or of the log.
-    job.run(&["clippy"], &packages(&[FIXTURES], Some(board), "bare"), &["--", "-D", "warnings"], run)?;
+    for kind in ["bare", "runtime"].into_iter().filter(|_| board == FIXTURES_FLY) {
+        job.run(&["clippy"], &packages(&[FIXTURES], Some(board), kind), &["--", "-D", "warnings"], run)?;
+    }
     for profile in [profile, &format!("{profile}+one-controller")] {
         job.run(&["clippy"], &packages(&[MINIMAL], Some(board), profile), &["--", "-D", "warnings"], run)?;
     }

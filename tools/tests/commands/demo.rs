@@ -261,7 +261,7 @@ fn example(package: &str) -> PathBuf {
 #[test]
 fn own_image_that_falls_silent_fails_the_flight() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    let fixture = firmware_images::build_fixture("test-silent", "pyboard-v11", "standard").unwrap();
+    let fixture = firmware_images::build_fixture("test-silent", "standard").unwrap();
     let slave = format!("3={}", fixture.display());
     let boards = ["--profile", "standard", "--slaves", "1", "--slave", &slave];
     let (code, _, stderr) =

@@ -11,7 +11,7 @@ const LATE_TASK: u8 = 4;
 
 /// All of them operational, and a client.
 fn flown() -> (Flight, GuestId) {
-    let bare = parsed(&firmware_images::build_fixture("test-bare", "pyboard-v11", "standard").unwrap());
+    let bare = parsed(&firmware_images::build_fixture("test-bare", "standard").unwrap());
     let [master, slave] = STANDARD.clone();
     let config = move |setup: BoardSetup| {
         let slave = if setup.node == SLAVE { bare.clone() } else { slave.clone() };

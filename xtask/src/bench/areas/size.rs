@@ -64,7 +64,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 /// Flash of what CiA 301 alone gives a slave with 4 + 4 PDOs: its image without that of the same board without a node.
 fn canopen_only() -> anyhow::Result<Row> {
     let flash = |name: &str| -> anyhow::Result<u64> {
-        let image = firmware_images::build_fixture(name, FLOWN.name(), "standard")?;
+        let image = firmware_images::build_fixture(name, "standard")?;
         Ok(Facts::read(&image)?.size.flash)
     };
     let bytes = flash("size-canopen")?.saturating_sub(flash("size-bus")?);
