@@ -1,19 +1,22 @@
 //! valgrind's callgrind: counts the instructions of a program on this computer.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use anyhow::{Context, ensure};
+use cargo_metadata::Message;
+use cargo_metadata::camino::Utf8PathBuf;
+use firmware_images::support::project;
 
 /// Where its programs are built: apart from all else, so that no flags of others reach them.
 const TARGET_DIR: &str = "target/bench/build";
 
-/// Builds a package of the workspace as `--release` has it; returns its program.
+/// Builds a benchmark of a package of the workspace as `--release` has it; returns its program.
 ///
 /// # Errors
 /// When the package does not compile.
-pub fn build(package: &str) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package], package, ["release", "release"])
+pub fn build_benchmark(package: &str, bench: &str) -> anyhow::Result<PathBuf> {
+    compile(&["--package", package, "--bench", bench], "release")
 }
 
 /// Builds an example of a package of the workspace as `cargo test` has it; returns its program.
@@ -21,27 +24,27 @@ pub fn build(package: &str) -> anyhow::Result<PathBuf> {
 /// # Errors
 /// When the example does not compile.
 pub fn build_example(package: &str, example: &str) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package, "--example", example], &format!("examples/{example}"), ["dev", "debug"])
+    compile(&["--package", package, "--example", example], "dev")
 }
 
-/// `program`: its path below the folder of the profile of cargo.
-fn compile(what: &[&str], program: &str, [profile, folder]: [&str; 2]) -> anyhow::Result<PathBuf> {
-    let target_dir = firmware_images::support::project::path(TARGET_DIR);
+fn compile(what: &[&str], profile: &str) -> anyhow::Result<PathBuf> {
     let mut cargo = Command::new("cargo");
-    cargo.current_dir(firmware_images::support::project::path("")).args([
-        "build",
-        "--profile",
-        profile,
-        "--locked",
-        "--quiet",
-    ]);
-    cargo.args(what).arg("--target-dir").arg(&target_dir);
+    cargo.current_dir(project::path("")).args(["build", "--locked", "--quiet", "--profile", profile]);
+    cargo.args(["--message-format", "json-render-diagnostics", "--target-dir", TARGET_DIR]).args(what);
     for flags in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_RUSTFLAGS"] {
         cargo.env_remove(flags);
     }
-    let status = cargo.status().context("cannot run cargo")?;
-    ensure!(status.success(), "{program} cannot be built ({status})");
-    Ok(target_dir.join(folder).join(program))
+    let output = cargo.stderr(Stdio::inherit()).output().context("cannot run cargo")?;
+    let what = what.join(" ");
+    ensure!(output.status.success(), "{what} cannot be built ({})", output.status);
+    let programs = Message::parse_stream(output.stdout.as_slice()).filter_map(|message| match message {
+        Ok(Message::CompilerArtifact(artifact)) => artifact.executable,
+        _ => None,
+    });
+    programs
+        .last()
+        .map(Utf8PathBuf::into_std_path_buf)
+        .with_context(|| format!("{what}: cargo names no program"))
 }
 
 /// How many instructions a program takes from its start to its end.

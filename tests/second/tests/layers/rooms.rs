@@ -147,7 +147,7 @@ fn a_dependency_on_a_higher_room_is_found() {
         ("twin/board", "twin/foreign"),
         ("firmware/slave", "twin/wire"),
         ("firmware/slave", "tools/demo"),
-        ("tools/demo", "xtask/instructions"),
+        ("tools/demo", "xtask"),
         ("tools/demo", "twin/foreign"),
         ("tools/demo", "tests/flight"),
         ("xtask", "tests/flight"),

@@ -22,7 +22,7 @@ pub const AREA: Area = Area {
 
 const REPETITIONS: u64 = 100_000;
 
-/// Scenarios of the program in `xtask/instructions`, and the target of each. Those that are scattered, with values that do
+/// Scenarios of `shared/benches/instructions`, and the target of each. Those that are scattered, with values that do
 /// not lie in a row, have none of their own; nor has the local clock.
 const SCENARIOS: [(&str, Option<u64>); 13] = [
     ("rpdo_static", Some(263)),
@@ -41,7 +41,7 @@ const SCENARIOS: [(&str, Option<u64>); 13] = [
 ];
 
 fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
-    let program = callgrind::build("instructions")?;
+    let program = callgrind::build_benchmark("ecss-can", "instructions")?;
     SCENARIOS.into_iter().map(|(scenario, target)| row(&program, scenario, target)).collect()
 }
 

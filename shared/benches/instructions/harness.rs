@@ -5,8 +5,9 @@ use std::hint::black_box;
 use anyhow::ensure;
 use ecss_can::heartbeat;
 use ecss_can::link::Stamp;
+use ecss_can::link::queue::Outgoing;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, DeviceNode, Node, Outbox, Slave, SlaveEvent, Status};
+use ecss_can::node::{BusCommand, DeviceNode, LinkEvent, Node, Outbox, Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
 use ecss_can::pdo::{Mapping, PdoMapping};
 use ecss_can::profile::Profile;
@@ -45,6 +46,13 @@ impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
             answer: heartbeat::encode(NODE, NmtState::Stopped),
         };
         harness.slave.start(harness.now, &mut harness.out);
+        // A slave serves SDO when its boot-up message has left.
+        while let Some((bus, command)) = harness.out.pop_command() {
+            if let BusCommand::Send(Outgoing { frame, .. }) = command {
+                let sent = LinkEvent::Transmitted { frame, stamp: Stamp::interrupt(harness.now) };
+                harness.slave.on_link(bus, &sent, harness.now, &mut harness.out);
+            }
+        }
         harness.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());
         let state = harness.status().state;
         ensure!(state == NmtState::Operational, "the slave is {state:?}");

@@ -1,6 +1,6 @@
 //! One operation of a slave, so many times: callgrind counts what it costs.
 //!
-//! `instructions SCENARIO REPETITIONS`. Setting up and checking the outcome cost the same whatever the number, so that the
+//! Arguments: `SCENARIO REPETITIONS`. Setting up and checking the outcome cost the same whatever the number, so that the
 //! difference of two runs is the operations alone. `cargo xtask bench --only instructions` makes both runs of each.
 
 #![forbid(unsafe_code)]
@@ -20,10 +20,9 @@ use crate::scenarios::{
 };
 
 fn main() -> anyhow::Result<()> {
-    let arguments: Vec<String> = env::args().skip(1).collect();
-    let [scenario, repetitions] = arguments.as_slice() else {
-        bail!("usage: instructions SCENARIO REPETITIONS")
-    };
+    // `cargo bench` adds an argument of its own.
+    let arguments: Vec<String> = env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let [scenario, repetitions] = arguments.as_slice() else { bail!("usage: SCENARIO REPETITIONS") };
     let repetitions = repetitions.parse().with_context(|| format!("{repetitions:?} is no number"))?;
     match scenario.as_str() {
         "rpdo_static" => rpdo::<StaticMapping>(repetitions),
