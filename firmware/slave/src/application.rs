@@ -164,6 +164,9 @@ fn log(event: &SlaveEvent) {
         SlaveEvent::Step(step) => {
             info!("clock set: {=u32} s, was {=u32} s", step.to.coarse(), step.from.coarse());
         }
+        SlaveEvent::NotSent { bus, id, data } => {
+            warn!("{=u16:03X}h not sent on {}: {=[u8; 8]:02X}", id.raw(), bus, *data);
+        }
         SlaveEvent::Written(at) => info!("{=u16:04X}h:{=u8} written", at.index, at.sub),
         _ => {}
     }

@@ -151,7 +151,9 @@ impl<D: Device> Node for CanopenSlave<D> {
         if let LinkEvent::Received { frame, stamp } = event {
             return self.on_received(bus, frame, stamp, now, out);
         }
-        self.canopen.on_bus_event(bus, event, now, out);
+        self.canopen.on_bus_event(bus, true, event, now, out);
+        // On one bus an acknowledgement is all that there is to know.
+        self.canopen.services.dictionary.emcy.confirm();
         self.run(now, now, out);
     }
 

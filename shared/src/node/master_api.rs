@@ -104,6 +104,27 @@ pub enum MasterEvent {
         /// Code, error register and information of the manufacturer.
         emergency: Emergency,
     },
+    /// The active errors of a slave are others than the master knew: it read the register and the history of the slave after
+    /// a change of the bus, a takeover, or a boot-up message (object 2048h).
+    ErrorsRead {
+        /// Node-ID of the slave.
+        node: NodeId,
+    },
+    /// An active error of a slave has no place in object 2048h: 64 are there.
+    ErrorNotKept {
+        /// Node-ID of the slave.
+        node: NodeId,
+    },
+    /// A frame was not sent, and none replaces it: a command, or another frame of the application, or a transmit PDO that
+    /// is sent on events alone, without an event timer, and is no [state](crate::pdo::Tpdo::state).
+    NotSent {
+        /// Bus for which it was meant.
+        bus: Bus,
+        /// COB-ID of the frame.
+        id: CobId,
+        /// Payload of the frame, zero above its length.
+        data: [u8; 8],
+    },
     /// The boot-up of an assigned slave made progress (object 2040h).
     Boot {
         /// Node-ID of the slave.

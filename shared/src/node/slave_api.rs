@@ -45,6 +45,16 @@ pub enum SlaveEvent {
         /// Number of the PDO; 0 is the first.
         number: u16,
     },
+    /// A frame was not sent, and none replaces it: that of a transmit PDO which is sent on events alone, without
+    /// an event timer, and is no [state](crate::pdo::Tpdo::state).
+    NotSent {
+        /// Bus for which it was meant.
+        bus: Bus,
+        /// COB-ID of the frame.
+        id: CobId,
+        /// Payload of the frame, zero above its length.
+        data: [u8; 8],
+    },
     /// A client wrote an object of the application by SDO.
     Written(Address),
     /// Start the self-test (ECSS 6.7b), and write its result to object 2031h.

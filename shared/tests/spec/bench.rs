@@ -33,6 +33,14 @@ pub fn stamp(at: Instant) -> Stamp {
     Stamp::interrupt(at)
 }
 
+fn is_question_for_errors(frame: &Frame) -> bool {
+    (0x602..0x67F).contains(&frame.id().raw()) && frame.data() == [0x40, 0x01, 0x10, 0, 0, 0, 0, 0]
+}
+
+fn is_emergency(id: CobId) -> bool {
+    (0x081..=0x0FF).contains(&id.raw())
+}
+
 /// A frame that a node sent: when, where, what, and until when it lives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sent {
@@ -52,8 +60,10 @@ pub struct Bench<N: Node> {
     /// Filters of both controllers.
     filters: HashMap<(Bus, u8), Filter>,
     pub events: Vec<N::Event>,
-    /// Another node acknowledges boot-up messages of slaves.
-    is_acknowledged: bool,
+    /// Another node acknowledges emergencies, and boot-up messages of slaves.
+    pub is_acknowledged: bool,
+    /// Slaves answer the master that they have no errors (1001h), and neither question nor answer is kept.
+    pub has_no_errors: bool,
 }
 
 impl<N: Node> Bench<N> {
@@ -78,8 +88,16 @@ impl<N: Node> Bench<N> {
             .into_iter()
             .flat_map(|bus| (0..).zip(&filters).map(move |(number, filter)| ((bus, number), *filter)))
             .collect();
-        let mut bench =
-            Bench { node, now, sent: vec![], controls: vec![], filters, events: vec![], is_acknowledged };
+        let mut bench = Bench {
+            node,
+            now,
+            sent: vec![],
+            controls: vec![],
+            filters,
+            events: vec![],
+            is_acknowledged,
+            has_no_errors: true,
+        };
         bench.with(|node, now, out| node.start(now, out));
         bench
     }
@@ -103,7 +121,7 @@ impl<N: Node> Bench<N> {
 
     fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event, N::Depth>)) {
         let mut out = Outbox::new();
-        let mut boot_ups = Vec::new();
+        let (mut acknowledged, mut asked) = (Vec::new(), Vec::new());
         step(&mut self.node, self.now, &mut out);
         while let Some((bus, command)) = out.pop_command() {
             match command {
@@ -113,9 +131,14 @@ impl<N: Node> Bench<N> {
                 }
                 BusCommand::Send(outgoing) => {
                     let (frame, expires) = (outgoing.frame, outgoing.expires);
+                    if self.has_no_errors && is_question_for_errors(&frame) {
+                        asked.push((bus, frame.id().raw() - 0x080));
+                        continue;
+                    }
                     self.sent.push(Sent { at: self.now, bus, frame, expires });
-                    if self.is_acknowledged && frame.id().raw() > 0x701 && frame.data() == [0] {
-                        boot_ups.push((bus, frame));
+                    let is_boot_up = frame.id().raw() > 0x701 && frame.data() == [0];
+                    if self.is_acknowledged && (is_boot_up || is_emergency(frame.id())) {
+                        acknowledged.push((bus, frame));
                     }
                 }
                 // A filter that is what it was is no news: nodes send each again from time to time.
@@ -128,8 +151,11 @@ impl<N: Node> Bench<N> {
             self.events.push(event);
         }
         assert_eq!(out.take_overflows(), 0);
-        for (bus, frame) in boot_ups {
+        for (bus, frame) in acknowledged {
             self.transmitted(bus, frame);
+        }
+        for (bus, answer) in asked {
+            self.receive(bus, answer, &[0x4F, 0x01, 0x10, 0, 0, 0, 0, 0]);
         }
     }
 

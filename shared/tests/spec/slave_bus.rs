@@ -22,6 +22,7 @@ fn missing_its_master() -> Bench<TestSlave> {
     slave.receive(NOMINAL, 0x701, &[0x05]);
     slave.run_until(ms(259));
     slave.clear();
+    slave.is_acknowledged = false;
     slave.run_until(ms(260));
     assert_eq!(slave.frames()[0], (NOMINAL, frame(0x085, &MISSED)));
     assert_eq!(slave.node.status(slave.now).active, NOMINAL, "it waits for the result");

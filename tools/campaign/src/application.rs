@@ -7,11 +7,13 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use can_wire::time::Time;
+use ecss_can::emcy::ErrorCode;
 use ecss_can::node::{Master, MasterEvent, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::redundancy::{MasterBoards, Role};
 use ecss_can::runner::EventSource;
-use ecss_can::types::{Instant, NodeId};
+use ecss_can::types::{Duration, Instant, NodeId};
+use fastrand::Rng;
 use host_worlds::{Events, Handle, NodeKey, ResetLine};
 use mission::{COMMAND_PERIOD, Command, CommanderObjects, Indicators, TELECOMMAND_RPDO};
 
@@ -60,9 +62,60 @@ pub async fn master<B: MasterBoards>(
     futures_util::future::join(watch, traffic).await;
 }
 
-/// Runs the application of the image of a slave, and notes the commands that it executes. `repeats`: a command that CAN delivers
-/// twice has another sequence the second time.
+/// Runs the application of the image of a slave, and notes the commands that it executes; beside it the errors of `plan`.
+/// `repeats`: a command that CAN delivers twice has another sequence the second time.
 pub async fn slave(
+    node: Handle<slave::Node>,
+    events: Events<slave::Node>,
+    id: NodeId,
+    notes: Rc<Notes>,
+    repeats: bool,
+    plan: Errors,
+) {
+    let begin = events.world_time();
+    let work = serve(node, events, id, notes.clone(), repeats);
+    futures_util::future::join(work, plan.raise(node, id, notes, begin)).await;
+}
+
+/// Raises and clears an error of a slave, each time after 20 to 600 ms.
+#[derive(Clone, Copy, Debug)]
+pub struct Errors {
+    /// Of the times.
+    pub seed: u64,
+    /// The last change of an error is before.
+    pub until: Time,
+}
+
+impl Errors {
+    /// The error.
+    pub const CODE: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
+    /// Its source.
+    pub const SOURCE: u8 = 1;
+
+    async fn raise(self, node: Handle<slave::Node>, id: NodeId, notes: Rc<Notes>, begin: Time) {
+        let mut rng = Rng::with_seed(self.seed ^ u64::from(id.get()) ^ begin.0);
+        let left = Duration::from_micros(self.until.since(begin).as_us());
+        let (mut due, mut is_there) = (Instant::ZERO, false);
+        loop {
+            notes.errors.borrow_mut().insert(id, is_there);
+            due += Duration::from_millis(rng.u64(20..600));
+            if begin >= self.until || due.since(Instant::ZERO) >= left {
+                return;
+            }
+            node.wait_until(due).await;
+            is_there = !is_there;
+            node.with(|slave: &mut slave::Node, _| {
+                if is_there {
+                    slave.raise(Self::CODE, [Self::SOURCE, 0, 0, 0, 0]);
+                } else {
+                    slave.clear(Self::CODE, Self::SOURCE);
+                }
+            });
+        }
+    }
+}
+
+async fn serve(
     node: Handle<slave::Node>,
     events: Events<slave::Node>,
     id: NodeId,

@@ -6,13 +6,16 @@ use std::rc::Rc;
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
+use ecss_can::emcy::{ActiveError, ErrorRegister};
 use ecss_can::link::port::ErrorState;
-use ecss_can::node::{MasterEvent, SlaveEvent};
-use ecss_can::redundancy::{Parameters, Role};
+use ecss_can::node::{Master, MasterEvent, SlaveEvent};
+use ecss_can::redundancy::{MasterBoards, OneBoard, Parameters, Role, TwoBoards};
 use ecss_can::types::{Bus, NodeId, PerBus};
 use host_worlds::log::NodeEvent;
 use host_worlds::{NodeKey, World};
+use mission::CommanderObjects;
 
+use crate::application::Errors;
 use crate::nodes;
 use crate::notes::{self, Notes};
 use crate::rule::Rule;
@@ -45,6 +48,33 @@ impl Host {
             executions: 0,
             last: BTreeMap::new(),
         }
+    }
+}
+
+impl Host {
+    fn known_errors<B: MasterBoards>(&self, master: NodeKey) -> Vec<ActiveError> {
+        let master = self.world.node::<Master<CommanderObjects, B>>(master);
+        master.with(|master, _| master.active_errors().collect())
+    }
+
+    /// What differs between the errors of a slave and those that a master knows.
+    fn unknown_to(&self, known: &[ActiveError], node: NodeId) -> Option<String> {
+        let register = self
+            .world
+            .slave(node)
+            .with(|slave: &mut slave::Node, _| slave.objects().communication.emcy.register);
+        let known: Vec<&ActiveError> = known.iter().filter(|error| error.node == node).collect();
+        let explained =
+            known.iter().fold(ErrorRegister::default(), |all, error| all.and(ErrorRegister::of(error.code)));
+        let error = ActiveError { node, code: Errors::CODE, source: Errors::SOURCE };
+        let is_there = self.notes.errors.borrow().get(&node) == Some(&true);
+        let is_known = known.contains(&&error) == is_there && explained.bits() == register;
+        (!is_known).then(|| {
+            format!(
+                "its error is {}, 1001h is {register:02X}h, the master knows {known:?}",
+                if is_there { "active" } else { "over" }
+            )
+        })
     }
 }
 
@@ -130,6 +160,21 @@ impl Scene for Host {
         powered.filter(|node| nodes::is_assigned(&self.script, *node)).filter(lacks).collect()
     }
 
+    fn unknown_errors(&self) -> Vec<(NodeId, NodeKey, String)> {
+        let mut all = Vec::new();
+        for master in self.world.active_masters() {
+            let known = if self.script.masters == 1 {
+                self.known_errors::<OneBoard>(master)
+            } else {
+                self.known_errors::<TwoBoards>(master)
+            };
+            for slave in self.world.slaves().into_iter().filter(|node| self.world.is_powered(*node)) {
+                all.extend(self.unknown_to(&known, slave).map(|what| (slave, master, what)));
+            }
+        }
+        all
+    }
+
     fn parameters(&self, node: NodeId) -> Option<Parameters> {
         self.world.is_powered(node).then(|| self.world.status(node).redundancy)
     }
@@ -189,6 +234,8 @@ fn news(what: &NodeEvent) -> Option<News> {
             | MasterEvent::Time(_)
             | MasterEvent::Step(_)
             | MasterEvent::Written(_)
+            | MasterEvent::ErrorsRead { .. }
+            | MasterEvent::NotSent { .. }
             | MasterEvent::SyncSent { .. } => return None,
             _ => News::Other,
         },
@@ -202,6 +249,7 @@ fn news(what: &NodeEvent) -> Option<News> {
             | SlaveEvent::Heartbeat { .. }
             | SlaveEvent::Sync { .. }
             | SlaveEvent::Time(_)
+            | SlaveEvent::NotSent { .. }
             | SlaveEvent::Written(_) => return None,
             _ => News::Other,
         },

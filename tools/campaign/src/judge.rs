@@ -177,6 +177,9 @@ impl<'a> Judge<'a> {
         self.judge_pair(&view);
         let unconfigured = scene.unconfigured();
         view.active().for_each(|(master, here)| self.judge_network(&view, master, here, &unconfigured));
+        if !Bus::ALL.into_iter().any(|bus| self.is_noisy(bus)) {
+            self.judge_errors(&view, &scene.unknown_errors());
+        }
         self.judge_innocence();
         self.judge_collisions(&effective);
         let detections = self.detections();
@@ -297,6 +300,19 @@ impl<'a> Judge<'a> {
         if let Some(Switch { at, from, cause }) = late {
             let (calm, at) = (CALM.as_secs_f64(), at.as_us());
             self.complain(format!("the master left {from:?} ({cause:?}) in the last {calm} s, {at} us"));
+        }
+    }
+
+    /// An active master knows the active errors of the slaves that it serves, and no others.
+    fn judge_errors(&mut self, view: &View, unknown: &[(NodeId, NodeKey, String)]) {
+        for (master, _) in view.active() {
+            let Some(key) = self.boards.iter().nth(master).map(|board| board.key) else { continue };
+            for index in view.to_serve(master).filter(|index| view.serves(master, *index)) {
+                let node = self.nodes[index];
+                for (_, _, what) in unknown.iter().filter(|(slave, of, _)| (*slave, *of) == (node, key)) {
+                    self.complain(format!("slave {}: {what}", node.get()));
+                }
+            }
         }
     }
 

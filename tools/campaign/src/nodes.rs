@@ -9,7 +9,7 @@ use ecss_can::types::{Address, NodeId};
 use host_worlds::judge::Bounds;
 use host_worlds::{NodeKey, Time, World};
 
-use crate::application;
+use crate::application::{self, Errors};
 use crate::notes::Notes;
 use crate::rule::Rule;
 use crate::script::{SELECTIVE, Script};
@@ -52,6 +52,9 @@ const fn assigned(profile: Profile) -> Profile {
 
 /// From its making a command may wait for its bus as long as the profile allows, and for its bus task.
 const SLACK: Time = Time::from_ms(5);
+
+/// From the last change of an error to the end of a run: all that a node reports is known by then.
+const LAST_ERROR: Time = Time::from_ms(5_000);
 
 /// The profile of a script.
 pub fn profile(script: &Script) -> &'static Profile {
@@ -109,6 +112,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
         let both = World::builder().master(move |_| of_two(Strap::Prime), first);
         both.board(NodeKey::SECOND_MASTER, move |_| of_two(Strap::Second), second)
     };
+    let errors = Errors { seed: script.seed, until: Time::from_us(script.length).since(LAST_ERROR) };
     for id in ids {
         let theirs = notes.clone();
         builder = builder.slave(
@@ -118,7 +122,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
                 slave.with_retained(board.retained).with_store(board.store)
             },
             move |slave, events| {
-                application::slave(slave, events, id, theirs.clone(), broken == Some(Rule::Repeats))
+                application::slave(slave, events, id, theirs.clone(), broken == Some(Rule::Repeats), errors)
             },
         );
     }

@@ -1,7 +1,7 @@
 //! What the applications of a world note.
 
 use std::cell::RefCell;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use can_wire::time::Time;
 use ecss_can::types::{Bus, Instant, NodeId};
@@ -27,6 +27,8 @@ pub struct Execution {
 pub struct Notes {
     /// In the order of time.
     pub executions: RefCell<Vec<Execution>>,
+    /// Whether the error of a slave is there.
+    pub errors: RefCell<BTreeMap<NodeId, bool>>,
     /// Where one of two masters became active, the next one first.
     pub takeovers: RefCell<VecDeque<Bus>>,
     /// Those of two masters that are active.

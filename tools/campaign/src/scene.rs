@@ -32,6 +32,12 @@ pub trait Scene {
         Vec::new()
     }
 
+    /// Errors of slaves with power that an active master does not know, or that it takes for active though they are over: the
+    /// slave, the master, and what is wrong.
+    fn unknown_errors(&self) -> Vec<(NodeId, NodeKey, String)> {
+        Vec::new()
+    }
+
     /// Object 2000h of a slave with power; `None` where it cannot be seen.
     fn parameters(&self, _node: NodeId) -> Option<Parameters> {
         None

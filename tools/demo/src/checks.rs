@@ -10,6 +10,7 @@ use super::meaning::Scope;
 use super::narrator::name;
 use super::record::{Bus, MASTER, Node};
 use super::track::Track;
+use super::unheard::{Unheard, unheard};
 
 /// One check of the verdict.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -80,7 +81,7 @@ impl Check {
 
 /// All checks of a flight. An interrupted one is not judged by its end, and not by faults that it did not reach.
 pub fn checks(flight: &Flight) -> Vec<Check> {
-    let mut of_the_end = vec![operational(flight)];
+    let mut of_the_end = vec![operational(flight), errors(flight)];
     of_the_end.extend(of_masters(flight));
     if flight.interrupted.is_some() {
         for check in &mut of_the_end {
@@ -148,6 +149,19 @@ fn not_operational(flight: &Flight, node: Node, track: &Track) -> String {
         fault += &format!("; its log: {error}");
     }
     fault
+}
+
+/// Active errors that a board reported, and the master did not hear.
+fn errors(flight: &Flight) -> Check {
+    let unheard = unheard(flight);
+    let reasons = unheard.iter().map(|Unheard { node, code, source, at }| {
+        format!(
+            "{} reported error {code:04X}h (source {source}) at {:.3} s, and the master never heard it",
+            name(*node),
+            at.as_secs_f64()
+        )
+    });
+    Check::new("active errors that the master does not know", 0, unheard.len(), reasons)
 }
 
 /// Checks of two master boards: one is active at a time, and the faults that the demo caused found one active.

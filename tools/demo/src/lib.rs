@@ -33,6 +33,7 @@ pub mod stamps;
 mod summary;
 mod telemetry;
 pub mod track;
+mod unheard;
 mod verdict;
 
 use std::ops::ControlFlow;

@@ -18,8 +18,11 @@ pub const LM75: u8 = 0x48;
 /// Receive PDO of commands: 200h + node.
 pub const COMMAND: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Thermometer::COMMAND);
 /// Transmit PDO of a change: 280h + node, at most ten a second.
-pub const CHANGE: Tpdo =
-    Tpdo::new(2, CobIdOf::node(0x280)).inhibit(1_000).map(Thermometer::TEMPERATURE).map(Thermometer::ALARM);
+pub const CHANGE: Tpdo = Tpdo::new(2, CobIdOf::node(0x280))
+    .state()
+    .inhibit(1_000)
+    .map(Thermometer::TEMPERATURE)
+    .map(Thermometer::ALARM);
 /// Transmit PDO with every SYNC: 480h + node.
 pub const CYCLE: Tpdo = Tpdo::new(4, CobIdOf::node(0x480))
     .transmission(1)

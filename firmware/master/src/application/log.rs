@@ -44,6 +44,15 @@ pub fn event(event: &MasterEvent) {
                 *info
             );
         }
+        MasterEvent::ErrorsRead { node } => {
+            warn!("slave {}: active errors are others than it reported, see 2048h", node.get());
+        }
+        MasterEvent::ErrorNotKept { node } => {
+            error!("slave {}: no room for its error in 2048h", node.get());
+        }
+        MasterEvent::NotSent { bus, id, data } => {
+            warn!("{=u16:03X}h not sent on {}: {=[u8; 8]:02X}", id.raw(), bus, *data);
+        }
         MasterEvent::Boot { node, progress } => match progress {
             BootProgress::Started | BootProgress::Booted => {
                 info!("slave {}: boot-up, {}", node.get(), progress);

@@ -12,7 +12,8 @@ pub struct Emergency {
     pub code: ErrorCode,
     /// Error register (1001h) at the time of the message.
     pub register: ErrorRegister,
-    /// Manufacturer-specific error field. In messages of this crate the first byte is the source.
+    /// Manufacturer-specific error field. In messages of this crate the first byte is the source of an error that
+    /// appeared. For one that is gone see [`Emergency::ended`].
     pub info: [u8; 5],
 }
 
@@ -22,6 +23,15 @@ impl Emergency {
         let [low, high] = self.code.get().to_le_bytes();
         let [a, b, c, d, e] = self.info;
         Frame::of(id, [low, high, self.register.bits(), a, b, c, d, e])
+    }
+
+    /// Returns code and source of the error that is gone, if the message says so as a
+    /// [`Producer`](super::Producer) does. Other senders may give no code (CiA 301 leaves the field to them): then all
+    /// errors outside the register are gone.
+    pub fn ended(&self) -> Option<(ErrorCode, u8)> {
+        let [low, high, source, ..] = self.info;
+        let code = ErrorCode::new(u16::from_le_bytes([low, high]));
+        (self.code == ErrorCode::NO_ERROR && code != ErrorCode::NO_ERROR).then_some((code, source))
     }
 
     /// Decodes the message of any node. The node follows from the pre-defined COB-ID. `None` if the length is not

@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use async_canopen::emcy::{Config, Emergency, ErrorCode, Producer};
-//! use async_canopen::types::{Instant, NmtState};
+//! use async_canopen::types::{Duration, Instant, NmtState};
 //!
 //! let mut producer = Producer::new(Config::new(0x083, 1_000)); // 1014h; 1015h: 100 ms between two messages
 //! assert!(producer.raise(ErrorCode::TEMPERATURE_DEVICE, [1, 0, 0, 0, 0])); // source 1
@@ -16,24 +16,31 @@
 //! let frame = producer.poll(Instant::ZERO, NmtState::Operational).unwrap();
 //! let (node, emergency) = Emergency::decode(&frame).unwrap();
 //! assert_eq!((node.get(), emergency.code.get()), (3, 0x4200));
+//! producer.on_end(&frame, true, Instant::ZERO); // a node acknowledged it
 //!
 //! assert!(producer.clear(ErrorCode::TEMPERATURE_DEVICE, 1));
 //! assert_eq!(producer.register().bits(), 0);
+//! let frame = producer.poll(Instant::ZERO + Duration::from_millis(100), NmtState::Operational).unwrap();
+//! assert_eq!(Emergency::decode(&frame).unwrap().1.ended(), Some((ErrorCode::TEMPERATURE_DEVICE, 1)));
 //! ```
 //!
 //! | type | purpose |
 //! | --- | --- |
 //! | [`Producer`] | errors of a node, and the messages that report them |
 //! | [`Emergency`] | message: error code, error register, five bytes of the manufacturer |
+//! | [`ActiveErrors`] | objects 2048h and 2049h: the active errors of the other nodes, as a master knows them |
 //! | [`EmcyConsumers`] | object 1028h: the nodes whose emergencies a master consumes |
 //! | [`PostMortem`] | object 2032h: how the previous run of the program ended |
 //!
 //! # Limits
 //!
-//! - A producer has at most 16 active errors, 8 messages that wait, and 8 errors in its history.
+//! - A producer has room for 16 errors that are active or whose end waits, and for 8 errors in its history.
+//! - A master keeps at most 64 active errors of other nodes. More are counted.
 //! - The end of an error is not reported if its beginning was not: "no error" would then seem to mean another
 //!   error.
 
+mod active;
+mod announced;
 mod code;
 mod config;
 mod consumers;
@@ -44,6 +51,7 @@ mod post_mortem;
 mod producer;
 mod register;
 
+pub use active::{ActiveError, ActiveErrors};
 pub use code::ErrorCode;
 pub use config::Config;
 pub use consumers::EmcyConsumers;

@@ -1,39 +1,46 @@
 //! Producer of emergency messages.
 
-use heapless::Deque;
+use heapless::Vec;
 
+use super::announced::{Announced, Message};
 use super::objects::{COB_ID, ERRORS, INHIBIT};
-use super::{Config, EmcyObjects, Emergency, ErrorCode, ErrorRegister, History};
+use super::{Config, EmcyObjects, ErrorCode, ErrorRegister, History};
 use crate::types::{Address, Duration, Frame, Instant, NmtState, Sealed};
 
 /// Errors that are remembered (object 1003h).
 const HISTORY: usize = 8;
-/// Messages that may wait for the inhibit time or for a state that allows them.
-const WAITING: usize = 8;
-/// Errors that may be active together.
-const ACTIVE: usize = 16;
-/// Flag of an active error: its message was sent or waits.
-const TOLD: u32 = 1 << 31;
+/// Errors that are active, or that the master may not know to be over.
+const PLACES: usize = 16;
+/// Time from a message that was not sent to the next one.
+const RETRY: Duration = Duration::from_millis(50);
 
 /// Error register, history, and the messages that report errors.
 ///
-/// An error is reported once when it appears and once when it is gone. Its *source* is the first byte of the
+/// An error is reported when it appears and when it is gone. Its *source* is the first byte of the
 /// manufacturer-specific field. Two errors with one code and two sources are different: for example the missed
 /// heartbeats of two nodes.
 ///
-/// The end of an error is not reported if its message was never sent, because there was no COB-ID or the queue was
-/// full. Otherwise "no error" would seem to mean another error.
+/// A message stays here until a node acknowledged it: pass the end of each frame to [`Producer::on_end`]. On a bus that
+/// is cut, the node that acknowledged may be another one than the master. So the producer sends a message again on
+/// another bus unless the master was heard in between ([`Producer::confirm`], [`Producer::on_bus_changed`]).
+///
+/// An error that is gone before its first message was sent, sends none. The history has it. One that comes back before
+/// its end was sent, sends nothing either. So an error has at most one message that waits, however often it comes and
+/// goes.
 #[doc(alias("EMCY producer", "1014h", "1015h"))]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Producer {
     /// COB-ID of the messages.
     id: Sealed,
     inhibit: Duration,
-    /// Code and source of each, see [`key`], and [`TOLD`]; zero is a free place.
-    active: [u32; ACTIVE],
+    /// The one whose message was sent last is at the end.
+    errors: Vec<Announced, PLACES>,
     history: History<HISTORY>,
-    waiting: Deque<Emergency, WAITING>,
     last: Option<Instant>,
+    /// After a message that was not sent.
+    retry: Instant,
+    is_due: bool,
+    is_unconfirmed: bool,
     lost: u32,
 }
 
@@ -43,10 +50,12 @@ impl Producer {
         Producer {
             id: Sealed::maybe(config.id),
             inhibit: config.inhibit,
-            active: [0; ACTIVE],
+            errors: Vec::new(),
             history: History::new(),
-            waiting: Deque::new(),
             last: None,
+            retry: Instant::ZERO,
+            is_due: false,
+            is_unconfirmed: false,
             lost: 0,
         }
     }
@@ -57,18 +66,18 @@ impl Producer {
         self.id
     }
 
-    /// Takes new values of 1014h and 1015h. The inhibit time counts from the last message that was sent. If the
-    /// COB-ID is not valid any more, messages that wait are dropped.
+    /// Takes new values of 1014h and 1015h. The inhibit time counts from the last message that was sent. While the
+    /// COB-ID is not valid, nothing is sent. Errors that are active when it becomes valid are reported then.
     pub fn configure(&mut self, config: Config) {
-        (self.id, self.inhibit) = (Sealed::maybe(config.id), config.inhibit);
-        while config.id.is_none()
-            && let Some(dropped) = self.waiting.pop_front()
-        {
-            let [source, ..] = dropped.info;
-            if let Some(place) = self.place(key(dropped.code, source)) {
-                *place &= !TOLD;
-            }
+        let id = Sealed::maybe(config.id);
+        if config.id.is_none() {
+            self.errors.iter_mut().for_each(Announced::forgive);
         }
+        if id != self.id {
+            self.recall();
+        }
+        (self.id, self.inhibit) = (id, config.inhibit);
+        self.settle();
     }
 
     /// Takes the new value of one of its objects that was written.
@@ -95,40 +104,70 @@ impl Producer {
     /// Takes a reset of the communication. The history then holds the errors that are still active, like the
     /// register (CiA 301: the communication profile returns to its power-on values).
     pub fn restart(&mut self) {
-        let Self { active, history, .. } = self;
-        history.keep(|code, source| active.iter().any(|error| error & !TOLD == key(code, source)));
+        let Self { errors, history, .. } = self;
+        history.keep(|code, source| errors.iter().any(|error| error.is_active && is(error, code, source)));
     }
 
     /// Takes an error that appeared. The first byte of `info` is its source, zero if the code has only one. Returns
     /// `false` if the error is active already: then it is not reported again.
     ///
-    /// At most 16 errors are active. One more is reported, but not recorded as active.
+    /// There is room for 16 errors. One more is in the history alone, and counted.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
-        let [source, detail, ..] = info;
-        let error = key(code, source);
-        if code == ErrorCode::NO_ERROR || self.place(error).is_some() {
-            return false;
+        let [source, ..] = info;
+        match self.find(code, source) {
+            _ if code == ErrorCode::NO_ERROR => return false,
+            Some(error) if error.is_active => return false,
+            Some(error) => error.raise(info),
+            None => self.add(Announced::new(code, info)),
         }
-        if let Some(free) = self.place(0) {
-            *free = error;
-        }
-        self.history.push(code, u16::from_le_bytes([source, detail]));
-        let register = self.register().and(ErrorRegister::of(code));
-        if self.tell(Emergency { code, register, info })
-            && let Some(place) = self.place(error)
-        {
-            *place |= TOLD;
-        }
+        self.remember(code, info);
         true
+    }
+
+    /// Takes an error that was over at once: it is reported, and so is its end. One more before its end was sent is
+    /// not reported. Returns whether it is.
+    pub fn report(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
+        let [source, ..] = info;
+        let is_silent = self.id == Sealed::NONE;
+        match self.find(code, source) {
+            Some(error) if error.is_active || !error.is_told() => return false,
+            Some(error) => *error = Announced::past(code, info),
+            None if is_silent => {}
+            None => self.add(Announced::past(code, info)),
+        }
+        self.remember(code, info);
+        true
+    }
+
+    fn remember(&mut self, code: ErrorCode, info: [u8; 5]) {
+        let [source, detail, ..] = info;
+        self.history.push(code, u16::from_le_bytes([source, detail]));
+        self.settle();
+    }
+
+    /// In a full list an error that is over, and whose end was acknowledged, makes room.
+    fn add(&mut self, error: Announced) {
+        if self.errors.is_full()
+            && let Some(told) = self.errors.iter().position(|error| !error.is_active && error.is_told())
+        {
+            self.take(told);
+        }
+        let is_lost = self.errors.push(error).is_err();
+        self.lost = self.lost.saturating_add(u32::from(is_lost));
     }
 
     /// Lets the message of the error that was raised last go out first, and now: the node is about to enter a state that
     /// forbids it.
     pub fn hasten(&mut self) {
-        if let Some(newest) = self.waiting.pop_back()
-            && self.waiting.push_front(newest).is_ok()
-        {
-            self.last = None;
+        let is_begin = |error: &Announced| error.is_active && error.due() == Some(Message::Begin);
+        let newest = self.errors.iter().rposition(is_begin);
+        if let Some(mut carried) = newest.and_then(|newest| self.take(newest)) {
+            for error in &mut self.errors {
+                core::mem::swap(error, &mut carried);
+            }
+            // There is room: it was taken out.
+            let _ = self.errors.push(carried);
+            (self.last, self.retry) = (None, Instant::ZERO);
         }
     }
 
@@ -136,42 +175,91 @@ impl Producer {
     /// register. Its manufacturer-specific field has code and source of this error. Returns whether the error was
     /// active.
     pub fn clear(&mut self, code: ErrorCode, source: u8) -> bool {
-        if code == ErrorCode::NO_ERROR {
-            return false;
-        }
-        let Some(place) = self.place(key(code, source)) else { return false };
-        let was_told = core::mem::take(place) & TOLD != 0;
-        let [low, high] = code.get().to_le_bytes();
-        let info = [low, high, source, 0, 0];
-        if was_told {
-            self.tell(Emergency { code: ErrorCode::NO_ERROR, register: self.register(), info });
-        }
+        let Some(error) = self.find(code, source).filter(|error| error.is_active) else { return false };
+        error.is_active = false;
+        self.settle();
         true
     }
 
-    /// Returns whether a message of this error waits.
-    pub fn is_waiting(&self, code: ErrorCode, source: u8) -> bool {
-        self.waiting.iter().any(|message| message.code == code && message.info.first() == Some(&source))
-    }
-
-    fn place(&mut self, holding: u32) -> Option<&mut u32> {
-        self.active.iter_mut().find(|place| **place & !TOLD == holding)
-    }
-
-    /// Returns whether the message will be sent.
-    fn tell(&mut self, emergency: Emergency) -> bool {
-        if self.id == Sealed::NONE {
-            return false;
+    /// Takes the end of a frame of this node on the bus that it uses: a node acknowledged it, or it was not sent. A
+    /// message that was not sent is due again after 50 ms.
+    pub fn on_end(&mut self, frame: &Frame, is_acknowledged: bool, now: Instant) {
+        let Some([low, high, _, info @ ..]) = frame.full().filter(|_| self.id.is(frame.id())) else { return };
+        let [first, second, third, ..] = *info;
+        let (message, code, source) = match u16::from_le_bytes([*low, *high]) {
+            0 => (Message::End, u16::from_le_bytes([first, second]), third),
+            code => (Message::Begin, code, first),
+        };
+        if let Some(error) = self.find(ErrorCode::new(code), source) {
+            error.on_end(message, is_acknowledged);
+            if !is_acknowledged {
+                self.retry = now + RETRY;
+            }
+            self.settle();
         }
-        let is_taken = self.waiting.push_back(emergency).is_ok();
-        self.lost = self.lost.saturating_add(u32::from(!is_taken));
-        is_taken
+    }
+
+    /// The master was heard on the bus that the node uses: it knows the messages that were acknowledged.
+    #[inline]
+    pub fn confirm(&mut self) {
+        if self.is_unconfirmed {
+            self.errors.iter_mut().for_each(Announced::confirm);
+            self.settle();
+        }
+    }
+
+    /// The bus was left: what it did not send is due on the next one.
+    pub fn on_bus_left(&mut self) {
+        self.recall();
+        self.retry = Instant::ZERO;
+        self.settle();
+    }
+
+    /// Frames were dropped before they came to the bus, perhaps messages of this producer: they are due after 50 ms.
+    pub fn on_dropped(&mut self, now: Instant) {
+        if self.recall() {
+            self.retry = now + RETRY;
+            self.settle();
+        }
+    }
+
+    /// Returns whether a bus had a message.
+    fn recall(&mut self) -> bool {
+        self.errors.iter_mut().fold(false, |was_pending, error| error.recall() | was_pending)
+    }
+
+    /// The master is on another bus, or is another one: what it may not have heard is due again.
+    pub fn on_bus_changed(&mut self) {
+        self.errors.iter_mut().for_each(Announced::repeat);
+        self.retry = Instant::ZERO;
+        self.settle();
+    }
+
+    /// Removes what is over, and notes what is to be done.
+    #[inline(never)] // of many callers
+    fn settle(&mut self) {
+        self.errors.retain(|error| !error.is_over());
+        self.is_due = self.id != Sealed::NONE && self.errors.iter().any(|error| error.due().is_some());
+        self.is_unconfirmed = self.errors.iter().any(Announced::is_unconfirmed);
+    }
+
+    fn find(&mut self, code: ErrorCode, source: u8) -> Option<&mut Announced> {
+        self.errors.iter_mut().find(|error| is(error, code, source))
+    }
+
+    /// Takes an error out; those behind it move up.
+    fn take(&mut self, at: usize) -> Option<Announced> {
+        let mut carried = self.errors.pop()?;
+        for error in self.errors.iter_mut().skip(at).rev() {
+            core::mem::swap(error, &mut carried);
+        }
+        Some(carried)
     }
 
     /// Returns the error register (1001h).
     pub fn register(&self) -> ErrorRegister {
-        let kinds = self.active.iter().map(|error| ErrorRegister::of(ErrorCode::new((error >> 8) as u16)));
-        kinds.fold(ErrorRegister::default(), ErrorRegister::and)
+        let active = self.errors.iter().filter(|error| error.is_active);
+        active.map(|error| ErrorRegister::of(error.code)).fold(ErrorRegister::default(), ErrorRegister::and)
     }
 
     /// Returns the history of errors (1003h).
@@ -184,30 +272,37 @@ impl Producer {
         &mut self.history
     }
 
-    /// Returns the number of messages lost because too many waited before them. The history has their errors.
+    /// Returns the number of errors that were not reported because too many were active. The history has them.
     pub const fn lost(&self) -> u32 {
         self.lost
     }
 
-    /// Returns the next message if one waits, the inhibit time is over, and `state` allows it.
+    /// Returns the next message if one is due, the inhibit time is over, and `state` allows it. Messages of different
+    /// errors take turns.
     pub fn poll(&mut self, now: Instant, state: NmtState) -> Option<Frame> {
         let id = self.id.id()?;
         self.deadline(state).filter(|due| *due <= now)?;
-        let emergency = self.waiting.pop_front()?;
+        let register = self.register();
+        let next = self.errors.iter().position(|error| error.due().is_some())?;
+        let mut error = self.take(next)?;
+        let emergency = error.due().map(|message| error.hand_out(message, register));
+        // There is room: it was taken out.
+        let _ = self.errors.push(error);
         self.last = Some(now);
-        Some(emergency.encode(id))
+        self.settle();
+        emergency.map(|emergency| emergency.encode(id))
     }
 
-    /// Returns when the next message may go out, which may be in the past. `None` if none waits or `state`
+    /// Returns when the next message may go out, which may be in the past. `None` if none is due or `state`
     /// forbids it.
     pub fn deadline(&self, state: NmtState) -> Option<Instant> {
-        if self.waiting.is_empty() || !state.allows_emcy() {
+        if !self.is_due || !state.allows_emcy() {
             return None;
         }
-        Some(self.last.map_or(Instant::ZERO, |last| last + self.inhibit))
+        Some(self.last.map_or(Instant::ZERO, |last| last + self.inhibit).max(self.retry))
     }
 }
 
-fn key(code: ErrorCode, source: u8) -> u32 {
-    u32::from(code.get()) << 8 | u32::from(source)
+fn is(error: &Announced, code: ErrorCode, source: u8) -> bool {
+    error.code == code && error.source() == source
 }

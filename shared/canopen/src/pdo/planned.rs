@@ -22,6 +22,7 @@ pub(crate) struct Pdo {
     pub sync_start: u8,
     pub inhibit: u16,
     pub event_timer: u16,
+    is_state: bool,
     bits: u8,
     count: u8,
     mapping: [u32; MAPPED],
@@ -117,6 +118,13 @@ impl Tpdo {
         Tpdo(Pdo { event_timer: ms, ..self.0 })
     }
 
+    /// Declares that the values are a state: the latest ones are worth sending, whenever they changed. A PDO that is sent
+    /// on events then sends its present values when Operational is entered, after a change of the bus, and after a frame
+    /// of it was not sent. Do not declare a command, or an answer to a request: one that comes late does harm.
+    pub const fn state(self) -> Tpdo {
+        Tpdo(Pdo { is_state: true, ..self.0 })
+    }
+
     /// Sets the counter of the first SYNC that counts. Zero: any.
     ///
     /// # Panics
@@ -162,6 +170,7 @@ impl Pdo {
             sync_start: 0,
             inhibit: 0,
             event_timer: 0,
+            is_state: false,
             bits: 0,
             count: 0,
             mapping: [0; MAPPED],
@@ -220,6 +229,11 @@ impl Pdo {
 
     pub const fn slot(&self) -> usize {
         self.number as usize - 1
+    }
+
+    /// Returns whether its values are declared as a state.
+    pub const fn is_state(&self) -> bool {
+        self.is_state
     }
 
     pub(super) const fn is_empty(&self) -> bool {

@@ -115,6 +115,11 @@ impl PdoSet {
         }
     }
 
+    /// Returns whether the values of a transmit PDO (0 is the first) are declared as a [state](Tpdo::state).
+    pub fn is_state(&self, number: usize) -> bool {
+        self.tpdos.iter().any(|tpdo| tpdo.slot() == number && tpdo.pdo().is_state())
+    }
+
     /// Returns the receive PDOs.
     pub const fn rpdos(&self) -> &'static [Rpdo] {
         self.rpdos

@@ -1,6 +1,6 @@
 //! Transmit PDOs: from the dictionary into frames (CiA 301 7.2.2, ECSS 6.2, 6.9).
 
-use super::{Layout, PdoSlots, rules};
+use super::{Layout, PdoSet, PdoSlots, rules};
 use crate::od::{Objects, Place};
 use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant, Sealed};
@@ -13,8 +13,9 @@ use crate::types::{AbortCode, CobId, Duration, Frame, Instant, Sealed};
 /// | 1 to 240 | at every n-th SYNC. The first time is after n of them, or at the SYNC whose counter is the SYNC start value |
 /// | 254, 255 | at an event, and when the event timer has expired since the last transmission |
 ///
-/// Entering Operational is not an event. Event timers start then. An application that wants more triggers its PDOs.
-/// An event within the inhibit time is sent at the end of that time, with the values of that instant.
+/// Entering Operational is an event for PDOs that are declared as a [state](super::Tpdo::state), and for no others. Event
+/// timers start then. An application that wants more triggers its PDOs. An event within the inhibit time is sent at the
+/// end of that time, with the values of that instant.
 ///
 /// A node has to sample before it acts at a SYNC. Therefore pass the SYNC to the TPDOs first and to the RPDOs after
 /// them. So the node reports its values at the SYNC. Effects of a receive PDO are sent with the next SYNC.
@@ -48,7 +49,15 @@ struct Configured {
     due: Instant,
     /// Content before the application changed its objects.
     before: u64,
+    /// Its values are declared as a state.
+    is_state: bool,
 }
+
+/// From one PDO to the next when all states are sent: other frames find the bus free in between.
+const PACE: Duration = Duration::from_millis(10);
+
+/// Time from a frame that was not sent to the next one.
+const RETRY: Duration = Duration::from_millis(50);
 
 /// Most PDOs sent in one call without a SYNC. The receiver of the frames has room for them.
 pub const AT_ONCE: usize = 8;
@@ -70,6 +79,7 @@ impl Configured {
         inhibit_end: Instant::ZERO,
         due: Instant::NEVER,
         before: 0,
+        is_state: false,
     };
 
     /// Not valid.
@@ -125,6 +135,15 @@ impl Configured {
         }
     }
 
+    /// Makes a state go out at `at`, or before it if it is due already. Returns whether it is a state.
+    fn send_state(&mut self, at: Instant) -> bool {
+        let is_sent = self.is_state && self.is_by_event();
+        if is_sent {
+            self.trigger(at);
+        }
+        is_sent
+    }
+
     fn is_by_event(&self) -> bool {
         !self.is_none() && (self.transmission == 0 || !rules::is_synchronous(self.transmission))
     }
@@ -139,27 +158,21 @@ impl Configured {
     }
 }
 
-impl<S: PdoSlots> Default for Tpdos<S> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl<S: PdoSlots> Tpdos<S> {
-    /// Makes the TPDOs of a node. None is valid.
-    pub fn new() -> Self {
-        Tpdos {
-            pdos: S::transmit(Configured::INVALID),
-            synchronous: 0,
-            has_events: false,
-            operational: false,
-            next: Instant::NEVER,
+    /// Makes the TPDOs of a node. None is valid. `declared` says which of them are states.
+    pub fn new(declared: &PdoSet) -> Self {
+        let mut pdos = S::transmit(Configured::INVALID);
+        for (number, pdo) in pdos.as_mut().iter_mut().enumerate() {
+            pdo.is_state = declared.is_state(number);
         }
+        Tpdos { pdos, synchronous: 0, has_events: false, operational: false, next: Instant::NEVER }
     }
 
     /// Makes all TPDOs invalid.
     pub fn clear(&mut self) {
-        self.pdos.as_mut().fill(Configured::INVALID);
+        for pdo in self.pdos.as_mut() {
+            *pdo = Configured { is_state: pdo.is_state, ..Configured::INVALID };
+        }
         self.index();
     }
 
@@ -183,7 +196,7 @@ impl<S: PdoSlots> Tpdos<S> {
         }
         let pdo = self.pdos.as_mut().get_mut(number).ok_or(AbortCode::NoObject)?;
         let old = *pdo;
-        *pdo = Configured::INVALID;
+        *pdo = Configured { is_state: old.is_state, ..Configured::INVALID };
         if let Some((id, layout)) = resolved {
             (pdo.id, pdo.layout) = (Sealed::of(id), layout);
             (pdo.transmission, pdo.sync_start) = (parameters.transmission, parameters.sync_start);
@@ -236,6 +249,43 @@ impl<S: PdoSlots> Tpdos<S> {
             pdo.start(now);
             self.next = self.next.min(pdo.due);
         }
+        self.on_bus_changed(now);
+    }
+
+    /// Sends all states, one every 10 ms: the receivers may not have heard the last ones.
+    pub fn on_bus_changed(&mut self, now: Instant) {
+        if !self.operational {
+            return;
+        }
+        let mut at = now;
+        for pdo in self.pdos.as_mut() {
+            if pdo.send_state(at) {
+                at += PACE;
+                self.next = self.next.min(pdo.due);
+            }
+        }
+    }
+
+    /// Takes a frame that was not sent. A state is due again after 50 ms.
+    pub fn on_failed(&mut self, id: CobId, now: Instant) {
+        if self.operational
+            && let Some(pdo) = self.pdos.as_mut().iter_mut().find(|pdo| pdo.id.is(id))
+            && pdo.send_state(now + RETRY)
+        {
+            self.next = self.next.min(pdo.due);
+        }
+    }
+
+    /// Returns whether this is the COB-ID of a valid PDO.
+    pub fn has(&self, id: CobId) -> bool {
+        self.pdos.as_ref().iter().any(|pdo| pdo.id.is(id))
+    }
+
+    /// Returns whether this is the COB-ID of a PDO that is sent on events alone, and is no state: no later frame replaces
+    /// one that was not sent.
+    pub fn is_event(&self, id: CobId) -> bool {
+        let is_event = |pdo: &Configured| pdo.is_by_event() && pdo.event_timer == 0 && !pdo.is_state;
+        self.pdos.as_ref().iter().any(|pdo| pdo.id.is(id) && is_event(pdo))
     }
 
     /// Notes that Operational is left: nothing is sent any more, and events are dropped.

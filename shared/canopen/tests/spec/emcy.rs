@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use async_canopen::emcy::{Config, Emergency, ErrorCode, ErrorRegister, Producer};
+use async_canopen::emcy::{ActiveError, ActiveErrors, Config, Emergency, ErrorCode, ErrorRegister, Producer};
 use async_canopen::types::{AbortCode, CobId, Duration, Instant, NmtState};
 
 use proptest::prelude::*;
@@ -25,48 +25,164 @@ fn its_objects_configure_a_producer() {
     assert_eq!(Config::new(0x2000_0085, 0).id, None);
 }
 
-/// Everything that may go out at `now`.
+/// Everything that goes out at `now`; a node acknowledges it.
 fn sent(producer: &mut Producer, now: Instant) -> Vec<Vec<u8>> {
-    std::iter::from_fn(|| producer.poll(now, OPERATIONAL)).map(|frame| frame.data().to_vec()).collect()
+    ended(producer, now, true)
 }
 
-/// "No error" answers a message that was sent, or waits before it.
-///
+/// Everything that goes out at `now`, and is acknowledged or fails.
+fn ended(producer: &mut Producer, now: Instant, is_acknowledged: bool) -> Vec<Vec<u8>> {
+    let mut all = vec![];
+    while let Some(frame) = producer.poll(now, OPERATIONAL) {
+        producer.on_end(&frame, is_acknowledged, now);
+        all.push(frame.data().to_vec());
+    }
+    all
+}
+
+const BEGIN: [u8; 8] = [0x00, 0x42, 0x09, 1, 0, 0, 0, 0];
+const END: [u8; 8] = [0, 0, 0, 0x00, 0x42, 1, 0, 0];
+
+fn raise(producer: &mut Producer) {
+    assert!(producer.raise(ErrorCode::TEMPERATURE_DEVICE, [1, 0, 0, 0, 0]));
+}
+
+fn clear(producer: &mut Producer) {
+    assert!(producer.clear(ErrorCode::TEMPERATURE_DEVICE, 1));
+}
+
 /// Verifies: ECSS 6.4a.1
 #[test]
-fn the_end_of_an_error_that_was_not_sent_is_not_sent() {
-    let valid = Config { id: Some(CobId::emcy(node(5))), inhibit: Duration::ZERO };
-    let invalid = Config { id: None, ..valid };
-    let heartbeat = |producer: &mut Producer| producer.raise(ErrorCode::HEARTBEAT, [7, 0, 0, 0, 0]);
-    // Raised while there is no COB-ID.
-    let mut silent = Producer::new(invalid);
-    assert!(heartbeat(&mut silent));
-    silent.configure(valid);
-    assert!(silent.clear(ErrorCode::HEARTBEAT, 7), "it was active");
-    assert_eq!(sent(&mut silent, ms(0)), [[0; 8]; 0]);
-    // The next one is sent, and its end.
-    assert!(heartbeat(&mut silent));
-    assert!(silent.clear(ErrorCode::HEARTBEAT, 7));
-    assert_eq!(sent(&mut silent, ms(1)).len(), 2);
-    // Dropped while it waited.
-    let mut dropped = Producer::new(valid);
-    assert!(heartbeat(&mut dropped));
-    dropped.configure(invalid);
-    dropped.configure(valid);
-    assert!(dropped.clear(ErrorCode::HEARTBEAT, 7));
-    assert_eq!(sent(&mut dropped, ms(0)), [[0; 8]; 0]);
-    // Lost in a full queue.
-    let mut full = Producer::new(valid);
-    for source in 0..8 {
-        assert!(full.raise(ErrorCode::PDO_LENGTH, [source, 0, 0, 0, 0]));
+fn error_that_ends_before_its_message_was_sent_sends_none() {
+    let mut producer = producer(0);
+    raise(&mut producer);
+    clear(&mut producer);
+    assert_eq!(sent(&mut producer, ms(0)), [[0; 8]; 0]);
+    assert_eq!(producer.history().read(1), Ok(0x0001_4200));
+    // While the bus has the message, it may still be sent: only its end tells.
+    for (at, is_acknowledged) in [(100, false), (300, true)] {
+        raise(&mut producer);
+        let frame = producer.poll(ms(at), OPERATIONAL).unwrap();
+        clear(&mut producer);
+        assert_eq!(sent(&mut producer, ms(at + 1)), [[0; 8]; 0]);
+        producer.on_end(&frame, is_acknowledged, ms(at + 2));
+        let expected: &[[u8; 8]] = if is_acknowledged { &[END] } else { &[] };
+        assert_eq!(sent(&mut producer, ms(at + 100)), expected);
     }
-    assert!(heartbeat(&mut full));
-    assert_eq!(full.lost(), 1);
-    assert_eq!(sent(&mut full, ms(0)).len(), 8);
-    assert!(full.clear(ErrorCode::HEARTBEAT, 7));
-    assert_eq!(sent(&mut full, ms(1)), [[0; 8]; 0]);
-    assert!(full.clear(ErrorCode::PDO_LENGTH, 3));
-    assert_eq!(sent(&mut full, ms(2)), [[0, 0, 0x11, 0x10, 0x82, 3, 0, 0]]);
+}
+
+#[test]
+fn error_that_returns_before_its_end_was_sent_sends_nothing() {
+    let mut producer = producer(100);
+    raise(&mut producer);
+    assert_eq!(sent(&mut producer, ms(0)), [BEGIN]);
+    clear(&mut producer);
+    raise(&mut producer);
+    assert_eq!(producer.deadline(OPERATIONAL), None);
+    assert_eq!(producer.history().len(), 2);
+    clear(&mut producer);
+    assert_eq!(sent(&mut producer, ms(100)), [END]);
+    // It returns while its end is on the way: acknowledged, the error is news again; else it never ended.
+    for (at, is_acknowledged) in [(1_000, false), (6_000, true)] {
+        producer.confirm();
+        raise(&mut producer);
+        assert_eq!(sent(&mut producer, ms(at)), [BEGIN]);
+        clear(&mut producer);
+        let end = producer.poll(ms(at + 1_000), OPERATIONAL).unwrap();
+        raise(&mut producer);
+        producer.on_end(&end, is_acknowledged, ms(at + 1_001));
+        let expected: &[[u8; 8]] = if is_acknowledged { &[BEGIN] } else { &[] };
+        assert_eq!(sent(&mut producer, ms(at + 2_000)), expected);
+        clear(&mut producer);
+        assert_eq!(sent(&mut producer, ms(at + 3_000)), [END]);
+    }
+}
+
+#[test]
+fn message_that_was_not_sent_is_sent_again_and_before_its_end() {
+    let mut producer = producer(0);
+    raise(&mut producer);
+    assert_eq!(ended(&mut producer, ms(0), false), [BEGIN]);
+    assert_eq!(producer.deadline(OPERATIONAL), Some(ms(50)));
+    assert_eq!(sent(&mut producer, ms(50)), [BEGIN]);
+    clear(&mut producer);
+    assert_eq!(ended(&mut producer, ms(60), false), [END]);
+    assert_eq!(sent(&mut producer, ms(109)), [[0; 8]; 0]);
+    assert_eq!(sent(&mut producer, ms(110)), [END]);
+    // A frame of another node, or another one of this node, ends nothing.
+    raise(&mut producer);
+    let begin = producer.poll(ms(200), OPERATIONAL).unwrap();
+    producer.on_end(&frame(0x086, begin.data()), true, ms(200));
+    producer.on_end(&frame(0x085, &begin.data()[..7]), true, ms(200));
+    producer.on_end(&frame(0x085, &END), true, ms(200));
+    producer.on_end(&begin, false, ms(200));
+    assert_eq!(sent(&mut producer, ms(250)), [BEGIN]);
+}
+
+#[test]
+fn what_the_master_may_not_have_heard_is_sent_again_on_the_next_bus() {
+    // Begin acknowledged, and the master heard after it: it knows.
+    let mut producer = producer(0);
+    raise(&mut producer);
+    assert_eq!(sent(&mut producer, ms(0)), [BEGIN]);
+    producer.confirm();
+    producer.on_bus_changed();
+    assert_eq!(sent(&mut producer, ms(1)), [[0; 8]; 0]);
+    // The end was acknowledged, but not by the master as far as the node can know.
+    clear(&mut producer);
+    assert_eq!(sent(&mut producer, ms(2)), [END]);
+    producer.on_bus_changed();
+    assert_eq!(sent(&mut producer, ms(3)), [END]);
+    producer.confirm();
+    producer.on_bus_changed();
+    assert_eq!(sent(&mut producer, ms(4)), [[0; 8]; 0]);
+    // Neither may have been heard: both, in order.
+    raise(&mut producer);
+    assert_eq!(sent(&mut producer, ms(5)), [BEGIN]);
+    clear(&mut producer);
+    assert_eq!(sent(&mut producer, ms(6)), [END]);
+    producer.on_bus_changed();
+    assert_eq!(sent(&mut producer, ms(7)), [BEGIN, END]);
+    // The bus is left while it has the message.
+    raise(&mut producer);
+    assert!(producer.poll(ms(8), OPERATIONAL).is_some());
+    producer.on_bus_left();
+    assert_eq!(sent(&mut producer, ms(8)), [BEGIN]);
+}
+
+#[test]
+fn error_that_was_over_at_once_is_reported_with_its_end() {
+    let mut producer = producer(0);
+    let overrun = |producer: &mut Producer| producer.report(ErrorCode::CAN_OVERRUN, [2, 0, 0, 0, 0]);
+    assert!(overrun(&mut producer));
+    assert!(!overrun(&mut producer), "its messages wait");
+    let both = [[0x10, 0x81, 0x11, 2, 0, 0, 0, 0], [0, 0, 0, 0x10, 0x81, 2, 0, 0]];
+    assert_eq!(producer.register().bits(), 0);
+    assert_eq!(sent(&mut producer, ms(0)), both);
+    assert!(overrun(&mut producer));
+    assert_eq!(ended(&mut producer, ms(1), false), both[..1]);
+    assert_eq!(sent(&mut producer, ms(51)), both);
+    producer.on_bus_changed();
+    assert_eq!(sent(&mut producer, ms(52)), both);
+    assert_eq!(producer.history().len(), 2);
+    // Without a COB-ID the history alone has it.
+    let mut silent = Producer::new(Config { id: None, inhibit: Duration::ZERO });
+    assert!(overrun(&mut silent));
+    silent.configure(Config { id: CobId::new(0x085), inhibit: Duration::ZERO });
+    assert_eq!(sent(&mut silent, ms(0)), [[0; 8]; 0]);
+    assert_eq!(silent.history().len(), 1);
+}
+
+#[test]
+fn errors_take_turns() {
+    let mut producer = producer(100);
+    raise(&mut producer);
+    assert!(producer.raise(ErrorCode::VOLTAGE, [0; 5]));
+    assert_eq!(sent(&mut producer, ms(0))[0][1], 0x42);
+    // The first error has a message to send again; the second one still has its first.
+    clear(&mut producer);
+    assert_eq!(sent(&mut producer, ms(100))[0][1], 0x30);
+    assert_eq!(sent(&mut producer, ms(200))[0], [0, 0, 0x05, 0x00, 0x42, 1, 0, 0]);
 }
 
 /// Verifies: ECSS 6.4a.2, 6.4b
@@ -158,17 +274,14 @@ fn register_shows_remaining_errors_when_one_of_several_is_gone() {
     producer.raise(ErrorCode::new(0x3101), [0; 5]);
     assert_eq!(producer.register().bits(), 0x0D);
     sent(&mut producer, ms(1));
-    producer.clear(ErrorCode::TEMPERATURE_DEVICE, 0);
-    producer.clear(ErrorCode::VOLTAGE_MAINS, 0);
-    producer.clear(ErrorCode::new(0x3101), 0);
-    assert_eq!(
-        sent(&mut producer, ms(2)),
-        [
-            [0, 0, 0x05, 0x00, 0x42, 0, 0, 0],
-            [0, 0, 0x05, 0x00, 0x31, 0, 0, 0],
-            [0, 0, 0, 0x01, 0x31, 0, 0, 0]
-        ]
-    );
+    for (code, end) in [
+        (ErrorCode::TEMPERATURE_DEVICE, [0, 0, 0x05, 0x00, 0x42, 0, 0, 0]),
+        (ErrorCode::VOLTAGE_MAINS, [0, 0, 0x05, 0x00, 0x31, 0, 0, 0]),
+        (ErrorCode::new(0x3101), [0, 0, 0, 0x01, 0x31, 0, 0, 0]),
+    ] {
+        producer.clear(code, 0);
+        assert_eq!(sent(&mut producer, ms(2)), [end]);
+    }
 }
 
 #[test]
@@ -233,10 +346,11 @@ fn the_inhibit_time_delays_and_loses_nothing() {
     for code in [0x1000, 0x2000, 0x3000] {
         producer.raise(ErrorCode::new(code), [0; 5]);
     }
-    assert_eq!(sent(&mut producer, ms(100)), [[0x00, 0x10, 0x01, 0, 0, 0, 0, 0]]);
+    // The register is that of the instant at which a message goes out.
+    assert_eq!(sent(&mut producer, ms(100)), [[0x00, 0x10, 0x07, 0, 0, 0, 0, 0]]);
     assert_eq!(producer.deadline(OPERATIONAL), Some(ms(150)));
     assert!(sent(&mut producer, ms(149)).is_empty());
-    assert_eq!(sent(&mut producer, ms(150)), [[0x00, 0x20, 0x03, 0, 0, 0, 0, 0]]);
+    assert_eq!(sent(&mut producer, ms(150)), [[0x00, 0x20, 0x07, 0, 0, 0, 0, 0]]);
     // Polled late: the time counts from there.
     assert_eq!(sent(&mut producer, ms(230)), [[0x00, 0x30, 0x07, 0, 0, 0, 0, 0]]);
     assert_eq!(producer.deadline(OPERATIONAL), None);
@@ -248,9 +362,9 @@ fn the_inhibit_time_delays_and_loses_nothing() {
 #[test]
 fn a_new_inhibit_time_counts_from_the_last_message() {
     let mut producer = producer(50);
-    producer.raise(ErrorCode::GENERIC, [0; 5]);
-    producer.poll(ms(100), OPERATIONAL);
-    producer.clear(ErrorCode::GENERIC, 0);
+    raise(&mut producer);
+    assert_eq!(sent(&mut producer, ms(100)), [BEGIN]);
+    clear(&mut producer);
     let id = Some(CobId::emcy(node(5)));
     producer.configure(Config { id, inhibit: Duration::from_millis(10) });
     assert_eq!(producer.deadline(OPERATIONAL), Some(ms(110)));
@@ -259,36 +373,24 @@ fn a_new_inhibit_time_counts_from_the_last_message() {
 }
 
 #[test]
-fn full_queue_counts_the_message_and_history_has_its_error() {
-    let mut producer = producer(1_000);
-    for number in 1..=10 {
-        assert!(producer.raise(ErrorCode::new(0xFF00 + number), [0; 5]));
-    }
-    assert_eq!(producer.lost(), 2);
-    assert_eq!(producer.history().read(1), Ok(0xFF0A));
-    let mut told = vec![];
-    for second in 1..=20 {
-        told.extend(sent(&mut producer, ms(1_000 * second)).iter().map(|data| data[0]));
-    }
-    assert_eq!(told, [1, 2, 3, 4, 5, 6, 7, 8]);
-}
-
-#[test]
-fn more_errors_than_places_are_still_told() {
+fn more_errors_than_places_are_counted_and_in_the_history() {
     let mut producer = producer(0);
     for number in 0..16 {
-        producer.raise(ErrorCode::new(0x1000 + number), [0; 5]);
-        sent(&mut producer, ms(1));
+        assert!(producer.raise(ErrorCode::new(0x1000 + number), [0; 5]));
     }
+    assert_eq!(producer.lost(), 0);
     assert!(producer.raise(ErrorCode::TEMPERATURE, [0; 5]));
-    assert_eq!(sent(&mut producer, ms(2)), [[0x00, 0x40, 0x09, 0, 0, 0, 0, 0]]);
-    assert_eq!(producer.history().read(1), Ok(0x4000));
+    assert_eq!((producer.lost(), producer.history().read(1)), (1, Ok(0x4000)));
     assert_eq!(producer.register().bits(), 0x01);
     assert!(!producer.clear(ErrorCode::TEMPERATURE, 0));
-    // A place that falls free is taken again.
+    assert_eq!(sent(&mut producer, ms(1)).len(), 16);
+    // One that is over makes room, even before the master was heard.
     assert!(producer.clear(ErrorCode::new(0x1007), 0));
+    assert_eq!(sent(&mut producer, ms(2)).len(), 1);
     assert!(producer.raise(ErrorCode::TEMPERATURE, [0; 5]));
     assert_eq!(producer.register().bits(), 0x09);
+    assert_eq!(sent(&mut producer, ms(3)), [[0x00, 0x40, 0x09, 0, 0, 0, 0, 0]]);
+    assert_eq!(producer.lost(), 1);
 }
 
 /// Verifies: ECSS 6.5.4a
@@ -316,10 +418,10 @@ fn without_a_valid_cob_id_only_register_and_history_go_on() {
     assert_eq!(producer.poll(ms(1), OPERATIONAL), None);
     assert_eq!(producer.history().len(), 2);
     assert_eq!(producer.register().bits(), 0x03);
-    // Valid again, with another identifier: what is new is told there, what is old is not.
+    // Valid again, with another identifier: what is active still is told there.
+    assert!(producer.clear(ErrorCode::GENERIC, 0));
     producer.configure(Config { id: CobId::new(0x0F0), inhibit: Duration::ZERO });
-    producer.raise(ErrorCode::VOLTAGE, [0; 5]);
-    assert_eq!(producer.poll(ms(2), OPERATIONAL), Some(frame(0x0F0, &[0x00, 0x30, 0x07, 0, 0, 0, 0, 0])));
+    assert_eq!(producer.poll(ms(2), OPERATIONAL), Some(frame(0x0F0, &[0x00, 0x20, 0x03, 0, 0, 0, 0, 0])));
     assert_eq!(producer.poll(ms(2), OPERATIONAL), None);
     assert_eq!(producer.lost(), 0);
 }
@@ -349,48 +451,186 @@ fn malformed_emergencies_are_none() {
     assert_eq!(Emergency::decode(&frame(0x185, &[0; 8])), None);
 }
 
+#[test]
+fn end_of_an_error_names_it() {
+    let end = Emergency {
+        code: ErrorCode::NO_ERROR,
+        register: ErrorRegister::default(),
+        info: [0x00, 0x42, 7, 0, 0],
+    };
+    assert_eq!(end.ended(), Some((ErrorCode::TEMPERATURE_DEVICE, 7)));
+    assert_eq!(Emergency { code: ErrorCode::TEMPERATURE_DEVICE, ..end }.ended(), None);
+    // A node of another make gives no code.
+    assert_eq!(Emergency { info: [0; 5], ..end }.ended(), None);
+}
+
+fn emergency(code: u16, register: u8, info: [u8; 5]) -> Emergency {
+    Emergency { code: ErrorCode::new(code), register: ErrorRegister::from_bits(register), info }
+}
+
+/// Node-ID, code and source of each.
+fn known(errors: &ActiveErrors) -> Vec<(u8, u16, u8)> {
+    errors.iter().map(|ActiveError { node, code, source }| (node.get(), code.get(), source)).collect()
+}
+
+#[test]
+fn a_consumer_knows_the_active_errors_of_each_node() {
+    let mut errors = ActiveErrors::default();
+    assert!(errors.on_emergency(node(3), &emergency(0x4200, 0x09, [1, 0, 0, 0, 0])));
+    assert!(errors.on_emergency(node(3), &emergency(0x8130, 0x19, [7, 0, 0, 0, 0])));
+    assert!(errors.on_emergency(node(4), &emergency(0x4200, 0x09, [1, 0, 0, 0, 0])));
+    // Twice is once.
+    assert!(errors.on_emergency(node(3), &emergency(0x4200, 0x19, [1, 0, 0, 0, 0])));
+    assert_eq!(known(&errors), [(3, 0x4200, 1), (3, 0x8130, 7), (4, 0x4200, 1)]);
+    // The end of one, of another source, and one that the register alone tells.
+    errors.on_emergency(node(3), &emergency(0, 0x19, [0x30, 0x81, 6, 0, 0]));
+    assert_eq!(known(&errors).len(), 3);
+    errors.on_emergency(node(3), &emergency(0, 0x09, [0x30, 0x81, 7, 0, 0]));
+    assert_eq!(known(&errors), [(3, 0x4200, 1), (4, 0x4200, 1)]);
+    errors.on_emergency(node(3), &emergency(0x5000, 0x01, [0; 5]));
+    assert_eq!(known(&errors), [(3, 0x5000, 0), (4, 0x4200, 1)]);
+    // Another make: "no error" without a code, and a register without the generic bit.
+    errors.on_emergency(node(5), &emergency(0x8120, 0x10, [0; 5]));
+    assert_eq!(known(&errors).len(), 3);
+    errors.on_emergency(node(5), &emergency(0, 0, [0; 5]));
+    assert_eq!(known(&errors).len(), 2);
+    errors.forget(node(4));
+    assert_eq!(known(&errors), [(3, 0x5000, 0)]);
+}
+
+#[test]
+fn a_register_that_is_not_explained_is_explained_by_the_history() {
+    let mut errors = ActiveErrors::default();
+    let register = ErrorRegister::from_bits;
+    assert!(errors.on_register(node(3), register(0)));
+    assert!(!errors.on_register(node(3), register(0x19)));
+    // The newest first: one that is over, as its class is not in the register; then what explains it.
+    assert!(!errors.on_history(node(3), register(0x19), 0x0000_3000));
+    assert!(!errors.on_history(node(3), register(0x19), 0x0001_4200));
+    assert!(!errors.on_history(node(3), register(0x19), 0x0002_4200), "the class is explained already");
+    assert!(errors.on_history(node(3), register(0x19), 0x0007_8130));
+    assert_eq!(known(&errors), [(3, 0x4200, 1), (3, 0x8130, 7)]);
+    assert!(errors.on_register(node(3), register(0x19)));
+    assert!(errors.on_register(node(3), register(0x11)), "one is over, the other one explains the rest");
+    assert_eq!(known(&errors), [(3, 0x8130, 7)]);
+    // The generic bit alone.
+    assert!(!errors.on_register(node(4), register(0x01)));
+    assert!(errors.on_history(node(4), register(0x01), 0x0000_5000));
+    assert!(errors.on_register(node(4), register(0)));
+    assert_eq!(known(&errors), [(3, 0x8130, 7)]);
+}
+
+#[test]
+fn errors_without_a_place_are_counted() {
+    let mut errors = ActiveErrors::default();
+    for source in 0..64 {
+        assert!(errors.on_emergency(node(3), &emergency(0x8130, 0x11, [source, 0, 0, 0, 0])));
+    }
+    assert!(!errors.on_emergency(node(4), &emergency(0x4200, 0x09, [0; 5])));
+    assert_eq!((errors.lost(), errors.iter().count()), (1, 64));
+    errors.on_emergency(node(3), &emergency(0, 0x11, [0x30, 0x81, 9, 0, 0]));
+    assert!(errors.on_emergency(node(4), &emergency(0x4200, 0x09, [0; 5])));
+    assert_eq!(errors.lost(), 1);
+}
+
+/// The master's end of two buses: it hears what is acknowledged, unless its bus is cut.
+#[derive(Default)]
+struct Listener {
+    heard: BTreeSet<(u16, u8)>,
+    /// Errors whose beginning a node acknowledged.
+    told: BTreeSet<(u16, u8)>,
+    is_cut: bool,
+}
+
+impl Listener {
+    fn on_message(&mut self, data: &[u8]) -> Result<(), TestCaseError> {
+        let &[low, high, _, a, b, c, ..] = data else { return Err(TestCaseError::fail("length")) };
+        let code = u16::from_le_bytes([low, high]);
+        if code == 0 {
+            let error = (u16::from_le_bytes([a, b]), c);
+            prop_assert!(self.told.contains(&error), "an end alone");
+            if !self.is_cut {
+                self.heard.remove(&error);
+            }
+        } else {
+            self.told.insert((code, a));
+            if !self.is_cut {
+                self.heard.insert((code, a));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What happens around a producer.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Raise(u16, u8),
+    Clear(u16, u8),
+    /// So many frames go out: acknowledged or not.
+    Send(u8, bool),
+    /// The bus is cut next to the master: another node still acknowledges.
+    Cut,
+    /// Master and node meet on the other bus.
+    Meet,
+    /// The master's heartbeat, unless the bus is cut.
+    Heartbeat,
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let error = || (prop::sample::select(vec![0x1000, 0x2310, 0x4200, 0x8130]), 0..3_u8);
+    prop_oneof![
+        4 => error().prop_map(|(code, source)| Step::Raise(code, source)),
+        4 => error().prop_map(|(code, source)| Step::Clear(code, source)),
+        4 => (1..4_u8, any::<bool>()).prop_map(|(number, is_acknowledged)| Step::Send(number, is_acknowledged)),
+        1 => Just(Step::Cut),
+        1 => Just(Step::Meet),
+        2 => Just(Step::Heartbeat),
+    ]
+}
+
 proptest! {
     #![proptest_config(cases(256))]
 
     #[test]
-    fn every_change_is_told_in_order_or_counted(
-        steps in prop::collection::vec((any::<bool>(), 0..6_usize, 0..3_u8, 0..40_u64), 0..120),
-    ) {
-        let codes = [0x1000, 0x2310, 0x3111, 0x4200, 0x8130, 0xFF07];
-        let bits = [0x01, 0x03, 0x05, 0x09, 0x11, 0x81];
+    fn after_the_last_fault_the_master_knows_what_is_active(steps in prop::collection::vec(step(), 0..120)) {
         let mut producer = producer(10);
-        let mut active = BTreeSet::new();
-        let (mut changes, mut told, mut now, mut last) = (vec![], vec![], 0, None);
-        for (appears, kind, source, wait) in steps {
-            now += wait;
-            let code = ErrorCode::new(codes[kind]);
-            let news = if appears { active.insert((kind, source)) } else { active.remove(&(kind, source)) };
-            // At most 16 can be known as active.
-            prop_assume!(active.len() <= 16);
-            let lost = producer.lost();
-            let accepted = if appears {
-                producer.raise(code, [source, 1, 2, 3, 4])
-            } else {
-                producer.clear(code, source)
-            };
-            prop_assert_eq!(accepted, news);
-            let register = active.iter().fold(0, |register, (kind, _)| register | bits[*kind]);
-            prop_assert_eq!(producer.register().bits(), register);
-            if news && producer.lost() == lost {
-                changes.push((if appears { codes[kind] } else { 0 }, register));
+        let mut listener = Listener::default();
+        let (mut active, mut now) = (BTreeSet::new(), 0);
+        let end = [Step::Meet, Step::Send(40, true), Step::Heartbeat];
+        for step in steps.into_iter().chain(end) {
+            match step {
+                Step::Raise(code, source) => {
+                    prop_assert_eq!(producer.raise(ErrorCode::new(code), [source, 1, 2, 3, 4]), active.insert((code, source)));
+                }
+                Step::Clear(code, source) => {
+                    prop_assert_eq!(producer.clear(ErrorCode::new(code), source), active.remove(&(code, source)));
+                }
+                Step::Send(number, is_acknowledged) => {
+                    for _ in 0..number {
+                        now += 10;
+                        let Some(frame) = producer.poll(ms(now), OPERATIONAL) else { continue };
+                        prop_assert!(producer.poll(ms(now + 9), OPERATIONAL).is_none(), "inhibit time");
+                        if is_acknowledged {
+                            listener.on_message(frame.data())?;
+                        }
+                        producer.on_end(&frame, is_acknowledged, ms(now));
+                    }
+                    now += 50;
+                }
+                Step::Cut => listener.is_cut = true,
+                Step::Meet => {
+                    listener.is_cut = false;
+                    producer.on_bus_left();
+                    producer.on_bus_changed();
+                }
+                Step::Heartbeat if listener.is_cut => {}
+                Step::Heartbeat => producer.confirm(),
             }
-            while let Some(frame) = producer.poll(ms(now), OPERATIONAL) {
-                prop_assert!(last.is_none_or(|last| now >= last + 10), "inhibit time");
-                last = Some(now);
-                let data = frame.data();
-                told.push((u16::from_le_bytes([data[0], data[1]]), data[2]));
-            }
+            let bits = active.iter().map(|(code, _)| ErrorRegister::of(ErrorCode::new(*code)));
+            prop_assert_eq!(producer.register(), bits.fold(ErrorRegister::default(), ErrorRegister::and));
         }
-        for second in 1..=8 {
-            if let Some(frame) = producer.poll(ms(now + 1_000 * second), OPERATIONAL) {
-                told.push((u16::from_le_bytes([frame.data()[0], frame.data()[1]]), frame.data()[2]));
-            }
-        }
-        prop_assert_eq!(told, changes);
+        prop_assert_eq!(listener.heard, active);
+        prop_assert_eq!((producer.lost(), producer.deadline(OPERATIONAL)), (0, None));
     }
 }

@@ -4,12 +4,20 @@ use super::{Canopen, Out};
 use crate::emcy::ErrorCode;
 use crate::link::port::Health;
 use crate::node::buses::BusNews;
-use crate::node::{Device, Extension, LinkEvent, SlaveEvent};
+use crate::node::{Device, Extension, FailCause, LinkEvent, SlaveEvent};
 use crate::types::{Bus, CobId, Frame, Instant};
 
 impl<D: Device, E: Extension> Canopen<D, E> {
     /// Counts the event, follows the error state, and passes the ends of transmissions to the SDO server.
-    pub fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+    /// `is_active`: the node uses this bus.
+    pub fn on_bus_event(
+        &mut self,
+        bus: Bus,
+        is_active: bool,
+        event: &LinkEvent,
+        now: Instant,
+        out: &mut Out,
+    ) {
         match self.services.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
             Some(BusNews::Failed(health)) => {
@@ -25,11 +33,24 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.services.next = now;
         }
         match event {
-            LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. } => {
+            LinkEvent::Transmitted { frame, .. } => {
                 self.on_sent(frame, now);
+                if is_active {
+                    self.services.on_frame_end(frame, true, now);
+                }
+            }
+            LinkEvent::Failed { frame, cause } => {
+                self.on_sent(frame, now);
+                // What is over the budget is reported as such.
+                if *cause != FailCause::OverBudget && self.services.is_lost_event(frame) {
+                    out.event(SlaveEvent::NotSent { bus, id: frame.id(), data: frame.padded() });
+                } else if is_active {
+                    self.services.on_frame_end(frame, false, now);
+                }
             }
             LinkEvent::Overrun { .. } => self.lost(bus, now),
             LinkEvent::Unsent { frames } => {
+                self.services.dictionary.emcy.on_dropped(now);
                 // Some may have been segments that the SDO server waits for.
                 (0..*frames).for_each(|_| self.services.on_sdo_sent());
                 self.lost(bus, now);

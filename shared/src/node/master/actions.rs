@@ -57,11 +57,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterAction::Send { bus, outgoing } => out.command(bus, BusCommand::Send(outgoing)),
             MasterAction::SendTime => self.services.trigger_time(now),
-            MasterAction::Expired(bus) => self.services.buses.expired(bus),
+            MasterAction::Expired(bus) => {
+                self.services.buses.expired(bus);
+                self.services.dictionary.emcy.on_dropped(now);
+            }
             MasterAction::Refused(bus) => self.services.buses.refused(bus),
             MasterAction::Switched { from, to, cause, dropped } => {
                 self.drop_held(from, dropped);
                 self.services.buses.change(from, to, out);
+                self.services.dictionary.emcy.on_bus_left();
+                self.services.announce(now);
                 // With selective access the health of the bus left is unknown now, that of the new one still.
                 self.report_health(from, now);
                 self.report_health(to, now);
@@ -74,7 +79,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.boot.on_lost(node);
                 out.event(MasterEvent::SlaveLost { node });
             }
-            MasterAction::Forgotten(node) => self.show_state(node, objects::UNKNOWN),
+            MasterAction::Forgotten(node) => {
+                self.show_state(node, objects::UNKNOWN);
+                self.services.dictionary.objects.application.errors.forget(node);
+            }
             MasterAction::Unheard(node) => {
                 self.show_state(node, objects::MISSING);
                 out.event(MasterEvent::SlaveUnheard { node });

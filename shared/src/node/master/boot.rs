@@ -39,6 +39,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// The transfer that was running fails. The boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, now: Instant, out: &mut Out) {
         self.boot.on_bus_changed();
+        self.errors.restart();
         self.abort_transfers(now, out);
     }
 
@@ -46,16 +47,18 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn run_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let deadline = earliest(&[self.boot.deadline(), self.transfers.deadline()]);
         let is_overdue = deadline.is_some_and(|deadline| deadline <= until);
-        let is_asking = self.identification_deadline().is_some_and(|deadline| deadline <= until);
+        let questions = earliest(&[self.identification_deadline(), self.errors_deadline()]);
+        let is_asking = questions.is_some_and(|deadline| deadline <= until);
         if !(is_overdue || self.transfers.is_due || self.boot.is_due() || is_asking) {
             return;
         }
         self.run_client(until, now, out);
         self.collect(now, out);
         self.collect_answer(until, out);
+        self.collect_errors(until, out);
         self.tell_boot(until, now, out);
         // Once: only a frame or the time ends what has begun.
-        if self.begin_transfer() || self.begin_identification(until) {
+        if self.begin_transfer() || self.begin_identification(until) || self.begin_errors(until) {
             self.run_client(until, now, out);
             self.tell_boot(until, now, out);
         }

@@ -1,6 +1,6 @@
 //! Objects of a master beside those of every node.
 
-use crate::emcy::EmcyConsumers;
+use crate::emcy::{ActiveErrors, EmcyConsumers};
 use crate::nmt::NmtStartup;
 use crate::node::{Communication, Device, DeviceObjects, NetworkObjects};
 use crate::od::Objects;
@@ -20,6 +20,9 @@ pub struct MasterObjects<D: Device> {
     /// Objects of the EMCY consumer
     #[objects]
     pub emergencies: EmcyConsumers,
+    /// Active errors of the slaves
+    #[objects]
+    pub errors: ActiveErrors,
     /// Objects of the network management
     #[objects]
     pub network: NetworkObjects,

@@ -4,6 +4,7 @@ mod actions;
 mod boot;
 mod budget;
 mod declared;
+mod errors;
 mod filters;
 mod identify;
 mod network;
@@ -17,6 +18,7 @@ mod transfers;
 pub use declared::MasterObjects;
 
 use self::budget::Budgets;
+use self::errors::ErrorCheck;
 use self::filters::FUNCTIONS;
 use self::identify::Identification;
 use self::objects::Initial;
@@ -51,6 +53,7 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     redundancy: MasterRedundancy<B>,
     clashes: StateClashes,
     identification: Identification,
+    errors: ErrorCheck,
     budgets: Budgets,
     sync: sync::Producer,
     /// COB-IDs of [`Profile::stamped`].
@@ -108,6 +111,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Master {
             clashes: StateClashes::default(),
             identification: Identification::default(),
+            errors: ErrorCheck::default(),
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,
@@ -169,6 +173,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.boot.deadline(),
             self.transfers.deadline(),
             self.identification_deadline(),
+            self.errors_deadline(),
             self.budgets.deadline(),
             self.device_deadline(),
             self.sync.deadline().filter(|_| self.redundancy.is_announced() && self.produces_sync()),
@@ -256,10 +261,10 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
                 self.on_sdo_sent(bus, frame);
             }
             LinkEvent::Failed { frame, cause } => {
-                self.on_failed(bus, frame, *cause);
+                self.on_failed(bus, frame, *cause, now, out);
                 self.on_sdo_sent(bus, frame);
             }
-            LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames),
+            LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames, now),
             LinkEvent::Overrun { .. } => self.lost(bus),
             LinkEvent::Counters(_) => self.services.refresh_health(),
             LinkEvent::Received { .. } | LinkEvent::Health(_) | LinkEvent::Stalled => {}

@@ -3,7 +3,7 @@
 use super::declared::MasterObjects;
 use super::{Master, Out};
 use crate::boot::Assignment;
-use crate::emcy::{EmcyConsumers, ErrorCode, PostMortem};
+use crate::emcy::{ActiveErrors, EmcyConsumers, ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, monitored};
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
@@ -128,7 +128,12 @@ impl Initial {
 
 #[inline(never)] // made in their place
 fn application<D: Device>(profile: &Profile, device: D) -> MasterObjects<D> {
-    MasterObjects { device, emergencies: EmcyConsumers::of_others(NodeId::MASTER), network: network(profile) }
+    MasterObjects {
+        device,
+        emergencies: EmcyConsumers::of_others(NodeId::MASTER),
+        errors: ActiveErrors::default(),
+        network: network(profile),
+    }
 }
 
 /// The slaves of the profile.
@@ -326,6 +331,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         });
         if let Some(bus) = refused {
             services.buses.refused(bus);
+            services.dictionary.emcy.on_dropped(now);
         }
     }
 

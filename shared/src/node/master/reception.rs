@@ -64,7 +64,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             out.event(MasterEvent::Frame { bus, frame: *frame });
         } else if id.node().is_some_and(|node| self.consumes_emergency(id, node)) {
             match Emergency::decode(frame) {
-                Some((node, emergency)) => out.event(MasterEvent::Emergency { node, bus, emergency }),
+                Some((node, emergency)) => {
+                    self.follow_errors(node, &emergency, out);
+                    out.event(MasterEvent::Emergency { node, bus, emergency });
+                }
                 None => self.services.buses.malformed(bus),
             }
         } else {
@@ -72,7 +75,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    fn consumes_emergency(&self, id: CobId, node: NodeId) -> bool {
+    pub(super) fn consumes_emergency(&self, id: CobId, node: NodeId) -> bool {
         let emergencies = &self.services.dictionary.objects.application.emergencies;
         node != NodeId::MASTER && id == CobId::emcy(node) && emergencies.consumes(node)
     }
@@ -101,6 +104,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             out.event(MasterEvent::SlaveState { node, bus, state });
         }
         if is_here {
+            if state.allows_sdo() || state == NmtState::Initialising {
+                self.errors.on_heard(node, state);
+            }
             self.on_monitored(node, state, stamp.at);
             self.on_ranged(node, &stamp);
         }
@@ -139,6 +145,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.services.next = Instant::ZERO;
         }
         self.services.wake(self.identification_deadline());
+        self.services.wake(self.errors_deadline());
     }
 
     pub(super) fn on_transmitted(
@@ -153,6 +160,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.is_booting = false;
             self.services.note_heartbeat(&stamp);
             self.services.on_heartbeat_sent();
+        } else if self.services.is_emergency(frame.id()) {
+            if bus == self.redundancy.active() {
+                self.services.on_frame_end(frame, true, now);
+                // The master is the one that has to know.
+                self.services.dictionary.emcy.confirm();
+            }
         } else if self.services.is_sync(frame.id()) {
             self.boot.on_sync_sent();
             // Its own SYNC has the right length.
@@ -168,7 +181,20 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    pub(super) fn on_failed(&mut self, bus: Bus, frame: &Frame, cause: FailCause) {
+    pub(super) fn on_failed(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        cause: FailCause,
+        now: Instant,
+        out: &mut Out,
+    ) {
+        // What is over the budget is reported as such.
+        if cause != FailCause::OverBudget && self.is_lost(frame) {
+            out.event(MasterEvent::NotSent { bus, id: frame.id(), data: frame.padded() });
+        } else if bus == self.redundancy.active() {
+            self.services.on_frame_end(frame, false, now);
+        }
         // A heartbeat given up because its bus was left belongs to an earlier stay on it.
         if cause != FailCause::BusLeft {
             self.redundancy.on_failed(bus, frame.id());

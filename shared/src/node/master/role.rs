@@ -4,7 +4,7 @@
 //! slaves, and the spacecraft time. So the time continues when it takes over.
 
 use super::{Master, MasterEvent, Out};
-use crate::emcy::ErrorCode;
+use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
 use crate::node::Device;
 use crate::node::MasterRole;
@@ -44,6 +44,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn take_over(&mut self, bus: Bus, now: Instant, out: &mut Out) {
         self.services.show_redundancy(self.redundancy.parameters(), now);
         self.services.buses.join(bus, out);
+        self.errors.restart();
         self.boot_up(now, out);
         self.boot.start(now);
     }
@@ -51,6 +52,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Becomes the standby of another active master.
     pub(super) fn stand_by(&mut self, now: Instant, out: &mut Out) {
         self.services.buses.listen(out);
+        self.services.dictionary.emcy.on_bus_left();
         self.drop_transfers(now);
         self.boot.stand_by();
         self.identification = super::Identification::default();
@@ -98,7 +100,17 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             // An answer to the active master: it is a slave.
             MasterVerdict::Response(node) => self.redundancy.on_answer(node, stamp.at),
             MasterVerdict::Malformed => self.services.buses.malformed(bus),
-            MasterVerdict::Other => self.services.buses.ignored(bus),
+            MasterVerdict::Other => self.overhear_emergency(bus, frame, out),
+        }
+    }
+
+    /// Takes the emergencies of slaves, so that a takeover loses none.
+    fn overhear_emergency(&mut self, bus: Bus, frame: &Frame, out: &mut Out) {
+        match Emergency::decode(frame) {
+            Some((node, emergency)) if self.consumes_emergency(frame.id(), node) => {
+                self.follow_errors(node, &emergency, out);
+            }
+            _ => self.services.buses.ignored(bus),
         }
     }
 

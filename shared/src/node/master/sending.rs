@@ -92,6 +92,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Ok(())
     }
 
+    /// Returns whether a frame that was not sent is a command or another event of the application, which no later frame
+    /// replaces.
+    pub(super) fn is_lost(&self, frame: &Frame) -> bool {
+        let id = frame.id();
+        // PDOs have the function codes between those of emergencies and of SDO responses.
+        let is_process_data = (0x180..0x580).contains(&id.raw());
+        let is_raw = is_process_data && !self.services.is_tpdo(id);
+        is_raw || self.services.is_lost_event(frame)
+    }
+
     /// Sends a frame that no PDO covers, with the lifetime of event-driven PDOs.
     ///
     /// # Errors

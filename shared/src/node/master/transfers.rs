@@ -1,5 +1,5 @@
-//! SDO client of the master: one transfer at a time, for the boot-up process, the application, or the
-//! identification of a new node.
+//! SDO client of the master: one transfer at a time, for the boot-up process, the application, the identification of a
+//! new node, or the errors of a slave.
 
 use core::task::Waker;
 
@@ -32,6 +32,8 @@ pub(super) enum Owner {
     Application,
     /// The master asks a node for its device type.
     Identification,
+    /// The master reads the errors of a slave.
+    Errors,
     /// The application released it: the transfer is to be cancelled.
     Abandoned,
 }
@@ -87,7 +89,7 @@ impl Transfers {
         let goes_on = match self.owner {
             Owner::Nobody => true,
             Owner::Application => self.client.needs_application(),
-            Owner::Boot | Owner::Identification | Owner::Abandoned => false,
+            Owner::Boot | Owner::Identification | Owner::Errors | Owner::Abandoned => false,
         };
         if goes_on {
             self.tasks.wake();
@@ -165,12 +167,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Frames were dropped before they came to the bus; some may have been segments that server or client wait for.
-    pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16) {
+    pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16, now: Instant) {
         for _ in 0..frames {
             self.services.on_sdo_sent();
             self.transfers.client.on_sent();
         }
         self.transfers.is_due = true;
+        self.services.dictionary.emcy.on_dropped(now);
         self.lost(bus);
     }
 

@@ -59,7 +59,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         let emcy = emcy::Config { id: Some(CobId::emcy(id)), inhibit: Duration::ZERO };
         Dictionary {
             rpdos: Rpdos::new(),
-            tpdos: Tpdos::new(),
+            tpdos: Tpdos::new(&D::PDOS),
             emcy: emcy::Producer::new(emcy),
             stored: E::Storage::new(store),
             written: None,

@@ -250,19 +250,55 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Reports an error of a bus that has already ended.
     pub fn occurred(&mut self, code: ErrorCode, bus: Bus) {
-        let source = bus.bdefault();
-        // Reported once while the messages wait.
-        if !self.dictionary.emcy.is_waiting(code, source) {
-            self.report_past(code, [source, 0, 0, 0, 0]);
-        }
+        self.report_past(code, [bus.bdefault(), 0, 0, 0, 0]);
     }
 
     /// Reports an error that has already ended.
     #[inline(never)] // of several callers, neither in a hurry
     fn report_past(&mut self, code: ErrorCode, info: [u8; 5]) {
-        self.raise(code, info);
-        self.clear(code, info[0]);
-        self.next = Instant::ZERO;
+        if self.dictionary.emcy.report(code, info) {
+            self.show_errors();
+            self.next = Instant::ZERO;
+        }
+    }
+
+    /// Returns whether this is the COB-ID of the emergencies of this node.
+    pub fn is_emergency(&self, id: CobId) -> bool {
+        self.dictionary.emcy.id().is(id)
+    }
+
+    /// Takes the end of a frame of this node on its active bus: a node acknowledged it, or it was not sent. Then an
+    /// emergency or a state is due again.
+    #[inline]
+    pub fn on_frame_end(&mut self, frame: &Frame, is_acknowledged: bool, now: Instant) {
+        let is_emergency = self.is_emergency(frame.id());
+        if is_emergency || !is_acknowledged {
+            let Dictionary { emcy, tpdos, .. } = &mut self.dictionary;
+            if is_emergency {
+                emcy.on_end(frame, is_acknowledged, now);
+            } else {
+                tpdos.on_failed(frame.id(), now);
+            }
+            self.next = now;
+        }
+    }
+
+    /// Returns whether a transmit PDO has this COB-ID.
+    pub fn is_tpdo(&self, id: CobId) -> bool {
+        self.dictionary.tpdos.has(id)
+    }
+
+    /// Returns whether a frame that was not sent is an event which no later frame replaces.
+    pub fn is_lost_event(&self, frame: &Frame) -> bool {
+        self.dictionary.tpdos.is_event(frame.id())
+    }
+
+    /// The active bus changed, or another master is there: what may not have been heard is announced again.
+    #[inline(never)] // seldom
+    pub fn announce(&mut self, now: Instant) {
+        self.dictionary.emcy.on_bus_changed();
+        self.dictionary.tpdos.on_bus_changed(now);
+        self.next = now;
     }
 
     /// Writes object 2032h. An emergency reports it after the boot-up message.

@@ -6,7 +6,7 @@ use crate::types::{Bus, CobId, Instant};
 
 impl<D: Device> Slave<D> {
     pub(super) fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        self.canopen.on_bus_event(bus, event, now, out);
+        self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, now, out);
         let is_due = match event {
             LinkEvent::Transmitted { frame, stamp } => {
                 let id = self.canopen.control.id();

@@ -6,7 +6,7 @@ use crate::heartbeat::NodeControl;
 use crate::link::Stamp;
 use crate::node::services::SdoStep;
 use crate::node::{Device, SlaveEvent};
-use crate::redundancy::{Parameters, SlaveAction, SlaveNode, SlaveRedundancy, SlaveVerdict};
+use crate::redundancy::{BusCause, Parameters, SlaveAction, SlaveNode, SlaveRedundancy, SlaveVerdict};
 use crate::types::{Bus, CobId, Frame, Instant, PerBus};
 
 /// A slave without its redundancy, in one step.
@@ -39,6 +39,12 @@ impl<D: Device> Slave<D> {
         match redundancy.on_frame(bus, frame, stamp.at, now, node) {
             SlaveVerdict::Heard => {
                 self.canopen.services.buses.taken(bus, frame);
+                if frame.bits() == 0 {
+                    // A boot-up message: another master, or the same one that has forgotten all.
+                    self.canopen.services.announce(now);
+                } else {
+                    self.canopen.services.dictionary.emcy.confirm();
+                }
                 out.event(SlaveEvent::Heartbeat { bus });
             }
             SlaveVerdict::Taken => self.canopen.services.buses.taken(bus, frame),
@@ -95,9 +101,13 @@ impl<D: Device> SlaveNode for Surroundings<'_, D> {
             SlaveAction::Retain(retained) => return self.memory.write(retained),
             SlaveAction::ActiveBus { bus, cause, is_new } => {
                 if is_new {
+                    canopen.services.dictionary.emcy.on_bus_left();
                     canopen.services.buses.change(bus.other(), bus, out);
                     // Aborts the running transfer and reports it on the new bus.
                     canopen.serve(SdoStep::BusChanged, bus, now, out);
+                }
+                if matches!(cause, BusCause::Found | BusCause::Followed | BusCause::TakenBack) {
+                    canopen.services.announce(now);
                 }
                 SlaveEvent::ActiveBus { bus, cause }
             }

@@ -144,6 +144,11 @@ fn with(id: NodeId, cob_id: u32, transmission: u8) -> PdoObjects {
 #[test]
 fn a_default_that_cannot_be_is_told_once() {
     let mut slave = started(|id| mapped(id, &[0x6000_0008], &[0x6002_0008]));
+    // The slave finds its master, announces the error once more, and hears that the master is still there.
+    for _ in 0..2 {
+        slave.receive(NOMINAL, 0x701, &[5]);
+        slave.run_until(slave.now + crate::bench::span(110));
+    }
     slave.clear();
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);
     slave.run_until(slave.now + crate::bench::span(200));

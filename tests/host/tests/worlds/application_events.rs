@@ -128,6 +128,14 @@ fn slave_logs_each_event_of_its_surroundings() {
             "WARN Redundant: error Passive, TEC 136, REC 1, last Ack",
         ),
         (SlaveEvent::Step(step()), "INFO clock set: 1000 s, was 3 s"),
+        (
+            SlaveEvent::NotSent {
+                bus,
+                id: CobId::new(0x383).expect("a COB-ID"),
+                data: [1, 2, 3, 4, 5, 6, 7, 0xA8],
+            },
+            "WARN 383h not sent on Redundant: [01, 02, 03, 04, 05, 06, 07, A8]",
+        ),
         (SlaveEvent::Written(id), "INFO 6210h:0 written"),
     ];
     let events: Vec<SlaveEvent> = cases.iter().map(|(event, _)| *event).collect();
@@ -194,6 +202,15 @@ fn master_logs_each_event_of_its_surroundings() {
         (
             MasterEvent::Emergency { node, bus, emergency },
             "WARN slave 3: EMCY 5000h, error register 01h, [48, 00, 00, 00, 0A]",
+        ),
+        (
+            MasterEvent::ErrorsRead { node },
+            "WARN slave 3: active errors are others than it reported, see 2048h",
+        ),
+        (MasterEvent::ErrorNotKept { node }, "ERROR slave 3: no room for its error in 2048h"),
+        (
+            MasterEvent::NotSent { bus, id: CobId::new(0x303).expect("a COB-ID"), data: [0; 8] },
+            "WARN 303h not sent on Redundant: [00, 00, 00, 00, 00, 00, 00, 00]",
         ),
         (MasterEvent::Boot { node, progress: BootProgress::Checking }, "DEBUG slave 3: boot-up, Checking"),
         (MasterEvent::Boot { node, progress: BootProgress::Started }, "INFO slave 3: boot-up, Started"),

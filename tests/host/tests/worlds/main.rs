@@ -8,6 +8,7 @@ mod crowd;
 mod determinism;
 mod disturbed;
 mod doubles;
+mod events;
 mod failover;
 mod filters;
 mod indicators;

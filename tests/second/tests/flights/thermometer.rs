@@ -131,3 +131,19 @@ fn the_temperature_comes_with_every_sync() {
     let (syncs, answers) = (after(0x080).count(), after(CYCLE).count());
     assert!(syncs >= 10 && syncs.abs_diff(answers) <= 1, "{syncs} SYNCs, {answers} answers");
 }
+
+/// Given a cut next to the master, when the temperature rises above its limit before the master is heard on the other bus, then
+/// the master knows it there, and the value at once: the other thermometer acknowledged the first frame.
+#[test]
+fn an_alarm_while_the_bus_fails_reaches_the_master() {
+    for after_ms in [5, 60] {
+        let mut flight = calibrated();
+        flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        flight.fly_to(2_000 + after_ms);
+        let board = flight.board(THERMOMETER);
+        flight.twin.board_mut(board).set_temperature(90.0);
+        flight.fly_to(3_000);
+        let said = flight.said(1, "Measured { temperature: 913, alarm: 1 }", ms(2_000));
+        assert!(said.is_some(), "{after_ms} ms\n{}\n{}", flight.log(1), flight.log(THERMOMETER));
+    }
+}

@@ -2,7 +2,7 @@
 
 use async_canopen::od::Record;
 use async_canopen::pdo::{
-    Direction, Mapping, PdoMapping, PdoObjects, PdoParameters, Rpdos, StaticMapping, Tpdos, rules,
+    Direction, Mapping, PdoMapping, PdoObjects, PdoParameters, PdoSet, Rpdos, StaticMapping, Tpdos, rules,
 };
 use async_canopen::types::AbortCode;
 use async_canopen::types::AbortCode::{
@@ -254,7 +254,7 @@ fn the_direction_matters() {
 fn a_pdo_is_remapped_step_by_step() {
     let mut parameters = PdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
     let mut mapping = mapping(&WORDS, 4);
-    let mut tpdos = Tpdos::<PdoObjects<1, 1>>::new();
+    let mut tpdos = Tpdos::<PdoObjects<1, 1>>::new(&PdoSet::NONE);
     let mut step = |parameters: &mut PdoParameters, mapping: &PdoMapping, sub, value| {
         let new = rules::parameters(Direction::Transmit, parameters, sub, value)?;
         tpdos.configure(
@@ -293,7 +293,7 @@ fn a_pdo_is_remapped_step_by_step() {
 #[test]
 fn there_may_be_512_each_way() {
     let mut rpdos = Box::new(Rpdos::<PdoObjects<512, 512>>::new());
-    let mut tpdos = Box::new(Tpdos::<PdoObjects<512, 512>>::new());
+    let mut tpdos = Box::new(Tpdos::<PdoObjects<512, 512>>::new(&PdoSet::NONE));
     let receive = PdoParameters { cob_id: 0x4000_0205, ..Default::default() };
     let transmit = PdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
     assert_eq!(

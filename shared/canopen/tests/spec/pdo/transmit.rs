@@ -1,8 +1,8 @@
 //! Transmit PDOs.
 
 use async_canopen::od::{INVALID, NO_REMOTE, Objects};
-use async_canopen::pdo::{Direction, PdoObjects, PdoParameters, Tpdos, rules};
-use async_canopen::types::{AbortCode, Address, Frame, Instant};
+use async_canopen::pdo::{CobIdOf, Direction, PdoObjects, PdoParameters, PdoSet, Tpdo, Tpdos, rules};
+use async_canopen::types::{AbortCode, Address, CobId, Frame, Instant};
 
 use super::device::{Device, WORDS, entry};
 use crate::bench::{frame, ms};
@@ -29,7 +29,7 @@ fn event_driven(inhibit: u16, event_timer: u16) -> PdoParameters {
 impl Node {
     /// With one TPDO of four words; Operational from zero on.
     fn with(parameters: PdoParameters) -> Node {
-        let mut node = Node { tpdos: Tpdos::new(), device: Device::default(), sent: vec![] };
+        let mut node = Node { tpdos: Tpdos::new(&PdoSet::NONE), device: Device::default(), sent: vec![] };
         node.device.words = [0x1111, 0x2222, 0x3333, 0x4444, 0x5555];
         assert_eq!(node.configure(0, parameters, &WORDS, ms(0)), Ok(()));
         node.tpdos.start(ms(0));
@@ -381,7 +381,7 @@ fn a_configuration_that_cannot_work_changes_nothing() {
 /// Nine that are due together: the queue of the node takes eight, the ninth goes in the next turn, in the order of numbers.
 #[test]
 fn a_burst_of_events_goes_out_in_turns() {
-    let (mut tpdos, device) = (Tpdos::<PdoObjects<9, 9>>::new(), Device::default());
+    let (mut tpdos, device) = (Tpdos::<PdoObjects<9, 9>>::new(&PdoSet::NONE), Device::default());
     for number in 0..9 {
         let own = parameters(0x181 + number as u32, 254);
         assert_eq!(
@@ -403,4 +403,60 @@ fn a_burst_of_events_goes_out_in_turns() {
     };
     assert_eq!(turn(ms(1)), ((0..8).collect(), Some(ms(1))));
     assert_eq!(turn(ms(1)), (vec![8], None));
+}
+
+/// PDOs 1 and 3 are declared as states, of four PDOs with one word each: 185h to 485h.
+fn with_states(transmissions: [u8; 4]) -> Node {
+    const STATES: PdoSet = PdoSet::new(
+        &[],
+        &[
+            Tpdo::new(1, CobIdOf::node(0x180)).state().map(Device::WORDS.sub(1)),
+            Tpdo::new(3, CobIdOf::node(0x380)).state().map(Device::WORDS.sub(3)),
+        ],
+    );
+    let mut node = Node { tpdos: Tpdos::new(&STATES), device: Device::default(), sent: vec![] };
+    for (number, transmission) in transmissions.into_iter().enumerate() {
+        let cob_id = 0x185 + 0x100 * number as u32;
+        let configured =
+            node.configure(number, parameters(cob_id, transmission), &WORDS[number..=number], ms(0));
+        assert_eq!(configured, Ok(()));
+    }
+    node
+}
+
+#[test]
+fn states_are_sent_when_operational_is_entered_and_after_a_change_of_the_bus() {
+    let mut node = with_states([254, 254, 255, 254]);
+    node.tpdos.on_bus_changed(ms(0));
+    assert_eq!(node.tpdos.deadline(), None, "not Operational");
+    node.tpdos.start(ms(100));
+    assert_eq!((node.poll(ms(100)), node.tpdos.deadline()), (vec![0], Some(ms(110))));
+    assert_eq!(node.poll(ms(110)), [2]);
+    assert_eq!(node.tpdos.deadline(), None);
+    node.tpdos.on_bus_changed(ms(200));
+    assert_eq!((node.poll(ms(200)), node.poll(ms(210))), (vec![0], vec![2]));
+    // Those that a SYNC sends cyclically need no event; one of type 0 goes with the next SYNC.
+    let mut node = with_states([1, 254, 0, 254]);
+    node.tpdos.start(ms(0));
+    assert_eq!((node.poll(ms(50)), node.sync(0)), (vec![], vec![0, 2]));
+    assert_eq!(node.sync(0), [0]);
+}
+
+#[test]
+fn state_that_was_not_sent_is_sent_again_and_an_event_is_lost() {
+    let mut node = with_states([254, 254, 0, 1]);
+    node.tpdos.start(ms(0));
+    assert_eq!((node.poll(ms(0)), node.sync(0)), (vec![0], vec![2, 3]));
+    let ids = [0x185, 0x285, 0x385, 0x485, 0x585].map(|raw| CobId::new(raw).unwrap());
+    ids.into_iter().for_each(|id| node.tpdos.on_failed(id, ms(10)));
+    assert_eq!((node.poll(ms(59)), node.poll(ms(60)), node.sync(0)), (vec![], vec![0], vec![2, 3]));
+    assert_eq!(ids.map(|id| node.tpdos.is_event(id)), [false, true, false, false, false]);
+    assert_eq!(ids.map(|id| node.tpdos.has(id)), [true, true, true, true, false]);
+    // An event timer sends the next one.
+    let timed = PdoParameters { event_timer: 100, ..parameters(0x285, 254) };
+    assert_eq!(node.configure(1, timed, &WORDS[1..=1], ms(100)), Ok(()));
+    assert!(!node.tpdos.is_event(ids[1]));
+    node.tpdos.stop();
+    node.tpdos.on_failed(ids[0], ms(110));
+    assert_eq!(node.tpdos.deadline(), None);
 }
