@@ -18,14 +18,21 @@ const OTHER: NodeId = NodeId::of::<2>();
 /// Cut that leaves the wheel alone.
 const BEFORE_WHEEL_M: f64 = 5.0;
 /// When the fault strikes: with a standby and selective access all are Operational after 1.2 s.
-const STRIKE: Time = Time::from_ms(2_000);
+const STRIKE: Time = Time::from_ms(1_500);
 /// How long a fault of a whole bus lasts.
 const SHORT: Time = Time::from_ms(300);
 /// From the report on, until the master knows: the search of a slave that it did not hear, the choice of the bus, the
 /// boot-up process.
-const BOUND: Time = Time::from_ms(3_000);
+const BOUND: Time = Time::from_ms(2_500);
+/// How long an error lasts that passes.
+const PASSING: Time = Time::from_ms(20);
 
-const ERROR: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
+/// The wheel reports this one while the bus fails.
+const STAYS: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
+/// This one is gone 20 ms later.
+const PASSES: ErrorCode = ErrorCode::CURRENT_INSIDE;
+/// This one was there before, and is gone at the same time.
+const ENDS: ErrorCode = ErrorCode::VOLTAGE_INSIDE;
 const SOURCE: u8 = 1;
 
 /// What breaks.
@@ -43,27 +50,14 @@ pub enum Break {
     Master,
 }
 
-/// What the wheel reports.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Report {
-    /// An error that stays, and a new value.
-    Error,
-    /// An error that is gone 20 ms later.
-    Passing,
-    /// The end of an error that was there before, and a new value.
-    End,
-}
-
 /// A flight.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
-    /// What breaks, at 2 s.
+    /// What breaks, at 1.5 s.
     pub what: Break,
-    /// What is reported.
-    pub report: Report,
-    /// When: milliseconds after the break.
+    /// When the wheel reports: milliseconds after the break.
     pub after_ms: u64,
-    /// The slaves have selective access.
+    /// The wheel has selective access.
     pub is_selective: bool,
     /// A second slave is there.
     pub has_other: bool,
@@ -77,29 +71,21 @@ impl fmt::Display for Flight {
     }
 }
 
-/// All flights whose report comes `0, step, 2 * step ..= 200` ms after the break.
-pub fn flights(step: usize) -> impl Iterator<Item = Flight> {
+/// All flights whose reports come `0, 1, 2 ..= 200` ms after the break.
+pub fn flights() -> Vec<Flight> {
     use Break::{Dominant, Far, Master, Near, Recessive};
-    let breaks = [Near, Far, Recessive, Dominant, Master].into_iter();
-    breaks.flat_map(move |what| {
-        [Report::Error, Report::Passing, Report::End].into_iter().flat_map(move |report| {
-            let crews = [(false, false), (true, false), (true, true)].into_iter();
-            crews.filter(move |(_, has_standby)| *has_standby || what != Master).flat_map(
-                move |(has_other, has_standby)| {
-                    [false, true].into_iter().flat_map(move |is_selective| {
-                        (0..=200).step_by(step).map(move |after_ms| Flight {
-                            what,
-                            report,
-                            after_ms,
-                            is_selective,
-                            has_other,
-                            has_standby,
-                        })
-                    })
-                },
-            )
-        })
-    })
+    let mut all = Vec::new();
+    for what in [Near, Far, Recessive, Dominant, Master] {
+        for (has_other, has_standby) in [(false, false), (true, false), (true, true)] {
+            for is_selective in [false, true] {
+                if has_standby || what != Master {
+                    let flight = |after_ms| Flight { what, after_ms, is_selective, has_other, has_standby };
+                    all.extend((0..=200).map(flight));
+                }
+            }
+        }
+    }
+    all
 }
 
 /// A reaction wheel.
@@ -140,81 +126,84 @@ impl Device for Watcher {
 
 type Board = Master<Watcher, TwoBoards>;
 
-/// Flies it.
+/// Flies it: two errors begin and one ends while the bus fails, and a value changes.
 ///
 /// # Errors
 /// What the master does not know, or heard too often.
 pub fn fly(flight: Flight) -> Result<(), String> {
     let mut world = world(flight);
-    world.run_until(Time::from_ms(1_500));
-    if flight.report == Report::End {
-        change(&world, 1, true);
-    }
+    world.run_until(STRIKE.since(Time::from_ms(200)));
+    report(&world, 1, &[(ENDS, true)]);
     world.run_until(STRIKE);
     if !world.all_operational() {
         return Err(format!("{flight}: it did not start"));
     }
     strike(&mut world, flight.what);
-    let report = STRIKE + Time::from_ms(flight.after_ms);
-    world.run_until(report);
-    change(&world, 2, flight.report != Report::End);
-    if flight.report == Report::Passing {
-        world.run_for(Time::from_ms(20));
-        change(&world, 3, false);
-    }
+    let at = STRIKE + Time::from_ms(flight.after_ms);
+    world.run_until(at);
+    report(&world, 2, &[(STAYS, true), (PASSES, true), (ENDS, false)]);
+    world.run_for(PASSING);
+    report(&world, 3, &[(PASSES, false)]);
     world.run_until(STRIKE + SHORT);
     Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::ClearShorts));
-    world.run_until(report + BOUND);
-    check(&world, flight)
-}
-
-fn check(world: &World, flight: Flight) -> Result<(), String> {
-    let active = *world.active_masters().first().ok_or_else(|| format!("{flight}: no master"))?;
-    let (errors, temperature) = world.node::<Board>(active).with(|master, _| {
-        (master.active_errors().collect::<Vec<_>>(), master.objects().application.device.temperature)
-    });
-    let mut wrong = vec![];
-    let error = ActiveError { node: WHEEL, code: ERROR, source: SOURCE };
-    let (is_known, is_active) = (errors.contains(&error), flight.report == Report::Error);
-    if is_known != is_active {
-        wrong.push(format!("the master knows {errors:?}"));
-    }
-    let expected = if flight.report == Report::Passing { 3 } else { 2 };
-    if temperature != expected {
-        wrong.push(format!("the value is {temperature}"));
-    }
-    // Since the break: begin and end in turn, each twice at most.
-    let mut heard = vec![];
-    for (at, event) in world.log_of(active) {
-        if let NodeEvent::Master(MasterEvent::Emergency { node: WHEEL, emergency, .. }) = event
-            && at >= STRIKE
-        {
-            let is_begin = emergency.code == ERROR;
-            if is_begin || emergency.ended() == Some((ERROR, SOURCE)) {
-                heard.push(is_begin);
-            }
-        }
-    }
-    let count = |begins: bool| heard.iter().filter(|is_begin| **is_begin == begins).count();
-    if count(true) > 2 || count(false) > 2 {
-        wrong.push(format!("heard {heard:?}"));
-    }
-    if flight.report == Report::Passing && heard.first() == Some(&false) {
-        wrong.push("an end alone".to_owned());
-    }
-    if !world.all_operational() {
-        wrong.push("not all are Operational".to_owned());
-    }
+    world.run_until(at + BOUND);
+    let wrong = check(&world);
     if wrong.is_empty() { Ok(()) } else { Err(format!("{flight}: {}", wrong.join("; "))) }
 }
 
-/// The wheel reports.
-fn change(world: &World, temperature: u16, is_hot: bool) {
+fn check(world: &World) -> Vec<String> {
+    let mut wrong = vec![];
+    if !world.all_operational() {
+        wrong.push("not all are Operational".to_owned());
+    }
+    let Some(active) = world.active_masters().first().copied() else { return vec!["no master".to_owned()] };
+    let (errors, temperature) = world.node::<Board>(active).with(|master: &mut Board, _| {
+        (master.active_errors().collect::<Vec<_>>(), master.objects().application.device.temperature)
+    });
+    let is_known = |code| errors.contains(&ActiveError { node: WHEEL, code, source: SOURCE });
+    if [STAYS, PASSES, ENDS].map(is_known) != [true, false, false] {
+        wrong.push(format!("the master knows {errors:?}"));
+    }
+    if temperature != 3 {
+        wrong.push(format!("the value is {temperature}"));
+    }
+    for code in [STAYS, PASSES, ENDS] {
+        let heard = heard(world, active, code);
+        let count = |begins: bool| heard.iter().filter(|is_begin| **is_begin == begins).count();
+        let is_alone = code == PASSES && heard.first() == Some(&false);
+        if count(true) > 2 || count(false) > 2 || is_alone {
+            wrong.push(format!("it heard of {:04X}h, begin or end: {heard:?}", code.get()));
+        }
+    }
+    wrong
+}
+
+/// Messages of an error since the break that a master received: whether each is a begin.
+fn heard(world: &World, master: NodeKey, code: ErrorCode) -> Vec<bool> {
+    let log = world.log_of(master).into_iter().filter(|(at, _)| *at >= STRIKE);
+    let heard = log.filter_map(|(_, event)| match event {
+        NodeEvent::Master(MasterEvent::Emergency { node: WHEEL, emergency, .. })
+            if emergency.code == code =>
+        {
+            Some(true)
+        }
+        NodeEvent::Master(MasterEvent::Emergency { node: WHEEL, emergency, .. }) => {
+            (emergency.ended() == Some((code, SOURCE))).then_some(false)
+        }
+        _ => None,
+    });
+    heard.collect()
+}
+
+/// The wheel has another temperature, and errors begin or end.
+fn report(world: &World, temperature: u16, errors: &[(ErrorCode, bool)]) {
     world.slave::<Wheel>(WHEEL).with(|wheel: &mut Slave<Wheel>, now| {
-        if is_hot {
-            wheel.raise(ERROR, [SOURCE, 0, 0, 0, 0]);
-        } else {
-            wheel.clear(ERROR, SOURCE);
+        for (code, begins) in errors {
+            if *begins {
+                wheel.raise(*code, [SOURCE, 0, 0, 0, 0]);
+            } else {
+                wheel.clear(*code, SOURCE);
+            }
         }
         wheel.change(now, |wheel| wheel.temperature = temperature);
     });
@@ -235,10 +224,9 @@ fn strike(world: &mut World, what: Break) {
 }
 
 fn world(flight: Flight) -> World {
-    const SELECTIVE: &[NodeId] = &[OTHER, WHEEL];
     let profile = Profile {
         standby: flight.has_standby.then_some(Profile::PAIR),
-        selective: if flight.is_selective { SELECTIVE } else { &[] },
+        selective: if flight.is_selective { &[WHEEL] } else { &[] },
         ..Profile::DEFAULT
     };
     let master = move |strap| move |_: MockBoard| Master::of_two(&profile, strap, Watcher::default(), None);

@@ -3,11 +3,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use host::events::{Flight, flights, fly};
+use host::events::{flights, fly};
 
 #[test]
 fn reports_at_every_millisecond_of_a_failure_are_known_afterwards() {
-    let (all, next) = (flights(1).collect::<Vec<Flight>>(), AtomicUsize::new(0));
+    let (all, next) = (flights(), AtomicUsize::new(0));
     let fly_some = || {
         let numbers = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)));
         let flown = numbers.map_while(|number| all.get(number));
