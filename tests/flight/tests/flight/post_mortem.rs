@@ -37,9 +37,16 @@ fn commanded(flight: &Flight, node: u8) -> usize {
     sent(flight, MASTER, 0x300 + u16::from(node), Time::ZERO).count()
 }
 
-/// Emergencies of the victim after `from`: code, register, information.
+/// Emergencies of the victim after `from`: code, register, information. Each once: a slave that is reset announces to the
+/// master that it finds what it sent before.
 fn emergencies(flight: &Flight, from: Time) -> Vec<Vec<u8>> {
-    sent(flight, RESET_SLAVE, 0x080 + u16::from(RESET_SLAVE), from).map(|seen| seen.data().to_vec()).collect()
+    let mut told: Vec<Vec<u8>> = Vec::new();
+    for seen in sent(flight, RESET_SLAVE, 0x080 + u16::from(RESET_SLAVE), from) {
+        if !told.iter().any(|data| data == seen.data()) {
+            told.push(seen.data().to_vec());
+        }
+    }
+    told
 }
 
 fn is_operational(flight: &Flight, node: u8) -> bool {
