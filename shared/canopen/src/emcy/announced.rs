@@ -53,6 +53,9 @@ pub(super) struct Announced {
 }
 
 impl Announced {
+    /// No error.
+    pub const NONE: Announced = Announced { is_active: false, ..Announced::new(ErrorCode::NO_ERROR, [0; 5]) };
+
     /// Takes an error that appeared.
     pub const fn new(code: ErrorCode, info: [u8; 5]) -> Announced {
         let (begin, end) = (Progress::Due, Progress::Due);
@@ -64,8 +67,12 @@ impl Announced {
         Announced { is_active: false, is_owed: true, ..Announced::new(code, info) }
     }
 
-    /// Returns the source of the error.
-    pub const fn source(&self) -> u8 {
+    /// Returns whether it is the error with this code and source.
+    pub fn is(&self, code: ErrorCode, source: u8) -> bool {
+        self.code == code && self.source() == source
+    }
+
+    const fn source(&self) -> u8 {
         let [source, ..] = self.info;
         source
     }

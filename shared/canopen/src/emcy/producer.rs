@@ -1,7 +1,5 @@
 //! Producer of emergency messages.
 
-use heapless::Vec;
-
 use super::announced::{Announced, Message};
 use super::objects::{COB_ID, ERRORS, INHIBIT};
 use super::{Config, EmcyObjects, ErrorCode, ErrorRegister, History};
@@ -33,8 +31,11 @@ pub struct Producer {
     /// COB-ID of the messages.
     id: Sealed,
     inhibit: Duration,
-    /// The one whose message was sent last is at the end.
-    errors: Vec<Announced, PLACES>,
+    errors: [Announced; PLACES],
+    /// Place whose turn it is.
+    turn: u8,
+    /// Place of the error that was raised last.
+    newest: u8,
     history: History<HISTORY>,
     last: Option<Instant>,
     /// After a message that was not sent.
@@ -50,7 +51,9 @@ impl Producer {
         Producer {
             id: Sealed::maybe(config.id),
             inhibit: config.inhibit,
-            errors: Vec::new(),
+            errors: [Announced::NONE; PLACES],
+            turn: 0,
+            newest: 0,
             history: History::new(),
             last: None,
             retry: Instant::ZERO,
@@ -105,7 +108,7 @@ impl Producer {
     /// register (CiA 301: the communication profile returns to its power-on values).
     pub fn restart(&mut self) {
         let Self { errors, history, .. } = self;
-        history.keep(|code, source| errors.iter().any(|error| error.is_active && is(error, code, source)));
+        history.keep(|code, source| errors.iter().any(|error| error.is_active && error.is(code, source)));
     }
 
     /// Takes an error that appeared. The first byte of `info` is its source, zero if the code has only one. Returns
@@ -146,29 +149,26 @@ impl Producer {
     }
 
     /// In a full list an error that is over, and whose end was acknowledged, makes room.
+    #[inline(never)] // of two callers
     fn add(&mut self, error: Announced) {
-        if self.errors.is_full()
-            && let Some(told) = self.errors.iter().position(|error| !error.is_active && error.is_told())
-        {
-            self.take(told);
+        let is_free = |place: &Announced| place.code == ErrorCode::NO_ERROR;
+        let is_told = |place: &Announced| !place.is_active && place.is_told();
+        let all = &self.errors;
+        let Some(at) = all.iter().position(is_free).or_else(|| all.iter().position(is_told)) else {
+            self.lost = self.lost.saturating_add(1);
+            return;
+        };
+        if let Some(place) = self.errors.get_mut(at) {
+            *place = error;
         }
-        let is_lost = self.errors.push(error).is_err();
-        self.lost = self.lost.saturating_add(u32::from(is_lost));
+        self.newest = at as u8;
     }
 
     /// Lets the message of the error that was raised last go out first, and now: the node is about to enter a state that
     /// forbids it.
     pub fn hasten(&mut self) {
-        let is_begin = |error: &Announced| error.is_active && error.due() == Some(Message::Begin);
-        let newest = self.errors.iter().rposition(is_begin);
-        if let Some(mut carried) = newest.and_then(|newest| self.take(newest)) {
-            for error in &mut self.errors {
-                core::mem::swap(error, &mut carried);
-            }
-            // There is room: it was taken out.
-            let _ = self.errors.push(carried);
-            (self.last, self.retry) = (None, Instant::ZERO);
-        }
+        self.turn = self.newest;
+        (self.last, self.retry) = (None, Instant::ZERO);
     }
 
     /// Notes that an error is gone. The message is "error reset" with the errors that remain in the error
@@ -238,22 +238,20 @@ impl Producer {
     /// Removes what is over, and notes what is to be done.
     #[inline(never)] // of many callers
     fn settle(&mut self) {
-        self.errors.retain(|error| !error.is_over());
-        self.is_due = self.id != Sealed::NONE && self.errors.iter().any(|error| error.due().is_some());
-        self.is_unconfirmed = self.errors.iter().any(Announced::is_unconfirmed);
-    }
-
-    fn find(&mut self, code: ErrorCode, source: u8) -> Option<&mut Announced> {
-        self.errors.iter_mut().find(|error| is(error, code, source))
-    }
-
-    /// Takes an error out; those behind it move up.
-    fn take(&mut self, at: usize) -> Option<Announced> {
-        let mut carried = self.errors.pop()?;
-        for error in self.errors.iter_mut().skip(at).rev() {
-            core::mem::swap(error, &mut carried);
+        (self.is_due, self.is_unconfirmed) = (false, false);
+        let is_silent = self.id == Sealed::NONE;
+        for error in &mut self.errors {
+            if error.is_over() {
+                *error = Announced::NONE;
+            }
+            self.is_due |= !is_silent && error.due().is_some();
+            self.is_unconfirmed |= error.is_unconfirmed();
         }
-        Some(carried)
+    }
+
+    #[inline(never)] // of many callers
+    fn find(&mut self, code: ErrorCode, source: u8) -> Option<&mut Announced> {
+        self.errors.iter_mut().find(|error| error.is(code, source))
     }
 
     /// Returns the error register (1001h).
@@ -283,14 +281,17 @@ impl Producer {
         let id = self.id.id()?;
         self.deadline(state).filter(|due| *due <= now)?;
         let register = self.register();
-        let next = self.errors.iter().position(|error| error.due().is_some())?;
-        let mut error = self.take(next)?;
-        let emergency = error.due().map(|message| error.hand_out(message, register));
-        // There is room: it was taken out.
-        let _ = self.errors.push(error);
-        self.last = Some(now);
+        // From the place whose turn it is to the last, then from the first.
+        let from = self.errors.iter().skip(self.turn.into()).position(|error| error.due().is_some());
+        let at = match from {
+            Some(nth) => usize::from(self.turn) + nth,
+            None => self.errors.iter().position(|error| error.due().is_some())?,
+        };
+        let error = self.errors.get_mut(at)?;
+        let emergency = error.hand_out(error.due()?, register);
+        (self.turn, self.last) = (at as u8 + 1, Some(now));
         self.settle();
-        emergency.map(|emergency| emergency.encode(id))
+        Some(emergency.encode(id))
     }
 
     /// Returns when the next message may go out, which may be in the past. `None` if none is due or `state`
@@ -301,8 +302,4 @@ impl Producer {
         }
         Some(self.last.map_or(Instant::ZERO, |last| last + self.inhibit).max(self.retry))
     }
-}
-
-fn is(error: &Announced, code: ErrorCode, source: u8) -> bool {
-    error.code == code && error.source() == source
 }

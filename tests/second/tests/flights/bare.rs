@@ -23,13 +23,16 @@ fn flown() -> (Flight, GuestId) {
     (flight, client)
 }
 
-/// Causes and program counters of the emergencies 6100h of the slave, on whichever bus.
+/// Causes and program counters of the emergencies 6100h of the slave, on whichever bus. One is announced again to the master
+/// that the slave finds.
 fn causes(flight: &Flight) -> Vec<(u8, [u8; 4])> {
     let of_slave =
         |seen: &&Seen| seen.sender == flight.board(SLAVE).0 && seen.id() == Some(0x080 + u16::from(SLAVE));
     let raised =
         flight.frames.iter().filter(of_slave).map(Seen::data).filter(|data| data[..2] == [0x00, 0x61]);
-    raised.map(|data| (data[3], data[4..].try_into().unwrap())).collect()
+    let mut causes: Vec<_> = raised.map(|data| (data[3], data[4..].try_into().unwrap())).collect();
+    causes.dedup();
+    causes
 }
 
 /// Given the shipped master and an image without `boards-runtime`, then both are operational on the nominal bus, and on the other one
