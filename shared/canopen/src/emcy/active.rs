@@ -82,6 +82,11 @@ impl ActiveErrors {
     /// explain it.
     pub fn on_register(&mut self, node: NodeId, register: ErrorRegister) -> bool {
         self.remove(|error| error.node == node && !is_possible(error.code, register));
+        self.explain(node, register)
+    }
+
+    /// Returns whether the known errors of a node explain its error register.
+    pub fn explain(&self, node: NodeId, register: ErrorRegister) -> bool {
         self.missing(node, register) == 0
     }
 
@@ -93,7 +98,7 @@ impl ActiveErrors {
         if explains && is_possible(code, register) {
             self.add(ActiveError { node, code, source });
         }
-        self.missing(node, register) == 0
+        self.explain(node, register)
     }
 
     /// Forgets the errors of a node.

@@ -2,7 +2,7 @@
 
 use super::{Master, MasterEvent, Out, objects};
 use crate::emcy::ErrorCode;
-use crate::link::port::Health;
+use crate::link::port::{ErrorState, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::NmtMessage;
 use crate::node::{BusCommand, Device};
@@ -39,6 +39,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.on_health(bus, &health);
         self.services.refresh_health();
         self.services.next = Instant::ZERO;
+        if health.state == ErrorState::BusOff && bus == self.redundancy.active() {
+            self.errors.restart();
+        }
         out.event(MasterEvent::Health { bus, health });
     }
 

@@ -1,10 +1,12 @@
 //! Active errors of the slaves (object 2048h): follows their emergencies, and reads what it may not have heard.
 //!
 //! After a change of the bus, a takeover, or the boot-up of a slave, the master reads the error register of the slave
-//! (1001h) when it is heard on the active bus. Where the known errors do not explain the register, it reads the history
-//! (1003h), the newest error first, until they do. An error that it found so may end without a message, because the slave
-//! sent none when it began. So the master reads the register once more a second later. The boot-up process and the
-//! identification of new nodes go first.
+//! (1001h) when it is heard on the active bus. It does so as well after its own controller was bus-off there or lost
+//! frames. Where the known errors do not explain the register, it reads the history (1003h), the newest error first, until
+//! they do. An error that it found so may end without a message, because the slave sent none when it began. So the master
+//! reads the register once more a second later, until nothing changes. It also reads it a second after an emergency whose
+//! register is not explained.
+//! The boot-up process and the identification of new nodes go first.
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
@@ -18,7 +20,7 @@ const REGISTER: Address = EmcyObjects::REGISTER.address();
 const HISTORY: u16 = EmcyObjects::ERRORS.index();
 /// Most bytes of an answer.
 const BYTES: usize = 4;
-/// From an error that was found in the history to the next look at the register.
+/// From an error that was found in the history, or a register in an emergency, to the next look at the register.
 const AGAIN: Duration = Duration::from_millis(1_000);
 
 /// Nodes whose errors have to be read.
@@ -70,6 +72,14 @@ impl ErrorCheck {
         *self = ErrorCheck { not_before: self.not_before, ..ErrorCheck::default() };
     }
 
+    /// The node is asked a second after `now`.
+    fn ask_again(&mut self, node: NodeId, now: Instant) {
+        if self.again == 0 {
+            self.again_at = now + AGAIN;
+        }
+        self.again |= 1 << node.get();
+    }
+
     /// Returns when the next question is due.
     fn deadline(&self) -> Option<Instant> {
         if self.question.is_some() || self.wanted != 0 {
@@ -97,9 +107,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Takes an emergency of a slave.
-    pub(super) fn follow_errors(&mut self, node: NodeId, emergency: &Emergency, out: &mut Out) {
-        if !self.services.dictionary.objects.application.errors.on_emergency(node, emergency) {
+    pub(super) fn follow_errors(&mut self, node: NodeId, emergency: &Emergency, now: Instant, out: &mut Out) {
+        let errors = &mut self.services.dictionary.objects.application.errors;
+        if !errors.on_emergency(node, emergency) {
             out.event(MasterEvent::ErrorNotKept { node });
+        }
+        if !errors.explain(node, emergency.register) {
+            self.errors.ask_again(node, now);
         }
     }
 
@@ -162,11 +176,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Err(Error::Timeout) => self.errors.not_before = until + self.services.lifetimes.sdo,
             Err(Error::Abort(_) | Error::UnknownAbort(_) | Error::Protocol(_) | Error::TooLarge) => {}
         }
-        if self.errors.question.is_none() && question.object != Object::Register {
-            self.errors.again |= 1 << question.node.get();
-            self.errors.again_at = until + AGAIN;
-        }
         if self.errors.question.is_none() && self.known_errors(question.node) != question.known {
+            self.errors.ask_again(question.node, until);
             out.event(MasterEvent::ErrorsRead { node: question.node });
         }
     }

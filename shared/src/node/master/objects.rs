@@ -202,6 +202,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn lost(&mut self, bus: Bus) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
         self.services.next = Instant::ZERO;
+        if bus == self.redundancy.active() {
+            self.errors.restart();
+        }
     }
 
     /// Applies an object that was written over the bus.

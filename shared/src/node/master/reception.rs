@@ -65,7 +65,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         } else if id.node().is_some_and(|node| self.consumes_emergency(id, node)) {
             match Emergency::decode(frame) {
                 Some((node, emergency)) => {
-                    self.follow_errors(node, &emergency, out);
+                    self.follow_errors(node, &emergency, now, out);
+                    self.services.wake(self.errors_deadline());
                     out.event(MasterEvent::Emergency { node, bus, emergency });
                 }
                 None => self.services.buses.malformed(bus),

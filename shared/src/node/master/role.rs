@@ -100,15 +100,15 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             // An answer to the active master: it is a slave.
             MasterVerdict::Response(node) => self.redundancy.on_answer(node, stamp.at),
             MasterVerdict::Malformed => self.services.buses.malformed(bus),
-            MasterVerdict::Other => self.overhear_emergency(bus, frame, out),
+            MasterVerdict::Other => self.overhear_emergency(bus, frame, now, out),
         }
     }
 
     /// Takes the emergencies of slaves, so that a takeover loses none.
-    fn overhear_emergency(&mut self, bus: Bus, frame: &Frame, out: &mut Out) {
+    fn overhear_emergency(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
         match Emergency::decode(frame) {
             Some((node, emergency)) if self.consumes_emergency(frame.id(), node) => {
-                self.follow_errors(node, &emergency, out);
+                self.follow_errors(node, &emergency, now, out);
             }
             _ => self.services.buses.ignored(bus),
         }
