@@ -145,6 +145,8 @@ impl Producer {
     fn remember(&mut self, code: ErrorCode, info: [u8; 5]) {
         let [source, detail, ..] = info;
         self.history.push(code, u16::from_le_bytes([source, detail]));
+        let place = self.errors.iter().position(|error| error.is(code, source));
+        self.newest = place.map_or(self.newest, |place| place as u8);
         self.settle();
     }
 
@@ -161,7 +163,6 @@ impl Producer {
         if let Some(place) = self.errors.get_mut(at) {
             *place = error;
         }
-        self.newest = at as u8;
     }
 
     /// Lets the message of the error that was raised last go out first, and now: the node is about to enter a state that

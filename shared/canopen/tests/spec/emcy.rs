@@ -150,6 +150,23 @@ fn what_the_master_may_not_have_heard_is_sent_again_on_the_next_bus() {
     assert_eq!(sent(&mut producer, ms(8)), [BEGIN]);
 }
 
+/// Given several errors whose messages wait, then the one that was raised last goes first, and now; also one that was there before.
+#[test]
+fn newest_error_can_be_hastened() {
+    let mut producer = producer(100);
+    raise(&mut producer);
+    assert_eq!(sent(&mut producer, ms(0)), [BEGIN]);
+    clear(&mut producer);
+    assert_eq!(sent(&mut producer, ms(100)), [END]);
+    for code in [0x1000, 0x1001, 0x1002] {
+        assert!(producer.raise(ErrorCode::new(code), [0; 5]));
+    }
+    raise(&mut producer);
+    producer.hasten();
+    assert_eq!(sent(&mut producer, ms(101)), [BEGIN]);
+    assert_eq!(sent(&mut producer, ms(102)), [[0; 8]; 0], "the others wait");
+}
+
 #[test]
 fn error_that_was_over_at_once_is_reported_with_its_end() {
     let mut producer = producer(0);
