@@ -174,6 +174,15 @@ fn check(world: &World) -> Vec<String> {
         if count(true) > 2 || count(false) > 2 || is_alone {
             wrong.push(format!("it heard of {:04X}h, begin or end: {heard:?}", code.get()));
         }
+        for is_begin in [true, false] {
+            if was_acknowledged(world, code, is_begin) && !heard.contains(&is_begin) {
+                let which = if is_begin { "beginning" } else { "end" };
+                wrong.push(format!(
+                    "it never heard the {which} of {:04X}h, which a node acknowledged",
+                    code.get()
+                ));
+            }
+        }
     }
     wrong
 }
@@ -193,6 +202,18 @@ fn heard(world: &World, master: NodeKey, code: ErrorCode) -> Vec<bool> {
         _ => None,
     });
     heard.collect()
+}
+
+/// Whether a node acknowledged the begin or the end of an error since the break, on either bus.
+fn was_acknowledged(world: &World, code: ErrorCode, is_begin: bool) -> bool {
+    let [low, high] = code.get().to_le_bytes();
+    let mut frames = Bus::ALL.into_iter().flat_map(|bus| world.frames(bus));
+    frames.any(|sent| match sent.frame.payload() {
+        _ if sent.id() != Some(CobId::emcy(WHEEL).raw()) || sent.end < STRIKE => false,
+        [0, 0, _, a, b, ..] => !is_begin && [*a, *b] == [low, high],
+        [a, b, ..] => is_begin && [*a, *b] == [low, high],
+        _ => false,
+    })
 }
 
 /// The wheel has another temperature, and errors begin or end.
