@@ -58,7 +58,7 @@ fn a_slave_reset_on_the_bus_left_is_configured_again() {
     let told = "slave 2: configuration lost, 1020h sub 1 is 00000000h, expected 00003021h";
     assert!(flight.said(MASTER, told, CUT).is_some(), "{}", flight.log(MASTER));
     assert!(flight.is_operational(SLAVE, Bus::Redundant));
-    // The other parallel slave only followed: nobody asks it for more than its error register.
+    // The other slave with parallel access followed. The master reads its error register and no other object.
     let asked = flight.sent(MASTER, Bus::Redundant, 0x603);
     assert!(asked.map(Seen::data).all(|data| data[..4] == [0x40, 0x01, 0x10, 0]));
     flight.assert_sound();
