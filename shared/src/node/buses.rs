@@ -225,16 +225,6 @@ impl Buses {
         count(&mut self.counters[bus].refused);
     }
 
-    /// Counts a frame that was held back until its lifetime ended.
-    pub fn expired(&mut self, bus: Bus) {
-        count(&mut self.counters[bus].expired);
-    }
-
-    /// Counts a frame that was held back until its bus was left.
-    pub fn left(&mut self, bus: Bus) {
-        count(&mut self.counters[bus].bus_left);
-    }
-
     pub fn is_failed(&self, bus: Bus) -> bool {
         self.recovery[bus].is_failed()
     }

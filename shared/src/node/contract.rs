@@ -222,6 +222,16 @@ impl<E, D: Depth> Outbox<E, D> {
         self.command(bus, BusCommand::Send(Outgoing { frame, expires }));
     }
 
+    /// Sends a frame before `expires`, if there is room. Returns whether there was.
+    #[inline(never)] // sent from many places
+    pub fn offer(&mut self, bus: Bus, frame: Frame, expires: Instant) -> bool {
+        let has_room = self.commands.storage_len() + Self::CONTROL_RESERVE < D::PLACES;
+        if has_room {
+            self.send_until(bus, frame, expires);
+        }
+        has_room
+    }
+
     /// Sends a command to a bus. The last quarter of the places is reserved for commands other than frames.
     pub fn command(&mut self, bus: Bus, command: BusCommand) {
         let sends = matches!(command, BusCommand::Send(_));

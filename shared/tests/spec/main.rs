@@ -42,6 +42,7 @@ mod pair;
 mod profiles;
 mod random;
 mod retained;
+mod room;
 mod selector;
 mod slave;
 mod slave_bus;

@@ -266,11 +266,18 @@ fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
     assert!(master.frames().contains(&(REDUNDANT, frame(0x303, &[1, 0, 0, 0, 0, 0, 0, 0]))));
     assert!(!master.frames().contains(&(REDUNDANT, frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0]))));
     assert_eq!(status(&mut master).counters.redundant.expired, 2);
+    assert!(master.events.contains(&not_sent(REDUNDANT, 0x302)));
     // Back before anything was announced: what waited is gone.
     master.request(MasterRequest::SwitchBus(NOMINAL));
     assert_eq!(command(&mut master, 2), Ok(()));
     master.request(MasterRequest::SwitchBus(REDUNDANT));
     assert_eq!(status(&mut master).counters.nominal.bus_left, 1);
+    assert!(master.events.contains(&not_sent(NOMINAL, 0x302)));
+}
+
+/// The command of [`command`] to the node of this COB-ID.
+fn not_sent(bus: Bus, id: u16) -> MasterEvent {
+    MasterEvent::NotSent { bus, id: CobId::new(id).unwrap(), data: [1, 0, 0, 0, 0, 0, 0, 0] }
 }
 
 #[test]

@@ -56,6 +56,10 @@ fn poll(machine: &mut Machine, at: u64) -> Vec<MasterAction> {
     std::iter::from_fn(|| machine.poll(ms(at), ms(at))).collect()
 }
 
+fn left(bus: Bus, outgoing: Outgoing) -> MasterAction {
+    MasterAction::Left { bus, frame: outgoing.frame }
+}
+
 fn heartbeat(bus: Bus, at: u64) -> MasterAction {
     MasterAction::Heartbeat { bus, frame: frame(0x701, &[5]), expires: ms(at + 40) }
 }
@@ -97,7 +101,7 @@ fn frames_wait_in_order_for_the_announcement_of_a_bus() {
     assert_eq!(machine.send(command(0, 100)), Sending::Now(NOMINAL));
     machine.request(REDUNDANT);
     let (from, to, cause) = (NOMINAL, REDUNDANT, SwitchCause::Commanded);
-    let switched = MasterAction::Switched { from, to, cause, dropped: 0 };
+    let switched = MasterAction::Switched { from, to, cause };
     assert_eq!(poll(&mut machine, 5), [switched, heartbeat(REDUNDANT, 5)]);
 
     assert_eq!(machine.send_time(), Sending::Held);
@@ -109,7 +113,7 @@ fn frames_wait_in_order_for_the_announcement_of_a_bus() {
     let released = [
         MasterAction::SendTime,
         send(REDUNDANT, command(1, 100)),
-        MasterAction::Expired(REDUNDANT),
+        MasterAction::Expired { bus: REDUNDANT, frame: command(2, 8).frame },
         send(REDUNDANT, command(3, 100)),
     ];
     assert_eq!(poll(&mut machine, 8), released);
@@ -135,7 +139,7 @@ fn a_frame_above_the_places_of_held_ones_is_refused() {
 }
 
 #[test]
-fn frames_held_for_a_bus_that_is_left_are_dropped() {
+fn frames_held_for_a_bus_that_is_left_are_never_sent() {
     let mut machine = alone();
     machine.request(REDUNDANT);
     poll(&mut machine, 5);
@@ -143,8 +147,9 @@ fn frames_held_for_a_bus_that_is_left_are_dropped() {
     assert_eq!(machine.send(command(2, 100)), Sending::Held);
     machine.request(NOMINAL);
     let (from, to, cause) = (REDUNDANT, NOMINAL, SwitchCause::Commanded);
-    let switched = MasterAction::Switched { from, to, cause, dropped: 2 };
-    assert_eq!(poll(&mut machine, 6), [switched, heartbeat(NOMINAL, 6)]);
+    let [first, second] = [1, 2].map(|data| left(REDUNDANT, command(data, 100)));
+    let switched = MasterAction::Switched { from, to, cause };
+    assert_eq!(poll(&mut machine, 6), [switched, first, second, heartbeat(NOMINAL, 6)]);
     acknowledge_heartbeat(&mut machine, NOMINAL, 7);
     assert_eq!(poll(&mut machine, 7), []);
 }
@@ -255,10 +260,12 @@ fn a_board_that_stands_by_forgets_what_it_began() {
     assert_eq!(machine.send_time(), Sending::Held);
     // A claim is held, too.
     assert_eq!(machine.send(command(1, at + 1_000)), Sending::Held);
-    let Some(MasterAction::StoodBy { bus: NOMINAL, change, dropped: 2 }) = machine.stand_by_commanded(ms(at))
-    else {
+    let Some(MasterAction::StoodBy { bus: NOMINAL, change }) = machine.stand_by_commanded(ms(at)) else {
         panic!("the standby")
     };
+    let MasterAction::Send { outgoing: claimed, .. } = claim(NOMINAL, at) else { panic!("a claim") };
+    let held = [claimed, command(1, at + 1_000)];
+    assert_eq!(poll(&mut machine, at), held.map(|outgoing| left(NOMINAL, outgoing)));
     assert_eq!(change.cause, RoleCause::Commanded);
     assert_eq!((machine.is_active(), machine.state()), (false, Initialising));
     assert_eq!(machine.stand_by_commanded(ms(at)), None);

@@ -111,6 +111,11 @@ impl ActiveErrors {
         self.errors.iter().filter_map(|raw| ActiveError::from_raw(*raw))
     }
 
+    /// Returns the number of active errors of a node.
+    pub fn of(&self, node: NodeId) -> u8 {
+        self.iter().filter(|error| error.node == node).count() as u8
+    }
+
     /// Returns the number of errors for which there was no room.
     pub const fn lost(&self) -> u16 {
         self.lost

@@ -1,9 +1,10 @@
 //! One error, and what the network knows of it.
 
 use super::{Emergency, ErrorCode, ErrorRegister};
+use crate::types::Canonical;
 
 /// Way of a message to the master.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 enum Progress {
     /// The message is to be sent, when there is a reason for it.
     Due,
@@ -40,7 +41,7 @@ pub(super) enum Message {
 }
 
 /// An error that is active, or that the master may not know to be over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 pub(super) struct Announced {
     pub code: ErrorCode,
     info: [u8; 5],

@@ -1,9 +1,11 @@
 //! Emergency error codes (CiA 301 7.2.7.1).
 
+use crate::types::Canonical;
+
 /// Emergency error code. A code of CiA 301 that ends in 00h stands for a class of 256 codes: the device defines
 /// the low byte.
 #[doc(alias = "EMCY error code")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorCode(u16);
 

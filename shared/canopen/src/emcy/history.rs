@@ -1,11 +1,11 @@
 //! Pre-defined error field, object 1003h (CiA 301 7.5.2.4): the latest errors, the newest first.
 
 use super::ErrorCode;
-use crate::types::AbortCode;
+use crate::types::{AbortCode, Canonical};
 
 /// The latest errors, at most `N`. A new error removes the oldest.
 #[doc(alias("1003h", "pre-defined error field"))]
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct History<const N: usize> {
     entries: [u32; N],

@@ -29,6 +29,7 @@
 //! | [`Producer`] | errors of a node, and the messages that report them |
 //! | [`Emergency`] | message: error code, error register, five bytes of the manufacturer |
 //! | [`ActiveErrors`] | objects 2048h and 2049h: the active errors of the other nodes, as a master knows them |
+//! | [`ErrorReader`] | what a master reads of the errors that it may not have heard |
 //! | [`EmcyConsumers`] | object 1028h: the nodes whose emergencies a master consumes |
 //! | [`PostMortem`] | object 2032h: how the previous run of the program ended |
 //!
@@ -49,6 +50,7 @@ mod message;
 mod objects;
 mod post_mortem;
 mod producer;
+mod reader;
 mod register;
 
 pub use active::{ActiveError, ActiveErrors};
@@ -60,4 +62,5 @@ pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};
 pub use post_mortem::{PostMortem, PostMortemObjects};
 pub use producer::Producer;
+pub use reader::ErrorReader;
 pub use register::ErrorRegister;

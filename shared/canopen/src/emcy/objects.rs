@@ -37,6 +37,7 @@ pub struct ErrorField {
     pub errors: [u32; 8],
 }
 
+pub(super) const REGISTER: u16 = EmcyObjects::REGISTER.index();
 pub(super) const ERRORS: u16 = EmcyObjects::ERRORS.index();
 pub(super) const COB_ID: u16 = EmcyObjects::COB_ID.index();
 pub(super) const INHIBIT: u16 = EmcyObjects::INHIBIT.index();

@@ -3,7 +3,7 @@
 use super::announced::{Announced, Message};
 use super::objects::{COB_ID, ERRORS, INHIBIT};
 use super::{Config, EmcyObjects, ErrorCode, ErrorRegister, History};
-use crate::types::{Address, Duration, Frame, Instant, NmtState, Sealed};
+use crate::types::{Address, Canonical, Duration, Frame, Instant, NmtState, Sealed};
 
 /// Errors that are remembered (object 1003h).
 const HISTORY: usize = 8;
@@ -26,7 +26,7 @@ const RETRY: Duration = Duration::from_millis(50);
 /// its end was sent, sends nothing either. So an error has at most one message that waits, however often it comes and
 /// goes.
 #[doc(alias("EMCY producer", "1014h", "1015h"))]
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct Producer {
     /// COB-ID of the messages.
     id: Sealed,
@@ -37,8 +37,10 @@ pub struct Producer {
     /// Place of the error that was raised last.
     newest: u8,
     history: History<HISTORY>,
+    #[canonical(age = self.inhibit)]
     last: Option<Instant>,
     /// After a message that was not sent.
+    #[canonical(due)]
     retry: Instant,
     is_due: bool,
     is_unconfirmed: bool,
@@ -216,7 +218,7 @@ impl Producer {
         self.settle();
     }
 
-    /// Frames were dropped before they came to the bus, perhaps messages of this producer: they are due after 50 ms.
+    /// There was no room for the last message: it is due after 50 ms.
     pub fn on_dropped(&mut self, now: Instant) {
         if self.recall() {
             self.retry = now + RETRY;

@@ -1,10 +1,11 @@
 //! Error register, object 1001h (CiA 301 7.5.2.2).
 
 use super::ErrorCode;
+use crate::types::Canonical;
 
 /// Kinds of error that are active (1001h).
 #[doc(alias("1001h", "error register"))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorRegister(u8);
 

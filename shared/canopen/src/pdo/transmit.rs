@@ -148,13 +148,11 @@ impl Configured {
         !self.is_none() && (self.transmission == 0 || !rules::is_synchronous(self.transmission))
     }
 
-    /// Nothing is sent if a bit of the COB-ID has flipped.
+    /// Nothing is sent if a bit of the COB-ID has flipped. Returns `false` if there was no room.
     #[inline(always)]
-    fn send<D: Objects>(&self, objects: &D, send: impl FnOnce(Frame)) {
+    fn send<D: Objects>(&self, objects: &D, send: impl FnOnce(Frame) -> bool) -> bool {
         let bits = self.layout.pack(objects);
-        if let Some(id) = self.id.id() {
-            send(Frame::of_bits(id, self.layout.bytes(), bits));
-        }
+        self.id.id().is_none_or(|id| send(Frame::of_bits(id, self.layout.bytes(), bits)))
     }
 }
 
@@ -341,9 +339,15 @@ impl<S: PdoSlots> Tpdos<S> {
     }
 
     /// Handles a SYNC with its counter, zero if it has none (ECSS 6.9b, e). Sends the synchronous TPDOs that are
-    /// due.
+    /// due. `send` returns `false` if there is no room for a frame. One that an event made due then waits for the next
+    /// SYNC.
     #[inline(always)] // called from one place
-    pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &D, send: &mut impl FnMut(usize, Frame)) {
+    pub fn on_sync<D: Objects>(
+        &mut self,
+        counter: u8,
+        objects: &D,
+        send: &mut impl FnMut(usize, Frame) -> bool,
+    ) {
         for (number, pdo) in self.pdos.as_mut().iter_mut().take(self.synchronous).enumerate() {
             let syncs = match pdo.syncs {
                 IDLE => continue,
@@ -359,24 +363,35 @@ impl<S: PdoSlots> Tpdos<S> {
             }
             // Type 0 is idle until the next event.
             pdo.syncs = pdo.transmission;
-            pdo.send(objects, |frame| send(number, frame));
+            if !pdo.send(objects, |frame| send(number, frame)) && pdo.transmission == 0 {
+                pdo.syncs = 1;
+            }
         }
     }
 
-    /// Sends what is due at `now`, at most [`AT_ONCE`] frames. The others stay due.
-    pub fn poll<D: Objects>(&mut self, now: Instant, objects: &D, send: &mut impl FnMut(usize, Frame)) {
+    /// Sends what is due at `now`, at most [`AT_ONCE`] frames. The others stay due. `send` returns `false` if there is no
+    /// room for a frame. Then the rest waits for 10 ms.
+    pub fn poll<D: Objects>(
+        &mut self,
+        now: Instant,
+        objects: &D,
+        send: &mut impl FnMut(usize, Frame) -> bool,
+    ) {
         if now < self.next {
             return;
         }
         self.next = Instant::NEVER;
-        let mut left = AT_ONCE;
+        let (mut left, mut has_room) = (AT_ONCE, true);
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
-            if pdo.due <= now && left > 0 {
+            if pdo.due <= now && left > 0 && has_room {
                 left -= 1;
-                pdo.rearm(now);
-                pdo.send(objects, |frame| send(number, frame));
+                has_room = pdo.send(objects, |frame| send(number, frame));
+                if has_room {
+                    pdo.rearm(now);
+                }
             }
-            self.next = self.next.min(pdo.due);
+            let next = if has_room { pdo.due } else { pdo.due.max(now + PACE) };
+            self.next = self.next.min(next);
         }
     }
 

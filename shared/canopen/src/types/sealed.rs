@@ -1,9 +1,9 @@
 //! A COB-ID that no flipped bit in memory turns into another one (ECSS 6.10d).
 
-use super::CobId;
+use super::{Canonical, CobId};
 
 /// The COB-ID that a service uses, with its complement; or none. Every single flipped bit makes it none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sealed(u32);
 

@@ -54,7 +54,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// Sends what the services have to send.
     pub fn run_device(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
-        let send = &mut |frame, expires, _| out.send_until(bus, frame, expires);
+        let send = &mut |frame, expires, _| out.offer(bus, frame, expires);
         self.services.poll(until, now, self.control.reporting_state(), send);
         if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll, bus, until, out);

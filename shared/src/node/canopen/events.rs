@@ -50,7 +50,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             }
             LinkEvent::Overrun { .. } => self.lost(bus, now),
             LinkEvent::Unsent { frames } => {
-                self.services.dictionary.emcy.on_dropped(now);
                 // Some may have been segments that the SDO server waits for.
                 (0..*frames).for_each(|_| self.services.on_sdo_sent());
                 self.lost(bus, now);

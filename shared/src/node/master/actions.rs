@@ -5,7 +5,7 @@ use crate::emcy::ErrorCode;
 use crate::link::port::{ErrorState, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::NmtMessage;
-use crate::node::{BusCommand, Device};
+use crate::node::{BusCommand, Device, FailCause, LinkEvent};
 use crate::redundancy::{MasterAction, MasterBoards, Sending};
 use crate::types::{Bus, Duration, Frame, Instant};
 
@@ -60,13 +60,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterAction::Send { bus, outgoing } => out.command(bus, BusCommand::Send(outgoing)),
             MasterAction::SendTime => self.services.trigger_time(now),
-            MasterAction::Expired(bus) => {
-                self.services.buses.expired(bus);
-                self.services.dictionary.emcy.on_dropped(now);
-            }
+            MasterAction::Expired { bus, frame } => self.fail(bus, frame, FailCause::Expired, now, out),
+            MasterAction::Left { bus, frame } => self.fail(bus, frame, FailCause::BusLeft, now, out),
             MasterAction::Refused(bus) => self.services.buses.refused(bus),
-            MasterAction::Switched { from, to, cause, dropped } => {
-                self.drop_held(from, dropped);
+            MasterAction::Switched { from, to, cause } => {
                 self.services.buses.change(from, to, out);
                 self.services.dictionary.emcy.on_bus_left();
                 self.services.announce(now);
@@ -105,8 +102,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.take_over(bus, now, out);
                 self.on_role(change, out);
             }
-            MasterAction::StoodBy { bus, change, dropped } => {
-                self.drop_held(bus, dropped);
+            MasterAction::StoodBy { change, .. } => {
                 self.stand_by(now, out);
                 self.on_role(change, out);
             }
@@ -114,8 +110,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Counts frames that waited for the announcement of a bus that is left.
-    fn drop_held(&mut self, bus: Bus, dropped: u8) {
-        (0..dropped).for_each(|_| self.services.buses.left(bus));
+    /// A frame waited for the announcement of a bus in vain.
+    fn fail(&mut self, bus: Bus, frame: Frame, cause: FailCause, now: Instant, out: &mut Out) {
+        self.services.buses.on_link(bus, &LinkEvent::Failed { frame, cause }, now);
+        self.on_failed(bus, &frame, cause, now, out);
     }
 }

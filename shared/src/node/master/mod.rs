@@ -18,7 +18,6 @@ mod transfers;
 pub use declared::MasterObjects;
 
 use self::budget::Budgets;
-use self::errors::ErrorCheck;
 use self::filters::FUNCTIONS;
 use self::identify::Identification;
 use self::objects::Initial;
@@ -27,6 +26,7 @@ use super::buses::BusNews;
 use super::services::Services;
 use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
+use crate::emcy::ErrorReader;
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::{NmtMessage, StateClashes, Target};
@@ -53,7 +53,7 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     redundancy: MasterRedundancy<B>,
     clashes: StateClashes,
     identification: Identification,
-    errors: ErrorCheck,
+    errors: ErrorReader,
     budgets: Budgets,
     sync: sync::Producer,
     /// COB-IDs of [`Profile::stamped`].
@@ -111,7 +111,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Master {
             clashes: StateClashes::default(),
             identification: Identification::default(),
-            errors: ErrorCheck::default(),
+            errors: ErrorReader::default(),
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,
@@ -254,17 +254,14 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
             None => {}
         }
         match event {
+            LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause, now, out),
             // Results of frames sent before this master became the standby.
             _ if !self.is_active() => {}
             LinkEvent::Transmitted { frame, stamp } => {
                 self.on_transmitted(bus, frame, *stamp, now, out);
                 self.on_sdo_sent(bus, frame);
             }
-            LinkEvent::Failed { frame, cause } => {
-                self.on_failed(bus, frame, *cause, now, out);
-                self.on_sdo_sent(bus, frame);
-            }
-            LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames, now),
+            LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames),
             LinkEvent::Overrun { .. } => self.lost(bus),
             LinkEvent::Counters(_) => self.services.refresh_health(),
             LinkEvent::Received { .. } | LinkEvent::Health(_) | LinkEvent::Stalled => {}

@@ -14,9 +14,7 @@ use crate::node::index::{
 };
 use crate::node::network_objects::entry;
 use crate::node::services::{SdoStep, carries_time};
-use crate::node::{
-    BusCommand, Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device,
-};
+use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
 use crate::pdo::PdoSlots;
 use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
@@ -319,23 +317,18 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let (withheld, state) = (self.withheld_time(), self.reporting_state());
         let Self { services, redundancy, .. } = self;
-        let mut refused = None;
         services.poll(until, now, state, &mut |frame, expires, carries_time| {
             if withheld == Some(frame.id()) {
                 // The time of the slaves is better.
-                return;
+                return true;
             }
             let outgoing = Outgoing { frame, expires };
             match if carries_time { redundancy.send_time() } else { redundancy.send(outgoing) } {
-                Sending::Now(bus) => out.command(bus, BusCommand::Send(outgoing)),
-                Sending::Held => {}
-                Sending::Refused(bus) => refused = Some(bus),
+                Sending::Now(bus) => out.offer(bus, frame, expires),
+                Sending::Held => true,
+                Sending::Refused(_) => false,
             }
         });
-        if let Some(bus) = refused {
-            services.buses.refused(bus);
-            services.dictionary.emcy.on_dropped(now);
-        }
     }
 
     /// The SDO server runs.

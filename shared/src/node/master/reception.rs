@@ -191,11 +191,17 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         out: &mut Out,
     ) {
         // What is over the budget is reported as such.
-        if cause != FailCause::OverBudget && self.is_lost(frame) {
+        let is_told = cause != FailCause::OverBudget && self.is_lost(frame);
+        if is_told {
             out.event(MasterEvent::NotSent { bus, id: frame.id(), data: frame.padded() });
-        } else if bus == self.redundancy.active() {
+        }
+        if !self.is_active() {
+            return;
+        }
+        if !is_told && bus == self.redundancy.active() {
             self.services.on_frame_end(frame, false, now);
         }
+        self.on_sdo_sent(bus, frame);
         // A heartbeat given up because its bus was left belongs to an earlier stay on it.
         if cause != FailCause::BusLeft {
             self.redundancy.on_failed(bus, frame.id());

@@ -167,13 +167,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Frames were dropped before they came to the bus; some may have been segments that server or client wait for.
-    pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16, now: Instant) {
+    pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16) {
         for _ in 0..frames {
             self.services.on_sdo_sent();
             self.transfers.client.on_sent();
         }
         self.transfers.is_due = true;
-        self.services.dictionary.emcy.on_dropped(now);
         self.lost(bus);
     }
 

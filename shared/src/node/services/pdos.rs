@@ -100,13 +100,15 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     }
 
     /// Receive PDOs that are overdue, and emergencies.
-    pub(super) fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
+    pub(super) fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame) -> bool) {
         self.rpdos.poll(now);
         if self.rpdos.has_events() {
             self.report_rpdos();
         }
         while let Some(frame) = self.emcy.poll(now, state) {
-            send(frame);
+            if !send(frame) {
+                self.emcy.on_dropped(now);
+            }
         }
     }
 }

@@ -94,11 +94,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) {
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
         let expires = (now + self.synchronous_lifetime).min(self.window_end());
-        self.sample(counter, &mut |frame| {
-            if withheld != Some(frame.id()) {
-                out.send_until(bus, frame, expires);
-            }
-        });
+        self.sample(counter, &mut |frame| withheld == Some(frame.id()) || out.offer(bus, frame, expires));
         if self.is_rpdo_waiting() {
             self.end_sync(bus, now, out);
         }
@@ -173,13 +169,14 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Sends what is due, except SDO responses. Each frame has the end of its lifetime and a flag: it carries the
-    /// time. Emergencies go first because their COB-IDs have the higher priority.
+    /// time. `send` returns `false` if there is no room: the frame then waits. Emergencies go first because their COB-IDs
+    /// have the higher priority.
     pub fn poll(
         &mut self,
         until: Instant,
         now: Instant,
         state: NmtState,
-        send: &mut impl FnMut(Frame, Instant, bool),
+        send: &mut impl FnMut(Frame, Instant, bool) -> bool,
     ) {
         if self.carries_live_value && self.dictionary.tpdos.deadline().is_some_and(|due| due <= until) {
             self.refresh_time_of_events(until);

@@ -26,8 +26,20 @@ pub enum MasterAction {
     },
     /// Sample the spacecraft time and send it: it became due before the active bus was announced.
     SendTime,
-    /// The lifetime of a frame ended before this bus was announced.
-    Expired(Bus),
+    /// The lifetime of a frame ended before its bus was announced.
+    Expired {
+        /// Bus that the frame waited for.
+        bus: Bus,
+        /// The frame. It is never sent.
+        frame: Frame,
+    },
+    /// The bus was left before it was announced, or the master became the standby.
+    Left {
+        /// Bus that the frame waited for.
+        bus: Bus,
+        /// The frame. It is never sent.
+        frame: Frame,
+    },
     /// A frame for this bus is not sent: too many wait for its announcement.
     Refused(Bus),
     /// The active bus changed. Abort what is pending on the bus that was left, then report the health of both
@@ -39,8 +51,6 @@ pub enum MasterAction {
         to: Bus,
         /// Reason for the change.
         cause: SwitchCause,
-        /// Frames that waited for the announcement of the bus that was left. They are never sent.
-        dropped: u8,
     },
     /// This node sent no heartbeat on either bus for its consumer time.
     Lost(NodeId),
@@ -69,8 +79,6 @@ pub enum MasterAction {
         bus: Bus,
         /// New role of this board, and the reason for it.
         change: RoleChange,
-        /// Frames that waited for the announcement of that bus. They are never sent.
-        dropped: u8,
     },
     /// This board listened and is the standby now.
     HeardMaster(RoleChange),

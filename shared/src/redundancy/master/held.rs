@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::{MasterAction, MasterBoards, MasterRedundancy};
 use crate::link::queue::Outgoing;
-use crate::types::{Bus, Canonical, Instant};
+use crate::types::{Bus, Canonical, Instant, PerBus};
 
 /// Place where a frame of the master goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,23 +18,31 @@ pub enum Sending {
 }
 
 /// Frames in the order in which they are sent after the announcement.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Canonical)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 pub(super) struct Held<const H: usize> {
-    pub frames: Vec<Outgoing, H>,
+    frames: Vec<Outgoing, H>,
+    /// How many of the first ones waited for a bus that was left.
+    left: PerBus<u8>,
     /// The spacecraft time became due.
     pub is_time_due: bool,
 }
 
 impl<const H: usize> Held<H> {
     pub const fn new() -> Held<H> {
-        Held { frames: Vec::new(), is_time_due: false }
+        Held { frames: Vec::new(), left: PerBus { nominal: 0, redundant: 0 }, is_time_due: false }
     }
 
-    /// Discards all frames: their bus is left. Returns their number.
-    pub fn drop_all(&mut self) -> u8 {
-        let number = self.frames.len() as u8;
-        self.frames.clear();
-        number
+    /// The bus is left for which all frames wait.
+    pub fn leave(&mut self, bus: Bus) {
+        self.left[bus] = self.frames.len() as u8 - self.left[bus.other()];
+    }
+
+    /// Returns what is not sent because its bus was left, one after the other.
+    pub fn take_left(&mut self) -> Option<MasterAction> {
+        let bus = Bus::ALL.into_iter().find(|bus| self.left[*bus] > 0)?;
+        self.left[bus] -= 1;
+        let Outgoing { frame, .. } = self.frames.remove(0);
+        Some(MasterAction::Left { bus, frame })
     }
 }
 
@@ -85,6 +93,11 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         }
         let (bus, outgoing) = (self.active(), self.held.frames.remove(0));
         let is_expired = outgoing.is_expired(now);
-        Some(if is_expired { MasterAction::Expired(bus) } else { MasterAction::Send { bus, outgoing } })
+        let Outgoing { frame, .. } = outgoing;
+        Some(if is_expired {
+            MasterAction::Expired { bus, frame }
+        } else {
+            MasterAction::Send { bus, outgoing }
+        })
     }
 }

@@ -272,6 +272,9 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     /// Returns one action of all that was due at `until`, which may be before `now`: a frame is judged by its end.
     /// Call it until `None`.
     pub fn poll(&mut self, until: Instant, now: Instant) -> Option<MasterAction> {
+        if let Some(action) = self.held.take_left() {
+            return Some(action);
+        }
         if let Some(action) = self.take_over(until, now) {
             return Some(action);
         }
@@ -300,8 +303,8 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
                 MasterAction::Heartbeat { bus, frame, expires: now + self.lifetime() }
             }
             Action::Switched { from, to, cause } => {
-                let dropped = self.held.drop_all();
-                MasterAction::Switched { from, to, cause, dropped }
+                self.held.leave(from);
+                MasterAction::Switched { from, to, cause }
             }
             Action::Lost(node) => MasterAction::Lost(node),
             Action::Forgotten(node) => MasterAction::Forgotten(node),

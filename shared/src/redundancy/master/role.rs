@@ -36,14 +36,14 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     fn stand_by(&mut self, change: RoleChange) -> MasterAction {
-        let dropped = self.held.drop_all();
+        self.held.leave(self.active());
         self.held.is_time_due = false;
         self.due = None;
         self.manager.stand_by();
         self.rivals = Rivals::default();
         self.nmt = NmtSlave::new(true);
         self.manager.set_state(NmtState::Initialising);
-        MasterAction::StoodBy { bus: self.active(), change, dropped }
+        MasterAction::StoodBy { bus: self.active(), change }
     }
 
     /// Number of slaves that count and are heard on the active bus.

@@ -285,7 +285,10 @@ fn a_pdo_is_remapped_step_by_step() {
     device.wide.i16 = 0x1234;
     tpdos.start(ms(0));
     let mut sent = vec![];
-    tpdos.on_sync(0, &device, &mut |_, frame| sent.push(frame));
+    tpdos.on_sync(0, &device, &mut |_, frame| {
+        sent.push(frame);
+        true
+    });
     assert_eq!(sent, [crate::bench::frame(0x185, &[0x34, 0x12, 0x01])]);
 }
 
@@ -322,6 +325,9 @@ fn there_may_be_512_each_way() {
     assert_eq!(rpdos.next(received.id(), 511), None);
     tpdos.start(ms(1));
     let mut sent = vec![];
-    tpdos.on_sync(0, &device, &mut |number, frame| sent.push((number, frame)));
+    tpdos.on_sync(0, &device, &mut |number, frame| {
+        sent.push((number, frame));
+        true
+    });
     assert_eq!(sent, [(511, crate::bench::frame(0x185, &data))]);
 }

@@ -54,14 +54,20 @@ impl Node {
     /// Which ones a SYNC sends.
     fn sync(&mut self, counter: u8) -> Vec<usize> {
         let sent = &mut self.sent;
-        self.tpdos.on_sync(counter, &self.device, &mut |number, frame| sent.push((number, frame)));
+        self.tpdos.on_sync(counter, &self.device, &mut |number, frame| {
+            sent.push((number, frame));
+            true
+        });
         self.numbers()
     }
 
     /// Which ones are due.
     fn poll(&mut self, now: Instant) -> Vec<usize> {
         let sent = &mut self.sent;
-        self.tpdos.poll(now, &self.device, &mut |number, frame| sent.push((number, frame)));
+        self.tpdos.poll(now, &self.device, &mut |number, frame| {
+            sent.push((number, frame));
+            true
+        });
         self.numbers()
     }
 
@@ -109,7 +115,10 @@ fn a_sync_sends_the_values_of_now() {
     let mut sent = vec![];
     for value in [1, 2] {
         device.words[3] = value;
-        tpdos.on_sync(0, device, &mut |number, frame| sent.push((number, frame)));
+        tpdos.on_sync(0, device, &mut |number, frame| {
+            sent.push((number, frame));
+            true
+        });
     }
     let expected = |last| (0, frame(0x185, &[0x11, 0x11, 0x22, 0x22, 0x33, 0x33, last, 0]));
     assert_eq!(sent, [expected(1), expected(2)]);
@@ -121,7 +130,10 @@ fn a_frame_is_as_long_as_its_mapping() {
     node.configure(1, parameters(0x4FF, 1), &[entry(0x6001, 1, 1), entry(0x6103, 0, 16)], ms(0)).unwrap();
     node.device.wide.i16 = -2;
     let mut sent = vec![];
-    node.tpdos.on_sync(0, &node.device, &mut |number, frame| sent.push((number, frame)));
+    node.tpdos.on_sync(0, &node.device, &mut |number, frame| {
+        sent.push((number, frame));
+        true
+    });
     assert_eq!(sent, [(1, frame(0x4FF, &[0xFC, 0xFF, 0x01]))]);
 }
 
@@ -198,7 +210,10 @@ fn event_in_inhibit_time_goes_at_its_end_with_current_values() {
     assert_eq!(node.poll(Instant::from_micros(14_999)), []);
     node.device.words = [7; 5];
     let mut sent = vec![];
-    node.tpdos.poll(ms(15), &node.device, &mut |number, frame| sent.push((number, frame)));
+    node.tpdos.poll(ms(15), &node.device, &mut |number, frame| {
+        sent.push((number, frame));
+        true
+    });
     assert_eq!(sent, [(0, frame(0x185, &[7, 0, 7, 0, 7, 0, 7, 0]))]);
     assert_eq!(node.run(ms(1_000)), []);
     // After it, at once.
@@ -373,7 +388,10 @@ fn a_configuration_that_cannot_work_changes_nothing() {
         assert_eq!(node.configure(number, parameters(0x285, transmission), mapping, ms(0)), Err(code));
     }
     let mut sent = vec![];
-    node.tpdos.on_sync(0, &node.device, &mut |number, frame| sent.push((number, frame)));
+    node.tpdos.on_sync(0, &node.device, &mut |number, frame| {
+        sent.push((number, frame));
+        true
+    });
     assert_eq!(sent, [(0, frame(0x185, &[0x11, 0x11, 0x22, 0x22, 0x33, 0x33, 0x44, 0x44]))]);
     assert!(!node.tpdos.trigger(4, ms(1)));
 }
@@ -398,7 +416,10 @@ fn a_burst_of_events_goes_out_in_turns() {
     assert!((0..9).all(|number| tpdos.trigger(number, ms(1))));
     let mut turn = |now| {
         let mut sent = vec![];
-        tpdos.poll(now, &device, &mut |number, _| sent.push(number));
+        tpdos.poll(now, &device, &mut |number, _| {
+            sent.push(number);
+            true
+        });
         (sent, tpdos.deadline())
     };
     assert_eq!(turn(ms(1)), ((0..8).collect(), Some(ms(1))));

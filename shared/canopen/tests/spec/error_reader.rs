@@ -1,0 +1,66 @@
+//! What a master reads of the errors that it may not have heard.
+
+use async_canopen::emcy::{ActiveErrors, ErrorReader};
+use async_canopen::sdo::Error;
+use async_canopen::types::{Address, Duration, Instant, NmtState, NodeId};
+
+const NODE: NodeId = NodeId::of::<5>();
+const TIMEOUT: Duration = Duration::from_millis(100);
+const REGISTER: Address = Address::new(0x1001, 0);
+
+fn at(ms: u64) -> Instant {
+    Instant::from_micros(ms * 1_000)
+}
+
+/// The questions until there are no more, each answered so: when, and what is read.
+fn questions(
+    reader: &mut ErrorReader,
+    errors: &mut ActiveErrors,
+    answer: impl Fn(Address) -> Result<u32, Error>,
+) -> Vec<(u64, Address)> {
+    let (mut now, mut asked) = (at(0), vec![]);
+    while let Some(due) = reader.deadline() {
+        now = now.max(due);
+        let Some((node, object)) = reader.question(errors, |_| true) else { break };
+        assert_eq!(node, NODE);
+        asked.push((now.since(at(0)).as_millis(), object));
+        assert!(asked.len() < 100, "without end");
+        reader.on_answer(answer(object), errors, TIMEOUT, now);
+    }
+    asked
+}
+
+/// Given a node that does not answer, then it is asked three times, with a pause for others, and left alone until it boots.
+#[test]
+fn a_question_without_an_answer_is_asked_three_times() {
+    let (mut reader, mut errors) = (ErrorReader::default(), ActiveErrors::default());
+    reader.on_heard(NODE, NmtState::Operational);
+    let asked = questions(&mut reader, &mut errors, |_| Err(Error::Timeout));
+    assert_eq!(asked, [0, 100, 200].map(|ms| (ms, REGISTER)));
+    reader.on_heard(NODE, NmtState::Operational);
+    assert_eq!(reader.deadline(), None);
+    reader.on_heard(NODE, NmtState::Initialising);
+    assert_eq!(reader.deadline(), Some(at(300)));
+}
+
+/// Given a register that the known errors do not explain, then the history is read until it is explained, and the register
+/// once more a second later.
+#[test]
+fn the_history_is_read_until_the_register_is_explained() {
+    let (mut reader, mut errors) = (ErrorReader::default(), ActiveErrors::default());
+    reader.on_heard(NODE, NmtState::Operational);
+    let history = |sub| Address::new(0x1003, sub);
+    let asked = questions(&mut reader, &mut errors, |object| {
+        Ok(match (object.index, object.sub) {
+            (0x1001, _) => 0x09,
+            (_, 0) => 8,
+            // A voltage, which is over, then two temperatures of the same class.
+            (_, 1) => 0x0001_3100,
+            (_, sub) => 0x0000_4200 | u32::from(sub) << 16,
+        })
+    });
+    let first = [REGISTER, history(0), history(1), history(2)].map(|object| (0, object));
+    assert_eq!(asked, [&first[..], &[(1_000, REGISTER)]].concat());
+    let sources: Vec<_> = errors.iter().map(|error| (error.code.get(), error.source)).collect();
+    assert_eq!(sources, [(0x4200, 2)]);
+}
