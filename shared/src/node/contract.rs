@@ -223,7 +223,7 @@ impl<E, D: Depth> Outbox<E, D> {
     }
 
     /// Sends a frame before `expires`, if there is room. Returns whether there was.
-    #[inline(never)] // sent from many places
+    #[inline]
     pub fn offer(&mut self, bus: Bus, frame: Frame, expires: Instant) -> bool {
         let has_room = self.commands.storage_len() + Self::CONTROL_RESERVE < D::PLACES;
         if has_room {

@@ -48,6 +48,7 @@ mod slave;
 mod slave_bus;
 mod slave_search;
 mod standby;
+mod states;
 mod time;
 mod toggled;
 mod trial;

@@ -27,6 +27,10 @@ pub enum Defect {
     NeverYields,
     /// No claim reaches another master: equal frames of two merge
     NeverCalls,
+    /// A slave that found its master on another bus announces nothing again
+    NeverAnnounces,
+    /// A master reads no errors: what it knows is what it heard
+    NeverReads,
 }
 
 /// A frame that a master receives before it does what is due, although no node sent it, and its bus.

@@ -3,6 +3,7 @@
 mod adapter;
 mod application;
 mod boot;
+pub mod errors;
 
 use ecss_can::link::queue;
 use ecss_can::redundancy::{
@@ -13,11 +14,14 @@ use ecss_can::types::{
 };
 
 use self::boot::BootProcess;
+use self::errors::Known;
+use crate::defect::Defect;
 use crate::profile::{
     HELD, MASTER_PARAMETERS, MASTER_SETUP, MINORITY_SHARE, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE,
     SILENT_SHARE,
 };
 use crate::station::{Outgoing, Station};
+use crate::world::What;
 
 /// A master.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -37,6 +41,8 @@ pub struct Master {
     failed: PerBus<bool>,
     /// Slave that the application stopped, and when it starts it again.
     held: Option<(Instant, NodeId)>,
+    /// What it knows of the slave that reports.
+    known: Option<Known>,
     /// Why it changed the bus in this step.
     pub switched: Option<SwitchCause>,
     /// It took over, yielded or became the standby in this step.
@@ -62,9 +68,16 @@ impl Master {
             is_announced: false,
             failed: PerBus::default(),
             held: None,
+            known: None,
             switched: None,
             role_changed: None,
         }
+    }
+
+    /// The same master before power-on, with this slave alone, which reports.
+    pub fn alone_with(mut self, node: NodeId, what: What, defect: Option<Defect>) -> Master {
+        self.known = Some(Known::new(node, what, defect));
+        self
     }
 
     /// Whether it manages the network.
@@ -119,6 +132,7 @@ impl Canonical for Master {
         self.sync.canonical(now, &());
         self.outgoing.canonical(now, &());
         self.held.iter_mut().for_each(|(end, _)| end.due(now));
+        self.known.canonical(now, &());
     }
 }
 
@@ -127,7 +141,11 @@ impl Station for Master {
         self.power_off();
         self.redundancy.restore(MASTER_PARAMETERS);
         if self.is_assigned {
-            [PARALLEL, SELECTIVE].into_iter().for_each(|node| self.redundancy.peers_mut().assign(node, true));
+            let only = self.known.as_ref().map(Known::node);
+            for node in [PARALLEL, SELECTIVE].into_iter().filter(|node| only.is_none_or(|only| only == *node))
+            {
+                self.redundancy.peers_mut().assign(node, true);
+            }
         } else {
             // Named in 1016h: the master observes no periods, which an outage would make as long as itself.
             let entry = |node: NodeId| u32::from(node.get()) << 16 | PARAMETERS.consumer.as_millis() as u32;
@@ -142,9 +160,9 @@ impl Station for Master {
     }
 
     fn power_off(&mut self) {
-        let failed = self.failed;
+        let (failed, known) = (self.failed, self.known.as_ref().map(Known::restarted));
         *self = Master::new(self.strap, self.is_assigned, self.has_boot);
-        self.failed = failed;
+        (self.failed, self.known) = (failed, known);
     }
 
     fn poll(&mut self, now: Instant) {
@@ -155,6 +173,7 @@ impl Station for Master {
         self.release(now);
         if self.is_active() && self.redundancy.is_announced() {
             self.identify(now);
+            self.read_errors(now);
             if self.sync.due(now) {
                 self.outgoing.send(self.active(), Frame::of(CobId::SYNC, []), now);
             }
@@ -191,6 +210,11 @@ impl Station for Master {
         self.poll(now);
     }
 
+    fn on_overrun(&mut self, _bus: Bus, now: Instant) {
+        self.known.iter_mut().for_each(Known::restart);
+        self.poll(now);
+    }
+
     fn on_unacknowledged(&mut self, bus: Bus, unacknowledged: bool, now: Instant) {
         if self.unacknowledged[bus] != unacknowledged {
             self.unacknowledged[bus] = unacknowledged;
@@ -204,8 +228,9 @@ impl Station for Master {
         if !self.is_active() {
             return due;
         }
-        let sync = self.sync.deadline().filter(|_| self.redundancy.is_announced());
-        earliest(&[due, sync, self.outgoing.deadline(), self.held.map(|(end, _)| end)])
+        let announced = [self.sync.deadline(), self.errors_deadline()];
+        let [sync, errors] = announced.map(|due| due.filter(|_| self.redundancy.is_announced()));
+        earliest(&[due, sync, errors, self.outgoing.deadline(), self.held.map(|(end, _)| end)])
     }
 
     fn is_joined(&self, bus: Bus) -> bool {

@@ -1,9 +1,10 @@
 //! What holds at any time.
 
 use ecss_can::types::Duration;
-use host_worlds::judge::{Bounds, Watch};
+use host_worlds::judge::Bounds;
 
 use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
+use crate::watch::Watched;
 
 /// Something that holds in every state.
 #[derive(Clone, Copy, Debug)]
@@ -11,7 +12,7 @@ pub struct Property {
     /// What a report calls it.
     pub name: &'static str,
     /// Whether it holds.
-    pub holds: fn(&Watch) -> bool,
+    pub holds: fn(&Watched) -> bool,
 }
 
 impl PartialEq for Property {
@@ -23,37 +24,44 @@ impl PartialEq for Property {
 /// Every slave in reach is operational on the master's bus.
 pub const SERVED: Property = Property {
     name: "slaves in reach are operational within the bound",
-    holds: |watch| watch.unserved <= ticks(bounds().service),
+    holds: |it| it.watch.unserved <= ticks(bounds().service),
 };
 /// Slaves that hear the master agree with it on the bus.
 pub const AGREED: Property = Property {
     name: "nodes that hear each other agree on the bus within the bound",
-    holds: |watch| watch.disagreeing <= ticks(bounds().agreement),
+    holds: |it| it.watch.disagreeing <= ticks(bounds().agreement),
 };
 /// The bus does not change for ever.
 pub const SETTLED: Property =
-    Property { name: "the bus does not change for ever", holds: |watch| watch.needless <= Bounds::NEEDLESS };
+    Property { name: "the bus does not change for ever", holds: |it| it.watch.needless <= Bounds::NEEDLESS };
 /// Two active masters.
 pub const ONE_ACTIVE: Property = Property {
     name: "of two active masters that hear each other one yields within the bound",
-    holds: |watch| watch.rivalling <= ticks(bounds().rivalry),
+    holds: |it| it.watch.rivalling <= ticks(bounds().rivalry),
 };
 /// The role of a master does not change for ever.
 pub const ROLES: Property = Property {
     name: "masters do not take turns for ever",
-    holds: |watch| watch.handed_over <= Bounds::HANDED_OVER,
+    holds: |it| it.watch.handed_over <= Bounds::HANDED_OVER,
 };
 /// Ctoggle.
 pub const CTOGGLE: Property =
-    Property { name: "Ctoggle is at most Ntoggle", holds: |watch| !watch.is_toggled_too_often };
+    Property { name: "Ctoggle is at most Ntoggle", holds: |it| !it.watch.is_toggled_too_often };
 /// Bdefault.
 pub const BDEFAULT: Property = Property {
     name: "Bdefault changes with a find, a follow and their return only",
-    holds: |watch| !watch.has_wrong_bdefault,
+    holds: |it| !it.watch.has_wrong_bdefault,
 };
+/// Errors and values of a slave.
+pub const KNOWN: Property = Property {
+    name: "what a slave in reach has reported is known to its master within the bound",
+    holds: |it| it.unknown <= ticks(bounds().service + SECOND_LOOK),
+};
+/// An error that was read from a history may have ended without a message: the master reads the register again 1 s later.
+const SECOND_LOOK: Duration = Duration::from_millis(1_000);
 
 /// All of them.
-pub const ALL: [Property; 7] = [SERVED, AGREED, SETTLED, ONE_ACTIVE, ROLES, CTOGGLE, BDEFAULT];
+pub const ALL: [Property; 8] = [SERVED, AGREED, SETTLED, ONE_ACTIVE, ROLES, CTOGGLE, BDEFAULT, KNOWN];
 
 fn bounds() -> Bounds {
     Bounds::new(&PARAMETERS, DWELL, &PAIR)

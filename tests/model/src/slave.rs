@@ -2,6 +2,7 @@
 
 mod adapter;
 mod application;
+pub mod reports;
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
@@ -13,7 +14,9 @@ use ecss_can::types::{
 use crate::defect::{self, Defect};
 use crate::profile::{GRACE, PARALLEL, PARAMETERS};
 use crate::station::{Outgoing, Station};
+use crate::world::What;
 use adapter::{Adapter, Node};
+use reports::Reports;
 
 /// A slave.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -49,6 +52,7 @@ impl Slave {
             is_warning: false,
             has_given_up: false,
             has_wrong_bdefault: false,
+            reports: None,
         };
         Slave { id, access, defect, redundancy, node }
     }
@@ -57,7 +61,14 @@ impl Slave {
     fn restarted(&self, retained: Retained) -> Slave {
         let mut slave = Slave::of(self.id, self.access, self.defect, self.node.stored, retained);
         slave.node.has_wrong_bdefault = self.node.has_wrong_bdefault;
+        slave.node.reports = self.node.reports.as_ref().map(|reports| Reports::new(self.id, reports.what));
         slave
+    }
+
+    /// The same slave before power-on, with an application that reports.
+    pub fn reporting(mut self, what: What) -> Slave {
+        self.node.reports = Some(Reports::new(self.id, what));
+        self
     }
 
     /// How it accesses its buses.
@@ -111,6 +122,7 @@ impl Canonical for Slave {
         self.node.control.canonical(now, &());
         self.node.outgoing.canonical(now, &());
         self.node.silence.due(now);
+        self.node.reports.canonical(now, &());
     }
 }
 
@@ -131,6 +143,7 @@ impl Station for Slave {
         if let Some(heartbeat) = self.node.control.poll(now) {
             self.node.outgoing.send(self.active(), heartbeat, now);
         }
+        self.send_reports(now);
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {
@@ -142,7 +155,7 @@ impl Station for Slave {
         self.poll(now);
         self.node.received[bus] += 1;
         if frame.id() == question && bus == self.active() && self.state().allows_sdo() {
-            self.node.outgoing.send(bus, Frame::of(CobId::sdo_response(self.id), []), now);
+            self.node.outgoing.send(bus, self.answer(frame), now);
         } else {
             let mut verdict = SlaveVerdict::Ignored;
             self.step(now, |redundancy, node| {
@@ -151,6 +164,9 @@ impl Station for Slave {
             let is_heartbeat = frame.id() == CobId::heartbeat(NodeId::MASTER);
             let is_heard = is_heartbeat && bus == self.active();
             assert_eq!(verdict == SlaveVerdict::Heard, is_heard, "{frame:?} on {bus:?}");
+            if is_heard {
+                self.hear_master(frame.bits() == 0, now);
+            }
         }
         self.poll(now);
     }
@@ -159,11 +175,18 @@ impl Station for Slave {
         self.node.outgoing.acknowledge(bus, frame);
         self.node.control.on_sent(frame);
         self.redundancy.on_sent(frame, now, self.id);
+        self.report_ended(bus, frame, true, now);
         self.poll(now);
     }
 
-    fn on_expired(&mut self, _bus: Bus, frame: &Frame, now: Instant) {
+    fn on_expired(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         self.redundancy.on_end(frame);
+        self.report_ended(bus, frame, false, now);
+        self.poll(now);
+    }
+
+    fn on_overrun(&mut self, bus: Bus, now: Instant) {
+        self.announce_after_overrun(bus, now);
         self.poll(now);
     }
 
@@ -176,6 +199,7 @@ impl Station for Slave {
             node.control.deadline(),
             node.outgoing.deadline(),
             node.silence,
+            self.reports_deadline(),
         ])
     }
 

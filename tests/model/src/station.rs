@@ -90,6 +90,8 @@ pub trait Station {
     fn on_sent(&mut self, bus: Bus, frame: &Frame, now: Instant);
     /// The lifetime of a frame of this node ended.
     fn on_expired(&mut self, bus: Bus, frame: &Frame, now: Instant);
+    /// Its receiver lost a frame of this bus.
+    fn on_overrun(&mut self, bus: Bus, now: Instant);
     /// Its controller is error passive for want of acknowledgements on this bus, or is so no more.
     fn on_unacknowledged(&mut self, bus: Bus, unacknowledged: bool, now: Instant);
     /// When to poll.

@@ -2,12 +2,12 @@
 
 use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
-use host_worlds::judge::{self, Slave, View, Watch};
+use host_worlds::judge::{self, Command, Slave, View, Watch};
 
 use crate::defect::Defect;
 use crate::profile::PARAMETERS;
 use crate::station::Station;
-use crate::world::{Crew, Fault, MASTERS, World};
+use crate::world::{Crew, Fault, MASTERS, Report, World};
 
 /// A spacecraft at [`Instant::ORIGIN`], under watch.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -16,12 +16,25 @@ pub struct Watched {
     pub world: World,
     /// The properties.
     pub watch: Watch,
+    /// Ticks in a row in which the master of a slave in reach did not know what that slave had reported.
+    pub unknown: u8,
 }
 
 impl Watched {
-    /// All nodes powered at the same instant. `defect`: a rule that does not hold.
+    /// All nodes powered at the same instant; with reports, a spacecraft for each slave that may be the one that reports.
+    /// `defect`: a rule that does not hold.
+    pub fn all(crew: Crew, faults: u8, defect: Option<Defect>) -> Vec<Watched> {
+        let watched = |reporter| Watched {
+            world: World::new(crew, reporter, faults, defect),
+            watch: Watch::default(),
+            unknown: 0,
+        };
+        crew.reporters().into_iter().map(watched).collect()
+    }
+
+    /// The first of [`all`](Watched::all): without reports there is no other.
     pub fn new(crew: Crew, faults: u8, defect: Option<Defect>) -> Watched {
-        Watched { world: World::new(crew, faults, defect), watch: Watch::default() }
+        Watched::all(crew, faults, defect).swap_remove(0)
     }
 
     /// A fault happens, and what follows from it at once.
@@ -34,6 +47,19 @@ impl Watched {
     pub fn suffer_at(&mut self, fault: Fault, now: Instant) {
         self.world.suffer_at(fault, now, &mut |world| restart(&mut self.watch, world));
         restart(&mut self.watch, &self.world);
+        self.unknown = 0;
+    }
+
+    /// The slave reports, and what follows from it at once.
+    pub fn report(&mut self, report: Report) {
+        self.report_at(report, Instant::ORIGIN);
+        self.world.canonical(Instant::ORIGIN, &());
+    }
+
+    /// The same at any time, without the shift to [`Instant::ORIGIN`].
+    pub fn report_at(&mut self, report: Report, now: Instant) {
+        self.world.report_at(report, now, &mut |world| restart(&mut self.watch, world));
+        self.unknown = 0;
     }
 
     /// Ticks until something is due.
@@ -52,6 +78,9 @@ impl Watched {
         let ticks = self.world.ticks_from(now);
         let now = self.world.tick_from(now, &mut |world| restart(&mut self.watch, world));
         look(&mut self.watch, &self.world, ticks);
+        let is_calm = self.world.left == 0 && self.world.reports == 0 && !self.world.is_losing();
+        let is_unknown = is_calm && with_view(&self.world, |view| is_unknown(view, &self.world));
+        self.unknown = if is_unknown { self.unknown.saturating_add(ticks as u8) } else { 0 };
         now
     }
 }
@@ -86,6 +115,12 @@ fn with_view<R>(world: &World, judge: impl FnOnce(&View) -> R) -> R {
         slaves: &slaves,
         joins_masters: PerBus::from_fn(joins_masters),
     })
+}
+
+/// Whether the master does not know what a slave in its reach has reported.
+fn is_unknown(view: &View, world: &World) -> bool {
+    let Command::One(master) = view.command() else { return false };
+    (0..2).any(|slave| view.is_in_reach(master, slave)) && !world.is_known_by(master)
 }
 
 /// A fault happened.

@@ -2,24 +2,28 @@
 
 mod crew;
 mod fault;
-
-use core::ops::Range;
+mod report;
 
 use ecss_can::heartbeat;
 use ecss_can::nmt::{NmtMessage, Target};
 use ecss_can::redundancy::BusAccess;
-use ecss_can::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId};
+use ecss_can::types::{Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId};
 
 use crate::defect::{self, Defect};
 use crate::master::Master;
-use crate::profile::{PARALLEL, SELECTIVE, TICK};
+use crate::profile::{PARALLEL, PARAMETERS, SELECTIVE, TICK};
 use crate::slave::Slave;
 use crate::station::Station;
-pub use crew::Crew;
+pub use crew::{Crew, Reporter, What};
 pub use fault::{Fault, Kind, Message};
+pub use report::Report;
 
 /// The most nodes: the master, two slaves, and the second master.
 pub const STATIONS: usize = 4;
+/// Reports of an error: it appears, is gone, and appears again. With three faults, not again: there are too many states.
+const fn reports(faults: u8) -> u8 {
+    if faults < 3 { 3 } else { 2 }
+}
 /// Places of the slaves.
 const SLAVES: [usize; 2] = [1, 2];
 /// Places of the masters.
@@ -40,6 +44,12 @@ pub struct World {
     losing: u8,
     /// Faults that may still happen.
     pub left: u8,
+    /// Reports that may still be made.
+    pub reports: u8,
+    /// The slave that reports: the other one is not there.
+    reporter: Option<Reporter>,
+    /// With reports, the stub of a master that was cut last is not mended before.
+    mended_at: Instant,
     /// Equal frames of the same moment are one.
     is_in_step: bool,
     /// Applications and budgets act, and controllers of the master go bus-off.
@@ -52,17 +62,34 @@ pub struct World {
 
 impl World {
     /// All nodes powered at the same instant. `defect`: a rule that does not hold.
-    pub fn new(crew: Crew, faults: u8, defect: Option<Defect>) -> World {
+    pub fn new(crew: Crew, reporter: Option<Reporter>, faults: u8, defect: Option<Defect>) -> World {
+        let slaves = [
+            Slave::new(PARALLEL, BusAccess::Parallel, defect),
+            Slave::new(SELECTIVE, BusAccess::Selective, defect),
+        ];
+        let absent = reporter.map_or(0, |reporter| 1 << reporter.absent());
+        let node = |Reporter { place, .. }: Reporter| [PARALLEL, SELECTIVE][place - 1];
+        let masters = crew.masters().into_iter().map(|master| match reporter {
+            Some(reporter) => master.alone_with(node(reporter), reporter.what, defect),
+            None => master,
+        });
         let mut world = World {
-            masters: crew.masters(),
-            slaves: [
-                Slave::new(PARALLEL, BusAccess::Parallel, defect),
-                Slave::new(SELECTIVE, BusAccess::Selective, defect),
-            ],
+            masters: masters.collect(),
+            slaves: match reporter {
+                Some(Reporter { what, .. }) => slaves.map(|slave| slave.reporting(what)),
+                None => slaves,
+            },
             cut: 0,
-            off: 0,
+            off: absent,
             losing: 0,
             left: faults,
+            reports: match reporter.map(|reporter| reporter.what) {
+                Some(What::Error) => reports(faults),
+                Some(What::Value) => 1,
+                None => 0,
+            },
+            reporter,
+            mended_at: Instant::ORIGIN,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
             is_in_use: crew == Crew::OneMasterInUse,
             is_memory_kept: crew == Crew::OneMasterUnassigned,
@@ -101,8 +128,15 @@ impl World {
         }
     }
 
-    fn places(&self) -> Range<usize> {
-        0..self.masters.len() + self.slaves.len()
+    /// Places of the nodes that are there.
+    fn places(&self) -> impl Iterator<Item = usize> + use<> {
+        let absent = self.reporter.map(Reporter::absent);
+        (0..self.masters.len() + self.slaves.len()).filter(move |place| absent != Some(*place))
+    }
+
+    /// Whether this place has a node.
+    pub fn is_there(&self, place: usize) -> bool {
+        self.places().any(|other| other == place)
     }
 
     /// Whether a node is on the wire of a bus, its controller apart.
@@ -133,7 +167,12 @@ impl World {
     pub fn suffer_at(&mut self, fault: Fault, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         self.masters.iter_mut().for_each(Master::forget_news);
         match fault {
-            Fault::Cut(bus, place) => self.cut |= stub(bus, place),
+            Fault::Cut(bus, place) => {
+                self.cut |= stub(bus, place);
+                if self.reporter.is_some() && MASTERS.contains(&place) {
+                    self.mended_at = now + PARAMETERS.consumer;
+                }
+            }
             Fault::Restore(bus, place) => {
                 self.cut &= !stub(bus, place);
                 if place == MASTERS[0] && self.is_in_use {
@@ -220,10 +259,10 @@ impl World {
                 for place in self.places() {
                     let Some(frame) = self.seen(place).waiting().next(bus) else { continue };
                     let senders = self.senders(bus, place, &frame);
-                    let is_heard = self.takes_part(bus, place)
-                        && self
-                            .places()
-                            .any(|other| !senders.contains(&other) && self.takes_part(bus, other));
+                    let has_witness = self.reporter.is_some_and(|reporter| reporter.has_witness);
+                    let is_other = |other: usize| !senders.contains(&other) && self.takes_part(bus, other);
+                    let is_heard =
+                        self.takes_part(bus, place) && (has_witness || self.places().any(is_other));
                     self.station(place).on_unacknowledged(bus, !is_heard, now);
                     if is_heard && next.is_none_or(|(id, ..)| frame.id() < id) {
                         next = Some((frame.id(), bus, place, frame));
@@ -280,6 +319,7 @@ impl World {
             let lost = kind.map_or(0, |kind| loss(place, kind));
             if self.losing & lost != 0 {
                 self.losing &= !lost;
+                self.station(place).on_overrun(bus, now);
                 on_loss(self);
                 continue;
             }
@@ -298,6 +338,7 @@ impl Canonical for World {
     fn canonical(&mut self, now: Instant, (): &()) {
         self.masters.iter_mut().for_each(|master| master.canonical(now, &()));
         self.slaves.canonical(now, &());
+        self.mended_at.due(now);
     }
 }
 

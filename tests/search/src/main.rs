@@ -43,6 +43,10 @@ enum Masters {
     TwoInStep,
     /// The same, and no slave is assigned
     TwoUnassigned,
+    /// A master without a standby, and one slave that reports an error and a value
+    OneWithReports,
+    /// The same with two boards
+    TwoWithReports,
 }
 
 fn main() -> ExitCode {
@@ -59,6 +63,8 @@ fn main() -> ExitCode {
         Masters::Two => Crew::TwoMasters,
         Masters::TwoInStep => Crew::TwoMastersInStep,
         Masters::TwoUnassigned => Crew::TwoMastersUnassigned,
+        Masters::OneWithReports => Crew::OneMasterWithReports,
+        Masters::TwoWithReports => Crew::TwoMastersWithReports,
     };
     let report = states::search(crew, arguments.faults, arguments.threads.map_or(cores, usize::from));
     for violation in &report.violations {
@@ -72,6 +78,7 @@ fn main() -> ExitCode {
         "{} states and {} steps with up to {} faults, all of them: every property holds\n\
          longest time without service {} ms, longest disagreement {} ms, most changes of the bus without need {}\n\
          longest time with two active masters that hear each other {} ms, most changes of role {}\n\
+         longest time in which a master did not know what a slave had reported {} ms\n\
          {:.0} s",
         report.states,
         report.steps,
@@ -81,6 +88,7 @@ fn main() -> ExitCode {
         report.needless,
         report.rivalling,
         report.handed_over,
+        report.unknown,
         start.elapsed().as_secs_f64()
     );
     match snapshot::states(crew, arguments.faults) {

@@ -48,7 +48,7 @@ impl ActiveError {
 /// assert_eq!((error.node, error.code, error.source), (node, ErrorCode::TEMPERATURE_DEVICE, 1));
 /// ```
 #[doc(alias("EMCY consumer", "2048h", "2049h"))]
-#[derive(Clone, Debug, PartialEq, Objects)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Objects)]
 pub struct ActiveErrors {
     /// Active errors of slaves
     ///

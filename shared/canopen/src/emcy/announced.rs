@@ -137,11 +137,9 @@ impl Announced {
         }
     }
 
-    /// Takes back a message that its bus will not send. Returns whether there was one.
-    pub fn recall(&mut self) -> bool {
-        let is_pending = self.begin == Progress::Pending || self.end == Progress::Pending;
+    /// Takes back a message that its bus will not send.
+    pub fn recall(&mut self) {
         (self.begin, self.end) = (self.begin.ended(false), self.end.ended(false));
-        is_pending
     }
 
     /// Sends again what the master may not have heard.

@@ -9,8 +9,6 @@ use crate::types::{Address, Canonical, Duration, Frame, Instant, NmtState, Seale
 const HISTORY: usize = 8;
 /// Errors that are active, or that the master may not know to be over.
 const PLACES: usize = 16;
-/// Time from a message that was not sent to the next one.
-const RETRY: Duration = Duration::from_millis(50);
 
 /// Error register, history, and the messages that report errors.
 ///
@@ -48,6 +46,9 @@ pub struct Producer {
 }
 
 impl Producer {
+    /// Time from a message that was not sent to the next one.
+    pub const RETRY: Duration = Duration::from_millis(50);
+
     /// Makes a producer without errors.
     pub const fn new(config: Config) -> Self {
         Producer {
@@ -75,14 +76,14 @@ impl Producer {
     /// COB-ID is not valid, nothing is sent. Errors that are active when it becomes valid are reported then.
     pub fn configure(&mut self, config: Config) {
         let id = Sealed::maybe(config.id);
+        let has_changed = core::mem::replace(&mut self.id, id) != id;
+        self.inhibit = config.inhibit;
         if config.id.is_none() {
-            self.errors.iter_mut().for_each(Announced::forgive);
+            self.change(Announced::forgive);
         }
-        if id != self.id {
-            self.recall();
+        if has_changed {
+            self.change(Announced::recall);
         }
-        (self.id, self.inhibit) = (id, config.inhibit);
-        self.settle();
     }
 
     /// Takes the new value of one of its objects that was written.
@@ -196,45 +197,33 @@ impl Producer {
         if let Some(error) = self.find(ErrorCode::new(code), source) {
             error.on_end(message, is_acknowledged);
             if !is_acknowledged {
-                self.retry = now + RETRY;
+                self.retry = now + Self::RETRY;
             }
             self.settle();
         }
     }
 
     /// The master was heard on the bus that the node uses: it knows the messages that were acknowledged.
-    #[inline]
     pub fn confirm(&mut self) {
         if self.is_unconfirmed {
-            self.errors.iter_mut().for_each(Announced::confirm);
-            self.settle();
+            self.change(Announced::confirm);
         }
     }
 
-    /// The bus was left: what it did not send is due on the next one.
-    pub fn on_bus_left(&mut self) {
-        self.recall();
-        self.retry = Instant::ZERO;
-        self.settle();
-    }
-
-    /// There was no room for the last message: it is due after 50 ms.
-    pub fn on_dropped(&mut self, now: Instant) {
-        if self.recall() {
-            self.retry = now + RETRY;
-            self.settle();
-        }
-    }
-
-    /// Returns whether a bus had a message.
-    fn recall(&mut self) -> bool {
-        self.errors.iter_mut().fold(false, |was_pending, error| error.recall() | was_pending)
+    /// A bus will not send what it has of this producer: it was left, or had no room. That is due again from `at` on.
+    pub fn recall(&mut self, at: Instant) {
+        self.retry = at;
+        self.change(Announced::recall);
     }
 
     /// The master is on another bus, or is another one: what it may not have heard is due again.
     pub fn on_bus_changed(&mut self) {
-        self.errors.iter_mut().for_each(Announced::repeat);
         self.retry = Instant::ZERO;
+        self.change(Announced::repeat);
+    }
+
+    fn change(&mut self, change: impl Fn(&mut Announced)) {
+        self.errors.iter_mut().for_each(change);
         self.settle();
     }
 
@@ -284,12 +273,8 @@ impl Producer {
         let id = self.id.id()?;
         self.deadline(state).filter(|due| *due <= now)?;
         let register = self.register();
-        // From the place whose turn it is to the last, then from the first.
-        let from = self.errors.iter().skip(self.turn.into()).position(|error| error.due().is_some());
-        let at = match from {
-            Some(nth) => usize::from(self.turn) + nth,
-            None => self.errors.iter().position(|error| error.due().is_some())?,
-        };
+        let mut places = (0..PLACES).map(|nth| (usize::from(self.turn) + nth) % PLACES);
+        let at = places.find(|at| self.errors.get(*at).is_some_and(|error| error.due().is_some()))?;
         let error = self.errors.get_mut(at)?;
         let emergency = error.hand_out(error.due()?, register);
         (self.turn, self.last) = (at as u8 + 1, Some(now));

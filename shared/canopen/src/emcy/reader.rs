@@ -13,8 +13,8 @@ const TRIES: u8 = 3;
 /// Questions of a master to other nodes: their error register (1001h), and where the known errors do not explain it, their
 /// history (1003h), the newest error first, until they do.
 ///
-/// A node is asked when it is heard for the first time since [`restart`](ErrorReader::restart), and after its boot-up
-/// message. An error that was found may end without a message, because its node sent none when it began. So the register
+/// A node is asked when it is heard for the first time since [`restart`](ErrorReader::restart), after its boot-up
+/// message, and once in each period: a contact that opens for the time of one frame may lose an emergency. An error that was found may end without a message, because its node sent none when it began. So the register
 /// is read once more a second later, until nothing changes. A question without an answer is asked three times.
 ///
 /// The owner asks one question at a time, by an SDO upload of at most four bytes:
@@ -24,23 +24,27 @@ const TRIES: u8 = 3;
 /// use async_canopen::types::{Duration, Instant, NmtState, NodeId};
 ///
 /// let (node, timeout, now) = (NodeId::of::<5>(), Duration::from_millis(100), Instant::ZERO);
-/// let (mut reader, mut errors) = (ErrorReader::default(), ActiveErrors::default());
-/// reader.on_heard(node, NmtState::Operational);
+/// let (mut reader, mut errors) = (ErrorReader::new(Duration::from_millis(10_000)), ActiveErrors::default());
+/// reader.on_heard(node, NmtState::Operational, now);
 ///
 /// let mut answers = [0x09, 1, 0x0001_4200].into_iter(); // temperature; one entry; 4200h, source 1
 /// while reader.deadline().is_some_and(|due| due <= now)
-///     && let Some((_, _object)) = reader.question(&errors, |_| true)
+///     && let Some((_, _object)) = reader.question(&errors, |_| true, now)
 /// {
 ///     reader.on_answer(Ok(answers.next().unwrap()), &mut errors, timeout, now);
 /// }
 /// assert_eq!(errors.iter().count(), 1);
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
 pub struct ErrorReader {
+    period: Duration,
     /// A bit for each Node-ID.
     wanted: u128,
-    /// Heard since the restart.
+    /// Heard since the restart, and not lost.
     heard: u128,
+    /// All of these are asked then.
+    #[canonical(due)]
+    round_at: Instant,
     #[canonical(due)]
     not_before: Instant,
     /// Nodes that are asked again then.
@@ -82,15 +86,37 @@ impl Object {
 }
 
 impl ErrorReader {
+    /// Makes one that asks each node once in `period`.
+    pub const fn new(period: Duration) -> ErrorReader {
+        ErrorReader {
+            period,
+            wanted: 0,
+            heard: 0,
+            round_at: Instant::NEVER,
+            not_before: Instant::ZERO,
+            again: 0,
+            again_at: Instant::NEVER,
+            question: None,
+        }
+    }
+
     /// What was heard until now may not be all: every node is asked when it is heard.
     pub fn restart(&mut self) {
-        *self = ErrorReader { not_before: self.not_before, ..ErrorReader::default() };
+        *self = ErrorReader { not_before: self.not_before, ..ErrorReader::new(self.period) };
+    }
+
+    /// The node is lost: it is asked when it is heard again.
+    pub fn lose(&mut self, node: NodeId) {
+        self.heard &= !(1 << node.get());
     }
 
     /// Takes a heartbeat or boot-up message of a node in a state that allows SDO, or is about to.
-    pub fn on_heard(&mut self, node: NodeId, state: NmtState) {
+    pub fn on_heard(&mut self, node: NodeId, state: NmtState, now: Instant) {
         let bit = 1 << node.get();
         if self.heard & bit == 0 || state == NmtState::Initialising {
+            if self.heard == 0 {
+                self.round_at = now + self.period;
+            }
             self.heard |= bit;
             self.wanted |= bit;
         }
@@ -98,19 +124,17 @@ impl ErrorReader {
 
     /// Asks the node a second after `now`: the known errors do not explain a register of it.
     pub fn ask_again(&mut self, node: NodeId, now: Instant) {
-        if self.again == 0 {
-            self.again_at = now + AGAIN;
-        }
+        self.again_at = self.again_at.min(now + AGAIN);
         self.again |= 1 << node.get();
     }
 
     /// Returns when there may be a question. `None` if there is none.
     pub fn deadline(&self) -> Option<Instant> {
         if self.question.is_some() || self.wanted != 0 {
-            Some(self.not_before)
-        } else {
-            (self.again != 0).then(|| self.not_before.max(self.again_at))
+            return Some(self.not_before);
         }
+        let due = self.again_at.min(self.round_at);
+        (due < Instant::NEVER).then(|| self.not_before.max(due))
     }
 
     /// Returns the node to ask, and its object to read. `has_server`: whether a node has an SDO server, as far as the
@@ -119,15 +143,26 @@ impl ErrorReader {
         &mut self,
         errors: &ActiveErrors,
         has_server: impl Fn(NodeId) -> bool,
+        now: Instant,
     ) -> Option<(NodeId, Address)> {
-        let question = self.question.or_else(|| self.next(errors, has_server))?;
+        let question = self.question.or_else(|| self.next(errors, has_server, now))?;
         self.question = Some(question);
         Some((question.node, question.object.address()))
     }
 
-    fn next(&mut self, errors: &ActiveErrors, has_server: impl Fn(NodeId) -> bool) -> Option<Question> {
-        if self.wanted == 0 {
-            self.wanted = core::mem::take(&mut self.again);
+    fn next(
+        &mut self,
+        errors: &ActiveErrors,
+        has_server: impl Fn(NodeId) -> bool,
+        now: Instant,
+    ) -> Option<Question> {
+        if self.round_at <= now {
+            self.wanted |= self.heard;
+            self.round_at = now + self.period;
+        }
+        if self.again_at <= now {
+            self.wanted |= core::mem::take(&mut self.again);
+            self.again_at = Instant::NEVER;
         }
         while self.wanted != 0 {
             let node = NodeId::new(self.wanted.trailing_zeros() as u8)?;

@@ -83,6 +83,9 @@ impl Rpdo {
     }
 }
 
+/// Longest time between two frames of a state, milliseconds.
+const STATE_TIMER: u16 = 10_000;
+
 impl Tpdo {
     /// Makes transmit PDO 1 to 512 with this COB-ID and transmission type 254: sent on an event of the
     /// application.
@@ -120,9 +123,11 @@ impl Tpdo {
 
     /// Declares that the values are a state: the latest ones are worth sending, whenever they changed. A PDO that is sent
     /// on events then sends its present values when Operational is entered, after a change of the bus, and after a frame
-    /// of it was not sent. Do not declare a command, or an answer to a request: one that comes late does harm.
+    /// of it was not sent. It also gets an event timer of 10 s, if it has none: a contact that opens for the time of one frame
+    /// may lose the last change. Do not declare a command, or an answer to a request: one that comes late does harm.
     pub const fn state(self) -> Tpdo {
-        Tpdo(Pdo { is_state: true, ..self.0 })
+        let event_timer = if self.0.event_timer == 0 { STATE_TIMER } else { self.0.event_timer };
+        Tpdo(Pdo { is_state: true, event_timer, ..self.0 })
     }
 
     /// Sets the counter of the first SYNC that counts. Zero: any.

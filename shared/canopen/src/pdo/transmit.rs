@@ -247,15 +247,14 @@ impl<S: PdoSlots> Tpdos<S> {
             pdo.start(now);
             self.next = self.next.min(pdo.due);
         }
-        self.on_bus_changed(now);
+        self.send_states(now);
     }
 
-    /// Sends all states, one every 10 ms: the receivers may not have heard the last ones.
-    pub fn on_bus_changed(&mut self, now: Instant) {
+    /// Sends all states from `at` on, one every 10 ms: the receivers may not have heard the last ones.
+    pub fn send_states(&mut self, mut at: Instant) {
         if !self.operational {
             return;
         }
-        let mut at = now;
         for pdo in self.pdos.as_mut() {
             if pdo.send_state(at) {
                 at += PACE;
@@ -381,17 +380,17 @@ impl<S: PdoSlots> Tpdos<S> {
             return;
         }
         self.next = Instant::NEVER;
-        let (mut left, mut has_room) = (AT_ONCE, true);
+        let mut left = AT_ONCE;
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
-            if pdo.due <= now && left > 0 && has_room {
+            if pdo.due <= now && left > 0 {
                 left -= 1;
-                has_room = pdo.send(objects, |frame| send(number, frame));
-                if has_room {
-                    pdo.rearm(now);
+                if !pdo.send(objects, |frame| send(number, frame)) {
+                    self.next = now + PACE;
+                    return;
                 }
+                pdo.rearm(now);
             }
-            let next = if has_room { pdo.due } else { pdo.due.max(now + PACE) };
-            self.next = self.next.min(next);
+            self.next = self.next.min(pdo.due);
         }
     }
 

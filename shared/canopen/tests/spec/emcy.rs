@@ -146,7 +146,7 @@ fn what_the_master_may_not_have_heard_is_sent_again_on_the_next_bus() {
     // The bus is left while it has the message.
     raise(&mut producer);
     assert!(producer.poll(ms(8), OPERATIONAL).is_some());
-    producer.on_bus_left();
+    producer.recall(Instant::ZERO);
     assert_eq!(sent(&mut producer, ms(8)), [BEGIN]);
 }
 
@@ -569,7 +569,7 @@ proptest! {
                 Step::Cut => listener.is_cut = true,
                 Step::Meet => {
                     listener.is_cut = false;
-                    producer.on_bus_left();
+                    producer.recall(Instant::ZERO);
                     producer.on_bus_changed();
                 }
                 Step::Heartbeat if listener.is_cut => {}

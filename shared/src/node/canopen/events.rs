@@ -5,7 +5,10 @@ use crate::emcy::ErrorCode;
 use crate::link::port::Health;
 use crate::node::buses::BusNews;
 use crate::node::{Device, Extension, FailCause, LinkEvent, SlaveEvent};
-use crate::types::{Bus, CobId, Frame, Instant};
+use crate::types::{Bus, CobId, Duration, Frame, Instant};
+
+/// From an overrun to the next frames of all states. A receiver that is too slow has many overruns: they are sent once for all.
+const AFTER_OVERRUN: Duration = Duration::from_millis(1_000);
 
 impl<D: Device, E: Extension> Canopen<D, E> {
     /// Counts the event, follows the error state, and passes the ends of transmissions to the SDO server.
@@ -48,7 +51,13 @@ impl<D: Device, E: Extension> Canopen<D, E> {
                     self.services.on_frame_end(frame, false, now);
                 }
             }
-            LinkEvent::Overrun { .. } => self.lost(bus, now),
+            LinkEvent::Overrun { .. } => {
+                if is_active {
+                    // It may have been the boot-up message of the master.
+                    self.services.dictionary.tpdos.send_states(now + AFTER_OVERRUN);
+                }
+                self.lost(bus, now);
+            }
             LinkEvent::Unsent { frames } => {
                 // Some may have been segments that the SDO server waits for.
                 (0..*frames).for_each(|_| self.services.on_sdo_sent());

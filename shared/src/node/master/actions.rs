@@ -65,7 +65,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             MasterAction::Refused(bus) => self.services.buses.refused(bus),
             MasterAction::Switched { from, to, cause } => {
                 self.services.buses.change(from, to, out);
-                self.services.dictionary.emcy.on_bus_left();
+                self.services.dictionary.emcy.recall(now);
                 self.services.announce(now);
                 // With selective access the health of the bus left is unknown now, that of the new one still.
                 self.report_health(from, now);
@@ -77,6 +77,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             MasterAction::Lost(node) => {
                 self.show_state(node, objects::MISSING);
                 self.boot.on_lost(node);
+                self.errors.lose(node);
                 out.event(MasterEvent::SlaveLost { node });
             }
             MasterAction::Forgotten(node) => {

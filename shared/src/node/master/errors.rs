@@ -1,7 +1,8 @@
 //! Active errors of the slaves (object 2048h): follows their emergencies, and reads what it may not have heard.
 //!
 //! The master reads after a change of the bus, a takeover, and the boot-up of a slave. It does so as well after its own
-//! controller was bus-off on the active bus or lost frames, and a second after an emergency whose register is not explained.
+//! controller was bus-off on the active bus or lost frames, a second after an emergency whose register is not explained,
+//! and every ten seconds.
 //! The boot-up process and the identification of new nodes go first.
 
 use super::transfers::Owner;
@@ -10,8 +11,10 @@ use crate::emcy::{ActiveError, Emergency};
 use crate::node::Device;
 use crate::redundancy::MasterBoards;
 use crate::sdo::Mode;
-use crate::types::{Instant, NodeId};
+use crate::types::{Duration, Instant, NodeId};
 
+/// Between two looks at the register of each slave.
+pub(super) const PERIOD: Duration = Duration::from_millis(10_000);
 /// Most bytes of an answer.
 const BYTES: usize = 4;
 
@@ -49,7 +52,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         // One that does not count has no SDO server as far as the master knows.
         let is_minimal = |node| minimal.iter().any(|minimal| minimal.node == node);
         let has_server = |node| redundancy.peers().counts(node) && !is_minimal(node);
-        let Some((node, object)) = reader.question(errors, has_server) else { return false };
+        let Some((node, object)) = reader.question(errors, has_server, until) else { return false };
         self.transfers.take(Owner::Errors, node).start_upload(object, BYTES, Mode::Segmented);
         self.services.dictionary.objects.application.network.show_client(node);
         true

@@ -111,7 +111,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Master {
             clashes: StateClashes::default(),
             identification: Identification::default(),
-            errors: ErrorReader::default(),
+            errors: ErrorReader::new(errors::PERIOD),
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,

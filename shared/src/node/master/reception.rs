@@ -106,7 +106,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         if is_here {
             if state.allows_sdo() || state == NmtState::Initialising {
-                self.errors.on_heard(node, state);
+                self.errors.on_heard(node, state, stamp.at);
             }
             self.on_monitored(node, state, stamp.at);
             self.on_ranged(node, &stamp);

@@ -52,7 +52,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Becomes the standby of another active master.
     pub(super) fn stand_by(&mut self, now: Instant, out: &mut Out) {
         self.services.buses.listen(out);
-        self.services.dictionary.emcy.on_bus_left();
+        self.services.dictionary.emcy.recall(now);
         self.drop_transfers(now);
         self.boot.stand_by();
         self.identification = super::Identification::default();

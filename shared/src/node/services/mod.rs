@@ -269,7 +269,6 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Takes the end of a frame of this node on its active bus: a node acknowledged it, or it was not sent. Then an
     /// emergency or a state is due again.
-    #[inline]
     pub fn on_frame_end(&mut self, frame: &Frame, is_acknowledged: bool, now: Instant) {
         let is_emergency = self.is_emergency(frame.id());
         if is_emergency || !is_acknowledged {
@@ -297,7 +296,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     #[inline(never)] // seldom
     pub fn announce(&mut self, now: Instant) {
         self.dictionary.emcy.on_bus_changed();
-        self.dictionary.tpdos.on_bus_changed(now);
+        self.dictionary.tpdos.send_states(now);
         self.next = now;
     }
 

@@ -107,7 +107,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         }
         while let Some(frame) = self.emcy.poll(now, state) {
             if !send(frame) {
-                self.emcy.on_dropped(now);
+                self.emcy.recall(now + emcy::Producer::RETRY);
             }
         }
     }

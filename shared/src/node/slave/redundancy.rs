@@ -101,7 +101,7 @@ impl<D: Device> SlaveNode for Surroundings<'_, D> {
             SlaveAction::Retain(retained) => return self.memory.write(retained),
             SlaveAction::ActiveBus { bus, cause, is_new } => {
                 if is_new {
-                    canopen.services.dictionary.emcy.on_bus_left();
+                    canopen.services.dictionary.emcy.recall(now);
                     canopen.services.buses.change(bus.other(), bus, out);
                     // Aborts the running transfer and reports it on the new bus.
                     canopen.serve(SdoStep::BusChanged, bus, now, out);

@@ -6,6 +6,7 @@ use ecss_can::redundancy::{MasterAction, MasterVerdict, PeerHeartbeat, Sending};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 
 use super::Master;
+use super::errors::Known;
 use crate::profile::LIFETIME;
 use crate::station::Station;
 
@@ -27,8 +28,10 @@ impl Master {
             MasterVerdict::Response(node) => {
                 self.boot.on_answer(node);
                 self.redundancy.on_answer(node, now);
+                self.take_answer(frame, now);
             }
-            MasterVerdict::Malformed | MasterVerdict::Other => {}
+            MasterVerdict::Malformed => {}
+            MasterVerdict::Other => self.follow(bus, frame, now),
         }
     }
 
@@ -41,6 +44,9 @@ impl Master {
         let may_start = |heard: PeerHeartbeat| boot.may_start(node, state, heard.returned);
         if let Some(message) = redundancy.on_heartbeat(bus, node, state, now, may_start).command {
             self.send(message.encode(), now);
+        }
+        if bus == self.active() {
+            self.is_heard(node, state, now);
         }
         if bus == self.active() && self.boot.asks(node, state) {
             self.send(Frame::of(CobId::sdo_request(node), []), now);
@@ -66,18 +72,22 @@ impl Master {
                 self.switched = Some(cause);
                 self.is_announced = false;
                 self.outgoing.abandon(from);
+                self.known.iter_mut().for_each(Known::restart);
                 Bus::ALL.into_iter().for_each(|bus| self.report_health(bus, now));
             }
             MasterAction::TookOver { change, .. } => {
+                self.known.iter_mut().for_each(Known::restart);
                 self.boot_up(now);
                 self.change_role(change, false);
             }
             MasterAction::StoodBy { change, .. } => {
                 self.outgoing.clear();
+                self.known.iter_mut().for_each(Known::restart);
                 self.unacknowledged = PerBus::default();
                 self.change_role(change, true);
             }
             MasterAction::HeardMaster(change) => self.change_role(change, false),
+            MasterAction::Lost(node) => self.lose(node),
             MasterAction::Refused(bus) => panic!("more frames wait for {bus:?} than the model has places"),
             _ => {}
         }

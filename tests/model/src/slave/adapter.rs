@@ -6,6 +6,7 @@ use ecss_can::redundancy::{BusCause, Parameters, Retained, SlaveAction, SlaveNod
 use ecss_can::types::{Bus, Instant, PerBus};
 use host_worlds::judge::selector::is_bdefault_right;
 
+use super::reports::Reports;
 use crate::defect::{self, Defect};
 use crate::station::Outgoing;
 
@@ -32,6 +33,8 @@ pub struct Node {
     pub has_given_up: bool,
     /// Bdefault changed for no reason that the standard knows.
     pub has_wrong_bdefault: bool,
+    /// What its application reports.
+    pub reports: Option<Reports>,
 }
 
 /// The node in one step.
@@ -54,6 +57,7 @@ impl SlaveNode for Adapter<'_> {
     }
 
     fn restore_communication(&mut self) -> Parameters {
+        self.node.reports.iter_mut().for_each(Reports::restart);
         Parameters { bdefault: self.node.bdefault, ..defect::parameters(self.defect) }
     }
 
@@ -81,7 +85,18 @@ impl SlaveNode for Adapter<'_> {
                 self.reported = Some((cause, bus));
                 if is_new {
                     node.outgoing.abandon(bus.other());
+                    node.reports.iter_mut().for_each(Reports::leave);
                 }
+                let is_master = matches!(cause, BusCause::Found | BusCause::Followed | BusCause::TakenBack);
+                if let Some(reports) = &mut node.reports
+                    && is_master
+                    && self.defect != Some(Defect::NeverAnnounces)
+                {
+                    reports.announce(node.control.state(), self.now);
+                }
+            }
+            SlaveAction::Entered(state) => {
+                node.reports.iter_mut().for_each(|reports| reports.enter(state, self.now));
             }
             SlaveAction::GaveUp { .. } => node.has_given_up = true,
             SlaveAction::MasterMissed { .. } => node.has_given_up = false,

@@ -1,7 +1,7 @@
 //! What can happen between two moments, and what of it can happen now.
 
 use ecss_can::nmt::Command;
-use ecss_can::types::Bus;
+use ecss_can::types::{Bus, Instant};
 
 use super::{MASTERS, SLAVES, World, loss};
 
@@ -68,15 +68,23 @@ pub enum Message {
 }
 
 impl World {
-    /// Every fault that can happen now.
-    pub fn faults(&self, faults: &mut Vec<Fault>) {
+    /// Every fault that can happen `now`. With reports, a stub of a master is cut at least as long as it takes a slave to miss the
+    /// master: what a shorter jolt loses, only the rounds of the master find.
+    pub fn faults(&self, now: Instant, faults: &mut Vec<Fault>) {
         for bus in Bus::ALL {
             for place in self.places() {
-                let is_whole = self.is_connected(bus, place);
-                faults.push(if is_whole { Fault::Cut(bus, place) } else { Fault::Restore(bus, place) });
+                if self.is_connected(bus, place) {
+                    faults.push(Fault::Cut(bus, place));
+                } else if !MASTERS.contains(&place) || self.mended_at <= now {
+                    faults.push(Fault::Restore(bus, place));
+                }
             }
             if self.is_in_use {
                 self.events_of_use(bus, faults);
+            }
+            // What others command is searched without reports.
+            if self.reporter.is_some() {
+                continue;
             }
             faults.push(Fault::Foreign(bus, Message::Heartbeat));
             // How a slave reacts does not depend on the number of masters.

@@ -1,5 +1,6 @@
 //! Random faults at random moments.
 
+use ecss_can::types::Instant;
 use model::defect::Defect;
 use model::property::{self, Property};
 use model::watch::Watched;
@@ -11,16 +12,19 @@ const STEPS: u32 = 600;
 /// The first property that a run breaks, if there is one. Its faults come at random moments.
 fn broken(crew: Crew, faults: u8, defect: Option<Defect>, seed: u64) -> Option<Property> {
     let mut random = fastrand::Rng::with_seed(seed);
-    let mut state = Watched::new(crew, faults, defect);
+    let mut states = Watched::all(crew, faults, defect);
+    let mut state = states.swap_remove(random.usize(..states.len()));
     (0..STEPS).find_map(|_| {
         if state.world.left > 0 && random.u8(..20) == 0 {
             let mut possible = Vec::new();
-            state.world.faults(&mut possible);
+            state.world.faults(Instant::ORIGIN, &mut possible);
             state.suffer(possible[random.usize(..possible.len())]);
+        } else if let Some(report) = state.world.possible_report().filter(|_| random.u8(..20) == 0) {
+            state.report(report);
         } else {
             state.tick();
         }
-        property::ALL.into_iter().find(|property| !(property.holds)(&state.watch))
+        property::ALL.into_iter().find(|property| !(property.holds)(&state))
     })
 }
 

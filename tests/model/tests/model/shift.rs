@@ -35,7 +35,7 @@ fn a_world_relative_to_now_does_what_an_absolute_one_does() {
         for step in 0..200 {
             if relative.world.left > 0 && random.u8(..20) == 0 {
                 let mut faults = Vec::new();
-                relative.world.faults(&mut faults);
+                relative.world.faults(Instant::ORIGIN, &mut faults);
                 let fault = faults[random.usize(..faults.len())];
                 relative.suffer(fault);
                 absolute.suffer_at(fault, now);

@@ -30,6 +30,8 @@ impl Evidence {
             Defect::BdefaultByToggle => (property::BDEFAULT, 1, Crew::OneMaster),
             Defect::NeverYields => (property::ONE_ACTIVE, 1, Crew::TwoMasters),
             Defect::NeverCalls => (property::ONE_ACTIVE, 1, Crew::TwoMastersInStep),
+            Defect::NeverAnnounces => (property::KNOWN, 1, Crew::OneMasterWithReports),
+            Defect::NeverReads => (property::KNOWN, 1, Crew::OneMasterWithReports),
         };
         // A dead bus: with this fault among those that are searched for, there are fifty times as many states.
         let before: &[Fault] =

@@ -6,12 +6,13 @@ pub mod step;
 pub mod table;
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use host_worlds::judge::Watch;
+use ecss_can::types::Instant;
 use model::defect::Defect;
 use model::profile::TICK;
-use model::property::{AGREED, BDEFAULT, CTOGGLE, ONE_ACTIVE, ROLES, SERVED, SETTLED};
+use model::property::{AGREED, BDEFAULT, CTOGGLE, KNOWN, ONE_ACTIVE, ROLES, SERVED, SETTLED};
 use model::watch::Watched;
 use model::world::{Crew, Fault};
 use stateright::{Checker, HasDiscoveries, Model, Property};
@@ -30,27 +31,26 @@ pub struct Longest {
     needless: AtomicU8,
     rivalling: AtomicU8,
     handed_over: AtomicU8,
+    unknown: AtomicU8,
 }
 
 /// A model of a spacecraft.
 #[derive(Debug)]
 pub struct Spacecraft {
-    crew: Crew,
-    /// What is broken from power-on.
-    before: &'static [Fault],
-    faults: u8,
-    defect: Option<Defect>,
-    longest: Longest,
+    start: Watched,
+    longest: Arc<Longest>,
 }
 
 impl Longest {
-    fn note(&self, watch: &Watch) {
+    fn note(&self, state: &Watched) {
+        let Watched { watch, unknown, .. } = state;
         for (longest, value) in [
             (&self.unserved, watch.unserved),
             (&self.disagreeing, watch.disagreeing),
             (&self.needless, watch.needless),
             (&self.rivalling, watch.rivalling),
             (&self.handed_over, watch.handed_over),
+            (&self.unknown, *unknown),
         ] {
             longest.fetch_max(value, Ordering::Relaxed);
         }
@@ -62,19 +62,19 @@ impl Model for Spacecraft {
     type Action = Step;
 
     fn init_states(&self) -> Vec<Watched> {
-        let faults = self.faults + self.before.len() as u8;
-        let mut state = Watched::new(self.crew, faults, self.defect);
-        self.before.iter().for_each(|fault| state.suffer(*fault));
-        vec![state]
+        vec![self.start.clone()]
     }
 
     fn actions(&self, state: &Watched, actions: &mut Vec<Step>) {
         actions.push(Step::Tick);
+        actions.extend(state.world.possible_report().map(Step::Report));
         if state.world.left > 0 {
-            actions.push(Step::Calm);
             let mut faults = Vec::new();
-            state.world.faults(&mut faults);
+            state.world.faults(Instant::ORIGIN, &mut faults);
             actions.extend(faults.into_iter().map(Step::Fault));
+        }
+        if state.world.left > 0 || state.world.reports > 0 {
+            actions.push(Step::Calm);
         }
     }
 
@@ -83,7 +83,8 @@ impl Model for Spacecraft {
         match action {
             Step::Tick => next.tick(),
             Step::Fault(fault) => next.suffer(fault),
-            Step::Calm => next.world.left = 0,
+            Step::Report(report) => next.report(report),
+            Step::Calm => (next.world.left, next.world.reports) = (0, 0),
         }
         Some(next)
     }
@@ -91,15 +92,16 @@ impl Model for Spacecraft {
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
             Property::always(SERVED.name, |model: &Spacecraft, state: &Watched| {
-                model.longest.note(&state.watch);
-                (SERVED.holds)(&state.watch)
+                model.longest.note(state);
+                (SERVED.holds)(state)
             }),
-            Property::always(AGREED.name, |_, state: &Watched| (AGREED.holds)(&state.watch)),
-            Property::always(SETTLED.name, |_, state: &Watched| (SETTLED.holds)(&state.watch)),
-            Property::always(ONE_ACTIVE.name, |_, state: &Watched| (ONE_ACTIVE.holds)(&state.watch)),
-            Property::always(ROLES.name, |_, state: &Watched| (ROLES.holds)(&state.watch)),
-            Property::always(CTOGGLE.name, |_, state: &Watched| (CTOGGLE.holds)(&state.watch)),
-            Property::always(BDEFAULT.name, |_, state: &Watched| (BDEFAULT.holds)(&state.watch)),
+            Property::always(AGREED.name, |_, state: &Watched| (AGREED.holds)(state)),
+            Property::always(SETTLED.name, |_, state: &Watched| (SETTLED.holds)(state)),
+            Property::always(ONE_ACTIVE.name, |_, state: &Watched| (ONE_ACTIVE.holds)(state)),
+            Property::always(ROLES.name, |_, state: &Watched| (ROLES.holds)(state)),
+            Property::always(CTOGGLE.name, |_, state: &Watched| (CTOGGLE.holds)(state)),
+            Property::always(BDEFAULT.name, |_, state: &Watched| (BDEFAULT.holds)(state)),
+            Property::always(KNOWN.name, |_, state: &Watched| (KNOWN.holds)(state)),
         ]
     }
 }
@@ -123,6 +125,8 @@ pub struct Report {
     pub rivalling: u64,
     /// Most changes of role after the last fault.
     pub handed_over: u8,
+    /// Longest time in which a master did not know what a slave had reported, milliseconds.
+    pub unknown: u64,
     /// Properties that do not hold, and the shortest way there.
     pub violations: Vec<Violation>,
 }
@@ -167,24 +171,30 @@ fn explore(
     threads: usize,
     until: HasDiscoveries,
 ) -> Report {
-    let model = Spacecraft { crew, before, faults, defect, longest: Longest::default() };
-    let checker = model.checker().threads(threads).finish_when(until).spawn_bfs().join();
-    let longest = &checker.model().longest;
+    let longest = Arc::new(Longest::default());
+    let (mut states, mut steps, mut is_closed, mut violations) = (0, 0, true, Vec::new());
+    // One after the other, for the memory.
+    for mut start in Watched::all(crew, faults + before.len() as u8, defect) {
+        before.iter().for_each(|fault| start.suffer(*fault));
+        let model = Spacecraft { start, longest: longest.clone() };
+        let checker = model.checker().threads(threads).finish_when(until.clone()).spawn_bfs().join();
+        states += checker.unique_state_count();
+        steps += checker.state_count();
+        is_closed &= checker.is_done();
+        let found = checker.discoveries().into_iter();
+        violations.extend(found.map(|(property, path)| violation(property, Table::new(path))));
+    }
     let millis = |ticks: &AtomicU8| u64::from(ticks.load(Ordering::Relaxed)) * TICK.as_millis();
-    let violations: Vec<Violation> = checker
-        .discoveries()
-        .into_iter()
-        .map(|(property, path)| violation(property, Table::new(path)))
-        .collect();
     Report {
-        states: checker.unique_state_count(),
-        steps: checker.state_count(),
-        is_closed: checker.is_done() && violations.is_empty(),
+        states,
+        steps,
+        is_closed: is_closed && violations.is_empty(),
         unserved: millis(&longest.unserved),
         disagreeing: millis(&longest.disagreeing),
         needless: longest.needless.load(Ordering::Relaxed),
         rivalling: millis(&longest.rivalling),
         handed_over: longest.handed_over.load(Ordering::Relaxed),
+        unknown: millis(&longest.unknown),
         violations,
     }
 }

@@ -2,7 +2,8 @@
 
 use model::world::Crew;
 
-/// Where the numbers are: masters (`1+`: in use, `1?`: no slave is assigned, `2=`: two with equal clocks, `2?`: and no slave is assigned), faults, states.
+/// Where the numbers are: masters (`1+`: in use, `1?`: no slave is assigned, `2=`: two with equal clocks, `2?`: and no slave is assigned; `1!`,
+/// `2!`: one slave, which reports), faults, states.
 pub const PATH: &str = "tests/search/states.txt";
 
 /// States of a whole search with up to `faults` faults, as known.
@@ -14,6 +15,8 @@ pub fn states(crew: Crew, faults: u8) -> Option<usize> {
         Crew::TwoMasters => "2",
         Crew::TwoMastersInStep => "2=",
         Crew::TwoMastersUnassigned => "2?",
+        Crew::OneMasterWithReports => "1!",
+        Crew::TwoMastersWithReports => "2!",
     };
     let rows = include_str!("../../states.txt").lines().map(|line| line.split(' ').collect::<Vec<_>>());
     let mut known = rows.filter_map(|row| match row[..] {

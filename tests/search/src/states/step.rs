@@ -1,6 +1,6 @@
 //! Steps of the search.
 
-use model::world::Fault;
+use model::world::{Fault, Report};
 
 /// What happens next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -9,6 +9,8 @@ pub enum Step {
     Tick,
     /// Something breaks, or is mended.
     Fault(Fault),
-    /// No faults happen any more: from now on the bounds count.
+    /// A slave reports something.
+    Report(Report),
+    /// No faults happen any more, and nothing is reported: from now on the bounds count.
     Calm,
 }

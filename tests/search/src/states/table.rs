@@ -10,7 +10,7 @@ use model::master::Master;
 use model::profile::TICK;
 use model::station::Station;
 use model::watch::Watched;
-use model::world::{Fault, Kind, Message, STATIONS, World};
+use model::world::{Fault, Kind, Message, Report, STATIONS, World};
 
 /// Names of the nodes.
 const NAMES: [&str; STATIONS] = ["master", "slave 2", "slave 3", "second master"];
@@ -53,6 +53,9 @@ impl fmt::Display for Table {
                     String::new()
                 }
                 Some(Step::Fault(fault)) => words(*fault),
+                Some(Step::Report(Report::Wrong)) => String::from("error appears"),
+                Some(Step::Report(Report::Right)) => String::from("error is gone"),
+                Some(Step::Report(Report::Changed)) => String::from("value changes"),
                 Some(Step::Calm) => String::from("no more faults"),
                 None => String::new(),
             };
@@ -63,7 +66,10 @@ impl fmt::Display for Table {
 
 fn nodes(world: &World) -> String {
     let masters: Vec<String> = world.masters.iter().map(|it| format!("{:18}", master(it))).collect();
-    let slaves = world.slaves.iter().map(|slave| {
+    let slaves = world.slaves.iter().enumerate().map(|(nth, slave)| {
+        if !world.is_there(nth + 1) {
+            return String::from("not there");
+        }
         let given_up = if slave.has_given_up() { " gave up" } else { "" };
         format!("{} {}{given_up}", letter(slave.active()), state(slave.state()))
     });

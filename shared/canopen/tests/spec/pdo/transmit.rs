@@ -448,13 +448,13 @@ fn with_states(transmissions: [u8; 4]) -> Node {
 #[test]
 fn states_are_sent_when_operational_is_entered_and_after_a_change_of_the_bus() {
     let mut node = with_states([254, 254, 255, 254]);
-    node.tpdos.on_bus_changed(ms(0));
+    node.tpdos.send_states(ms(0));
     assert_eq!(node.tpdos.deadline(), None, "not Operational");
     node.tpdos.start(ms(100));
     assert_eq!((node.poll(ms(100)), node.tpdos.deadline()), (vec![0], Some(ms(110))));
     assert_eq!(node.poll(ms(110)), [2]);
     assert_eq!(node.tpdos.deadline(), None);
-    node.tpdos.on_bus_changed(ms(200));
+    node.tpdos.send_states(ms(200));
     assert_eq!((node.poll(ms(200)), node.poll(ms(210))), (vec![0], vec![2]));
     // Those that a SYNC sends cyclically need no event; one of type 0 goes with the next SYNC.
     let mut node = with_states([1, 254, 0, 254]);

@@ -1,0 +1,195 @@
+//! What the application of a slave reports: one error by the producer that flies, and one value.
+
+use ecss_can::emcy::{Config, ErrorCode, Producer};
+use ecss_can::types::{
+    Address, Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, earliest,
+};
+
+use super::Slave;
+use crate::defect::Defect;
+use crate::station::Station;
+use crate::world::What;
+
+/// The error.
+pub const ERROR: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
+/// Its source.
+pub const SOURCE: u8 = 1;
+/// From a frame of the value that was not sent to the next one.
+const RETRY: Duration = Duration::from_millis(50);
+
+/// From an overrun to the announcement: a receiver that is too slow loses many frames.
+const AFTER_OVERRUN: Duration = Duration::from_millis(1_000);
+
+/// COB-ID of the transmit PDO with the value.
+pub fn value_id(node: NodeId) -> CobId {
+    CobId::new(0x280 + u16::from(node.get())).expect("a COB-ID")
+}
+
+/// Error and value of a slave.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Reports {
+    /// Error or value.
+    pub what: What,
+    emcy: Producer,
+    /// The application has the error.
+    pub is_wrong: bool,
+    /// The value: it changes once.
+    pub has_changed: bool,
+    /// When the value is sent.
+    due: Option<Instant>,
+}
+
+impl Reports {
+    /// Of a slave at power-on.
+    pub fn new(id: NodeId, what: What) -> Reports {
+        let emcy = Producer::new(Config { id: Some(CobId::emcy(id)), inhibit: Duration::ZERO });
+        Reports { what, emcy, is_wrong: false, has_changed: false, due: None }
+    }
+
+    /// The NMT state changed.
+    pub fn enter(&mut self, state: NmtState, now: Instant) {
+        self.due = self.is_sent(state).then_some(now);
+    }
+
+    /// The slave found or followed the master, or the master booted.
+    pub fn announce(&mut self, state: NmtState, now: Instant) {
+        self.emcy.on_bus_changed();
+        self.send_state(state, now);
+    }
+
+    /// Whether the value is sent in this state.
+    fn is_sent(&self, state: NmtState) -> bool {
+        self.what == What::Value && state == NmtState::Operational
+    }
+
+    fn send_state(&mut self, state: NmtState, at: Instant) {
+        if self.is_sent(state) {
+            self.due = earliest(&[self.due, Some(at)]);
+        }
+    }
+
+    /// The bus was left.
+    pub fn leave(&mut self) {
+        self.emcy.recall(Instant::ZERO);
+    }
+
+    /// A heartbeat of the master was received.
+    pub fn confirm(&mut self) {
+        self.emcy.confirm();
+    }
+
+    /// The communication is reset.
+    pub fn restart(&mut self) {
+        self.emcy.restart();
+    }
+
+    /// Object that the master reads.
+    fn read(&self, object: Address) -> u32 {
+        match object.index {
+            0x1001 => self.emcy.register().bits().into(),
+            _ if object.sub == 0 => self.emcy.history().len().into(),
+            _ => self.emcy.history().read(object.sub).unwrap_or(0),
+        }
+    }
+}
+
+impl Canonical for Reports {
+    type Context = ();
+
+    fn canonical(&mut self, now: Instant, (): &()) {
+        self.emcy.canonical(now, &());
+        self.due.due(now);
+    }
+}
+
+impl Slave {
+    /// What its application reports, if it does.
+    pub fn reports(&self) -> Option<&Reports> {
+        self.node.reports.as_ref()
+    }
+
+    /// The error appears or is gone.
+    pub fn turn_wrong(&mut self, is_wrong: bool, now: Instant) {
+        let Some(reports) = &mut self.node.reports else { return };
+        reports.is_wrong = is_wrong;
+        if is_wrong {
+            reports.emcy.raise(ERROR, [SOURCE, 0, 0, 0, 0]);
+        } else {
+            reports.emcy.clear(ERROR, SOURCE);
+        }
+        self.poll(now);
+    }
+
+    /// The value changes.
+    pub fn change(&mut self, now: Instant) {
+        let is_operational = self.state() == NmtState::Operational;
+        let Some(reports) = &mut self.node.reports else { return };
+        reports.has_changed = true;
+        if is_operational {
+            reports.due = Some(now);
+        }
+        self.poll(now);
+    }
+
+    /// Sends what is due.
+    pub(super) fn send_reports(&mut self, now: Instant) {
+        let (id, bus, state) = (self.id, self.active(), self.node.control.reporting_state());
+        let Some(reports) = &mut self.node.reports else { return };
+        while let Some(frame) = reports.emcy.poll(now, state) {
+            self.node.outgoing.send(bus, frame, now);
+        }
+        if reports.due.take_if(|due| *due <= now).is_some() {
+            let frame = Frame::of(value_id(id), [u8::from(reports.has_changed)]);
+            self.node.outgoing.send(bus, frame, now);
+        }
+    }
+
+    /// When something of it is due.
+    pub(super) fn reports_deadline(&self) -> Option<Instant> {
+        let reports = self.node.reports.as_ref()?;
+        earliest(&[reports.emcy.deadline(self.node.control.reporting_state()), reports.due])
+    }
+
+    /// A frame was acknowledged, or not sent in its lifetime.
+    pub(super) fn report_ended(&mut self, bus: Bus, frame: &Frame, is_acknowledged: bool, now: Instant) {
+        if bus != self.active() {
+            return;
+        }
+        let is_value = frame.id() == value_id(self.id) && self.state() == NmtState::Operational;
+        let Some(reports) = &mut self.node.reports else { return };
+        reports.emcy.on_end(frame, is_acknowledged, now);
+        if is_value && !is_acknowledged {
+            reports.due = earliest(&[reports.due, Some(now + RETRY)]);
+        }
+    }
+
+    /// A heartbeat or boot-up message of the master was received on the active bus.
+    pub(super) fn hear_master(&mut self, is_boot_up: bool, now: Instant) {
+        let (state, is_announced) = (self.state(), self.defect != Some(Defect::NeverAnnounces));
+        match &mut self.node.reports {
+            Some(reports) if is_boot_up && is_announced => reports.announce(state, now),
+            Some(reports) if !is_boot_up => reports.confirm(),
+            _ => {}
+        }
+    }
+
+    /// The frame that was lost may have been the boot-up message of the master.
+    pub(super) fn announce_after_overrun(&mut self, bus: Bus, now: Instant) {
+        let (state, is_here) = (self.state(), bus == self.active());
+        if let Some(reports) = self.node.reports.as_mut().filter(|_| is_here) {
+            reports.send_state(state, now + AFTER_OVERRUN);
+        }
+    }
+
+    /// The answer to a question of the master: for who it is, it has no data.
+    pub(super) fn answer(&self, question: &Frame) -> Frame {
+        let id = CobId::sdo_response(self.id);
+        match (question.data(), &self.node.reports) {
+            (&[low, high, sub], Some(reports)) => {
+                let object = Address::new(u16::from_le_bytes([low, high]), sub);
+                Frame::of(id, reports.read(object).to_le_bytes())
+            }
+            _ => Frame::of(id, []),
+        }
+    }
+}

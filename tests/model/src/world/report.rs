@@ -1,0 +1,50 @@
+//! What the application of a slave reports, and what of it can come now.
+
+use ecss_can::types::Instant;
+
+use super::{What, World};
+
+/// What comes between two moments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Report {
+    /// The error appears.
+    Wrong,
+    /// The error is gone.
+    Right,
+    /// The value changes.
+    Changed,
+}
+
+impl World {
+    /// The report that can come now.
+    pub fn possible_report(&self) -> Option<Report> {
+        let powered = self.reporter.filter(|reporter| self.is_powered(reporter.place));
+        let Some(reporter) = powered.filter(|_| self.reports > 0) else { return None };
+        let Some(reports) = self.slaves[reporter.place - 1].reports() else { return None };
+        Some(match reporter.what {
+            What::Error if reports.is_wrong => Report::Right,
+            What::Error => Report::Wrong,
+            What::Value => Report::Changed,
+        })
+    }
+
+    /// The slave reports, and what follows from it at once. `on_loss`: called when a frame is lost.
+    pub fn report_at(&mut self, report: Report, now: Instant, on_loss: &mut dyn FnMut(&World)) {
+        let Some(reporter) = self.reporter else { return };
+        let slave = &mut self.slaves[reporter.place - 1];
+        match report {
+            Report::Wrong => slave.turn_wrong(true, now),
+            Report::Right => slave.turn_wrong(false, now),
+            Report::Changed => slave.change(now),
+        }
+        self.settle(now, on_loss);
+        self.reports -= 1;
+    }
+
+    /// Whether this master knows what the slave reported.
+    pub fn is_known_by(&self, master: usize) -> bool {
+        let reports = self.reporter.and_then(|reporter| self.slaves[reporter.place - 1].reports());
+        let known = self.masters[master].known();
+        reports.zip(known).is_none_or(|(reports, known)| known.knows(reports.is_wrong, reports.has_changed))
+    }
+}
