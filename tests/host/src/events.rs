@@ -21,9 +21,13 @@ const BEFORE_WHEEL_M: f64 = 5.0;
 const STRIKE: Time = Time::from_ms(1_500);
 /// How long a fault of a whole bus lasts.
 const SHORT: Time = Time::from_ms(300);
+/// How long a contact is open that jolts.
+const JOLT: Time = Time::from_ms(40);
 /// From the report on, until the master knows: the search of a slave that it did not hear, the choice of the bus, the
 /// boot-up process.
 const BOUND: Time = Time::from_ms(2_500);
+/// The same where the bus does not change: a period of the master's questions more.
+const BOUND_OF_JOLT: Time = Time::from_ms(12_500);
 /// How long an error lasts that passes.
 const PASSING: Time = Time::from_ms(20);
 
@@ -48,6 +52,19 @@ pub enum Break {
     Dominant,
     /// The active master loses its power.
     Master,
+    /// The active bus, next to the master, for 40 ms between two of its frames.
+    Jolt,
+}
+
+impl Break {
+    /// From a heartbeat of the master and its SYNC to the break.
+    fn after_heartbeat(self) -> Time {
+        if self == Break::Jolt { Time::from_ms(20) } else { Time::ZERO }
+    }
+
+    fn bound(self) -> Time {
+        if self == Break::Jolt { BOUND_OF_JOLT } else { BOUND }
+    }
 }
 
 /// A flight.
@@ -86,6 +103,17 @@ pub fn flights() -> Vec<Flight> {
         }
     }
     all
+}
+
+/// Flights in which a contact opens for a moment, and a slave acknowledges what the master does not hear.
+pub fn jolts() -> Vec<Flight> {
+    let what = Break::Jolt;
+    let flight =
+        |after_ms, is_selective| Flight { what, after_ms, is_selective, has_other: true, has_standby: false };
+    (0..=20)
+        .step_by(4)
+        .flat_map(|after_ms| [false, true].map(|is_selective| flight(after_ms, is_selective)))
+        .collect()
 }
 
 /// A reaction wheel.
@@ -138,20 +166,29 @@ pub fn fly(flight: Flight) -> Result<(), String> {
     if !world.all_operational() {
         return Err(format!("{flight}: it did not start"));
     }
-    strike(&mut world, flight.what);
-    let at = STRIKE + Time::from_ms(flight.after_ms);
+    let at = STRIKE + flight.what.after_heartbeat();
     world.run_until(at);
-    report(&world, 2, &[(STAYS, true), (PASSES, true), (ENDS, false)]);
+    strike(&mut world, flight.what);
+    let at = at + Time::from_ms(flight.after_ms);
+    world.run_until(at);
+    // After a jolt no message follows whose register would show that one was lost.
+    let end = (flight.what != Break::Jolt).then_some((ENDS, false));
+    report(&world, 2, &[&[(STAYS, true), (PASSES, true)], end.as_slice()].concat());
     world.run_for(PASSING);
     report(&world, 3, &[(PASSES, false)]);
+    if flight.what == Break::Jolt {
+        let bus = world.master_bus();
+        world.run_until(STRIKE + flight.what.after_heartbeat() + JOLT);
+        world.heal(bus);
+    }
     world.run_until(STRIKE + SHORT);
     Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::ClearShorts));
-    world.run_until(at + BOUND);
-    let wrong = check(&world);
+    world.run_until(at + flight.what.bound());
+    let wrong = check(&world, flight.what);
     if wrong.is_empty() { Ok(()) } else { Err(format!("{flight}: {}", wrong.join("; "))) }
 }
 
-fn check(world: &World) -> Vec<String> {
+fn check(world: &World, what: Break) -> Vec<String> {
     let mut wrong = vec![];
     if !world.all_operational() {
         wrong.push("not all are Operational".to_owned());
@@ -161,7 +198,7 @@ fn check(world: &World) -> Vec<String> {
         (master.active_errors().collect::<Vec<_>>(), master.objects().application.device.temperature)
     });
     let is_known = |code| errors.contains(&ActiveError { node: WHEEL, code, source: SOURCE });
-    if [STAYS, PASSES, ENDS].map(is_known) != [true, false, false] {
+    if [STAYS, PASSES, ENDS].map(is_known) != [true, false, what == Break::Jolt] {
         wrong.push(format!("the master knows {errors:?}"));
     }
     if temperature != 3 {
@@ -175,7 +212,8 @@ fn check(world: &World) -> Vec<String> {
             wrong.push(format!("it heard of {:04X}h, begin or end: {heard:?}", code.get()));
         }
         for is_begin in [true, false] {
-            if was_acknowledged(world, code, is_begin) && !heard.contains(&is_begin) {
+            let is_repeated = what != Break::Jolt;
+            if is_repeated && was_acknowledged(world, code, is_begin) && !heard.contains(&is_begin) {
                 let which = if is_begin { "beginning" } else { "end" };
                 wrong.push(format!(
                     "it never heard the {which} of {:04X}h, which a node acknowledged",
@@ -233,7 +271,7 @@ fn report(world: &World, temperature: u16, errors: &[(ErrorCode, bool)]) {
 fn strike(world: &mut World, what: Break) {
     let bus = world.master_bus();
     match what {
-        Break::Near => world.cut(bus, NEXT_TO_MASTER_M),
+        Break::Near | Break::Jolt => world.cut(bus, NEXT_TO_MASTER_M),
         Break::Far => world.cut(bus, BEFORE_WHEEL_M),
         Break::Recessive => world.strike(bus, Fault::Short { position_m: NEXT_TO_MASTER_M, level: true }),
         Break::Dominant => world.strike(bus, Fault::Short { position_m: NEXT_TO_MASTER_M, level: false }),

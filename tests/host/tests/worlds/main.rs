@@ -1,5 +1,6 @@
 //! Masters and slaves on two simulated buses: what the standard wants, seen from outside.
 
+mod announcements;
 mod application_events;
 mod babbling;
 mod boot;
