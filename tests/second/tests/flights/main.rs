@@ -9,6 +9,7 @@ mod bare;
 mod claims;
 mod data_sheet;
 mod division;
+mod dominant;
 mod drivers_of_others;
 mod equal_boards;
 mod filters;
