@@ -12,13 +12,13 @@ use host_worlds::log::NodeEvent;
 use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, NodeKey, World, idle};
 
 /// The slave that reports.
-const WHEEL: NodeId = NodeId::of::<3>();
+pub(crate) const WHEEL: NodeId = NodeId::of::<3>();
 /// A slave beside it, which acknowledges its frames where no master hears them.
-const OTHER: NodeId = NodeId::of::<2>();
+pub(crate) const OTHER: NodeId = NodeId::of::<2>();
 /// Cut that leaves the wheel alone.
 const BEFORE_WHEEL_M: f64 = 5.0;
 /// When the fault strikes: with a standby and selective access all are Operational after 1.2 s.
-const STRIKE: Time = Time::from_ms(1_500);
+pub(crate) const STRIKE: Time = Time::from_ms(1_500);
 /// How long a fault of a whole bus lasts.
 const SHORT: Time = Time::from_ms(300);
 /// How long a contact is open that jolts.
@@ -32,12 +32,12 @@ const BOUND_OF_JOLT: Time = Time::from_ms(12_500);
 const PASSING: Time = Time::from_ms(20);
 
 /// The wheel reports this one while the bus fails.
-const STAYS: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
+pub(crate) const STAYS: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
 /// This one is gone 20 ms later.
 const PASSES: ErrorCode = ErrorCode::CURRENT_INSIDE;
 /// This one was there before, and is gone at the same time.
 const ENDS: ErrorCode = ErrorCode::VOLTAGE_INSIDE;
-const SOURCE: u8 = 1;
+pub(crate) const SOURCE: u8 = 1;
 
 /// What breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,9 +194,7 @@ fn check(world: &World, what: Break) -> Vec<String> {
         wrong.push("not all are Operational".to_owned());
     }
     let Some(active) = world.active_masters().first().copied() else { return vec!["no master".to_owned()] };
-    let (errors, temperature) = world.node::<Board>(active).with(|master: &mut Board, _| {
-        (master.active_errors().collect::<Vec<_>>(), master.objects().application.device.temperature)
-    });
+    let (errors, temperature) = known(world, active);
     let is_known = |code| errors.contains(&ActiveError { node: WHEEL, code, source: SOURCE });
     if [STAYS, PASSES, ENDS].map(is_known) != [true, false, what == Break::Jolt] {
         wrong.push(format!("the master knows {errors:?}"));
@@ -223,6 +221,13 @@ fn check(world: &World, what: Break) -> Vec<String> {
         }
     }
     wrong
+}
+
+/// What a master knows of active errors, and of the temperature.
+pub(crate) fn known(world: &World, master: NodeKey) -> (Vec<ActiveError>, u16) {
+    world.node::<Board>(master).with(|master: &mut Board, _| {
+        (master.active_errors().collect(), master.objects().application.device.temperature)
+    })
 }
 
 /// Messages of an error since the break that a master received: whether each is a begin.
@@ -255,7 +260,7 @@ fn was_acknowledged(world: &World, code: ErrorCode, is_begin: bool) -> bool {
 }
 
 /// The wheel has another temperature, and errors begin or end.
-fn report(world: &World, temperature: u16, errors: &[(ErrorCode, bool)]) {
+pub(crate) fn report(world: &World, temperature: u16, errors: &[(ErrorCode, bool)]) {
     world.slave::<Wheel>(WHEEL).with(|wheel: &mut Slave<Wheel>, now| {
         for (code, begins) in errors {
             if *begins {
@@ -268,8 +273,9 @@ fn report(world: &World, temperature: u16, errors: &[(ErrorCode, bool)]) {
     });
 }
 
-fn strike(world: &mut World, what: Break) {
-    let bus = world.master_bus();
+pub(crate) fn strike(world: &mut World, what: Break) {
+    let active = world.active_masters().first().copied();
+    let bus = active.map_or(Bus::Nominal, |master| world.status(master).active);
     match what {
         Break::Near | Break::Jolt => world.cut(bus, NEXT_TO_MASTER_M),
         Break::Far => world.cut(bus, BEFORE_WHEEL_M),
@@ -282,7 +288,7 @@ fn strike(world: &mut World, what: Break) {
     }
 }
 
-fn world(flight: Flight) -> World {
+pub(crate) fn world(flight: Flight) -> World {
     let profile = Profile {
         standby: flight.has_standby.then_some(Profile::PAIR),
         selective: if flight.is_selective { &[WHEEL] } else { &[] },

@@ -4,19 +4,36 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use host::events::{flights, fly};
+use host::reports::fly_random;
+
+/// What is wrong in any of `count` flights, which fly on all cores.
+fn wrong(count: usize, fly: impl Fn(usize) -> Result<(), String> + Sync) -> Vec<String> {
+    let next = AtomicUsize::new(0);
+    let fly_some = || {
+        let numbers = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)));
+        numbers
+            .take_while(|number| *number < count)
+            .filter_map(|number| fly(number).err())
+            .collect::<Vec<_>>()
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(fly_some)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().expect("a flight does not panic")).collect()
+    })
+}
 
 #[test]
 fn reports_at_every_millisecond_of_a_failure_are_known_afterwards() {
-    let (all, next) = (flights(), AtomicUsize::new(0));
-    let fly_some = || {
-        let numbers = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)));
-        let flown = numbers.map_while(|number| all.get(number));
-        flown.filter_map(|flight| fly(*flight).err()).collect::<Vec<_>>()
-    };
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    let wrong: Vec<String> = thread::scope(|scope| {
-        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(fly_some)).collect();
-        threads.into_iter().flat_map(|thread| thread.join().expect("a flight does not panic")).collect()
-    });
+    let all = flights();
+    let wrong = wrong(all.len(), |number| fly(all[number]));
     assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), all.len(), wrong.join("\n"));
+}
+
+/// Given up to three faults and some fifty reports at random moments, as in the first tier, then error and value are known.
+#[test]
+fn reports_under_random_faults_are_known_afterwards() {
+    const FLIGHTS: usize = 600;
+    let wrong = wrong(FLIGHTS, |number| fly_random(1_000 + number as u64));
+    assert!(wrong.is_empty(), "{} of {FLIGHTS}:\n{}", wrong.len(), wrong.join("\n"));
 }
