@@ -3,7 +3,7 @@
 use super::ErrorCode;
 use crate::types::{AbortCode, Canonical};
 
-/// The latest errors, at most `N`. A new error removes the oldest.
+/// The latest errors, at most `N`, each once. A new error removes the oldest.
 #[doc(alias("1003h", "pre-defined error field"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -19,24 +19,25 @@ impl<const N: usize> History<N> {
         History { entries: [0; N], len: 0 }
     }
 
+    /// Puts an error in front. One that was there before moves: however often an error comes and goes, it displaces no other
+    /// one.
     pub(super) fn push(&mut self, code: ErrorCode, info: u16) {
         let mut moved = u32::from(info) << 16 | u32::from(code.get());
-        for entry in &mut self.entries {
+        let known = self.entries.iter().take(self.len.into()).position(|entry| is_same(*entry, moved));
+        if known.is_none() && usize::from(self.len) < N {
+            self.len += 1;
+        }
+        for entry in self.entries.iter_mut().take(known.map_or(N, |known| known + 1)) {
             core::mem::swap(entry, &mut moved);
         }
-        self.len = self.len.saturating_add(1).min(N as u8);
     }
 
-    /// Keeps the newest entry of each error that is still active.
+    /// Keeps the errors that are still active.
     pub(super) fn keep(&mut self, is_active: impl Fn(ErrorCode, u8) -> bool) {
         let mut kept = 0;
         for nth in 0..usize::from(self.len) {
             let entry = self.entries.get(nth).copied().unwrap_or(0);
-            let (code, source) = (ErrorCode::new(entry as u16), (entry >> 16) as u8);
-            // Code and source: without the second byte of the manufacturer.
-            let mut newer = self.entries.iter().take(kept).map(|newer| newer ^ entry);
-            if is_active(code, source)
-                && newer.all(|difference| difference & 0x00FF_FFFF != 0)
+            if is_active(ErrorCode::new(entry as u16), (entry >> 16) as u8)
                 && let Some(place) = self.entries.get_mut(kept)
             {
                 *place = entry;
@@ -81,4 +82,9 @@ impl<const N: usize> History<N> {
         self.len = 0;
         Ok(())
     }
+}
+
+/// Returns whether two entries are of one error: code and source, without the second byte of the manufacturer.
+const fn is_same(one: u32, other: u32) -> bool {
+    (one ^ other) & 0x00FF_FFFF == 0
 }

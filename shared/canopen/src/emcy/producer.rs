@@ -148,8 +148,9 @@ impl Producer {
     fn remember(&mut self, code: ErrorCode, info: [u8; 5]) {
         let [source, detail, ..] = info;
         self.history.push(code, u16::from_le_bytes([source, detail]));
-        let place = self.errors.iter().position(|error| error.is(code, source));
-        self.newest = place.map_or(self.newest, |place| place as u8);
+        if let Some(place) = self.errors.iter().position(|error| error.is(code, source)) {
+            self.newest = place as u8;
+        }
         self.settle();
     }
 

@@ -3,7 +3,7 @@
 use super::objects::{ERRORS, REGISTER};
 use super::{ActiveErrors, ErrorRegister};
 use crate::sdo::Error;
-use crate::types::{Address, Canonical, Duration, Instant, NmtState, NodeId};
+use crate::types::{Address, Canonical, Duration, Instant, NodeId};
 
 /// From an error that was found in the history, or a register in an emergency, to the next look at the register.
 const AGAIN: Duration = Duration::from_millis(1_000);
@@ -13,19 +13,19 @@ const TRIES: u8 = 3;
 /// Questions of a master to other nodes: their error register (1001h), and where the known errors do not explain it, their
 /// history (1003h), the newest error first, until they do.
 ///
-/// A node is asked when it is heard for the first time since [`restart`](ErrorReader::restart), after its boot-up
-/// message, and once in each period: a contact that opens for the time of one frame may lose an emergency. An error that was found may end without a message, because its node sent none when it began. So the register
+/// A node is asked when it is heard for the first time since [`restart`](ErrorReader::restart), when it may have booted, and
+/// once in each period: a contact that opens for the time of one frame may lose an emergency. An error that was found may end without a message, because its node sent none when it began. So the register
 /// is read once more a second later, until nothing changes. A question without an answer is asked three times.
 ///
 /// The owner asks one question at a time, by an SDO upload of at most four bytes:
 ///
 /// ```
 /// use async_canopen::emcy::{ActiveErrors, ErrorReader};
-/// use async_canopen::types::{Duration, Instant, NmtState, NodeId};
+/// use async_canopen::types::{Duration, Instant, NodeId};
 ///
 /// let (node, timeout, now) = (NodeId::of::<5>(), Duration::from_millis(100), Instant::ZERO);
 /// let (mut reader, mut errors) = (ErrorReader::new(Duration::from_millis(10_000)), ActiveErrors::default());
-/// reader.on_heard(node, NmtState::Operational, now);
+/// reader.on_heard(node, false, now);
 ///
 /// let mut answers = [0x09, 1, 0x0001_4200].into_iter(); // temperature; one entry; 4200h, source 1
 /// while reader.deadline().is_some_and(|due| due <= now)
@@ -110,10 +110,11 @@ impl ErrorReader {
         self.heard &= !(1 << node.get());
     }
 
-    /// Takes a heartbeat or boot-up message of a node in a state that allows SDO, or is about to.
-    pub fn on_heard(&mut self, node: NodeId, state: NmtState, now: Instant) {
+    /// Takes a heartbeat or boot-up message of a node in a state that allows SDO, or is about to. `may_have_booted`: what is known
+    /// of it may be wrong.
+    pub fn on_heard(&mut self, node: NodeId, may_have_booted: bool, now: Instant) {
         let bit = 1 << node.get();
-        if self.heard & bit == 0 || state == NmtState::Initialising {
+        if self.heard & bit == 0 || may_have_booted {
             if self.heard == 0 {
                 self.round_at = now + self.period;
             }

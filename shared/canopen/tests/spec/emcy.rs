@@ -79,7 +79,7 @@ fn error_that_returns_before_its_end_was_sent_sends_nothing() {
     clear(&mut producer);
     raise(&mut producer);
     assert_eq!(producer.deadline(OPERATIONAL), None);
-    assert_eq!(producer.history().len(), 2);
+    assert_eq!(producer.history().len(), 1);
     clear(&mut producer);
     assert_eq!(sent(&mut producer, ms(100)), [END]);
     // It returns while its end is on the way: acknowledged, the error is news again; else it never ended.
@@ -181,7 +181,7 @@ fn error_that_was_over_at_once_is_reported_with_its_end() {
     assert_eq!(sent(&mut producer, ms(51)), both);
     producer.on_bus_changed();
     assert_eq!(sent(&mut producer, ms(52)), both);
-    assert_eq!(producer.history().len(), 2);
+    assert_eq!(producer.history().len(), 1);
     // Without a COB-ID the history alone has it.
     let mut silent = Producer::new(Config { id: None, inhibit: Duration::ZERO });
     assert!(overrun(&mut silent));
@@ -355,6 +355,23 @@ fn the_oldest_error_leaves_a_full_history() {
     assert_eq!(producer.history().len(), 8);
     assert_eq!(producer.history().read(1), Ok(0xFF0A));
     assert_eq!(producer.history().read(8), Ok(0xFF03));
+}
+
+/// Given an error that is active, when two others come and go a hundred times, then the history has each once, the newest first: a
+/// master finds the one that is active.
+#[test]
+fn an_error_that_comes_and_goes_displaces_no_other_one() {
+    let mut producer = producer(0);
+    producer.raise(ErrorCode::TEMPERATURE_DEVICE, [1, 0, 0, 0, 0]);
+    for _ in 0..100 {
+        for (code, source) in [(ErrorCode::CAN_PASSIVE, 0), (ErrorCode::CAN_PASSIVE, 1)] {
+            producer.raise(code, [source, 0, 0, 0, 0]);
+            producer.clear(code, source);
+        }
+    }
+    let entries: Vec<u32> =
+        (1..=producer.history().len()).map(|sub| producer.history().read(sub).unwrap()).collect();
+    assert_eq!(entries, [0x0001_8120, 0x0000_8120, 0x0001_4200]);
 }
 
 #[test]

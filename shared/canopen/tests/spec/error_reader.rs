@@ -2,7 +2,7 @@
 
 use async_canopen::emcy::{ActiveErrors, ErrorReader};
 use async_canopen::sdo::Error;
-use async_canopen::types::{Address, Duration, Instant, NmtState, NodeId};
+use async_canopen::types::{Address, Duration, Instant, NodeId};
 
 const NODE: NodeId = NodeId::of::<5>();
 const TIMEOUT: Duration = Duration::from_millis(100);
@@ -36,12 +36,12 @@ fn questions(
 #[test]
 fn a_question_without_an_answer_is_asked_three_times() {
     let (mut reader, mut errors) = (ErrorReader::new(PERIOD), ActiveErrors::default());
-    reader.on_heard(NODE, NmtState::Operational, at(0));
+    reader.on_heard(NODE, false, at(0));
     let asked = questions(&mut reader, &mut errors, |_| Err(Error::Timeout));
     assert_eq!(asked, [0, 100, 200].map(|ms| (ms, REGISTER)));
-    reader.on_heard(NODE, NmtState::Operational, at(0));
+    reader.on_heard(NODE, false, at(0));
     assert_eq!(reader.deadline(), Some(at(10_000)), "with all others");
-    reader.on_heard(NODE, NmtState::Initialising, at(250));
+    reader.on_heard(NODE, true, at(250));
     assert_eq!(reader.deadline(), Some(at(300)));
 }
 
@@ -50,7 +50,7 @@ fn a_question_without_an_answer_is_asked_three_times() {
 #[test]
 fn the_history_is_read_until_the_register_is_explained() {
     let (mut reader, mut errors) = (ErrorReader::new(PERIOD), ActiveErrors::default());
-    reader.on_heard(NODE, NmtState::Operational, at(0));
+    reader.on_heard(NODE, false, at(0));
     let history = |sub| Address::new(0x1003, sub);
     let asked = questions(&mut reader, &mut errors, |object| {
         Ok(match (object.index, object.sub) {
@@ -72,7 +72,7 @@ fn the_history_is_read_until_the_register_is_explained() {
 #[test]
 fn each_node_is_asked_once_in_a_period() {
     let (mut reader, mut errors) = (ErrorReader::new(PERIOD), ActiveErrors::default());
-    reader.on_heard(NODE, NmtState::Operational, at(5));
+    reader.on_heard(NODE, false, at(5));
     let mut asked = vec![];
     while let Some(due) = reader.deadline().filter(|due| *due < at(35_000)) {
         let Some((_, object)) = reader.question(&errors, |_| true, due) else { break };
@@ -83,6 +83,6 @@ fn each_node_is_asked_once_in_a_period() {
     reader.lose(NODE);
     assert_eq!(reader.question(&errors, |_| true, at(40_005)), None);
     assert_eq!(reader.deadline(), Some(at(50_005)), "no busy loop");
-    reader.on_heard(NODE, NmtState::Operational, at(41_000));
+    reader.on_heard(NODE, false, at(41_000));
     assert_eq!(reader.question(&errors, |_| true, at(41_000)), Some((NODE, REGISTER)));
 }

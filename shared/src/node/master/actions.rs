@@ -95,6 +95,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 out.event(MasterEvent::SecondMaster { bus });
             }
             MasterAction::RivalSilent(bus) => {
+                // Slaves may have reported to the other one.
+                self.errors.restart();
                 self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
                 self.services.next = Instant::ZERO;
                 out.event(MasterEvent::SecondMasterSilent { bus });

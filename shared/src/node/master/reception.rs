@@ -106,7 +106,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         if is_here {
             if state.allows_sdo() || state == NmtState::Initialising {
-                self.errors.on_heard(node, state, stamp.at);
+                // A slave that left Operational may have been reset where its boot-up message was not heard.
+                let may_have_booted = state == NmtState::Initialising || heard.changed && !state.allows_pdo();
+                self.errors.on_heard(node, may_have_booted, stamp.at);
             }
             self.on_monitored(node, state, stamp.at);
             self.on_ranged(node, &stamp);

@@ -2,7 +2,7 @@
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::queue;
-use ecss_can::redundancy::{MasterAction, MasterVerdict, PeerHeartbeat, Sending};
+use ecss_can::redundancy::{MasterAction, MasterVerdict, PeerHeartbeat, Sending, SlaveNews};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 
 use super::Master;
@@ -42,11 +42,12 @@ impl Master {
         }
         let Self { redundancy, boot, .. } = self;
         let may_start = |heard: PeerHeartbeat| boot.may_start(node, state, heard.returned);
-        if let Some(message) = redundancy.on_heartbeat(bus, node, state, now, may_start).command {
+        let SlaveNews { heard, command } = redundancy.on_heartbeat(bus, node, state, now, may_start);
+        if let Some(message) = command {
             self.send(message.encode(), now);
         }
         if bus == self.active() {
-            self.is_heard(node, state, now);
+            self.is_heard(node, state, heard.changed, now);
         }
         if bus == self.active() && self.boot.asks(node, state) {
             self.send(Frame::of(CobId::sdo_request(node), []), now);

@@ -81,13 +81,14 @@ impl Master {
     }
 
     /// A heartbeat on the active bus.
-    pub(super) fn is_heard(&mut self, node: NodeId, state: NmtState, now: Instant) {
+    pub(super) fn is_heard(&mut self, node: NodeId, state: NmtState, has_changed: bool, now: Instant) {
         if let Some(known) = &mut self.known
             && known.what == What::Error
             && known.defect != Some(Defect::NeverReads)
             && (state.allows_sdo() || state == NmtState::Initialising)
         {
-            known.reader.on_heard(node, state, now);
+            let may_have_booted = state == NmtState::Initialising || has_changed && !state.allows_pdo();
+            known.reader.on_heard(node, may_have_booted, now);
         }
     }
 
