@@ -14,8 +14,9 @@ const TRIES: u8 = 3;
 /// history (1003h), the newest error first, until they do.
 ///
 /// A node is asked when it is heard for the first time since [`restart`](ErrorReader::restart), when it may have booted, and
-/// once in each period: a contact that opens for the time of one frame may lose an emergency. An error that was found may end without a message, because its node sent none when it began. So the register
-/// is read once more a second later, until nothing changes. A question without an answer is asked three times.
+/// once in each period: a contact that opens for the time of one frame may lose an emergency. An error that was found may
+/// end without a message, because its node sent none when it began. So the register is read once more a second later, until
+/// nothing changes. A question without an answer is asked three times.
 ///
 /// The owner asks one question at a time, by an SDO upload of at most four bytes:
 ///

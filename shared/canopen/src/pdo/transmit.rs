@@ -338,14 +338,14 @@ impl<S: PdoSlots> Tpdos<S> {
     }
 
     /// Handles a SYNC with its counter, zero if it has none (ECSS 6.9b, e). Sends the synchronous TPDOs that are
-    /// due. `send` returns `false` if there is no room for a frame. One that an event made due then waits for the next
-    /// SYNC.
+    /// due. `send` gets the number of a TPDO, its frame, and whether an event made it due. Such a frame may wait: `send`
+    /// returns `false` if there is no room for it, and it is due again at the next SYNC.
     #[inline(always)] // called from one place
     pub fn on_sync<D: Objects>(
         &mut self,
         counter: u8,
         objects: &D,
-        send: &mut impl FnMut(usize, Frame) -> bool,
+        send: &mut impl FnMut(usize, Frame, bool) -> bool,
     ) {
         for (number, pdo) in self.pdos.as_mut().iter_mut().take(self.synchronous).enumerate() {
             let syncs = match pdo.syncs {
@@ -362,7 +362,8 @@ impl<S: PdoSlots> Tpdos<S> {
             }
             // Type 0 is idle until the next event.
             pdo.syncs = pdo.transmission;
-            if !pdo.send(objects, |frame| send(number, frame)) && pdo.transmission == 0 {
+            let may_wait = pdo.transmission == 0;
+            if !pdo.send(objects, |frame| send(number, frame, may_wait)) && may_wait {
                 pdo.syncs = 1;
             }
         }

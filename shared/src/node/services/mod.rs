@@ -447,9 +447,9 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
     #[inline(always)] // called from one place
-    fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame) -> bool) {
+    fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame, bool) -> bool) {
         let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
-        tpdos.on_sync(counter, objects, &mut |_, frame| send(frame));
+        tpdos.on_sync(counter, objects, &mut |_, frame, may_wait| send(frame, may_wait));
     }
 
     /// Returns whether RPDOs wait for a SYNC.

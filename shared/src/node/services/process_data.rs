@@ -94,7 +94,15 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) {
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
         let expires = (now + self.synchronous_lifetime).min(self.window_end());
-        self.sample(counter, &mut |frame| withheld == Some(frame.id()) || out.offer(bus, frame, expires));
+        self.sample(counter, &mut |frame, may_wait| {
+            if may_wait {
+                return out.offer(bus, frame, expires);
+            }
+            if withheld != Some(frame.id()) {
+                out.send_until(bus, frame, expires);
+            }
+            true
+        });
         if self.is_rpdo_waiting() {
             self.end_sync(bus, now, out);
         }

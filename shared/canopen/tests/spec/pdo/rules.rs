@@ -285,7 +285,7 @@ fn a_pdo_is_remapped_step_by_step() {
     device.wide.i16 = 0x1234;
     tpdos.start(ms(0));
     let mut sent = vec![];
-    tpdos.on_sync(0, &device, &mut |_, frame| {
+    tpdos.on_sync(0, &device, &mut |_, frame, _| {
         sent.push(frame);
         true
     });
@@ -325,7 +325,7 @@ fn there_may_be_512_each_way() {
     assert_eq!(rpdos.next(received.id(), 511), None);
     tpdos.start(ms(1));
     let mut sent = vec![];
-    tpdos.on_sync(0, &device, &mut |number, frame| {
+    tpdos.on_sync(0, &device, &mut |number, frame, _| {
         sent.push((number, frame));
         true
     });

@@ -54,7 +54,7 @@ impl Node {
     /// Which ones a SYNC sends.
     fn sync(&mut self, counter: u8) -> Vec<usize> {
         let sent = &mut self.sent;
-        self.tpdos.on_sync(counter, &self.device, &mut |number, frame| {
+        self.tpdos.on_sync(counter, &self.device, &mut |number, frame, _| {
             sent.push((number, frame));
             true
         });
@@ -115,7 +115,7 @@ fn a_sync_sends_the_values_of_now() {
     let mut sent = vec![];
     for value in [1, 2] {
         device.words[3] = value;
-        tpdos.on_sync(0, device, &mut |number, frame| {
+        tpdos.on_sync(0, device, &mut |number, frame, _| {
             sent.push((number, frame));
             true
         });
@@ -130,7 +130,7 @@ fn a_frame_is_as_long_as_its_mapping() {
     node.configure(1, parameters(0x4FF, 1), &[entry(0x6001, 1, 1), entry(0x6103, 0, 16)], ms(0)).unwrap();
     node.device.wide.i16 = -2;
     let mut sent = vec![];
-    node.tpdos.on_sync(0, &node.device, &mut |number, frame| {
+    node.tpdos.on_sync(0, &node.device, &mut |number, frame, _| {
         sent.push((number, frame));
         true
     });
@@ -388,7 +388,7 @@ fn a_configuration_that_cannot_work_changes_nothing() {
         assert_eq!(node.configure(number, parameters(0x285, transmission), mapping, ms(0)), Err(code));
     }
     let mut sent = vec![];
-    node.tpdos.on_sync(0, &node.device, &mut |number, frame| {
+    node.tpdos.on_sync(0, &node.device, &mut |number, frame, _| {
         sent.push((number, frame));
         true
     });
