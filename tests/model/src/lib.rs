@@ -11,4 +11,5 @@ pub mod property;
 pub mod slave;
 pub mod station;
 pub mod watch;
+pub mod what;
 pub mod world;

@@ -21,7 +21,7 @@ use crate::profile::{
     SILENT_SHARE,
 };
 use crate::station::{Outgoing, Station};
-use crate::world::What;
+use crate::what::What;
 
 /// A master.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -14,7 +14,7 @@ use ecss_can::types::{
 use crate::defect::{self, Defect};
 use crate::profile::{GRACE, PARALLEL, PARAMETERS};
 use crate::station::{Outgoing, Station};
-use crate::world::What;
+use crate::what::What;
 use adapter::{Adapter, Node};
 use reports::Reports;
 

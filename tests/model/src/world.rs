@@ -14,7 +14,8 @@ use crate::master::Master;
 use crate::profile::{PARALLEL, PARAMETERS, SELECTIVE, TICK};
 use crate::slave::Slave;
 use crate::station::Station;
-pub use crew::{Crew, Reporter, What};
+use crate::what::What;
+pub use crew::{Crew, Reporter};
 pub use fault::{Fault, Kind, Message};
 pub use report::Report;
 

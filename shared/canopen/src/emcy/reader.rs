@@ -2,7 +2,6 @@
 
 use super::objects::{ERRORS, REGISTER};
 use super::{ActiveErrors, ErrorRegister};
-use crate::sdo::Error;
 use crate::types::{Address, Canonical, Duration, Instant, NodeId};
 
 /// From an error that was found in the history, or a register in an emergency, to the next look at the register.
@@ -21,7 +20,7 @@ const TRIES: u8 = 3;
 /// The owner asks one question at a time, by an SDO upload of at most four bytes:
 ///
 /// ```
-/// use async_canopen::emcy::{ActiveErrors, ErrorReader};
+/// use async_canopen::emcy::{ActiveErrors, Answer, ErrorReader};
 /// use async_canopen::types::{Duration, Instant, NodeId};
 ///
 /// let (node, timeout, now) = (NodeId::of::<5>(), Duration::from_millis(100), Instant::ZERO);
@@ -32,7 +31,7 @@ const TRIES: u8 = 3;
 /// while reader.deadline().is_some_and(|due| due <= now)
 ///     && let Some((_, _object)) = reader.question(&errors, |_| true, now)
 /// {
-///     reader.on_answer(Ok(answers.next().unwrap()), &mut errors, timeout, now);
+///     reader.on_answer(Answer::Value(answers.next().unwrap()), &mut errors, timeout, now);
 /// }
 /// assert_eq!(errors.iter().count(), 1);
 /// ```
@@ -53,6 +52,19 @@ pub struct ErrorReader {
     #[canonical(due)]
     again_at: Instant,
     question: Option<Question>,
+}
+
+/// Outcome of a question.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The value of the object.
+    Value(u32),
+    /// The node has no such object, or its answer is none that an object of four bytes has.
+    Refused,
+    /// No answer came.
+    Missing,
+    /// The bus changed meanwhile.
+    BusChanged,
 }
 
 /// What is read next, or is being read.
@@ -177,25 +189,24 @@ impl ErrorReader {
         None
     }
 
-    /// Takes the outcome of the question: the value, or why there is none. `timeout`: after a question without an answer
-    /// the SDO client is free for others for this time. Returns the node if its known errors changed.
+    /// Takes the outcome of the question. `timeout`: after a question without an answer the SDO client is free for others for this time. Returns the node if its known errors changed.
     pub fn on_answer(
         &mut self,
-        outcome: Result<u32, Error>,
+        answer: Answer,
         errors: &mut ActiveErrors,
         timeout: Duration,
         now: Instant,
     ) -> Option<NodeId> {
         let question = self.question.take()?;
-        match outcome {
-            Ok(value) => self.question = answered(question, value, errors),
-            Err(Error::BusChanged) => self.wanted |= 1 << question.node.get(),
-            Err(Error::Timeout) => {
+        match answer {
+            Answer::Value(value) => self.question = answered(question, value, errors),
+            Answer::BusChanged => self.wanted |= 1 << question.node.get(),
+            Answer::Missing => {
                 self.not_before = now + timeout;
                 let tries = question.tries + 1;
                 self.question = (tries < TRIES).then_some(Question { tries, ..question });
             }
-            Err(Error::Abort(_) | Error::UnknownAbort(_) | Error::Protocol(_) | Error::TooLarge) => {}
+            Answer::Refused => {}
         }
         let has_changed = self.question.is_none() && errors.of(question.node) != question.known;
         if has_changed {

@@ -7,10 +7,10 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
-use crate::emcy::{ActiveError, Emergency};
+use crate::emcy::{ActiveError, Answer, Emergency};
 use crate::node::Device;
 use crate::redundancy::MasterBoards;
-use crate::sdo::Mode;
+use crate::sdo::{Error, Mode};
 use crate::types::{Duration, Instant, NodeId};
 
 /// Between two looks at the register of each slave.
@@ -70,9 +70,14 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let Some(outcome) = client.outcome() else { return };
         self.transfers.owner = Owner::Nobody;
         let errors = &mut self.services.dictionary.objects.application.errors;
-        let outcome = outcome.map(|_| u32::from_le_bytes(value));
+        let answer = match outcome {
+            Ok(_) => Answer::Value(u32::from_le_bytes(value)),
+            Err(Error::Timeout) => Answer::Missing,
+            Err(Error::BusChanged) => Answer::BusChanged,
+            Err(_) => Answer::Refused,
+        };
         let timeout = self.services.lifetimes.sdo;
-        if let Some(node) = self.errors.on_answer(outcome, errors, timeout, until) {
+        if let Some(node) = self.errors.on_answer(answer, errors, timeout, until) {
             out.event(MasterEvent::ErrorsRead { node });
         }
     }

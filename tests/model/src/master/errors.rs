@@ -1,8 +1,7 @@
 //! What a master of the model knows of its slaves: it follows their emergencies and values, and reads the errors that it may
 //! not have heard, by the machines that fly.
 
-use ecss_can::emcy::{ActiveError, ActiveErrors, Emergency, ErrorReader};
-use ecss_can::sdo::Error;
+use ecss_can::emcy::{ActiveError, ActiveErrors, Answer, Emergency, ErrorReader};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, earliest,
 };
@@ -10,9 +9,8 @@ use ecss_can::types::{
 use super::Master;
 use crate::defect::Defect;
 use crate::profile::{NO_ROUNDS, PARAMETERS};
-use crate::slave::reports::{ERROR, SOURCE, value_id};
 use crate::station::Station;
-use crate::world::What;
+use crate::what::{ERROR, SOURCE, What, value_id};
 
 /// Time for an answer.
 const TIMEOUT: Duration = PARAMETERS.producer;
@@ -59,9 +57,9 @@ impl Known {
         self.reader.restart();
     }
 
-    fn answered(&mut self, outcome: Result<u32, Error>, now: Instant) {
+    fn answered(&mut self, answer: Answer, now: Instant) {
         self.asked = None;
-        self.reader.on_answer(outcome, &mut self.errors, TIMEOUT, now);
+        self.reader.on_answer(answer, &mut self.errors, TIMEOUT, now);
     }
 }
 
@@ -121,7 +119,7 @@ impl Master {
             && known.asked.is_some()
             && let &[a, b, c, d] = frame.data()
         {
-            known.answered(Ok(u32::from_le_bytes([a, b, c, d])), now);
+            known.answered(Answer::Value(u32::from_le_bytes([a, b, c, d])), now);
         }
     }
 
@@ -131,7 +129,7 @@ impl Master {
         let peers = self.redundancy.peers();
         let Some(known) = &mut self.known else { return };
         if known.asked.is_some_and(|end| end <= now) {
-            known.answered(Err(Error::Timeout), now);
+            known.answered(Answer::Missing, now);
         }
         if known.asked.is_none()
             && known.reader.deadline().is_some_and(|due| due <= now)

@@ -1,6 +1,6 @@
 //! What the application of a slave reports: one error by the producer that flies, and one value.
 
-use ecss_can::emcy::{Config, ErrorCode, Producer};
+use ecss_can::emcy::{Config, Producer};
 use ecss_can::types::{
     Address, Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, earliest,
 };
@@ -8,22 +8,13 @@ use ecss_can::types::{
 use super::Slave;
 use crate::defect::Defect;
 use crate::station::Station;
-use crate::world::What;
+use crate::what::{ERROR, SOURCE, What, value_id};
 
-/// The error.
-pub const ERROR: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
-/// Its source.
-pub const SOURCE: u8 = 1;
 /// From a frame of the value that was not sent to the next one.
 const RETRY: Duration = Duration::from_millis(50);
 
 /// From an overrun to the announcement: a receiver that is too slow loses many frames.
 const AFTER_OVERRUN: Duration = Duration::from_millis(1_000);
-
-/// COB-ID of the transmit PDO with the value.
-pub fn value_id(node: NodeId) -> CobId {
-    CobId::new(0x280 + u16::from(node.get())).expect("a COB-ID")
-}
 
 /// Error and value of a slave.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -4,6 +4,7 @@ use ecss_can::redundancy::Strap;
 
 use super::SLAVES;
 use crate::master::Master;
+use crate::what::What;
 
 /// Who is there beside the two slaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,21 +29,12 @@ pub enum Crew {
     TwoMastersWithReports,
 }
 
-/// What a slave reports.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum What {
-    /// An error, which appears, is gone, and appears again.
-    Error,
-    /// A value that is declared as a state. It changes once.
-    Value,
-}
-
 /// The slave that reports, and what is around it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Reporter {
     /// Place of the slave: one has parallel access, one selective access.
     pub place: usize,
-    /// What it reports: one is searched without the other, because neither depends on it.
+    /// What it reports.
     pub what: What,
     /// Another node acknowledges on both buses, also where no master hears the slave.
     pub has_witness: bool,

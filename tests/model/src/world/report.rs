@@ -2,7 +2,8 @@
 
 use ecss_can::types::Instant;
 
-use super::{What, World};
+use super::World;
+use crate::what::What;
 
 /// What comes between two moments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
