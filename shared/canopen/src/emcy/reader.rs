@@ -189,7 +189,8 @@ impl ErrorReader {
         None
     }
 
-    /// Takes the outcome of the question. `timeout`: after a question without an answer the SDO client is free for others for this time. Returns the node if its known errors changed.
+    /// Takes the outcome of the question. `timeout`: after a question without an answer the SDO client is free for others for
+    /// this time. Returns the node if its known errors changed.
     pub fn on_answer(
         &mut self,
         answer: Answer,
