@@ -20,8 +20,8 @@ impl World {
     /// The report that can come now.
     pub fn possible_report(&self) -> Option<Report> {
         let powered = self.reporter.filter(|reporter| self.is_powered(reporter.place));
-        let Some(reporter) = powered.filter(|_| self.reports > 0) else { return None };
-        let Some(reports) = self.slaves[reporter.place - 1].reports() else { return None };
+        let reporter = powered.filter(|_| self.reports > 0)?;
+        let reports = self.slaves[reporter.place - 1].reports()?;
         Some(match reporter.what {
             What::Error if reports.is_wrong => Report::Right,
             What::Error => Report::Wrong,
