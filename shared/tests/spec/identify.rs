@@ -10,7 +10,7 @@ use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::NodeId;
 
-use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::master_device::{BOOTS_TWO, powered, read};
 
 const WHO: [u8; 8] = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
@@ -243,4 +243,41 @@ fn unassigned_node_is_lost_after_two_of_its_periods() {
     assert!(!master.events.contains(&lost));
     master.run_until(ms(4_450));
     assert!(master.events.contains(&lost));
+}
+
+/// Given a slave that the master asked for its errors, when a second master is silent again, then the master asks once more: the slave
+/// may have reported to the other one.
+#[test]
+fn errors_are_asked_for_after_a_second_master() {
+    let mut master = powered(&STANDARD);
+    master.has_no_errors = false;
+    let heartbeat = frame(0x701, &[5]);
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    master.receive(NOMINAL, 0x704, &[0x05]);
+    master.receive(NOMINAL, 0x584, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    let questions = |master: &Bench<Master>| {
+        let is_question = |data: &[u8]| data == [0x40, 0x01, 0x10, 0, 0, 0, 0, 0];
+        master
+            .frames()
+            .iter()
+            .filter(|(_, frame)| frame.id().raw() == 0x604 && is_question(frame.data()))
+            .count()
+    };
+    let run = |master: &mut Bench<Master>, until: u64, with_rival: bool| {
+        while master.now < ms(until) {
+            let next = master.now + span(50);
+            master.run_until(next);
+            master.receive(NOMINAL, 0x704, &[0x05]);
+            master.transmitted(NOMINAL, heartbeat);
+            if with_rival {
+                master.receive(NOMINAL, 0x701, &[5]);
+            }
+        }
+    };
+    run(&mut master, 50, false);
+    master.receive(NOMINAL, 0x584, &[0x4F, 0x01, 0x10, 0, 0, 0, 0, 0]);
+    assert_eq!(questions(&master), 1);
+    run(&mut master, 300, true);
+    run(&mut master, 2_000, false);
+    assert!(questions(&master) > 1, "it asked once");
 }

@@ -11,6 +11,7 @@ mod boot_running;
 mod canonical;
 mod cob_id;
 mod emcy;
+mod error_history;
 mod error_reader;
 mod heartbeat;
 mod link;

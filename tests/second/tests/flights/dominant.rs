@@ -64,8 +64,8 @@ fn the_end_of_an_error_on_a_dominant_bus_is_never_reported_alone() {
     flight.assert_sound();
 }
 
-/// Given a PDO that is sent on events and is no state, when its frame falls into 0.7 s of a dominant bus, then it is not sent later, and
-/// its application is told which value was not sent.
+/// Given a PDO that is sent on events and is no state, when its frame falls into 0.7 s of a dominant bus, then the slave does not
+/// send it later. Its application gets the value that was not sent.
 #[test]
 fn the_application_is_told_which_event_a_dominant_bus_took() {
     // TPDO 5: value 6210h, inhibit time 500 ms.
