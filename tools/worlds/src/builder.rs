@@ -175,3 +175,28 @@ impl Builder {
         found.unwrap_or_else(|| panic!("{key:?} is no node of this world"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use can_wire::time::TICKS_PER_US;
+    use can_wire::timing::Quantum;
+    use ecss_can::link::bit_timing::{BitTiming as Settings, Hertz, Limits, Range};
+    use ecss_can::profile::Profile;
+
+    use super::*;
+
+    /// The bit timing of a world is the one that bxCAN is set to on the pyboard, whose APB1 has 42 MHz, with the default profile.
+    #[test]
+    fn a_world_has_the_bit_timing_of_the_boards() {
+        let bxcan = Limits {
+            prescaler: Range::new(1, 1024),
+            segment1: Range::new(1, 16),
+            segment2: Range::new(1, 8),
+            jump_width: 4,
+        };
+        let set = Settings::new(&bxcan, Hertz(42_000_000), &Profile::DEFAULT.network).unwrap();
+        let quantum = Quantum::new(TICKS_PER_US * u64::from(set.prescaler()), 42);
+        let timing = BitTiming::new(quantum, set.segment1(), set.segment2(), set.jump_width());
+        assert_eq!(World::builder().timing, timing);
+    }
+}

@@ -36,16 +36,16 @@ pub struct BitTiming {
 }
 
 impl BitTiming {
-    /// 1 Mbit/s in 21 quanta of 1/21 us, sample point 81 %, SJW 4.
+    /// 1 Mbit/s in 14 quanta of 1/14 us, sample point 86 %, SJW 1: bxCAN behind a clock of 42 MHz with prescaler 3.
     pub const MEGABIT: BitTiming =
-        BitTiming { quantum: Quantum(Fine::from_time(Time(16))), segment1: 16, segment2: 4, jump_width: 4 };
+        BitTiming { quantum: Quantum(Fine::from_time(Time(24))), segment1: 11, segment2: 2, jump_width: 1 };
 
     /// As [`BitTiming::MEGABIT`], at another bit rate.
     ///
     /// # Panics
     /// When it is zero.
     pub fn kbit(kbit_per_s: u32) -> Self {
-        BitTiming { quantum: Quantum::new(16_000, kbit_per_s.into()), ..BitTiming::MEGABIT }
+        BitTiming { quantum: Quantum::new(24_000, kbit_per_s.into()), ..BitTiming::MEGABIT }
     }
 
     /// `segment1` holds PROP_SEG and PHASE_SEG1; all in quanta.

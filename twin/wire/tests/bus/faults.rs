@@ -515,18 +515,18 @@ fn a_short_starts_the_wait_for_the_bus_anew() {
     assert_eq!(bench.stations[0].told(WireEvent::Joined), [us(41)]);
 }
 
-/// A line that has long been dominant, with REC at its end: the sample point of the bit at 401 us, 272 ticks into it,
-/// sees recessive, the next one dominant again. The falling edge at 284 ticks resynchronises: that next bit begins with
-/// the quantum that holds the edge, at 272 ticks, and ends one bit later.
+/// A line that has long been dominant, with REC at its end: the sample point of the bit at 401 us, 288 ticks into it,
+/// sees recessive, the next one dominant again. The falling edge at 296 ticks resynchronises: it is two quanta early,
+/// SJW lets that next bit begin one quantum early, at 312 ticks, and it ends one bit later.
 #[test]
 fn one_recessive_sample_on_a_dominant_line_is_a_form_error() {
     let mut bench = Bench::together(vec![Station::default()]);
     bench.wire.schedule(us(50), Fault::Short { position_m: 0.0, level: false }).unwrap();
-    let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: Time(320), effect: Effect::Invert };
+    let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: Time(332), effect: Effect::Invert };
     bench.wire.schedule(us(400) + Time(300), glitch).unwrap();
     bench.leap(us(500));
     assert_eq!(rec(&bench, 0), 255);
-    assert_eq!(errors(&bench, 0).last(), Some(&(us(402) + Time(272), receive_error(ErrorKind::Form))));
+    assert_eq!(errors(&bench, 0).last(), Some(&(us(402) + Time(312), receive_error(ErrorKind::Form))));
 }
 
 /// The SOF of node 0 ends at the instant at which its driver sticks: the line stays dominant.

@@ -12,9 +12,14 @@ use can_wire::wire::WireConfig;
 /// A quantum of 1 Mbit/s in 21 quanta, ticks; the sample point lies 17 quanta after the start of a bit.
 const QUANTUM: u64 = 16;
 
-/// As in [`BitTiming::MEGABIT`], with another jump width.
+/// 21 quanta of 1/21 us: more of them than [`BitTiming::MEGABIT`] has, so that bounds lie further apart.
 fn megabit(jump_width: u8) -> BitTiming {
     BitTiming::new(Quantum::new(QUANTUM, 1), 16, 4, jump_width)
+}
+
+/// A node with SJW 4.
+fn node() -> Station {
+    Station::with_timing(megabit(4))
 }
 
 /// 3Ch eight times after a DLC of 8: `1000 001111 0000 1111 ...` is stuffed to five dominant and five recessive bits in
@@ -47,7 +52,7 @@ fn phases() -> impl Iterator<Item = Time> {
 /// synchronisation may take from the beginning: 1.94 % for both clocks together break it, 2.43 % in every phase.
 #[test]
 fn clocks_may_be_off_as_far_as_resynchronisation_makes_up_for() {
-    let fast = |ppm: i32| BitTiming::MEGABIT.fast_by(1000 * ppm);
+    let fast = |ppm: i32| megabit(4).fast_by(1000 * ppm);
     for at in phases() {
         for sign in [1, -1] {
             let df = sign * 9_400;
@@ -81,7 +86,7 @@ fn a_small_jump_width_tolerates_less() {
 fn within_the_published_tolerance_nothing_goes_wrong() {
     let mut rng = fastrand::Rng::with_seed(3);
     let df = 7_400_000;
-    let timings = [df, -df, 0, df / 2].map(|ppb| BitTiming::MEGABIT.fast_by(ppb));
+    let timings = [df, -df, 0, df / 2].map(|ppb| megabit(4).fast_by(ppb));
     let mut stations: Vec<Station> = timings.map(Station::with_timing).into();
     for n in 0..400u64 {
         let node = n as usize % 4;
@@ -146,10 +151,7 @@ fn contenders_of_different_bit_rates_destroy_each_other() {
 fn a_wire_too_long_breaks_the_acknowledgement() {
     let first = |metres: f64, transceiver_ns: u32, at: Time| {
         let config = WireConfig { transceiver_ns, ..WireConfig::default() };
-        let mut bench = Bench::new(
-            config,
-            vec![(0.0, Station::default().sending(at, sync())), (metres, Station::default())],
-        );
+        let mut bench = Bench::new(config, vec![(0.0, node().sending(at, sync())), (metres, node())]);
         bench.leap(at + us(49));
         (sent(&bench, 0).len(), errors(&bench, 0).first().map(|&(_, event)| event))
     };
@@ -165,7 +167,7 @@ fn a_wire_too_long_breaks_the_acknowledgement() {
 
 /// A frame that a line shows recessive for some ticks of bit 6, which is dominant like the bits around it.
 fn recessive_spike(from: u64, to: u64) -> usize {
-    let mut bench = sender_and(2);
+    let mut bench = Bench::together(vec![node().sending(us(SOF), sync()), node(), node()]);
     let spike =
         Fault::Glitch { nodes: Nodes::of(&[1]), duration: Time(to - from), effect: Effect::Recessive };
     bench.wire.schedule(us(SOF + 6) + Time(from), spike).unwrap();
@@ -188,8 +190,7 @@ fn only_the_sample_point_counts() {
 fn a_sof_synchronises_hard_at_any_phase() {
     for tick in 0..336 {
         let at = us(SOF) + Time(tick);
-        let mut bench =
-            Bench::together(vec![Station::default().sending(at, rare_edges()), Station::default()]);
+        let mut bench = Bench::together(vec![node().sending(at, rare_edges()), node()]);
         bench.leap(us(300));
         let valid = received(&bench, 1)[0].0;
         let length = sent(&bench, 0)[0].since(at);

@@ -29,8 +29,8 @@ fn a_frame_bit_by_bit() {
         assert_eq!(&digits(lane)[38..], "1011111111111");
         for (n, bit) in lane.bits.iter().enumerate() {
             assert_eq!((bit.start, bit.end), (us(20 + n as u64), us(21 + n as u64)));
-            // SYNC_SEG and segment 1: 17 of 21 quanta.
-            assert_eq!(bit.sample, bit.start + Time(16 * 17));
+            // SYNC_SEG and segment 1: 12 of 14 quanta.
+            assert_eq!(bit.sample, bit.start + Time(24 * 12));
             assert_eq!((bit.resynchronised, bit.flipped), (0, false));
         }
         let fields: Vec<Field> = lane.bits.iter().map(|bit| bit.field).collect();
@@ -65,18 +65,18 @@ fn a_frame_bit_by_bit() {
     assert_eq!(receiver.events, [(us(67), WireEvent::Received(sync()))]);
 }
 
-/// 40 m are 200 ns, 67.2 ticks. The receiver begins with the quantum that holds the edge, 64 ticks late, and its
-/// acknowledgement is back 131.2 ticks after the sender's ACK slot began: later than SJW, four quanta of 16 ticks.
+/// 40 m are 200 ns, 67.2 ticks. The receiver begins with the quantum that holds the edge, 48 ticks late, and its
+/// acknowledgement is back 115.2 ticks after the sender's ACK slot began: later than SJW, one quantum of 24 ticks.
 #[test]
 fn an_acknowledgement_from_afar_makes_the_slot_longer() {
     let sender = Station::default().sending(us(SOF), sync());
     let stations = vec![(0.0, sender), (40.0, Station::default())];
     let waveform = record(&mut Bench::new(WireConfig::default(), stations), 15, 75);
     let [sender, receiver] = &waveform.lanes[..] else { panic!("two nodes") };
-    assert_eq!((receiver.position_m, receiver.bits[0].start), (40.0, us(20) + Time(64)));
+    assert_eq!((receiver.position_m, receiver.bits[0].start), (40.0, us(20) + Time(48)));
     assert_eq!(receiver.line[1], (us(20) + Time(67), false));
     let slot = sender.bits[ACK_SLOT];
-    assert_eq!((slot.resynchronised, slot.end - slot.start), (64, Time(336 + 64)));
+    assert_eq!((slot.resynchronised, slot.end - slot.start), (24, Time(336 + 24)));
     assert_eq!(sender.bits.iter().filter(|bit| bit.resynchronised != 0).count(), 1);
 }
 
