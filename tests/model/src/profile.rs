@@ -3,6 +3,7 @@
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{BusAccess, MasterSetup, Pair, Parameters};
 use ecss_can::types::{Bus, Duration, NodeId};
+use host_worlds::judge::Bounds;
 
 /// Nodes have Node-IDs below.
 pub const PLACES: usize = 4;
@@ -54,5 +55,30 @@ pub const MASTER_SETUP: MasterSetup = MasterSetup {
 };
 /// Two master boards: the standby takes over after 8 ticks, boards listen for 14 and 18.
 pub const PAIR: Pair = Profile::PAIR;
-/// Between two looks at the error register of a slave: none, because they would hide what the announcements miss.
+/// Between two looks at the error register of a slave: none, because they would hide what the announcements miss. Where there are
+/// rounds, [`begin_round`](crate::world::World::begin_round) makes one.
 pub const NO_ROUNDS: Duration = Duration::from_micros(u64::MAX);
+/// An error that was read from a history may have ended without a message: the master reads the register again 1 s later.
+const SECOND_LOOK: Duration = Duration::from_millis(1_000);
+/// From the begin of a round to its end: the next heartbeat, the questions, and the second look.
+const ROUND: Duration = Duration::from_millis(1_500);
+
+/// How long a rule may not hold after the last fault.
+pub fn bounds() -> Bounds {
+    Bounds::new(&PARAMETERS, DWELL, &PAIR)
+}
+
+/// Whole ticks of a time.
+pub fn ticks(span: Duration) -> u8 {
+    u8::try_from(span.as_micros() / TICK.as_micros()).unwrap_or(u8::MAX)
+}
+
+/// Ticks after the last fault in which the master learns a report without a round.
+pub fn without_round() -> u8 {
+    ticks(bounds().service + SECOND_LOOK)
+}
+
+/// Ticks after the last fault in which it does with the round that begins then.
+pub fn with_round() -> u8 {
+    without_round() + ticks(ROUND)
+}

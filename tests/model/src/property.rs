@@ -1,9 +1,8 @@
 //! What holds at any time.
 
-use ecss_can::types::Duration;
 use host_worlds::judge::Bounds;
 
-use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
+use crate::profile::{bounds, ticks, with_round, without_round};
 use crate::watch::Watched;
 
 /// Something that holds in every state.
@@ -55,18 +54,8 @@ pub const BDEFAULT: Property = Property {
 /// Errors and values of a slave.
 pub const KNOWN: Property = Property {
     name: "what a slave in reach has reported is known to its master within the bound",
-    holds: |it| it.unknown <= ticks(bounds().service + SECOND_LOOK),
+    holds: |it| it.unknown <= if it.world.has_rounds() { with_round() } else { without_round() },
 };
-/// An error that was read from a history may have ended without a message: the master reads the register again 1 s later.
-const SECOND_LOOK: Duration = Duration::from_millis(1_000);
 
 /// All of them.
 pub const ALL: [Property; 8] = [SERVED, AGREED, SETTLED, ONE_ACTIVE, ROLES, CTOGGLE, BDEFAULT, KNOWN];
-
-fn bounds() -> Bounds {
-    Bounds::new(&PARAMETERS, DWELL, &PAIR)
-}
-
-fn ticks(span: Duration) -> u8 {
-    u8::try_from(span.as_micros() / TICK.as_micros()).unwrap_or(u8::MAX)
-}

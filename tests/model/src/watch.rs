@@ -5,7 +5,7 @@ use ecss_can::types::{Bus, Canonical, Instant, PerBus};
 use host_worlds::judge::{self, Command, Slave, View, Watch};
 
 use crate::defect::Defect;
-use crate::profile::PARAMETERS;
+use crate::profile::{PARAMETERS, without_round};
 use crate::station::Station;
 use crate::world::{Crew, Fault, MASTERS, Report, World};
 
@@ -80,7 +80,11 @@ impl Watched {
         look(&mut self.watch, &self.world, ticks);
         let is_calm = self.world.left == 0 && self.world.reports == 0 && !self.world.is_losing();
         let is_unknown = is_calm && with_view(&self.world, |view| is_unknown(view, &self.world));
-        self.unknown = if is_unknown { self.unknown.saturating_add(ticks as u8) } else { 0 };
+        let before = self.unknown;
+        self.unknown = if is_unknown { before.saturating_add(ticks as u8) } else { 0 };
+        if self.world.has_rounds() && before < without_round() && self.unknown >= without_round() {
+            self.world.begin_round(now);
+        }
         now
     }
 }

@@ -23,8 +23,10 @@ pub use report::Report;
 pub const STATIONS: usize = 4;
 /// Reports of an error: it appears, is gone, and appears again. With three faults, not again: there are too many states.
 const fn reports(faults: u8) -> u8 {
-    if faults < 3 { 3 } else { 2 }
+    if faults <= MOST_WITHOUT_ROUNDS { 3 } else { 2 }
 }
+/// With more faults a report may be lost unnoticed by all, and only a round finds it.
+const MOST_WITHOUT_ROUNDS: u8 = 2;
 /// Places of the slaves.
 const SLAVES: [usize; 2] = [1, 2];
 /// Places of the masters.
@@ -49,8 +51,10 @@ pub struct World {
     pub reports: u8,
     /// The slave that reports: the other one is not there.
     reporter: Option<Reporter>,
-    /// With reports, the stub of a master that was cut last is not mended before.
+    /// With reports and without rounds, the stub of a master that was cut last is not mended before.
     mended_at: Instant,
+    /// The master asks for errors, and the slave sends its value, also at intervals.
+    has_rounds: bool,
     /// Equal frames of the same moment are one.
     is_in_step: bool,
     /// Applications and budgets act, and controllers of the master go bus-off.
@@ -91,6 +95,7 @@ impl World {
             },
             reporter,
             mended_at: Instant::ORIGIN,
+            has_rounds: faults > MOST_WITHOUT_ROUNDS,
             is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
             is_in_use: crew == Crew::OneMasterInUse,
             is_memory_kept: crew == Crew::OneMasterUnassigned,
@@ -170,7 +175,7 @@ impl World {
         match fault {
             Fault::Cut(bus, place) => {
                 self.cut |= stub(bus, place);
-                if self.reporter.is_some() && MASTERS.contains(&place) {
+                if self.reporter.is_some() && !self.has_rounds && MASTERS.contains(&place) {
                     self.mended_at = now + PARAMETERS.consumer;
                 }
             }

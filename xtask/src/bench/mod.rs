@@ -7,6 +7,7 @@ mod areas;
 mod callgrind;
 mod clocks;
 mod context;
+mod figures;
 mod page;
 mod rig;
 mod row;
@@ -76,7 +77,7 @@ struct Output {
     #[arg(long, conflicts_with = "store")]
     check: bool,
 
-    /// Store the rows of this run in xtask/bench/stored.json, with which --check compares, and in the tables of docs/performance.md
+    /// Store the rows of this run in xtask/bench/stored.json, with which --check compares, and in the pages that show them
     #[arg(long)]
     store: bool,
 
@@ -203,7 +204,8 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
         let commit = commit();
         areas.iter().try_for_each(|(area, rows)| stored.replace(area, rows, compiler, &commit))?;
         stored.write(&path)?;
-        return page::update(&page::path(), &stored);
+        page::update(&page::path(), &stored)?;
+        return figures::update(&stored);
     }
     if output.check {
         let stored = Stored::read(&path)?;

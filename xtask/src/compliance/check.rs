@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::requirements::{Deviation, Requirement, Who};
+use super::requirements::{Interpretation, Requirement, Who};
 use super::tags::Tag;
 
 /// A test that names more verifies none of them well.
@@ -36,16 +36,20 @@ pub fn check(requirements: &[Requirement], tags: &[Tag]) -> Vec<String> {
     findings
 }
 
-/// Deviations that name no requirement or no page of `docs`, or that are no sentence.
-pub fn check_deviations(requirements: &[Requirement], deviations: &[Deviation], docs: &Path) -> Vec<String> {
-    let wrong = deviations.iter().filter_map(|Deviation { id, text, page }| {
+/// Interpretations that name no requirement or no page of `docs`, or that are no sentence.
+pub fn check_interpretations(
+    requirements: &[Requirement],
+    interpretations: &[Interpretation],
+    docs: &Path,
+) -> Vec<String> {
+    let wrong = interpretations.iter().filter_map(|Interpretation { id, text, page, .. }| {
         let file = page.split('#').next().unwrap_or_default();
         let reason = if requirements.iter().all(|row| row.id != *id) {
-            "its deviation names no requirement"
+            "its interpretation names no requirement"
         } else if text.is_empty() || !text.ends_with('.') {
-            "its deviation is no sentence"
+            "its interpretation is no sentence"
         } else if !file.ends_with(".md") || !docs.join(file).is_file() {
-            "its deviation names no page of docs"
+            "its interpretation names no page of docs"
         } else {
             return None;
         };

@@ -2,8 +2,8 @@
 //!
 //! Requirements are rows of `xtask/compliance/data/requirements.csv`, in our own words. A test names what it verifies in its doc comment:
 //! `Verifies: ECSS 8.3.3h`. Both together are `docs/compliance.md`, with our
-//! deviations, rows of `data/deviations.csv`. The second table of that page is `data/table_11_1.csv`:
-//! what Table 11-1 says of each part of CiA 301, and where we deviate.
+//! readings, extensions and deviations, rows of `data/interpretations.csv`. The second table of that page is `data/table_11_1.csv`:
+//! what Table 11-1 says of each part of CiA 301, and what we have of it.
 
 mod check;
 mod page;
@@ -20,13 +20,13 @@ use clap::Args;
 use firmware_images::support::output;
 use firmware_images::support::project::path;
 
-use check::{check, check_deviations};
-use requirements::{clauses, deviations, requirements};
+use check::{check, check_interpretations};
+use requirements::{Kind, Who, clauses, interpretations, requirements};
 use sources::read_all;
 
 /// The page that it writes, from the root of the repository.
 const PAGE: &str = "docs/compliance.md";
-/// Folder of the pages that deviations name.
+/// Folder of the pages that interpretations name.
 const DOCS: &str = "docs";
 
 /// Command line of `compliance`.
@@ -37,6 +37,14 @@ pub struct Options {
     check: bool,
 }
 
+/// Names and numbers of what the tables have: all requirements, those on software, and those with a deviation.
+pub fn numbers() -> [(&'static str, usize); 3] {
+    let (requirements, interpretations) = (requirements(), interpretations());
+    let of_software = requirements.iter().filter(|row| row.who == Who::Software).count();
+    let deviations = page::of_kind(&requirements, &interpretations, Kind::Deviation);
+    [("all", requirements.len()), ("software", of_software), ("with_deviations", deviations)]
+}
+
 /// Writes the page, or checks it. Prints how many requirements are traced.
 ///
 /// # Errors
@@ -45,10 +53,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let requirements = requirements();
     let tags = read_all(&path("."))?;
     let mut findings = check(&requirements, &tags);
-    findings.extend(check_deviations(&requirements, &deviations(), &path(DOCS)));
-    let text = page::write(&requirements, &deviations(), &clauses(), &tags);
+    findings.extend(check_interpretations(&requirements, &interpretations(), &path(DOCS)));
+    let text = page::write(&requirements, &interpretations(), &clauses(), &tags);
     let page = path(PAGE);
-    output::line(page::summary(&requirements, &tags))?;
+    output::line(page::summary(&requirements, &interpretations(), &tags))?;
     if !options.check {
         fs::write(&page, text).with_context(|| format!("cannot write {}", page.display()))?;
         findings.iter().for_each(output::warn);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::requirements::{Clause, Deviation, Requirement, Who};
+use super::requirements::{Clause, Interpretation, Kind, Requirement, Who};
 use super::tags::Tag;
 
 const HEAD: &str = "# Compliance
@@ -10,8 +10,11 @@ const HEAD: &str = "# Compliance
 Written by `cargo xtask compliance`; do not edit. `cargo xtask compliance --check` fails if a tag names no requirement, stands on
 no test that runs, or a requirement on software has no test.
 
-The column \"deviation\" says where we do something else than the text, or read an unclear text in one way. Its link leads to the
-decision.
+Three columns say how the software interprets a requirement. Their links lead to the decisions.
+
+* reading: the text is unclear, or contradicts another one, and we take it in one way.
+* extension: we meet the text and do more than it asks for.
+* deviation: we do not do what the text says (ECSS-S-ST-00-01C). Your customer has to agree.
 
 ";
 
@@ -20,73 +23,92 @@ const BEFORE_CLAUSES: &str = "
 
 A applicable, O optional, NA not used, R for reference, as the standard has it.
 
-| section | subject | | we have | deviation and reason |
+| section | subject | | we have | why less or more |
 | --- | --- | --- | --- | --- |
 ";
 
-/// How many requirements there are and how many are traced, in a line.
-pub fn summary(requirements: &[Requirement], tags: &[Tag]) -> String {
+/// How many requirements there are, how many are traced, and how many have each kind of interpretation, in a line.
+pub fn summary(requirements: &[Requirement], interpretations: &[Interpretation], tags: &[Tag]) -> String {
     let number = |who: Who| requirements.iter().filter(|row| row.who == who).count();
     let software = || requirements.iter().filter(|row| row.who == Who::Software);
     let traced = software().filter(|row| tests(row, tags).next().is_some()).count();
+    let of_kind = |kind| of_kind(requirements, interpretations, kind);
     format!(
-        "{} requirements: {} on software ({traced} traced to tests), {} on boards, {} on the integrator, {} tailored",
+        "{} requirements: {} on software ({traced} traced to tests), {} on boards, {} on the integrator, {} tailored; \
+         {} with a deviation, {} with an extension, {} with a reading",
         requirements.len(),
         number(Who::Software),
         number(Who::Board),
         number(Who::Integrator),
         number(Who::Tailored),
+        of_kind(Kind::Deviation),
+        of_kind(Kind::Extension),
+        of_kind(Kind::Reading),
     )
 }
 
 /// The whole page.
 pub fn write(
     requirements: &[Requirement],
-    deviations: &[Deviation],
+    interpretations: &[Interpretation],
     clauses: &[Clause],
     tags: &[Tag],
 ) -> String {
     let mut page = HEAD.to_owned();
-    let _ = writeln!(page, "{}.", summary(requirements, tags));
+    let _ = writeln!(page, "{}.", summary(requirements, interpretations, tags));
     let mut chapter = "";
     for row in requirements {
         let own = row.id.split('.').next().unwrap_or_default();
         if own != chapter {
             chapter = own;
-            let _ = write!(
-                page,
-                "\n## Clause {own}\n\n| id | requirement | who | tests | deviation | remark |\n"
-            );
-            page.push_str("| --- | --- | --- | --- | --- | --- |\n");
+            let columns =
+                ["id", "requirement", "who", "tests", "reading", "extension", "deviation", "remark"];
+            let _ = write!(page, "\n## Clause {own}\n\n| {} |\n", columns.join(" | "));
+            let _ = writeln!(page, "| {} |", columns.map(|_| "---").join(" | "));
         }
         let tests: Vec<String> = tests(row, tags).map(link).collect();
-        let own = deviations.iter().filter(|deviation| deviation.id == row.id);
-        let deviations: Vec<String> = own.map(decision).collect();
+        let ours = |kind: Kind| of(interpretations, row, kind).map(decision).collect::<Vec<_>>().join("<br>");
         let _ = writeln!(
             page,
-            "| {} | {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} |",
             row.id,
             row.text,
             row.who,
             tests.join("<br>"),
-            deviations.join("<br>"),
+            ours(Kind::Reading),
+            ours(Kind::Extension),
+            ours(Kind::Deviation),
             row.remark
         );
     }
     page.push_str(BEFORE_CLAUSES);
     for row in clauses {
-        let Clause { section, subject, applicability, ours, deviation } = row;
-        let _ = writeln!(page, "| {section} | {subject} | {applicability} | {ours} | {deviation} |");
+        let Clause { section, subject, applicability, ours, reason } = row;
+        let _ = writeln!(page, "| {section} | {subject} | {applicability} | {ours} | {reason} |");
     }
     page
+}
+
+/// How many requirements have an interpretation of this kind.
+pub fn of_kind(requirements: &[Requirement], interpretations: &[Interpretation], kind: Kind) -> usize {
+    requirements.iter().filter(|row| of(interpretations, row, kind).next().is_some()).count()
+}
+
+/// The interpretations of a requirement that are of this kind.
+fn of<'a>(
+    all: &'a [Interpretation],
+    row: &Requirement,
+    kind: Kind,
+) -> impl Iterator<Item = &'a Interpretation> {
+    all.iter().filter(move |one| one.id == row.id && one.kind == kind)
 }
 
 fn tests<'t>(row: &'t Requirement, tags: &'t [Tag]) -> impl Iterator<Item = &'t Tag> {
     tags.iter().filter(|tag| tag.runs && tag.ids.contains(&row.id))
 }
 
-fn decision(deviation: &Deviation) -> String {
-    format!("{} [Decision]({})", deviation.text, deviation.page)
+fn decision(interpretation: &Interpretation) -> String {
+    format!("{} [Decision]({})", interpretation.text, interpretation.page)
 }
 
 /// To the file alone: lines move too often.

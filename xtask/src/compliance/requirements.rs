@@ -1,4 +1,4 @@
-//! The two tables of the standard that we answer, and our deviations, as rows.
+//! The two tables of the standard that we answer, and how we interpret it, as rows.
 
 use std::fmt;
 
@@ -18,16 +18,29 @@ pub struct Requirement {
     pub remark: String,
 }
 
-/// Where we do something else than the text of a requirement, or read an unclear text in one way.
+/// How we interpret a requirement, where more than its text is needed to say what the software does.
 #[derive(Clone, Debug, Deserialize)]
-pub struct Deviation {
-    /// Requirement. One may have several deviations.
+pub struct Interpretation {
+    /// Requirement. One may have several interpretations.
     pub id: String,
+    /// How far the software is from the text.
+    pub kind: Kind,
     /// One short sentence.
-    #[serde(rename = "deviation")]
     pub text: String,
     /// Page with the decision, from `docs`, with an anchor or without.
     pub page: String,
+}
+
+/// How far an interpretation is from the text of its requirement.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// The text is unclear, or contradicts another one, and we take it in one way.
+    Reading,
+    /// We meet the text and do more than it asks for.
+    Extension,
+    /// We do not do what the text says (ECSS-S-ST-00-01C: deviation). The customer has to agree.
+    Deviation,
 }
 
 /// Who meets a requirement.
@@ -66,8 +79,8 @@ pub struct Clause {
     pub applicability: String,
     /// What we have.
     pub ours: String,
-    /// What differs from the table and why; empty if nothing does.
-    pub deviation: String,
+    /// Why we have less or more than the table asks for; empty if we do not.
+    pub reason: String,
 }
 
 /// All requirements, in the order of the standard.
@@ -75,9 +88,9 @@ pub fn requirements() -> Vec<Requirement> {
     rows(include_str!("../../compliance/data/requirements.csv"))
 }
 
-/// All deviations, in the order of the standard.
-pub fn deviations() -> Vec<Deviation> {
-    rows(include_str!("../../compliance/data/deviations.csv"))
+/// All interpretations, in the order of the standard.
+pub fn interpretations() -> Vec<Interpretation> {
+    rows(include_str!("../../compliance/data/interpretations.csv"))
 }
 
 /// Table 11-1, in its order.

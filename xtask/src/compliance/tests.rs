@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::requirements::{Deviation, Requirement, Who};
+use super::requirements::{Interpretation, Requirement};
 use super::sources::{read, root};
 use super::tags::Tag;
 use super::tags::{self, Reading};
@@ -160,49 +160,68 @@ fn docs() -> PathBuf {
 }
 
 #[test]
-fn each_deviation_names_a_requirement_and_a_page() {
-    let (requirements, deviations) = (requirements(), deviations());
-    assert_eq!(check_deviations(&requirements, &deviations, &docs()), [""; 0]);
+fn each_interpretation_names_a_requirement_and_a_page() {
+    let (requirements, interpretations) = (requirements(), interpretations());
+    assert_eq!(check_interpretations(&requirements, &interpretations, &docs()), [""; 0]);
     // In the order of the standard, and one sentence of a line.
-    let place = |deviation: &Deviation| requirements.iter().position(|row| row.id == deviation.id);
-    assert!(deviations.is_sorted_by_key(place));
-    assert!(deviations.iter().all(|deviation| deviation.text.split_whitespace().count() <= 25));
+    let place = |one: &Interpretation| requirements.iter().position(|row| row.id == one.id);
+    assert!(interpretations.is_sorted_by_key(place));
+    assert!(interpretations.iter().all(|one| one.text.split_whitespace().count() <= 25));
 }
 
 /// The errors of the standard that are known have a row each.
 #[test]
-fn known_errors_of_the_standard_are_deviations() {
-    let deviations = deviations();
+fn known_errors_of_the_standard_are_interpreted() {
+    let interpretations = interpretations();
     let known = [
         "6.4a", "6.5.1a.4", "6.5.1a.5", "7.1.3d", "8.3.1b", "8.3.3g", "8.3.3l", "9.3a", "9.4.4c", "9.4.7.3a",
         "11.1c",
     ];
     for id in known {
-        assert!(deviations.iter().any(|deviation| deviation.id == id), "{id}");
+        assert!(interpretations.iter().any(|one| one.id == id), "{id}");
     }
 }
 
+/// Given a requirement with a reading and a deviation. Then the page has each in its column, and the summary counts both.
 #[test]
-fn a_deviation_without_requirement_sentence_or_page_is_found() {
-    let deviation = |id: &str, text: &str, page: &str| Deviation {
+fn interpretations_stand_in_the_column_of_their_kind() {
+    let interpretations =
+        [interpretation(Kind::Reading, "We take it so."), interpretation(Kind::Deviation, "We do not.")];
+    let page = page::write(&table(), &interpretations, &[], &[]);
+    let row = "| 8.3.3a | a rule | software |  | We take it so. [Decision](wiring.md) |  | We do not. [Decision](wiring.md) |";
+    assert!(page.contains(row), "{page}");
+    let summary = page::summary(&table(), &interpretations, &[]);
+    let end = "0 tailored; 1 with a deviation, 0 with an extension, 1 with a reading";
+    assert!(summary.ends_with(end), "{summary}");
+}
+
+fn interpretation(kind: Kind, text: &str) -> Interpretation {
+    Interpretation { id: "8.3.3a".to_owned(), kind, text: text.to_owned(), page: "wiring.md".to_owned() }
+}
+
+#[test]
+fn an_interpretation_without_requirement_sentence_or_page_is_found() {
+    let fine = interpretation(Kind::Reading, "We do so.");
+    let without = |id: &str, text: &str, page: &str| Interpretation {
         id: id.to_owned(),
         text: text.to_owned(),
         page: page.to_owned(),
+        ..fine
     };
-    let deviations = [
-        deviation("8.3.3a", "We do so.", "wiring.md#straps"),
-        deviation("8.3.3z", "We do so.", "wiring.md"),
-        deviation("8.3.3a", "", "wiring.md"),
-        deviation("8.3.3a", "We do so.", "no_page.md"),
-        deviation("8.3.3a", "We do so.", ""),
+    let interpretations = [
+        without("8.3.3a", "We do so.", "wiring.md#straps"),
+        without("8.3.3z", "We do so.", "wiring.md"),
+        without("8.3.3a", "", "wiring.md"),
+        without("8.3.3a", "We do so.", "no_page.md"),
+        without("8.3.3a", "We do so.", ""),
     ];
     let expected = [
-        "8.3.3z: its deviation names no requirement",
-        "8.3.3a: its deviation is no sentence",
-        "8.3.3a: its deviation names no page of docs",
-        "8.3.3a: its deviation names no page of docs",
+        "8.3.3z: its interpretation names no requirement",
+        "8.3.3a: its interpretation is no sentence",
+        "8.3.3a: its interpretation names no page of docs",
+        "8.3.3a: its interpretation names no page of docs",
     ];
-    assert_eq!(check_deviations(&table(), &deviations, &docs()), expected);
+    assert_eq!(check_interpretations(&table(), &interpretations, &docs()), expected);
 }
 
 /// Given Table 11-1, then what applies is there or has a reason why not, what is not used but there has a reason, and what is for
@@ -216,10 +235,10 @@ fn sections_of_table_11_1_are_answered_by_their_marks() {
             clause.ours == "no" || clause.ours.starts_with("no,") || clause.ours.starts_with("no;");
         let is_used = ["yes", "sent", "checked"].iter().any(|word| clause.ours.starts_with(word));
         let is_right = match clause.applicability.as_str() {
-            "A" => !clause.ours.is_empty() && (!is_absent || !clause.deviation.is_empty()),
+            "A" => !clause.ours.is_empty() && (!is_absent || !clause.reason.is_empty()),
             "O" => !clause.ours.is_empty(),
-            "NA" => !clause.ours.is_empty() && (!is_used || !clause.deviation.is_empty()),
-            _ => clause.deviation.is_empty(),
+            "NA" => !clause.ours.is_empty() && (!is_used || !clause.reason.is_empty()),
+            _ => clause.reason.is_empty(),
         };
         assert!(is_right, "{clause:?}");
     }

@@ -90,6 +90,11 @@ impl Master {
         }
     }
 
+    /// The slave that reports is asked when it is heard next.
+    pub fn ask_anew(&mut self) {
+        self.known.iter_mut().for_each(|known| known.reader.lose(known.node));
+    }
+
     /// A slave is lost.
     pub(super) fn lose(&mut self, node: NodeId) {
         self.known.iter_mut().for_each(|known| known.reader.lose(node));

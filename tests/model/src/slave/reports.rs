@@ -122,6 +122,12 @@ impl Slave {
         self.poll(now);
     }
 
+    /// The event timer of the value has expired.
+    pub fn repeat_value(&mut self, now: Instant) {
+        let state = self.state();
+        self.node.reports.iter_mut().for_each(|reports| reports.send_state(state, now));
+    }
+
     /// Sends what is due.
     pub(super) fn send_reports(&mut self, now: Instant) {
         let (id, bus, state) = (self.id, self.active(), self.node.control.reporting_state());

@@ -68,8 +68,8 @@ pub enum Message {
 }
 
 impl World {
-    /// Every fault that can happen `now`. With reports, a stub of a master is cut at least as long as it takes a slave to miss the
-    /// master: what a shorter jolt loses, only the rounds of the master find.
+    /// Every fault that can happen `now`. With reports and without rounds, a stub of a master is cut at least as long as it takes a
+    /// slave to miss the master: what a shorter jolt loses, only rounds find.
     pub fn faults(&self, now: Instant, faults: &mut Vec<Fault>) {
         for bus in Bus::ALL {
             for place in self.places() {

@@ -2,7 +2,8 @@
 
 use ecss_can::types::Instant;
 
-use super::World;
+use super::{Reporter, World};
+use crate::master::Master;
 use crate::what::What;
 
 /// What comes between two moments.
@@ -40,6 +41,18 @@ impl World {
         }
         self.settle(now, on_loss);
         self.reports -= 1;
+    }
+
+    /// Whether there are rounds.
+    pub fn has_rounds(&self) -> bool {
+        self.has_rounds
+    }
+
+    /// The time of a round has come: each master asks the slave for its errors when it hears it next, and the slave sends its value.
+    pub fn begin_round(&mut self, now: Instant) {
+        let Some(Reporter { place, .. }) = self.reporter else { return };
+        self.slaves[place - 1].repeat_value(now);
+        self.masters.iter_mut().for_each(Master::ask_anew);
     }
 
     /// Whether this master knows what the slave reported.

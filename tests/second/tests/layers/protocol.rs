@@ -98,6 +98,42 @@ fn modules_name_only_modules_below_them() {
     assert!(offences.is_empty(), "{}", offences.join("\n"));
 }
 
+/// Modules in `docs/layers.svg`, with the height of their text from the top.
+fn drawn(picture: &str) -> Vec<(u32, usize)> {
+    let module = |line: &str| {
+        let text = line.strip_prefix("<text ")?;
+        let name = text.split_once('>')?.1.split(['<', ':']).next()?;
+        let (_, height) = text.split_once(" y=\"")?;
+        Some((height.split('"').next()?.parse().ok()?, LAYERS.iter().position(|layer| *layer == name)?))
+    };
+    picture.lines().filter_map(module).collect()
+}
+
+/// Given two modules of the picture, when one stands above the other, then it is above it in the code; in one row, neither names the other.
+#[test]
+fn picture_shows_the_layers_in_their_order() {
+    let picture = std::fs::read_to_string(workspace().join("docs/layers.svg")).unwrap();
+    let drawn = drawn(&picture);
+    assert_eq!(drawn.len(), LAYERS.len() - ["prelude", "mock"].len());
+    for (height, layer) in &drawn {
+        for (other_height, other) in &drawn {
+            assert!(height >= other_height || layer > other, "{} and {}", LAYERS[*layer], LAYERS[*other]);
+        }
+    }
+    let row = |name: &str| drawn.iter().find(|(_, layer)| LAYERS[*layer] == name).map(|(height, _)| *height);
+    for source in sources() {
+        let Some(own) = source.module.first() else { continue };
+        for path in CRATES.iter().flat_map(|(_, name)| source.read(Some(name)).paths) {
+            let target = path.segments.first().filter(|target| !path.is_relative && *target != own);
+            let Some(target) = target else { continue };
+            assert!(
+                row(own) != row(target) || row(own).is_none(),
+                "{own} names {target}, which is beside it"
+            );
+        }
+    }
+}
+
 /// Given a file in the middle of the layers, when it names a module above it in any form that Rust has, then that is found.
 #[test]
 fn every_form_of_an_upward_arrow_is_found() {
