@@ -19,7 +19,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Build, flash, measure and check this repository. To fly a spacecraft: cargo demo, or cargo tools --help
+/// Build, flash, measure and check this repository. To run a spacecraft: cargo demo, or cargo tools --help
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
 struct Cli {
@@ -33,13 +33,13 @@ enum Command {
     Firmware(firmware::Options),
     /// Build an image, write it to a board with probe-rs and show its log
     Flash(flash::Options),
-    /// Check a bare board: flash a self-test and show its results, or fly it on the emulated board
+    /// Check a bare board: flash a self-test and show its results, or run it on the emulated board
     Selftest(selftest::Options),
     /// Measure latency, load, fail-over, clocks and sizes, for target/bench/summary.json
     Bench(bench::Options),
     /// Measure flash and static RAM of the images of every board, for target/bench/summary.json
     Sizes(bench::SizesOptions),
-    /// Draw the pictures of the documentation from simulations and flights: docs/*.svg
+    /// Draw the pictures of the documentation from simulations and runs of the images: docs/*.svg
     Pictures,
     /// Trace requirements of the standard to tests: docs/compliance.md
     Compliance(compliance::Options),
@@ -47,7 +47,7 @@ enum Command {
     Licences(tool::Source),
     /// Change the protocol crate in many places, one by one, and count the changes that its tests find
     Mutants(mutants::Options),
-    /// Run all tests: those of `cargo test`, all other flights and commands, and those with tools of others
+    /// Run all tests: those of `cargo test`, all other runs of images, all commands, and those with tools of others
     TestAll(test_all::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware_images::support::board::Target),

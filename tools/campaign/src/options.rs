@@ -31,7 +31,7 @@ pub struct Options {
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
 
-    /// Where the runs fly
+    /// Where the scripts run
     #[arg(long, value_name = "WORLD", value_enum, default_value_t = World::Host)]
     pub(crate) world: World,
 
@@ -55,7 +55,7 @@ pub struct Options {
     #[arg(long)]
     pub(crate) no_build: bool,
 
-    /// Break a rule on purpose in a world of the host, and fly until a run finds it
+    /// Break a rule on purpose in a world of the host, and run scripts until one finds it
     #[arg(long, value_name = "RULE", value_enum, conflicts_with_all = ["world", "masters", "shard", "jobs", "replay"])]
     pub(crate) broken: Option<Rule>,
 

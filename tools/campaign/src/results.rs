@@ -156,7 +156,7 @@ impl Results {
             lines.push(format!("\nrun {} violates:", violation.run));
             lines.extend(violation.reasons.iter().map(|reason| format!("  {reason}")));
             let script = if violation.shrunk.is_empty() { &violation.script } else { &violation.shrunk };
-            lines.push("fly it with --replay FILE:".into());
+            lines.push("run it with --replay FILE:".into());
             lines.push(script.trim_end().to_owned());
         }
         lines.push(format!("{} violations", self.violations.len()));

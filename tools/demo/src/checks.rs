@@ -139,7 +139,7 @@ fn not_operational(flight: &Flight, node: Node, track: &Track) -> String {
         format!("{} is {} on the {} bus at the end", name(node), now.phase.name(), now.bus.name());
     if let (Some(BusAccess::Selective), Some((cut, _))) = (track.access, flight.cut()) {
         fault += &format!(
-            " (selective access: it searches {} s after the master's last heartbeat, the flight ended \
+            " (selective access: it searches {} s after the master's last heartbeat, the run ended \
              {:.1} s after the cut)",
             flight.plan.toggling_time().as_secs_f64(),
             flight.end.since(cut).as_secs_f64()

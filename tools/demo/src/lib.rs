@@ -84,7 +84,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let origin = Origin::of(&plan, &images);
     let stop = Stop::at_ctrl_c()?;
     output::note(format_args!(
-        "flying {} boards for {} s of virtual time",
+        "running {} boards for {} s of virtual time",
         nodes.len(),
         plan.end.as_secs_f64()
     ));
@@ -119,9 +119,9 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let reasons = summary.verdict.reasons.join("; ");
     match summary.verdict.outcome {
         Outcome::Passed => Ok(()),
-        Outcome::Failed => bail!("the flight failed: {reasons}"),
+        Outcome::Failed => bail!("the run failed: {reasons}"),
         Outcome::Interrupted => {
-            output::warn(format_args!("the flight was interrupted: {reasons}"));
+            output::warn(format_args!("the run was interrupted: {reasons}"));
             Err(Silently::INTERRUPTED.into())
         }
     }

@@ -42,13 +42,13 @@ pub struct Options {
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=13))]
     pub one_controller: u8,
 
-    /// Length of the flight in virtual seconds, long enough for what follows the cut [1..3600]
+    /// Length of the run in virtual seconds, long enough for what follows the cut [1..3600]
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
     /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again, and up to
-    /// 38.8 s after a cut in the first 0.6 s, before the master has heard a slave; a shorter flight is refused.
+    /// 38.8 s after a cut in the first 0.6 s, before the master has heard a slave; a shorter run is refused.
     /// In profile standby: when the active master loses its power, at least 5. The standby is reset at a quarter of it, and the
     /// nominal bus is cut between the two halves of the slaves at half of it. "never" leaves out all three faults
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -64,7 +64,7 @@ pub struct Options {
     pub sheets: Vec<OwnSheet>,
 
     /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
-    /// earlier flight there are removed first [default: target/demo] of the project
+    /// earlier run there are removed first [default: target/demo] of the project
     #[arg(long, value_name = "DIR", default_value_os_t = project::target("demo"), hide_default_value = true)]
     pub out: PathBuf,
 }
@@ -90,7 +90,7 @@ impl FromStr for OwnSheet {
 /// The value of `--cut-at`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CutAt {
-    /// No cut in this flight, and no other fault.
+    /// No cut in this run, and no other fault.
     Never,
     /// Virtual seconds after the start.
     Second(f64),

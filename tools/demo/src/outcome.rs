@@ -144,7 +144,7 @@ fn unjudged_clocks(flight: &Flight) -> String {
         let why = match flight.clocks.iter().find(|clock| clock.node == node) {
             Some(clock) if clock.settled().is_some() => continue,
             Some(clock) => format!(
-                "it was set at {:.1} s and the flight ended at {:.1} s; it is judged from {} s after it was set",
+                "it was set at {:.1} s and the run ended at {:.1} s; it is judged from {} s after it was set",
                 clock.set.as_secs_f64(),
                 flight.end.as_secs_f64(),
                 SETTLING.as_secs_f64()
@@ -220,7 +220,7 @@ mod tests {
         let late = text_of(&flight);
         assert!(
             late.contains(
-                "clock of node 2 is not judged: it was set at 30.0 s and the flight ended at 40.0 s"
+                "clock of node 2 is not judged: it was set at 30.0 s and the run ended at 40.0 s"
             ),
             "{late}"
         );

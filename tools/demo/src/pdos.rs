@@ -71,7 +71,7 @@ impl Sheets {
             if !plan.boards.iter().any(|board| board.node == own.node) {
                 return Err(wrong(
                     own,
-                    format!("no board is node {}; give the Node-ID of one that flies", own.node),
+                    format!("no board is node {}; give the Node-ID of one that runs", own.node),
                 ));
             }
             let bytes = std::fs::read(&own.file).map_err(|error| wrong(own, error.to_string()))?;

@@ -53,7 +53,7 @@ impl Own {
     fn fails(&self, options: &[&str], reasons: &[&str]) {
         let (code, text) = self.fly(options);
         assert_eq!(code, 1, "{options:?}: {text}");
-        let (_, error) = text.split_once("error: the flight failed").expect("an error");
+        let (_, error) = text.split_once("error: the run failed").expect("an error");
         assert!(reasons.iter().all(|reason| error.contains(reason)), "{reasons:?}: {error}");
     }
 }
@@ -204,7 +204,7 @@ fn different_bit_rates_are_the_first_reason_of_the_failure() {
     let slave = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images").slave;
     let (code, text) = Own { slave, ..Own::new() }.fly(&[]);
     assert_eq!(code, 1, "{text}");
-    let reason = "error: the flight failed: the bit rates on the nominal bus differ: node 2 at 125 kbit/s; master at 1000 kbit/s";
+    let reason = "error: the run failed: the bit rates on the nominal bus differ: node 2 at 125 kbit/s; master at 1000 kbit/s";
     assert!(text.contains(reason), "{text}");
 }
 

@@ -14,6 +14,7 @@ mod mutants;
 mod own_package;
 mod patches;
 mod selftest;
+mod statements;
 
 /// The program under test.
 const XTASK: second::programs::Program = second::programs::Program(env!("CARGO_BIN_EXE_xtask"));

@@ -30,10 +30,12 @@ fn reports_at_every_millisecond_of_a_failure_are_known_afterwards() {
     assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), all.len(), wrong.join("\n"));
 }
 
-/// Given up to three faults and some fifty reports at random moments, as in the first tier, then error and value are known.
+/// Given up to three faults and some fifty reports at random moments, as in the first tier, then error and value are known. 600
+/// runs; PROPTEST_CASES makes more.
 #[test]
 fn reports_under_random_faults_are_known_afterwards() {
-    const FLIGHTS: usize = 600;
-    let wrong = wrong(FLIGHTS, |number| fly_random(1_000 + number as u64));
-    assert!(wrong.is_empty(), "{} of {FLIGHTS}:\n{}", wrong.len(), wrong.join("\n"));
+    let more = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok());
+    let runs = more.unwrap_or(600);
+    let wrong = wrong(runs, |number| fly_random(1_000 + number as u64));
+    assert!(wrong.is_empty(), "{} of {runs}:\n{}", wrong.len(), wrong.join("\n"));
 }

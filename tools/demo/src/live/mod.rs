@@ -59,7 +59,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
     options.fleet.add_shipped(&nodes, &mut images)?;
     let boards = boards(options, &images)?;
-    note(format_args!("flying {} boards for a moment, to learn their bit rates", boards.len()));
+    note(format_args!("running {} boards for a moment, to learn their bit rates", boards.len()));
     let network = Network::learn(boards.values().cloned());
     let disagreement = network.disagreement();
     disagreement.iter().for_each(warn);

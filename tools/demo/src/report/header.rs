@@ -15,7 +15,7 @@ use crate::verdict::{Outcome, Verdict};
 pub fn header(flight: &Flight, summary: &Summary) -> Markup {
     let Verdict { outcome, reasons } = &summary.verdict;
     let (class, verdict) = match outcome {
-        Outcome::Passed => ("good", "flew as it should"),
+        Outcome::Passed => ("good", "ran as it should"),
         Outcome::Failed => ("bad", "failed"),
         Outcome::Interrupted => ("bad", "interrupted"),
     };
@@ -23,11 +23,11 @@ pub fn header(flight: &Flight, summary: &Summary) -> Markup {
     let profile = if own_images.len() < *boards { format!(", profile {profile}") } else { String::new() };
     html! {
         header {
-            h1 { "A flight on two CAN buses" }
+            h1 { "A run on two CAN buses" }
             span.verdict.(class) { (verdict) }
         }
         p.lead {
-            (masters(summary)) " and " (boards - summary.masters) " slaves (" (board) (profile) ", seed " (seed) ") flew "
+            (masters(summary)) " and " (boards - summary.masters) " slaves (" (board) (profile) ", seed " (seed) ") ran "
             (format!("{virtual_seconds:.0}")) " s of virtual time. " (faults(flight))
         }
         @if flight.plan.scope() == Scope::Protocol {

@@ -47,7 +47,7 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "A flight on two CAN buses" }
+                title { "A run on two CAN buses" }
                 style { (PreEscaped(PAGE_STYLE)) (PreEscaped(paint::dark(SHEETS))) }
             }
             body {
@@ -80,7 +80,7 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                     }
                     .columns {
                         (section("Fail-over", &failover_help(flight), &tables::failover(flight)))
-                        (section("Frames", "Completed frames per bus, and the share of the flight in which the bus was busy.", &tables::frames(flight)))
+                        (section("Frames", "Completed frames per bus, and the share of the run in which the bus was busy.", &tables::frames(flight)))
                     }
                     (section("Emergencies", EMERGENCIES_HELP, &events::emergencies(flight)))
                     @if !summary.pdo_values.is_empty() {
@@ -186,7 +186,7 @@ fn failover_help(flight: &Flight) -> String {
 }
 
 const CHECKS_HELP: &str =
-    "The flight passes when every check holds. Fail-over times and clock errors are reported, not judged.";
+    "The run passes when every check holds. Fail-over times and clock errors are reported, not judged.";
 
 const EMERGENCIES_HELP: &str = "Emergency messages (EMCY), with the error code and the error register as CiA 301 names them. Code \
     0000h ends an error. The details are the field of the manufacturer.";

@@ -12,7 +12,7 @@ fn rendered(flight: &Flight) -> String {
 fn the_page_reports_the_flight() {
     let page = rendered(&sample::flight());
     for expected in [
-        "flew as it should",
+        "ran as it should",
         "2 of 2",
         "cut next to the master, 20.0 s",
         "master switches, 600.0 ms after the cut",
@@ -60,7 +60,7 @@ fn faults_are_on_top_and_escaped() {
     summary.verdict = Verdict { outcome: Outcome::Failed, reasons: vec!["node 2 <panicked>".into()] };
     let page = page(&flight, &summary);
     assert!(page.contains("<li>node 2 &lt;panicked&gt;</li>"));
-    assert!(!page.contains("flew as it should"));
+    assert!(!page.contains("ran as it should"));
 }
 
 #[test]

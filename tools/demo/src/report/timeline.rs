@@ -26,7 +26,7 @@ pub fn overview(flight: &Flight, layout: Layout) -> Picture {
         flight,
         Axis::new(layout, Time::ZERO, flight.end),
         "",
-        "Frames on the two buses over the whole flight",
+        "Frames on the two buses over the whole run",
     )
 }
 

@@ -7,7 +7,7 @@ use super::Area;
 use crate::bench::context::Context;
 use crate::bench::row::Row;
 
-pub const AREA: Area = Area { name: "demo", about: "cost of the demo flight", needs: &[], measure };
+pub const AREA: Area = Area { name: "demo", about: "cost of a run of the demo", needs: &[], measure };
 
 /// Instructions and frames of the 40 s of the demo before the buses became bit-accurate: 42 million and 3930.
 const BASELINE: f64 = 42_003_930.0 / 40.0;

@@ -22,7 +22,7 @@ use firmware_images::support::elf::{Facts, Memory, Symbol};
 
 pub const AREA: Area = Area {
     name: "size",
-    about: "flash and RAM of the images, the deepest stacks in flight",
+    about: "flash and RAM of the images, the deepest stacks in operation",
     needs: &[],
     measure,
 };

@@ -24,7 +24,7 @@ use firmware_images::support::board::Profile;
 
 pub const AREA: Area = Area {
     name: "twin",
-    about: "instructions of the host per emulated one, of a whole flight",
+    about: "instructions of the host per emulated one, of a whole run",
     needs: &[VALGRIND],
     measure,
 };
@@ -63,8 +63,8 @@ fn host_instructions(context: &Context) -> anyhow::Result<f64> {
 
 /// Instructions of the emulated cores, as the flight reports them.
 fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
-    let output = Command::new(program).args(arguments).output().context("cannot run the flight")?;
-    ensure!(output.status.success(), "the flight failed: {}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(program).args(arguments).output().context("cannot run the images")?;
+    ensure!(output.status.success(), "the run failed: {}", String::from_utf8_lossy(&output.stderr));
     let report = String::from_utf8_lossy(&output.stdout);
     let count = report.split_whitespace().next().and_then(|count| count.parse().ok());
     count.with_context(|| format!("no number of instructions: {report}"))
