@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 use tools::schedule;
 
-/// Fly, record and describe a spacecraft with two CAN buses.
+/// Run, record and describe a spacecraft with two CAN buses.
 #[derive(Parser)]
 #[command(name = "cargo tools", bin_name = "cargo tools", version)]
 struct Cli {
@@ -21,13 +21,13 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Fly the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
+    /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
     Demo(demo::Options),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
     Twin(demo::live::Options),
     /// Write EDS and DCF of a device from its dictionary, or check the DCF of a network
     Eds(eds::Options),
-    /// Fly thousands of spacecraft with random faults, and check what must hold after each
+    /// Run thousands of spacecraft with random faults, and check what must hold after each
     Campaign(campaign::Options),
     /// Compute a bound of the response time of each frame of the mission
     Schedule(schedule::Options),

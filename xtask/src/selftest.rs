@@ -35,7 +35,7 @@ pub struct Options {
     #[arg(long, value_name = "BOARD", value_parser = Board::parse, default_value = Board::DEFAULT, help = help())]
     board: Board,
 
-    /// Fly it on the emulated board instead
+    /// Run it on the emulated board instead
     #[arg(long, conflicts_with = "probe_rs")]
     twin: bool,
 
@@ -44,7 +44,7 @@ pub struct Options {
     probe_rs: Vec<OsString>,
 }
 
-/// Builds the image; flies it, or becomes `probe-rs run`.
+/// Builds the image; runs it, or becomes `probe-rs run`.
 ///
 /// # Errors
 /// When the image cannot be built, probe-rs is missing or fails, or a check fails on the emulated board.

@@ -39,11 +39,11 @@ pub struct Options {
     #[arg(long, value_name = "M", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) masters: u8,
 
-    /// Fly faults of this kind only, or one of each of these two kinds in each run (world host)
+    /// Draw faults of this kind only, or one of each of these two kinds in each run (world host)
     #[arg(long, value_name = "KIND[,KIND]", value_delimiter = ',', value_enum, conflicts_with_all = ["broken", "replay"])]
     pub(crate) kinds: Vec<Kind>,
 
-    /// Fly one of N parts of the runs, I from 1 to N, and write its results to DIR/WORLD-I-of-N.json
+    /// Run one of N parts, I from 1 to N, and write its results to DIR/WORLD-I-of-N.json
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub(crate) shard: Shard,
 
@@ -51,7 +51,7 @@ pub struct Options {
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
 
-    /// Fly the images of the twin as they were built last
+    /// Run the images on the twin as they were built last
     #[arg(long)]
     pub(crate) no_build: bool,
 
@@ -63,7 +63,7 @@ pub struct Options {
     #[arg(long, value_name = "DIR", default_value_os_t = firmware_images::support::project::target("campaign"), hide_default_value = true)]
     pub(crate) out: PathBuf,
 
-    /// Fly the script of a file instead, as a violation prints it
+    /// Run the script of a file instead, as a violation prints it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["runs", "seed", "masters", "shard"])]
     pub(crate) replay: Option<PathBuf>,
 }
@@ -79,7 +79,7 @@ pub(crate) enum Action {
     },
 }
 
-/// Where runs fly.
+/// Where scripts run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum World {
     /// The nodes' own code on mocks of ports and clocks

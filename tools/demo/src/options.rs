@@ -12,13 +12,13 @@ use firmware_images::support::misuse::Misuse;
 use firmware_images::support::node::{FIRST, LAST, MASTER, Node};
 use firmware_images::support::project;
 
-/// Allowed lengths of a flight, virtual seconds.
+/// Allowed lengths of a run, virtual seconds.
 pub const SECONDS: RangeInclusive<f64> = 1.0..=3600.0;
 
-/// Seed of a flight without `--seed`.
+/// Seed of a run without `--seed`.
 pub const SEED: u64 = 1;
 
-/// Fly one master and some slaves on two CAN buses, cut the nominal bus, and report.
+/// Run one master and some slaves on two CAN buses, cut the nominal bus, and report.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Every run with the same options gives byte-identical logs: all times are virtual.\n\
     With an image of your own (--master, --slave) the flight is judged and reported by what the standards define: NMT\n\
@@ -204,10 +204,10 @@ impl Options {
         self.fleet.add_shipped(&self.nodes(), images)
     }
 
-    /// Second of the cut, with two masters that of the loss of the active one; `None` for a flight without faults.
+    /// Second of the cut, with two masters that of the loss of the active one; `None` for a run without faults.
     ///
     /// # Errors
-    /// When the cut lies after the end of the flight.
+    /// When the cut lies after the end of the run.
     pub fn cut_second(&self) -> Result<Option<f64>, Misuse> {
         match self.cut_at {
             None => Ok(Some(self.seconds / 2.0)),

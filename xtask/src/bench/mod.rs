@@ -121,10 +121,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     judge(&measured, &options.output)
 }
 
-/// Errors of three clocks from 30 s to 60 s of a flight with SYNC at 1 Hz, a pulse every 10 ms.
+/// Errors of three clocks from 30 s to 60 s of a run with SYNC at 1 Hz, a pulse every 10 ms.
 ///
 /// # Errors
-/// When the images cannot be built or flown.
+/// When the images cannot be built or run.
 pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
     areas::clock_errors(&Context::default())
 }

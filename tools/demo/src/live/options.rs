@@ -14,7 +14,7 @@ use firmware_images::support::node::Node;
 /// A wire runs for 58 hours at most.
 const SECONDS: std::ops::RangeInclusive<f64> = 0.1..=172_800.0;
 
-/// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C. Type commands while it flies: help
+/// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C. Type commands while it runs: help
 /// lists them.
 #[derive(Args, Debug)]
 #[command(
