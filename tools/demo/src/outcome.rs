@@ -219,9 +219,7 @@ mod tests {
         flight.clocks[0].set = Time::from_ms(30_000);
         let late = text_of(&flight);
         assert!(
-            late.contains(
-                "clock of node 2 is not judged: it was set at 30.0 s and the run ended at 40.0 s"
-            ),
+            late.contains("clock of node 2 is not judged: it was set at 30.0 s and the run ended at 40.0 s"),
             "{late}"
         );
     }

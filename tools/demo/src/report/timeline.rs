@@ -22,12 +22,7 @@ const AFTER: Time = Time::from_ms(600);
 
 /// The whole flight.
 pub fn overview(flight: &Flight, layout: Layout) -> Picture {
-    draw(
-        flight,
-        Axis::new(layout, Time::ZERO, flight.end),
-        "",
-        "Frames on the two buses over the whole run",
-    )
+    draw(flight, Axis::new(layout, Time::ZERO, flight.end), "", "Frames on the two buses over the whole run")
 }
 
 /// The moments around a fault, until the first slave works again; `None` in a flight without this fault.
