@@ -213,9 +213,12 @@ fn services_that_are_forbidden_are_not_answered() {
     slave.receive(NOMINAL, 0x100, &[0; 6]);
     slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     slave.receive(NOMINAL, 0x605, &[0xFF; 8]);
-    slave.receive(NOMINAL, 0x085, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]);
+    // Emergencies of the master, its own and of another slave.
+    for id in [0x081, 0x085, 0x086] {
+        slave.receive(NOMINAL, id, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]);
+    }
     assert_eq!((slave.frames(), slave.events.len()), (vec![], 0));
-    assert_eq!(slave.node.counters()[NOMINAL].ignored, 9);
+    assert_eq!(slave.node.counters()[NOMINAL].ignored, 11);
     // It is there as before.
     slave.receive(NOMINAL, 0x205, &[7]);
     assert_eq!(slave.node.device().commands.len(), 1);
@@ -251,6 +254,76 @@ fn no_error_makes_it_send_an_emergency() {
     assert!(slave.controls.contains(&(NOMINAL, BusCommand::Recover)));
     assert!(!slave.sent.is_empty());
     assert!(slave.sent.iter().all(|sent| sent.frame.id().raw() == 0x705));
+}
+
+/// Given a slave with heartbeat, when two masters contradict each other, frames break the protocol, an answer names no telemetry,
+/// a bus fails for good, a controller does not obey and the search is in vain, then it sends heartbeats and nothing else.
+///
+/// Verifies: ECSS 9.4.7.2b
+#[test]
+fn no_condition_that_it_tells_makes_it_send_an_emergency() {
+    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
+    for (at, bus) in [(50, NOMINAL), (150, NOMINAL), (170, REDUNDANT), (250, NOMINAL), (255, REDUNDANT)] {
+        slave.run_until(ms(at));
+        slave.receive(bus, 0x701, &[0x05]);
+    }
+    let bus = slave.node.active();
+    for (id, data) in [(0x080, &[1][..]), (0x181, &[9]), (0x701, &[0x33]), (0x181, &[REQUEST, 9])] {
+        slave.receive(bus, id, data);
+    }
+    slave.link(bus, LinkEvent::Stalled);
+    let off = Health { state: ErrorState::BusOff, tec: 255, rec: 0, last_error: LastError::Ack };
+    for at in 0..=u64::from(numbers().bus_off.attempts) {
+        slave.run_until(ms(260 + 10 * at));
+        slave.health(bus, off);
+        slave.health(bus, Health::default());
+    }
+    slave.run_until(ms(600_000));
+    let taken_back = MinimalEvent::ActiveBus { bus: NOMINAL, cause: BusCause::TakenBack };
+    for event in [taken_back, MinimalEvent::BusStalled { bus }, MinimalEvent::BusFailed { bus }] {
+        assert!(slave.events.contains(&event), "{event:?}");
+    }
+    assert!(slave.events.iter().any(|event| matches!(event, MinimalEvent::GaveUp { .. })));
+    let counters = slave.node.counters()[bus];
+    assert_eq!((counters.malformed, counters.refused), (3, 1));
+    assert!(slave.sent.len() > 100);
+    assert!(slave.sent.iter().all(|sent| sent.frame == frame(0x705, &[0x05])));
+}
+
+/// Given three requests in one instant and three SYNCs in the next one, then each brings its telemetry at once, and none comes by
+/// itself in the ten minutes after them.
+///
+/// Verifies: ECSS 9.4.1d, 9.4.4b
+#[test]
+fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
+    let mut slave = powered::<Cyclic>();
+    slave.run_until(ms(10));
+    for nth in 0..3 {
+        slave.receive(NOMINAL, 0x181, &[REQUEST, 2, nth]);
+    }
+    slave.run_until(ms(11));
+    for _ in 0..3 {
+        slave.receive(NOMINAL, 0x080, &[]);
+    }
+    assert_eq!((slave.times(NOMINAL, 0x385), slave.times(NOMINAL, 0x185)), (vec![10; 3], vec![11; 3]));
+    slave.clear();
+    for second in 1..=600 {
+        slave.run_until(ms(1_000 * second));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+    }
+    assert_eq!(slave.frames(), []);
+}
+
+/// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end: no window closes before.
+///
+/// Verifies: ECSS 9.4.7.3d
+#[test]
+fn late_sync_brings_its_telemetry() {
+    let mut slave = powered::<Cyclic>();
+    slave.run_until(ms(10));
+    slave.now = ms(210);
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(10)) });
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 10]))]);
 }
 
 /// Consumer time 250 ms, Ttoggle 2.
@@ -326,6 +399,7 @@ fn its_filters_are_exact() {
     assert!(!cyclic.is_stamped(NOMINAL, &frame(0x080, &[])));
 }
 
+/// Verifies: ECSS 9.4.4c, 9.4.4d
 #[test]
 fn its_pdos_are_those_of_the_tables() {
     let pdos = MinimalPdos::DEFAULT;
@@ -432,6 +506,16 @@ mod dictionaries {
         pdo: Fixed,
     }
 
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Repeated {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Event timer
+        #[sub(5, ro)]
+        event: u16,
+    }
+
     #[derive(Debug, Objects)]
     pub struct Timed {
         /// Parameters
@@ -440,6 +524,44 @@ mod dictionaries {
         /// Mapping
         #[object(0x1600, array, ro)]
         mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct RepeatedCommand {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Repeated,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    /// RPDO 1, and TPDO 4 with an inhibit time.
+    #[derive(Debug, Objects)]
+    pub struct InhibitedTelemetry {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+        /// Parameters
+        #[object(0x1803, record)]
+        telemetry: Inhibited,
+    }
+
+    /// RPDO 1, and TPDO 4 with an event timer.
+    #[derive(Debug, Objects)]
+    pub struct RepeatedTelemetry {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+        /// Parameters
+        #[object(0x1803, record)]
+        telemetry: Repeated,
     }
 
     #[derive(Debug, Objects)]
@@ -484,6 +606,23 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
         (refusal::<Timed>(), "a PDO with an inhibit time or an event timer"),
         (refusal::<Variable>(), "a mapping that can be written"),
         (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
+    ] {
+        assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given dictionaries with an inhibit time (sub-index 3) or an event timer (5) of a command or of telemetry, then none is accepted.
+///
+/// Verifies: ECSS 9.4.1d, 9.4.4b
+#[test]
+fn inhibit_time_and_event_timer_are_refused_for_each_pdo() {
+    use dictionaries::{InhibitedTelemetry, RepeatedCommand, RepeatedTelemetry, Timed, refusal};
+    let reason = "a PDO with an inhibit time or an event timer";
+    for refusal in [
+        refusal::<Timed>(),
+        refusal::<RepeatedCommand>(),
+        refusal::<InhibitedTelemetry>(),
+        refusal::<RepeatedTelemetry>(),
     ] {
         assert_eq!(refusal.as_deref(), Some(reason));
     }
