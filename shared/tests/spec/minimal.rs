@@ -183,7 +183,7 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
     assert_eq!(ids, [0x705, 0x185, 0x285, 0x385, 0x485]);
 }
 
-/// Verifies: ECSS 9.4.1b, 9.4.6.1a
+/// Verifies: ECSS 9.4.1b, 9.4.3b, 9.4.6.1a
 #[test]
 fn nothing_is_sent_unasked() {
     let mut slave = powered::<Cyclic>();
