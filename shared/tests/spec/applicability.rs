@@ -43,6 +43,7 @@ fn nmt_services_that_apply_are_there() {
 /// transfers tell their sizes and are aborted.
 ///
 /// Verifies: ECSS 11.1a
+/// Notices: ECSS 11.1a: an upload in segments does not tell its size.
 #[test]
 fn pdo_and_sdo_services_that_apply_are_there() {
     let mut slave = operational();
@@ -80,6 +81,7 @@ fn pdo_and_sdo_services_that_apply_are_there() {
 /// complex data types, and the objects of each state but TIME.
 ///
 /// Verifies: ECSS 11.1b
+/// Notices: ECSS 11.1b: a block upload that a client begins sends no segments.
 #[test]
 fn optional_services_are_those_that_were_chosen() {
     let mut slave = operational();
@@ -110,6 +112,7 @@ fn optional_services_are_those_that_were_chosen() {
 /// CRC of a block transfer is for clients that offer it, and EMCY ends with 1014h.
 ///
 /// Verifies: ECSS 11.1c
+/// Notices: ECSS 11.1c: transmission types 252 and 253 are taken.
 #[test]
 fn excluded_services_are_not_used() {
     let mut slave = operational();

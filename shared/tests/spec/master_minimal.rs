@@ -57,6 +57,8 @@ impl MinimalDevice for Echo {
 /// Commands and requests of any length to a slave that was never heard: it takes each, and answers what asks for it.
 ///
 /// Verifies: ECSS 9.4.1a, 9.4.2c
+/// Notices: ECSS 9.4.1a: the master pads commands to 8 bytes.
+/// Notices: ECSS 9.4.2c: the master refuses the fourth RPDO.
 #[test]
 fn master_sends_commands_and_requests_by_each_of_four_pdos() {
     let mut master = announced();
@@ -136,6 +138,8 @@ fn slave_without_heartbeat_is_never_missed() {
 /// that stands there. The synchronous window is zero: no node has one.
 ///
 /// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1
+/// Notices: ECSS 9.4.7.3b: SYNC is sent in twice the period of 1006h.
+/// Notices: ECSS 9.4.7.3b.1: the period is in 1007h, and 1006h is zero.
 #[test]
 fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
     let mut master = powered(&MIXED);
@@ -157,6 +161,7 @@ fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
 /// master sends its time by 181h alone.
 ///
 /// Verifies: ECSS 9.4.7.1b
+/// Notices: ECSS 9.4.7.1b: the filters of the master admit 100h.
 #[test]
 fn master_neither_takes_nor_sends_time_stamps() {
     let mut master = announced();

@@ -81,6 +81,7 @@ pub fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
 }
 
 /// Verifies: ECSS 9.4.9.2a
+/// Notices: ECSS 9.4.9.2a: the slave sends a boot-up message at power-on.
 #[test]
 fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
@@ -94,6 +95,8 @@ fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
 /// Any of the four, any length.
 ///
 /// Verifies: ECSS 9.4.1c, 9.4.2a
+/// Notices: ECSS 9.4.1c: a command without an answer brings an empty telemetry PDO.
+/// Notices: ECSS 9.4.2a: the device gets 7 bytes of a command at most.
 #[test]
 fn a_command_reaches_the_device_and_is_not_answered() {
     let mut slave = powered::<Probe>();
@@ -112,6 +115,9 @@ fn a_command_reaches_the_device_and_is_not_answered() {
 }
 
 /// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b, 9.4.3b.1
+/// Notices: ECSS 9.4.2b: telemetry goes by the TPDO with the number of the RPDO.
+/// Notices: ECSS 9.4.3a: telemetry has 4 bytes at most.
+/// Notices: ECSS 9.4.3b.1: telemetry goes to the bus that is not active.
 #[test]
 fn a_request_brings_the_telemetry_that_it_names_at_once() {
     let mut slave = powered::<Probe>();
@@ -130,6 +136,7 @@ fn a_request_brings_the_telemetry_that_it_names_at_once() {
 }
 
 /// Verifies: ECSS 9.4.3b.2
+/// Notices: ECSS 9.4.3b.2: telemetry comes one SYNC later than its type says.
 #[test]
 fn sync_brings_telemetry_of_its_type_only() {
     let mut slave = powered::<Cyclic>();
@@ -184,6 +191,8 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
 }
 
 /// Verifies: ECSS 9.4.1b, 9.4.3b, 9.4.6.1a
+/// Notices: ECSS 9.4.1b: a heartbeat of the master makes the slave send TPDO 1.
+/// Notices: ECSS 9.4.3b: a heartbeat of the master triggers a TPDO.
 #[test]
 fn nothing_is_sent_unasked() {
     let mut slave = powered::<Cyclic>();
@@ -203,6 +212,9 @@ fn nothing_is_sent_unasked() {
 /// Module control, time stamps, SDO and emergencies are no part of the minimal set.
 ///
 /// Verifies: ECSS 9.4.6.1a, 9.4.7.1a, 9.4.7.2a, 9.4.8a
+/// Notices: ECSS 9.4.6.1a: a module control command starts the slave again.
+/// Notices: ECSS 9.4.7.1a: 100h is handled as a SYNC.
+/// Notices: ECSS 9.4.7.2a: an emergency of the master is handled as its heartbeat.
 #[test]
 fn services_that_are_forbidden_are_not_answered() {
     let mut slave = powered::<Probe>();
@@ -225,6 +237,7 @@ fn services_that_are_forbidden_are_not_answered() {
 }
 
 /// Verifies: ECSS 9.4.8a
+/// Notices: ECSS 9.4.8a: a command that is one byte too short is taken.
 #[test]
 fn frame_against_the_protocol_is_dropped_and_counted() {
     let mut slave = powered::<Cyclic>();
@@ -260,6 +273,7 @@ fn no_error_makes_it_send_an_emergency() {
 /// a bus fails for good, a controller does not obey and the search is in vain, then it sends heartbeats and nothing else.
 ///
 /// Verifies: ECSS 9.4.7.2b
+/// Notices: ECSS 9.4.7.2b: a slave that goes back after a contradiction sends an EMCY.
 #[test]
 fn no_condition_that_it_tells_makes_it_send_an_emergency() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
@@ -294,6 +308,7 @@ fn no_condition_that_it_tells_makes_it_send_an_emergency() {
 /// itself in the ten minutes after them.
 ///
 /// Verifies: ECSS 9.4.1d, 9.4.4b
+/// Notices: ECSS 9.4.1d: a second request in one instant is refused.
 #[test]
 fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
     let mut slave = powered::<Cyclic>();
@@ -317,6 +332,7 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
 /// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end: no window closes before.
 ///
 /// Verifies: ECSS 9.4.7.3d
+/// Notices: ECSS 9.4.7.3d: a SYNC older than 100 ms is dropped.
 #[test]
 fn late_sync_brings_its_telemetry() {
     let mut slave = powered::<Cyclic>();
@@ -329,6 +345,7 @@ fn late_sync_brings_its_telemetry() {
 /// Consumer time 250 ms, Ttoggle 2.
 ///
 /// Verifies: ECSS 9.4.9.1.1a
+/// Notices: ECSS 9.4.9.1.1a: a search goes on on the bus that it left.
 #[test]
 fn it_looks_for_the_masters_heartbeat_by_itself() {
     let selective = Numbers { access: BusAccess::Selective, ..numbers() };
@@ -400,6 +417,8 @@ fn its_filters_are_exact() {
 }
 
 /// Verifies: ECSS 9.4.4c, 9.4.4d
+/// Notices: ECSS 9.4.4c: TPDO 4 has COB-ID 500h + node.
+/// Notices: ECSS 9.4.4d: telemetry on request has transmission type 255.
 #[test]
 fn its_pdos_are_those_of_the_tables() {
     let pdos = MinimalPdos::DEFAULT;
@@ -442,6 +461,7 @@ fn pdos_that_cannot_be_are_refused() {
 /// Each row of Table 9-12, by its first and last index, and what is beside it.
 ///
 /// Verifies: ECSS 9.4.10b
+/// Notices: ECSS 9.4.10b: 1014h and 1015h are authorised.
 #[test]
 fn forbidden_objects_are_those_of_the_table() {
     let is = |index, expected| assert_eq!(permission(index), expected, "{index:04X}h");
@@ -597,6 +617,8 @@ mod dictionaries {
 }
 
 /// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10e
+/// Notices: ECSS 9.4.5a: only sub-index 0 of a mapping is checked for access.
+/// Notices: ECSS 9.4.10e: parameters without a mapping are enough for a PDO.
 #[test]
 fn dictionaries_that_the_minimal_set_forbids_are_refused() {
     use dictionaries::{Sound, Stored, Timed, Unmapped, Variable, refusal};
@@ -614,6 +636,7 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
 /// Given dictionaries with an inhibit time (sub-index 3) or an event timer (5) of a command or of telemetry, then none is accepted.
 ///
 /// Verifies: ECSS 9.4.1d, 9.4.4b
+/// Notices: ECSS 9.4.4b: sub-index 6 is checked in place of the event timer.
 #[test]
 fn inhibit_time_and_event_timer_are_refused_for_each_pdo() {
     use dictionaries::{InhibitedTelemetry, RepeatedCommand, RepeatedTelemetry, Timed, refusal};

@@ -254,6 +254,7 @@ const MARKS: [(&str, &[&str]); 3] = [
 /// Given our copy of Table 11-1, then no section has another mark than in the standard.
 ///
 /// Verifies: ECSS 11.1a, 11.1b, 11.1c, 11.1d
+/// Notices: ECSS 11.1d: section 7.3.5, for reference, has another mark in our table.
 #[test]
 fn sections_have_the_marks_of_table_11_1() {
     let clauses = clauses();

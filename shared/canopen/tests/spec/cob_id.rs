@@ -32,6 +32,7 @@ fn the_pre_defined_connection_set() {
 /// Of two identifiers the lower one wins arbitration.
 ///
 /// Verifies: ECSS 9.1a
+/// Notices: ECSS 9.1a: heartbeat COB-IDs count down from 780h.
 #[test]
 fn master_wins_arbitration_against_same_object_of_any_slave() {
     let objects = |id| {
@@ -47,6 +48,7 @@ fn master_wins_arbitration_against_same_object_of_any_slave() {
 }
 
 /// Verifies: ECSS 6.10b, 9.5a
+/// Notices: ECSS 9.5a: COB-IDs above 77Fh are not restricted.
 #[test]
 fn restricted_identifiers() {
     let restricted = |raw: u16| CobId::new(raw).unwrap().is_restricted();

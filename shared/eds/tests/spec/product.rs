@@ -42,6 +42,7 @@ fn both_files_tell_every_object_and_every_value_of_the_slave() {
 /// Given the files of the master and of both minimal slaves, then each tells every object of its device.
 ///
 /// Verifies: ECSS 9.2a
+/// Notices: ECSS 9.2a: a minimal slave gets an object that its file does not tell.
 #[test]
 fn files_of_master_and_minimal_slaves_tell_every_object() {
     compare_declared::<NodeObjects<MasterObjects<CommanderObjects>>>(&committed("master.eds"));
