@@ -176,7 +176,7 @@ fn master_neither_takes_nor_sends_time_stamps() {
     let of = |id| master.sent.iter().filter(move |sent| sent.frame.id().raw() == id);
     assert!(of(0x181).count() >= 8);
     assert_eq!(of(0x100).count(), 0);
-    let last = of(0x181).last().expect("a time");
+    let last = of(0x181).next_back().expect("a time");
     let time = Scet::decode(last.frame.data()).expect("7 bytes");
     assert_eq!(u64::from(time.coarse()), 1_000 + (last.at.as_micros() - 10_000) / 1_000_000);
 }
