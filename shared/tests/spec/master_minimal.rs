@@ -137,7 +137,7 @@ fn slave_without_heartbeat_is_never_missed() {
 /// The master has the SYNC of Tables 9-7 to 9-10 in its dictionary, with the producer bit of CiA 301 in 1005h, and sends it in the period
 /// that stands there. The synchronous window is zero: no node has one.
 ///
-/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1
+/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3d
 /// Notices: ECSS 9.4.7.3b: SYNC is sent in twice the period of 1006h.
 /// Notices: ECSS 9.4.7.3b.1: the period is in 1007h, and 1006h is zero.
 #[test]

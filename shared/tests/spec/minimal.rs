@@ -272,7 +272,7 @@ fn no_error_makes_it_send_an_emergency() {
 /// Given a slave with heartbeat, when two masters contradict each other, frames break the protocol, an answer names no telemetry,
 /// a bus fails for good, a controller does not obey and the search is in vain, then it sends heartbeats and nothing else.
 ///
-/// Verifies: ECSS 9.4.7.2b
+/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a
 /// Notices: ECSS 9.4.7.2b: a slave that goes back after a contradiction sends an EMCY.
 #[test]
 fn no_condition_that_it_tells_makes_it_send_an_emergency() {
@@ -609,8 +609,13 @@ mod dictionaries {
 
     /// As in a constant, where a panic stops the build.
     pub fn refusal<D: Objects>() -> Option<String> {
+        refusal_with::<D>([None; PDOS])
+    }
+
+    /// The same with telemetry.
+    pub fn refusal_with<D: Objects>(transmit: [Option<MinimalTpdo>; PDOS]) -> Option<String> {
         let rpdo = Some(MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 0 });
-        let pdos = MinimalPdos { receive: [rpdo, None, None, None], transmit: [None; PDOS] };
+        let pdos = MinimalPdos { receive: [rpdo, None, None, None], transmit };
         let panic = std::panic::catch_unwind(|| assert_minimal::<D>(&pdos)).err()?;
         panic.downcast_ref::<&str>().map(|reason| (*reason).to_owned())
     }
@@ -630,6 +635,19 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
         (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
     ] {
         assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given telemetry by the first or the last TPDO in a dictionary that has RPDO 1 alone, then it is refused.
+///
+/// Verifies: ECSS 9.4.10e
+#[test]
+fn telemetry_without_parameters_is_refused() {
+    use dictionaries::{Sound, refusal_with};
+    let tpdo = MinimalPdos::DEFAULT.transmit[0];
+    for transmit in [[tpdo, None, None, None], [None, None, None, tpdo]] {
+        let reason = "a PDO in use without its parameters or its mapping";
+        assert_eq!(refusal_with::<Sound>(transmit).as_deref(), Some(reason));
     }
 }
 

@@ -13,7 +13,7 @@ fn write(present: u32, raw: u32, entry_use: EntryUse) -> Result<u32, AbortCode> 
     CobIdEntry::from_raw(present).written(raw, entry_use).map(CobIdEntry::raw)
 }
 
-/// Verifies: ECSS 6.10a
+/// Verifies: ECSS 6.10a, 9.5a
 #[test]
 fn the_pre_defined_connection_set() {
     let id = node(0x7F);

@@ -255,22 +255,24 @@ fn objects_of_shipped_images_are_those_of_the_tables() {
 #[test]
 fn sync_objects_of_shipped_images_have_their_access() {
     fn assert_consumer<D: Objects>(cob_id: u32) {
-        assert_eq!(entry::<D>(0x1005, 0).map(|entry| entry.access), Some(Access::Ro));
+        let entry_of_cob_id = entry::<D>(0x1005, 0).map(|entry| (entry.access, entry.data_type));
+        assert_eq!(entry_of_cob_id, Some((Access::Ro, DataType::Unsigned32)));
         assert_eq!(cob_id, 0x80);
         assert!(entry::<D>(0x1006, 0).is_none() && entry::<D>(0x1007, 0).is_none());
     }
     assert_consumer::<MinimalObjects>(MinimalObjects::default().cob_id_sync);
     assert_consumer::<PrototypeObjects>(PrototypeObjects::default().cob_id_sync);
 
-    fn access<D: Objects>(_: &D, index: u16) -> Option<Access> {
-        entry::<D>(index, 0).map(|entry| entry.access)
+    fn declared<D: Objects>(_: &D, index: u16) -> Option<(Access, DataType)> {
+        entry::<D>(index, 0).map(|entry| (entry.access, entry.data_type))
     }
     for (profile, period_ms) in [(SPACECRAFT, 100), (LIBRECUBE, 5_000)] {
         let mut world = MissionWorld::mixed(profile, 2, |world| world);
         world.run_until(ms(1_000));
         let (cob_id, period, window) = world.master(|master| {
             let objects = master.objects();
-            assert_eq!([0x1005, 0x1006].map(|index| access(objects, index)), [Some(Access::Rw); 2]);
+            let expected = Some((Access::Rw, DataType::Unsigned32));
+            assert_eq!([0x1005, 0x1006].map(|index| declared(objects, index)), [expected; 2]);
             let sync = &objects.communication.sync;
             (sync.cob_id, sync.cycle_period, sync.window)
         });
