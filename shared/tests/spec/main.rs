@@ -2,6 +2,7 @@
 //!
 //! Sans-IO: every test makes its own time. Tests that verify a requirement name it.
 
+mod applicability;
 mod babblers;
 mod babbling;
 mod bench;

@@ -1,9 +1,9 @@
 //! A master and minimal slaves (ECSS 9), one of them without heartbeat.
 
 use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
-use ecss_can::node::{MasterEvent, Refusal};
+use ecss_can::node::{MasterEvent, MasterRequest, Refusal};
 use ecss_can::profile::{MinimalNode, Profile};
-use ecss_can::types::{Instant, NmtState, NodeId};
+use ecss_can::types::{Bus, Instant, NmtState, NodeId, Scet};
 
 use crate::bench::{Bench, Master, NOMINAL, frame, ms, node};
 use crate::console;
@@ -57,6 +57,8 @@ impl MinimalDevice for Echo {
 /// Commands and requests of any length to a slave that was never heard: it takes each, and answers what asks for it.
 ///
 /// Verifies: ECSS 9.4.1a, 9.4.2c
+/// Notices: ECSS 9.4.1a: the master pads commands to 8 bytes.
+/// Notices: ECSS 9.4.2c: the master refuses the fourth RPDO.
 #[test]
 fn master_sends_commands_and_requests_by_each_of_four_pdos() {
     let mut master = announced();
@@ -135,7 +137,9 @@ fn slave_without_heartbeat_is_never_missed() {
 /// The master has the SYNC of Tables 9-7 to 9-10 in its dictionary, with the producer bit of CiA 301 in 1005h, and sends it in the period
 /// that stands there. The synchronous window is zero: no node has one.
 ///
-/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1
+/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3d
+/// Notices: ECSS 9.4.7.3b: SYNC is sent in twice the period of 1006h.
+/// Notices: ECSS 9.4.7.3b.1: the period is in 1007h, and 1006h is zero.
 #[test]
 fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
     let mut master = powered(&MIXED);
@@ -151,4 +155,28 @@ fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
     assert!(
         master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x080).all(|sent| sent.frame.dlc() == 0)
     );
+}
+
+/// Given a time stamp object (100h) and a master whose time is set, then its controllers do not admit it, it changes nothing, and the
+/// master sends its time by 181h alone.
+///
+/// Verifies: ECSS 9.4.7.1b
+/// Notices: ECSS 9.4.7.1b: the filters of the master admit 100h.
+#[test]
+fn master_neither_takes_nor_sends_time_stamps() {
+    let mut master = announced();
+    master.request(MasterRequest::SetTime(Scet::new(1_000, 0).unwrap()));
+    master.clear();
+    for bus in Bus::ALL {
+        assert!(!master.admits(bus, 0x100));
+        master.receive(bus, 0x100, &[0, 0, 0, 0, 0x10, 0x27]);
+        assert_eq!((master.frames(), master.events.len()), (vec![], 0));
+    }
+    master.run_until(ms(10_000));
+    let of = |id| master.sent.iter().filter(move |sent| sent.frame.id().raw() == id);
+    assert!(of(0x181).count() >= 8);
+    assert_eq!(of(0x100).count(), 0);
+    let last = of(0x181).next_back().expect("a time");
+    let time = Scet::decode(last.frame.data()).expect("7 bytes");
+    assert_eq!(u64::from(time.coarse()), 1_000 + (last.at.as_micros() - 10_000) / 1_000_000);
 }

@@ -81,6 +81,7 @@ pub fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
 }
 
 /// Verifies: ECSS 9.4.9.2a
+/// Notices: ECSS 9.4.9.2a: the slave sends a boot-up message at power-on.
 #[test]
 fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
@@ -94,6 +95,8 @@ fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
 /// Any of the four, any length.
 ///
 /// Verifies: ECSS 9.4.1c, 9.4.2a
+/// Notices: ECSS 9.4.1c: a command without an answer brings an empty telemetry PDO.
+/// Notices: ECSS 9.4.2a: the device gets 7 bytes of a command at most.
 #[test]
 fn a_command_reaches_the_device_and_is_not_answered() {
     let mut slave = powered::<Probe>();
@@ -112,6 +115,9 @@ fn a_command_reaches_the_device_and_is_not_answered() {
 }
 
 /// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b, 9.4.3b.1
+/// Notices: ECSS 9.4.2b: telemetry goes by the TPDO with the number of the RPDO.
+/// Notices: ECSS 9.4.3a: telemetry has 4 bytes at most.
+/// Notices: ECSS 9.4.3b.1: telemetry goes to the bus that is not active.
 #[test]
 fn a_request_brings_the_telemetry_that_it_names_at_once() {
     let mut slave = powered::<Probe>();
@@ -130,6 +136,7 @@ fn a_request_brings_the_telemetry_that_it_names_at_once() {
 }
 
 /// Verifies: ECSS 9.4.3b.2
+/// Notices: ECSS 9.4.3b.2: telemetry comes one SYNC later than its type says.
 #[test]
 fn sync_brings_telemetry_of_its_type_only() {
     let mut slave = powered::<Cyclic>();
@@ -183,7 +190,9 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
     assert_eq!(ids, [0x705, 0x185, 0x285, 0x385, 0x485]);
 }
 
-/// Verifies: ECSS 9.4.1b, 9.4.6.1a
+/// Verifies: ECSS 9.4.1b, 9.4.3b, 9.4.6.1a
+/// Notices: ECSS 9.4.1b: a heartbeat of the master makes the slave send TPDO 1.
+/// Notices: ECSS 9.4.3b: a heartbeat of the master triggers a TPDO.
 #[test]
 fn nothing_is_sent_unasked() {
     let mut slave = powered::<Cyclic>();
@@ -203,6 +212,9 @@ fn nothing_is_sent_unasked() {
 /// Module control, time stamps, SDO and emergencies are no part of the minimal set.
 ///
 /// Verifies: ECSS 9.4.6.1a, 9.4.7.1a, 9.4.7.2a, 9.4.8a
+/// Notices: ECSS 9.4.6.1a: a module control command starts the slave again.
+/// Notices: ECSS 9.4.7.1a: 100h is handled as a SYNC.
+/// Notices: ECSS 9.4.7.2a: an emergency of the master is handled as its heartbeat.
 #[test]
 fn services_that_are_forbidden_are_not_answered() {
     let mut slave = powered::<Probe>();
@@ -213,15 +225,19 @@ fn services_that_are_forbidden_are_not_answered() {
     slave.receive(NOMINAL, 0x100, &[0; 6]);
     slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     slave.receive(NOMINAL, 0x605, &[0xFF; 8]);
-    slave.receive(NOMINAL, 0x085, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]);
+    // Emergencies of the master, its own and of another slave.
+    for id in [0x081, 0x085, 0x086] {
+        slave.receive(NOMINAL, id, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]);
+    }
     assert_eq!((slave.frames(), slave.events.len()), (vec![], 0));
-    assert_eq!(slave.node.counters()[NOMINAL].ignored, 9);
+    assert_eq!(slave.node.counters()[NOMINAL].ignored, 11);
     // It is there as before.
     slave.receive(NOMINAL, 0x205, &[7]);
     assert_eq!(slave.node.device().commands.len(), 1);
 }
 
 /// Verifies: ECSS 9.4.8a
+/// Notices: ECSS 9.4.8a: a command that is one byte too short is taken.
 #[test]
 fn frame_against_the_protocol_is_dropped_and_counted() {
     let mut slave = powered::<Cyclic>();
@@ -253,9 +269,83 @@ fn no_error_makes_it_send_an_emergency() {
     assert!(slave.sent.iter().all(|sent| sent.frame.id().raw() == 0x705));
 }
 
+/// Given a slave with heartbeat, when two masters contradict each other, frames break the protocol, an answer names no telemetry,
+/// a bus fails for good, a controller does not obey and the search is in vain, then it sends heartbeats and nothing else.
+///
+/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a
+/// Notices: ECSS 9.4.7.2b: a slave that goes back after a contradiction sends an EMCY.
+#[test]
+fn no_condition_that_it_tells_makes_it_send_an_emergency() {
+    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
+    for (at, bus) in [(50, NOMINAL), (150, NOMINAL), (170, REDUNDANT), (250, NOMINAL), (255, REDUNDANT)] {
+        slave.run_until(ms(at));
+        slave.receive(bus, 0x701, &[0x05]);
+    }
+    let bus = slave.node.active();
+    for (id, data) in [(0x080, &[1][..]), (0x181, &[9]), (0x701, &[0x33]), (0x181, &[REQUEST, 9])] {
+        slave.receive(bus, id, data);
+    }
+    slave.link(bus, LinkEvent::Stalled);
+    let off = Health { state: ErrorState::BusOff, tec: 255, rec: 0, last_error: LastError::Ack };
+    for at in 0..=u64::from(numbers().bus_off.attempts) {
+        slave.run_until(ms(260 + 10 * at));
+        slave.health(bus, off);
+        slave.health(bus, Health::default());
+    }
+    slave.run_until(ms(600_000));
+    let taken_back = MinimalEvent::ActiveBus { bus: NOMINAL, cause: BusCause::TakenBack };
+    for event in [taken_back, MinimalEvent::BusStalled { bus }, MinimalEvent::BusFailed { bus }] {
+        assert!(slave.events.contains(&event), "{event:?}");
+    }
+    assert!(slave.events.iter().any(|event| matches!(event, MinimalEvent::GaveUp { .. })));
+    let counters = slave.node.counters()[bus];
+    assert_eq!((counters.malformed, counters.refused), (3, 1));
+    assert!(slave.sent.len() > 100);
+    assert!(slave.sent.iter().all(|sent| sent.frame == frame(0x705, &[0x05])));
+}
+
+/// Given three requests in one instant and three SYNCs in the next one, then each brings its telemetry at once, and none comes by
+/// itself in the ten minutes after them.
+///
+/// Verifies: ECSS 9.4.1d, 9.4.4b
+/// Notices: ECSS 9.4.1d: a second request in one instant is refused.
+#[test]
+fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
+    let mut slave = powered::<Cyclic>();
+    slave.run_until(ms(10));
+    for nth in 0..3 {
+        slave.receive(NOMINAL, 0x181, &[REQUEST, 2, nth]);
+    }
+    slave.run_until(ms(11));
+    for _ in 0..3 {
+        slave.receive(NOMINAL, 0x080, &[]);
+    }
+    assert_eq!((slave.times(NOMINAL, 0x385), slave.times(NOMINAL, 0x185)), (vec![10; 3], vec![11; 3]));
+    slave.clear();
+    for second in 1..=600 {
+        slave.run_until(ms(1_000 * second));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+    }
+    assert_eq!(slave.frames(), []);
+}
+
+/// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end: no window closes before.
+///
+/// Verifies: ECSS 9.4.7.3d
+/// Notices: ECSS 9.4.7.3d: a SYNC older than 100 ms is dropped.
+#[test]
+fn late_sync_brings_its_telemetry() {
+    let mut slave = powered::<Cyclic>();
+    slave.run_until(ms(10));
+    slave.now = ms(210);
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(10)) });
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 10]))]);
+}
+
 /// Consumer time 250 ms, Ttoggle 2.
 ///
 /// Verifies: ECSS 9.4.9.1.1a
+/// Notices: ECSS 9.4.9.1.1a: a search goes on on the bus that it left.
 #[test]
 fn it_looks_for_the_masters_heartbeat_by_itself() {
     let selective = Numbers { access: BusAccess::Selective, ..numbers() };
@@ -326,6 +416,9 @@ fn its_filters_are_exact() {
     assert!(!cyclic.is_stamped(NOMINAL, &frame(0x080, &[])));
 }
 
+/// Verifies: ECSS 9.4.4c, 9.4.4d
+/// Notices: ECSS 9.4.4c: TPDO 4 has COB-ID 500h + node.
+/// Notices: ECSS 9.4.4d: telemetry on request has transmission type 255.
 #[test]
 fn its_pdos_are_those_of_the_tables() {
     let pdos = MinimalPdos::DEFAULT;
@@ -368,6 +461,7 @@ fn pdos_that_cannot_be_are_refused() {
 /// Each row of Table 9-12, by its first and last index, and what is beside it.
 ///
 /// Verifies: ECSS 9.4.10b
+/// Notices: ECSS 9.4.10b: 1014h and 1015h are authorised.
 #[test]
 fn forbidden_objects_are_those_of_the_table() {
     let is = |index, expected| assert_eq!(permission(index), expected, "{index:04X}h");
@@ -432,6 +526,16 @@ mod dictionaries {
         pdo: Fixed,
     }
 
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Repeated {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Event timer
+        #[sub(5, ro)]
+        event: u16,
+    }
+
     #[derive(Debug, Objects)]
     pub struct Timed {
         /// Parameters
@@ -440,6 +544,44 @@ mod dictionaries {
         /// Mapping
         #[object(0x1600, array, ro)]
         mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct RepeatedCommand {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Repeated,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    /// RPDO 1, and TPDO 4 with an inhibit time.
+    #[derive(Debug, Objects)]
+    pub struct InhibitedTelemetry {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+        /// Parameters
+        #[object(0x1803, record)]
+        telemetry: Inhibited,
+    }
+
+    /// RPDO 1, and TPDO 4 with an event timer.
+    #[derive(Debug, Objects)]
+    pub struct RepeatedTelemetry {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+        /// Parameters
+        #[object(0x1803, record)]
+        telemetry: Repeated,
     }
 
     #[derive(Debug, Objects)]
@@ -467,14 +609,21 @@ mod dictionaries {
 
     /// As in a constant, where a panic stops the build.
     pub fn refusal<D: Objects>() -> Option<String> {
+        refusal_with::<D>([None; PDOS])
+    }
+
+    /// The same with telemetry.
+    pub fn refusal_with<D: Objects>(transmit: [Option<MinimalTpdo>; PDOS]) -> Option<String> {
         let rpdo = Some(MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 0 });
-        let pdos = MinimalPdos { receive: [rpdo, None, None, None], transmit: [None; PDOS] };
+        let pdos = MinimalPdos { receive: [rpdo, None, None, None], transmit };
         let panic = std::panic::catch_unwind(|| assert_minimal::<D>(&pdos)).err()?;
         panic.downcast_ref::<&str>().map(|reason| (*reason).to_owned())
     }
 }
 
 /// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10e
+/// Notices: ECSS 9.4.5a: only sub-index 0 of a mapping is checked for access.
+/// Notices: ECSS 9.4.10e: parameters without a mapping are enough for a PDO.
 #[test]
 fn dictionaries_that_the_minimal_set_forbids_are_refused() {
     use dictionaries::{Sound, Stored, Timed, Unmapped, Variable, refusal};
@@ -484,6 +633,37 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
         (refusal::<Timed>(), "a PDO with an inhibit time or an event timer"),
         (refusal::<Variable>(), "a mapping that can be written"),
         (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
+    ] {
+        assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given telemetry by the first or the last TPDO in a dictionary that has RPDO 1 alone, then it is refused.
+///
+/// Verifies: ECSS 9.4.10e
+#[test]
+fn telemetry_without_parameters_is_refused() {
+    use dictionaries::{Sound, refusal_with};
+    let tpdo = MinimalPdos::DEFAULT.transmit[0];
+    for transmit in [[tpdo, None, None, None], [None, None, None, tpdo]] {
+        let reason = "a PDO in use without its parameters or its mapping";
+        assert_eq!(refusal_with::<Sound>(transmit).as_deref(), Some(reason));
+    }
+}
+
+/// Given dictionaries with an inhibit time (sub-index 3) or an event timer (5) of a command or of telemetry, then none is accepted.
+///
+/// Verifies: ECSS 9.4.1d, 9.4.4b
+/// Notices: ECSS 9.4.4b: sub-index 6 is checked in place of the event timer.
+#[test]
+fn inhibit_time_and_event_timer_are_refused_for_each_pdo() {
+    use dictionaries::{InhibitedTelemetry, RepeatedCommand, RepeatedTelemetry, Timed, refusal};
+    let reason = "a PDO with an inhibit time or an event timer";
+    for refusal in [
+        refusal::<Timed>(),
+        refusal::<RepeatedCommand>(),
+        refusal::<InhibitedTelemetry>(),
+        refusal::<RepeatedTelemetry>(),
     ] {
         assert_eq!(refusal.as_deref(), Some(reason));
     }

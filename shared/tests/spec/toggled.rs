@@ -172,7 +172,6 @@ fn standby_knows_slaves_with_bit_7() {
     assert_eq!(switched, Some(SwitchCause::SlavesSilent), "{:?}", board.events);
 }
 
-/// Verifies: ECSS 9.4.9.2a
 #[test]
 fn minimal_slave_follows_a_master_with_bit_7() {
     for (byte, _) in TOGGLED {

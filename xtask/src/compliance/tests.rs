@@ -224,6 +224,50 @@ fn an_interpretation_without_requirement_sentence_or_page_is_found() {
     assert_eq!(check_interpretations(&table(), &interpretations, &docs()), expected);
 }
 
+/// Sections that Table 11-1 does not mark with A, by its marks. The standard leaves the cells of 7.4.2 to 7.4.6 and of 7.4.8.5 empty.
+const MARKS: [(&str, &[&str]); 3] = [
+    (
+        "NA",
+        &[
+            "5.3",
+            "7.1.1",
+            "7.2.2.3",
+            "7.2.2.4.3",
+            "7.2.2.5.2",
+            "7.2.3",
+            "7.2.4.3.16",
+            "7.2.6",
+            "7.2.6.2",
+            "7.2.6.3",
+            "7.2.7",
+            "7.2.8.2.2.1",
+            "7.2.8.2.2.2",
+            "7.2.8.3.2.1",
+            "7.3.1",
+            "7.4.8.5",
+        ],
+    ),
+    ("O", &["7.2.4", "7.2.4.2", "7.3.2.2.5", "7.4.8"]),
+    ("R", &["3", "4", "7.1.2", "7.3.4", "7.3.5", "7.4.1", "7.4.2 to 6", "7.4.7", "7.4.7.2", "7.5.2"]),
+];
+
+/// Given our copy of Table 11-1, then no section has another mark than in the standard.
+///
+/// Verifies: ECSS 11.1a, 11.1b, 11.1c, 11.1d
+/// Notices: ECSS 11.1d: section 7.3.5, for reference, has another mark in our table.
+#[test]
+fn sections_have_the_marks_of_table_11_1() {
+    let clauses = clauses();
+    let sections = |mark: &str| {
+        let marked = clauses.iter().filter(|clause| clause.applicability == mark);
+        marked.map(|clause| clause.section.as_str()).collect::<Vec<_>>()
+    };
+    for (mark, expected) in MARKS {
+        assert_eq!(sections(mark), expected, "{mark}");
+    }
+    assert_eq!(sections("A").len(), 54);
+}
+
 /// Given Table 11-1, then what applies is there or has a reason why not, what is not used but there has a reason, and what is for
 /// reference needs no answer.
 ///

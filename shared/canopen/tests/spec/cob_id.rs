@@ -13,7 +13,7 @@ fn write(present: u32, raw: u32, entry_use: EntryUse) -> Result<u32, AbortCode> 
     CobIdEntry::from_raw(present).written(raw, entry_use).map(CobIdEntry::raw)
 }
 
-/// Verifies: ECSS 6.10a
+/// Verifies: ECSS 6.10a, 9.5a
 #[test]
 fn the_pre_defined_connection_set() {
     let id = node(0x7F);
@@ -32,6 +32,7 @@ fn the_pre_defined_connection_set() {
 /// Of two identifiers the lower one wins arbitration.
 ///
 /// Verifies: ECSS 9.1a
+/// Notices: ECSS 9.1a: heartbeat COB-IDs count down from 780h.
 #[test]
 fn master_wins_arbitration_against_same_object_of_any_slave() {
     let objects = |id| {
@@ -47,6 +48,7 @@ fn master_wins_arbitration_against_same_object_of_any_slave() {
 }
 
 /// Verifies: ECSS 6.10b, 9.5a
+/// Notices: ECSS 9.5a: COB-IDs above 77Fh are not restricted.
 #[test]
 fn restricted_identifiers() {
     let restricted = |raw: u16| CobId::new(raw).unwrap().is_restricted();

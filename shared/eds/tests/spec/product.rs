@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use ecss_can::node::NodeObjects;
+use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::types::NodeId;
 use mission::LIBRECUBE;
-use mission::{MissionObjects, slave};
+use mission::minimal::MinimalObjects;
+use mission::minimal::prototype::PrototypeObjects;
+use mission::{CommanderObjects, MissionObjects, slave};
 
 use crate::content::compare_declared;
 use crate::ini::Ini;
@@ -35,6 +37,17 @@ fn both_files_tell_every_object_and_every_value_of_the_slave() {
         let expected = [&[0x1003; 8][..], &[0x2030, 0x6300]].concat();
         assert_eq!(compare_fresh(&file, fresh), expected, "{name}");
     }
+}
+
+/// Given the files of the master and of both minimal slaves, then each tells every object of its device.
+///
+/// Verifies: ECSS 9.2a
+/// Notices: ECSS 9.2a: a minimal slave gets an object that its file does not tell.
+#[test]
+fn files_of_master_and_minimal_slaves_tell_every_object() {
+    compare_declared::<NodeObjects<MasterObjects<CommanderObjects>>>(&committed("master.eds"));
+    compare_declared::<MinimalObjects>(&committed("minimal.eds"));
+    compare_declared::<PrototypeObjects>(&committed("minimal-librecube.eds"));
 }
 
 /// Verifies: ECSS 6.6a

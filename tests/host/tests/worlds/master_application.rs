@@ -149,8 +149,6 @@ fn a_slave_in_pre_operational_is_left_out() {
 
 /// Given minimal slaves that never get power, then the master commands the one without heartbeat, of which it hears nothing, and
 /// not the one with heartbeat.
-///
-/// Verifies: ECSS 9.4.6.1a
 #[test]
 fn a_silent_minimal_slave_is_commanded_unheard() {
     let plan =

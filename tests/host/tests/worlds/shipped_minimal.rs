@@ -1,18 +1,20 @@
 //! Minimal slaves with the profiles and devices that images use, in a busy network (ECSS 9).
 
 use can_wire::time::Time;
-use ecss_can::node::minimal::Numbers;
+use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::node::{MasterRequest, Refusal};
-use ecss_can::od::{Access, Entry, Objects};
+use ecss_can::od::{Access, DataType, Entry, Objects, checked};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, NodeId};
+use host_worlds::World;
 use host_worlds::world::Sent;
 use mission::minimal::prototype::PrototypeObjects;
-use mission::minimal::{FixedPdo, MinimalObjects};
+use mission::minimal::{FixedPdo, MinimalMission, MinimalObjects};
 use mission::{LIBRECUBE, STANDARD};
 
-use crate::mission_world::MissionMaster;
+use crate::indicators::IndicatorLog;
+use crate::mission_world::{MissionMaster, minimal_application};
 use crate::support::*;
 
 const MINIMAL: NodeId = NodeId::of::<5>();
@@ -28,13 +30,19 @@ fn entry<D: Objects>(index: u16, sub: u8) -> Option<&'static Entry> {
     D::DECLARED.find(Address::new(index, sub)).map(|(_, _, entry)| entry)
 }
 
-/// Asserts the structure of Tables 9-3 to 9-6: sub-indices 0 to 2 that no client writes, and nothing else.
-fn assert_fixed<D: Objects>(index: u16) {
-    for sub in 0..=2 {
-        let access = entry::<D>(index, sub).expect("number, COB-ID and type").access;
-        assert!(!access.is_writable(), "{index:04X}h sub {sub}");
+/// Asserts the structure of Tables 9-3 to 9-6: sub-indices 0 to 2 with their types, which no client writes, and nothing else.
+fn assert_fixed<D: Objects>(objects: &mut D, index: u16) {
+    for (sub, data_type) in [(0, DataType::Unsigned8), (1, DataType::Unsigned32), (2, DataType::Unsigned8)] {
+        let entry = entry::<D>(index, sub).expect("number, COB-ID and type");
+        assert!(!entry.access.is_writable() && entry.data_type == data_type, "{index:04X}h sub {sub}");
     }
-    assert!((3..=6).all(|sub| entry::<D>(index, sub).is_none()), "{index:04X}h: inhibit time or event time");
+    assert!(
+        (3..=0xFF).all(|sub| entry::<D>(index, sub).is_none()),
+        "{index:04X}h: inhibit time or event time"
+    );
+    let mut number = [0];
+    checked::find(objects, Address::new(index, 0)).expect("it is there").read(0, &mut number);
+    assert_eq!(number, [2], "{index:04X}h: number of entries");
 }
 
 /// CAN-ID, `None` where the PDO is not in use, and transmission type.
@@ -44,10 +52,6 @@ fn of(pdos: [FixedPdo; 4]) -> [(Option<u32>, u8); 4] {
 
 /// The objects of Tables 9-1 and 9-2, without 1006h, which producers of SYNC have, and 1007h, which Table 9-12 forbids.
 fn assert_minimal_set<D: Objects>() {
-    for pdo in 0..4 {
-        assert_fixed::<D>(0x1400 + pdo);
-        assert_fixed::<D>(0x1800 + pdo);
-    }
     for (index, sub) in [(0x1016, 1), (0x1017, 0), (0x1005, 0)] {
         assert!(entry::<D>(index, sub).is_some(), "{index:04X}h");
     }
@@ -57,10 +61,173 @@ fn assert_minimal_set<D: Objects>() {
     }
 }
 
+/// Given the devices of the shipped images, then parameters of commands and of telemetry have the entries of the tables, and they are
+/// not changed. No PDO has an inhibit time or an event timer.
+///
+/// Verifies: ECSS 9.4.1d, 9.4.2d, 9.4.4b, 9.4.4c
+/// Notices: ECSS 9.4.2d: the COB-ID of a PDO can be written.
+#[test]
+fn pdo_parameters_of_shipped_images_have_the_structure_of_the_tables() {
+    for pdo in 0..4 {
+        assert_fixed(&mut MinimalObjects::default(), 0x1400 + pdo);
+        assert_fixed(&mut MinimalObjects::default(), 0x1800 + pdo);
+        assert_fixed(&mut PrototypeObjects::default(), 0x1400 + pdo);
+        assert_fixed(&mut PrototypeObjects::default(), 0x1800 + pdo);
+    }
+}
+
+/// First and last index of what Table 9-12 forbids, and of SDO parameters, which it has for tests alone.
+const FORBIDDEN: [(u16, u16); 8] = [
+    (0x1007, 0x1007),
+    (0x100C, 0x100D),
+    (0x1010, 0x1015),
+    (0x1200, 0x12FF),
+    (0x1404, 0x15FF),
+    (0x1604, 0x17FF),
+    (0x1804, 0x19FF),
+    (0x1A04, 0x1BFF),
+];
+
+/// Given the dictionaries of the shipped images, then no object that Table 9-12 forbids exists. So none is used or has a value of use.
+///
+/// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d
+/// Notices: ECSS 9.4.10c: a minimal slave offers to store parameters (1010h).
+/// Notices: ECSS 9.4.10d: 1014h of a minimal slave has a COB-ID that is used.
+#[test]
+fn dictionaries_of_shipped_images_have_no_forbidden_object() {
+    for (first, last) in FORBIDDEN {
+        for index in first..=last {
+            assert!(entry::<MinimalObjects>(index, 0).is_none(), "{index:04X}h");
+            assert!(entry::<PrototypeObjects>(index, 0).is_none(), "{index:04X}h");
+        }
+    }
+    assert!(entry::<MinimalObjects>(0x1403, 0).is_some() && entry::<PrototypeObjects>(0x1A03, 0).is_some());
+}
+
+/// The shipped device in node 5, alone with a foreign node, at this bit rate. The master was heard.
+fn alone(kbit: u32) -> World {
+    let slave = |_| MinimalSlave::new(MINIMAL, Numbers::of(&SPACECRAFT, MINIMAL), MinimalMission::new());
+    let application = |slave, events| minimal_application(slave, events, MINIMAL, IndicatorLog::default());
+    let mut world = World::builder().board(MINIMAL, slave, application).kbit(kbit).build();
+    world.run_until(ms(150));
+    world.inject(Bus::Nominal, standard(0x701, &[0x05]));
+    world.run_until(ms(210));
+    world
+}
+
+/// What the minimal slave sends within 30 ms of a frame, beside its heartbeat.
+fn asked(world: &mut World, id: u16, data: &[u8]) -> Vec<Sent> {
+    let from = world.now();
+    world.inject(Bus::Nominal, standard(id, data));
+    world.run_for(ms(30));
+    let of_slave = |sent: &&Sent| sent.node == Some(MINIMAL) && sent.id() != Some(0x705);
+    let frames = world.frames(Bus::Nominal).iter().map(|sent| Sent::clone(sent));
+    frames.filter(|sent| sent.end > from && of_slave(&sent)).collect()
+}
+
+/// Given SDO requests, emergencies, time stamps and a fifth PDO, then the shipped device answers none, and is there as before. It has
+/// no SDO, so its dictionary needs no parameters of one.
+///
+/// Verifies: ECSS 9.4.10c, 9.4.10f
+/// Notices: ECSS 9.4.10f: the slave answers SDO requests with an abort, without 1200h.
+#[test]
+fn shipped_device_has_no_service_of_a_forbidden_object() {
+    let mut world = alone(1_000);
+    let frames: [(u16, &[u8]); 7] = [
+        (0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
+        (0x605, &[0x40, 0x00, 0x12, 1, 0, 0, 0, 0]),
+        (0x605, &[0x80, 0x00, 0x12, 1, 0, 0, 0, 0]),
+        (0x585, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]),
+        (0x085, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]),
+        (0x100, &[0; 6]),
+        (0x6C5, &[1, 2]),
+    ];
+    for (id, data) in frames {
+        assert!(asked(&mut world, id, data).is_empty(), "{id:03X}h");
+    }
+    assert_eq!(asked(&mut world, 0x505, &[]).len(), 1);
+    for index in [0x1200, 0x1280] {
+        assert!(entry::<MinimalObjects>(index, 0).is_none(), "{index:04X}h");
+    }
+}
+
+/// From the end of a request to the end of its telemetry, microseconds: 200 in the slave, one frame on its way and the telemetry, 135
+/// bits each.
+const fn stated_delay(kbit: u64) -> u64 {
+    200 + 2 * 135 * 1_000 / kbit
+}
+
+/// Given a free bus of 1 Mbit/s, 125 or 50 kbit/s, or one where a foreign frame begins with the telemetry, when telemetry is requested,
+/// then it ends within the delay that the page of the minimal set states.
+///
+/// Verifies: ECSS 9.4.4a
+/// Notices: ECSS 9.4.4a: telemetry waits for the next heartbeat.
+#[test]
+fn telemetry_ends_within_the_stated_delay() {
+    let page = include_str!("../../../../docs/decisions/minimal-set.md");
+    let page = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(page.contains(
+        "200 µs and 270 bit times at most pass from the end of the request to the end of telemetry"
+    ));
+    assert!(page.contains("470 µs at 1 Mbit/s, 2.36 ms at 125 kbit/s"));
+    assert_eq!((stated_delay(1_000), stated_delay(125)), (470, 2_360));
+    for kbit in [1_000, 125, 50] {
+        let mut world = alone(kbit);
+        // Eight bytes to be kept.
+        assert!(asked(&mut world, 0x205, &[0; 8]).is_empty());
+        let requests: [(u16, &[u8]); 4] =
+            [(0x505, &[]), (0x505, &[9; 8]), (0x405, &[2, 1]), (0x305, &[3, 1, 0, 0, 0, 0, 0, 0])];
+        for (id, data) in requests {
+            for has_neighbour in [false, true] {
+                // Heartbeats begin at each 100 ms.
+                let begin = world.now().as_us() / 100_000 * 100 + 150;
+                world.run_until(ms(begin - 30));
+                world.inject(Bus::Nominal, standard(0x701, &[0x05]));
+                world.run_until(ms(begin));
+                world.inject(Bus::Nominal, standard(id, data));
+                if has_neighbour {
+                    // It wins against the telemetry.
+                    world.inject(Bus::Nominal, standard(0x283, &[0x55; 8]));
+                }
+                world.run_for(ms(60));
+                let [request] = &since(&world, Bus::Nominal, id, ms(begin))[..] else {
+                    panic!("one request")
+                };
+                let reply = if id == 0x505 { 0x485 } else { 0x385 };
+                let [reply] = &since(&world, Bus::Nominal, reply, ms(begin))[..] else { panic!("{id:03X}h") };
+                let delay = reply.end.since(request.end).as_us();
+                assert!(delay <= stated_delay(kbit.into()), "{kbit} kbit/s, {id:03X}h: {delay} us");
+            }
+        }
+    }
+}
+
+/// Given the shipped master in profile `librecube`, which sends the spacecraft time every 10 s, then nobody sends the time stamp object,
+/// and one that comes does not change the time that the master sends.
+///
+/// Verifies: ECSS 9.4.7.1b
+#[test]
+fn shipped_master_neither_takes_nor_sends_time_stamps() {
+    let mut world = MissionWorld::mixed(LIBRECUBE, 2, |world| world);
+    world.run_until(ms(20_500));
+    world.inject(Bus::Nominal, standard(0x100, &[0, 0, 0, 0, 0x10, 0x27]));
+    world.run_until(ms(41_000));
+    let times = since(&world, Bus::Nominal, 0x181, Time::ZERO);
+    assert!(times.len() >= 3, "{}", times.len());
+    let seconds = |sent: &Sent| u32::from_le_bytes(sent.frame.payload()[3..].try_into().unwrap());
+    assert!(times.windows(2).all(|pair| (9..=11).contains(&(seconds(&pair[1]) - seconds(&pair[0])))));
+    for bus in Bus::ALL {
+        let stamps = since(&world, bus, 0x100, Time::ZERO).into_iter();
+        assert_eq!(stamps.filter(|sent| sent.node.is_some()).count(), 0);
+    }
+}
+
 /// Given the devices of the shipped images, then they have the objects of the minimal set with the parameters of the tables. Two
 /// exceptions: telemetry that SYNC brings has its number of SYNCs as type, and the prototype of LibreCube takes the time by RPDO 1.
 ///
 /// Verifies: ECSS 9.3a, 9.4.2d, 9.4.2e, 9.4.4c, 9.4.4d
+/// Notices: ECSS 9.3a: TPDO 4 of the minimal slave is not in use.
+/// Notices: ECSS 9.4.2e: RPDOs have transmission type 255.
 #[test]
 fn objects_of_shipped_images_are_those_of_the_tables() {
     assert_minimal_set::<MinimalObjects>();
@@ -83,25 +250,29 @@ fn objects_of_shipped_images_are_those_of_the_tables() {
 /// The master serves full slaves too: there 1005h and 1006h are `rw`, as CiA 301 has them, and hold what it sends.
 ///
 /// Verifies: ECSS 9.4.7.3a, 9.4.7.3b.1, 9.4.7.3b.2, 9.4.7.3d
+/// Notices: ECSS 9.4.7.3a: 1005h of a minimal slave is 81h.
+/// Notices: ECSS 9.4.7.3b.2: 1006h has milliseconds.
 #[test]
 fn sync_objects_of_shipped_images_have_their_access() {
     fn assert_consumer<D: Objects>(cob_id: u32) {
-        assert_eq!(entry::<D>(0x1005, 0).map(|entry| entry.access), Some(Access::Ro));
+        let entry_of_cob_id = entry::<D>(0x1005, 0).map(|entry| (entry.access, entry.data_type));
+        assert_eq!(entry_of_cob_id, Some((Access::Ro, DataType::Unsigned32)));
         assert_eq!(cob_id, 0x80);
         assert!(entry::<D>(0x1006, 0).is_none() && entry::<D>(0x1007, 0).is_none());
     }
     assert_consumer::<MinimalObjects>(MinimalObjects::default().cob_id_sync);
     assert_consumer::<PrototypeObjects>(PrototypeObjects::default().cob_id_sync);
 
-    fn access<D: Objects>(_: &D, index: u16) -> Option<Access> {
-        entry::<D>(index, 0).map(|entry| entry.access)
+    fn declared<D: Objects>(_: &D, index: u16) -> Option<(Access, DataType)> {
+        entry::<D>(index, 0).map(|entry| (entry.access, entry.data_type))
     }
     for (profile, period_ms) in [(SPACECRAFT, 100), (LIBRECUBE, 5_000)] {
         let mut world = MissionWorld::mixed(profile, 2, |world| world);
         world.run_until(ms(1_000));
         let (cob_id, period, window) = world.master(|master| {
             let objects = master.objects();
-            assert_eq!([0x1005, 0x1006].map(|index| access(objects, index)), [Some(Access::Rw); 2]);
+            let expected = Some((Access::Rw, DataType::Unsigned32));
+            assert_eq!([0x1005, 0x1006].map(|index| declared(objects, index)), [expected; 2]);
             let sync = &objects.communication.sync;
             (sync.cob_id, sync.cycle_period, sync.window)
         });
@@ -128,6 +299,7 @@ fn reply_to(id: u16, data: &[u8]) -> Option<u16> {
 /// requests by RPDO 3 and 4, then each frame of the minimal slave but its heartbeat answers one SYNC or request, once and at once.
 ///
 /// Verifies: ECSS 9.4.3b, 9.4.3c
+/// Notices: ECSS 9.4.3c: each telemetry is sent twice.
 #[test]
 fn a_minimal_slave_in_a_busy_network_sends_what_is_asked() {
     let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world.seed(11));

@@ -31,7 +31,7 @@ struct Boards {
 }
 
 /// Number of encodings by what came of them.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq, Eq)]
 struct Outcomes {
     /// It ran, or an access that it made was refused, or it called an exception.
     executed: u32,
@@ -135,7 +135,7 @@ fn every_half_word_runs_faults_or_stops() {
         let code = [first, boards.random.next() as u16];
         boards.run(code, &mut outcomes);
     }
-    println!("{outcomes:?}");
+    assert_eq!(outcomes, Outcomes { executed: 56_317, usage_fault: 8_201, stopped: 1_018 });
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn a_million_random_words_run_fault_or_stop() {
         let code = [first, boards.random.next() as u16];
         boards.run(code, &mut outcomes);
     }
-    println!("{outcomes:?}");
+    assert_eq!(outcomes, Outcomes { executed: 231_204, usage_fault: 665_633, stopped: 103_163 });
 }
 
 #[test]
