@@ -23,6 +23,9 @@ pub fn check(requirements: &[Requirement], tags: &[Tag]) -> Vec<String> {
             findings
                 .push(format!("{at}: {function} names {number} requirements, at most {MOST} are allowed"));
         }
+        for id in tag.noticed.iter().filter(|id| !tag.ids.contains(id)) {
+            findings.push(format!("{at}: {} notices {id}, which it does not verify", tag.function));
+        }
         for id in &tag.ids {
             match tests.get_mut(id.as_str()) {
                 Some(number) => *number += usize::from(tag.runs),

@@ -10,6 +10,8 @@ const HEAD: &str = "# Compliance
 Written by `cargo xtask compliance`; do not edit. `cargo xtask compliance --check` fails if a tag names no requirement, stands on
 no test that runs, or a requirement on software has no test.
 
+A doc comment \"Notices: ECSS 8.3.3h: ...\" at a test names a violation with which it was seen to fail.
+
 Three columns say how the software interprets a requirement. Their links lead to the decisions.
 
 * reading: the text is unclear, or contradicts another one, and we take it in one way.
@@ -27,14 +29,15 @@ A applicable, O optional, NA not used, R for reference, as the standard has it.
 | --- | --- | --- | --- | --- |
 ";
 
-/// How many requirements there are, how many are traced, and how many have each kind of interpretation, in a line.
+/// How many requirements there are, how many are traced and noticed, and how many have each kind of interpretation, in a line.
 pub fn summary(requirements: &[Requirement], interpretations: &[Interpretation], tags: &[Tag]) -> String {
     let number = |who: Who| requirements.iter().filter(|row| row.who == who).count();
     let software = || requirements.iter().filter(|row| row.who == Who::Software);
     let traced = software().filter(|row| tests(row, tags).next().is_some()).count();
+    let tried = software().filter(|row| tests(row, tags).any(|tag| tag.noticed.contains(&row.id))).count();
     let of_kind = |kind| of_kind(requirements, interpretations, kind);
     format!(
-        "{} requirements: {} on software ({traced} traced to tests), {} on boards, {} on the integrator, {} tailored; \
+        "{} requirements: {} on software ({traced} traced to tests, {tried} of them with a violation that was tried and noticed), {} on boards, {} on the integrator, {} tailored; \
          {} with a deviation, {} with an extension, {} with a reading",
         requirements.len(),
         number(Who::Software),

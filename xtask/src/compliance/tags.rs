@@ -1,4 +1,4 @@
-//! Tags in a source file: `Verifies:` lines of doc comments, and the functions that they stand on.
+//! Tags in a source file: `Verifies:` and `Notices:` lines of doc comments, and the functions that they stand on.
 //!
 //! Reads tokens, not items: a test in a macro is a test like any other.
 
@@ -20,6 +20,8 @@ pub struct Tag {
     pub runs: bool,
     /// Requirements, ranges resolved; as written where they cannot be.
     pub ids: Vec<String>,
+    /// Those of a `Notices:` line: the test was seen to fail when a slip violates the requirement.
+    pub noticed: Vec<String>,
 }
 
 /// A source that is read.
@@ -87,6 +89,8 @@ fn is_tag_comment(line: &str) -> bool {
 
 /// Begins the line of a tag.
 const MARK: &str = "Verifies:";
+/// Begins the line with the slip that a test notices: `Notices: ECSS 8.3.3h: the slave toggles early.`
+const SLIP: &str = "Notices:";
 
 #[derive(Default)]
 struct Found {
@@ -94,6 +98,7 @@ struct Found {
     function: String,
     is_test: bool,
     ids: Vec<String>,
+    noticed: Vec<String>,
 }
 
 impl Found {
@@ -104,6 +109,7 @@ impl Found {
             runs: self.is_test && reading.is_tested && !self.function.is_empty(),
             function: self.function,
             ids: self.ids,
+            noticed: self.noticed,
         }
     }
 }
@@ -120,6 +126,7 @@ struct Reader {
 struct Attributes {
     lines: Vec<usize>,
     ids: Vec<String>,
+    noticed: Vec<String>,
     is_test: bool,
     is_ignored: bool,
     path: Option<String>,
@@ -178,8 +185,8 @@ impl Reader {
         if attributes.lines.is_empty() {
             return;
         }
-        let Attributes { lines, ids, is_test, is_ignored, .. } = attributes;
-        self.tags.push(Found { lines, function, is_test: is_test && !is_ignored, ids });
+        let Attributes { lines, ids, noticed, is_test, is_ignored, .. } = attributes;
+        self.tags.push(Found { lines, function, is_test: is_test && !is_ignored, ids, noticed });
     }
 }
 
@@ -212,6 +219,9 @@ impl Attributes {
                 if text.trim_start().starts_with(MARK) {
                     self.lines.push(line);
                     self.ids.extend(ids(text));
+                } else if text.trim_start().starts_with(SLIP) {
+                    self.lines.push(line);
+                    self.noticed.push(slip(text));
                 }
             }
         }
@@ -223,6 +233,12 @@ fn ids(line: &str) -> Vec<String> {
     let Some((_, list)) = line.split_once(MARK) else { return Vec::new() };
     let list = list.trim().trim_end_matches('.');
     list.split(',').flat_map(|part| range(part.trim().trim_start_matches("ECSS ").trim())).collect()
+}
+
+/// The requirement of a line with a slip.
+fn slip(line: &str) -> String {
+    let text = line.split_once(SLIP).map_or("", |(_, text)| text).trim().trim_start_matches("ECSS ");
+    text.split(':').next().unwrap_or_default().trim().to_owned()
 }
 
 /// The members of `7.1.3a to d`; what is no range stands for itself.

@@ -37,6 +37,22 @@ fn requirements_with_a_test_each_are_fine() {
 }
 
 #[test]
+fn a_test_notices_what_it_verifies_alone() {
+    let slip = "/// Notices: ECSS";
+    let tags = source(&[
+        "MARK 8.3.3a, 8.3.3b",
+        &format!("{slip} 8.3.3b: the slave toggles early."),
+        &format!("{slip} 8.3.3c: never."),
+        "#[test]",
+        "fn heartbeats() {}",
+    ]);
+    assert_eq!(tags[0].noticed, ["8.3.3b", "8.3.3c"]);
+    assert_eq!(check(&table(), &tags), ["source.rs:1: heartbeats notices 8.3.3c, which it does not verify"]);
+    let summary = page::summary(&table(), &[], &tags);
+    assert!(summary.contains("2 on software (2 traced to tests, 1 of them with a violation"), "{summary}");
+}
+
+#[test]
 fn a_tag_that_is_removed_leaves_a_requirement_untested() {
     let tags = source(&["MARK 8.3.3a", "#[test]", "fn heartbeats() {}"]);
     assert_eq!(check(&table(), &tags), ["8.3.3b: no test names it"]);
