@@ -1,6 +1,7 @@
 //! The dictionary of a slave over its bus: SDO requests in, what the node does then.
 
 mod changed;
+mod commands;
 mod errors;
 pub(crate) mod fixture;
 mod impossible_pdos;
