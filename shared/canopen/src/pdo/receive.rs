@@ -384,23 +384,27 @@ mod tests {
 
     const ID: CobId = CobId::new(0x205).unwrap();
 
-    /// Given two RPDOs, when one bit of the COB-ID of the first or of its complement flips, then no frame is taken for
+    /// Given two RPDOs, when one bit of the COB-ID of one of them or of its complement flips, then no frame is taken for
     /// it: neither the one that it had nor the one that it seems to have.
     ///
     /// Verifies: ECSS 6.10d
     #[test]
     fn no_frame_is_taken_while_a_bit_of_the_cob_id_is_wrong() {
-        for second in [CobId::new(0x305).unwrap(), ID] {
+        for (wrong, other) in [(0, 0x305), (0, 0x205), (1, 0x205)] {
             let mut rpdos = Rpdos::<PdoObjects<2, 1>>::new();
-            for (number, id) in [ID, second].into_iter().enumerate() {
+            for (number, id) in [(wrong, ID), (1 - wrong, CobId::new(other).unwrap())] {
                 let parameters = PdoParameters::default();
                 rpdos.configure(number, &parameters, Some((id, Layout::EMPTY)), false).unwrap();
             }
-            assert_eq!(rpdos.first(ID), Some(0));
+            let takes = |rpdos: &Rpdos<_>, id| {
+                let first = rpdos.first(id);
+                first == Some(wrong) || first.and_then(|first| rpdos.next(id, first)) == Some(wrong)
+            };
+            assert!(takes(&rpdos, ID));
             for flipped in Sealed::of(ID).flipped() {
-                rpdos.ids.as_mut()[0] = flipped;
+                rpdos.ids.as_mut()[wrong] = flipped;
                 for id in (0..=0x7FF).filter_map(CobId::new) {
-                    assert_ne!(rpdos.first(id), Some(0), "{id:?} as {flipped:?}");
+                    assert!(!takes(&rpdos, id), "{id:?} as {flipped:?}");
                 }
             }
         }
