@@ -104,6 +104,10 @@ fn a_network_may_ask_for_a_shorter_jump_width() {
         let limit = u32::from(expected) * 1_000_000 / (20 * u32::from(timing.quanta()));
         assert!(timing.oscillator_tolerance().0 <= limit, "{timing:?}");
     }
+    // Registers that hold more than the standard allows: 25 time quanta, phase segments of 5.
+    let network = Network { jump_width: 9, oscillator_tolerance: PartsPerMillion(7_000), ..desk(1_000_000) };
+    let timing = BitTiming::new(&FDCAN, Hertz(25 * MHZ), &network).unwrap();
+    assert_eq!([timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()], [25, 19, 5, 4]);
 }
 
 /// The same, with oscillators that are just good enough, and with worse ones: the line leaves no longer segments.
