@@ -85,6 +85,7 @@ fn bit_7_of_a_heartbeat_is_ignored_but_in_80h() {
 }
 
 /// Verifies: ECSS 6.5.4a
+/// Notices: ECSS 6.5.4a: SDO, SYNC and emergencies go on in Stopped.
 #[test]
 fn services_by_state() {
     use NmtState::{Initialising, Operational, PreOperational, Stopped};
