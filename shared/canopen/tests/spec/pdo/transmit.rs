@@ -95,7 +95,7 @@ fn syncs_with(node: &mut Node, count: u32) -> Vec<u32> {
 }
 
 /// Verifies: ECSS 6.2a, 6.9a, 6.9b
-/// Notices: ECSS 6.9a: a PDO of every fourth SYNC begins with the first.
+/// Notices: ECSS 6.9a: the first transmission does not wait for n SYNCs.
 #[test]
 fn a_cyclic_one_is_sampled_and_sent_at_every_nth_sync() {
     for (cycle, expected) in
