@@ -188,6 +188,8 @@ fn a_pdo_that_cannot_be_is_refused_and_others_go_on() {
 /// connection set; that of a node which it does not know is free.
 ///
 /// Verifies: ECSS 6.10l, 6.10m
+/// Notices: ECSS 6.10l: a slave may take a COB-ID of a master that 1016h does not name.
+/// Notices: ECSS 6.10m: TPDO 4 of another node is not known as that of another node.
 #[test]
 fn cob_ids_of_other_senders_are_refused() {
     let mut slave = operational();
@@ -212,6 +214,9 @@ fn cob_ids_of_other_senders_are_refused() {
     }
     assert_eq!(write(&mut slave, (0x1014, 0), 0x87), Err(AbortCode::ParameterIncompatible));
     write(&mut slave, (0x1014, 0), 0x85).unwrap();
+    // The master is another node whether 1016h names it or not.
+    write_all(&mut slave, &[((0x1016, 1), &[0; 4])]);
+    assert_eq!(write(&mut slave, (0x1800, 1), NO_REMOTE | 0x281), Err(AbortCode::ParameterIncompatible));
     // What others send may be received.
     write(&mut slave, (0x1401, 1), INVALID | NO_REMOTE | 0x305).unwrap();
     write(&mut slave, (0x1401, 1), NO_REMOTE | 0x187).unwrap();
