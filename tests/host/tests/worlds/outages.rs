@@ -68,6 +68,7 @@ fn next_heartbeat() -> Time {
 /// each command, send each telemetry, heartbeat and local time in time, and stay on the bus; likewise when it returns.
 ///
 /// Verifies: ECSS 5.3.3.2.2b
+/// Notices: ECSS 5.3.3.2.2b: one silent slave makes the master leave the bus.
 #[test]
 fn others_go_on_while_a_slave_has_no_power() {
     let heartbeat = next_heartbeat();
