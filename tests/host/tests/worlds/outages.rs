@@ -130,7 +130,6 @@ fn nodes_upstream_of_a_cut_communicate_until_the_bus_is_left() {
 ///
 /// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
 /// Notices: ECSS 5.3.3.2.3k: the master starts slaves at their boot-up alone.
-/// Notices: ECSS 5.3.3.2.3k.1: the slave upstream that left Operational is not started again.
 #[test]
 fn a_cut_of_both_buses_leaves_no_ill_effects_when_it_heals() {
     let outages = [300, 1_000, 5_000].into_iter();
