@@ -26,3 +26,42 @@ pub const fn bit_timing(network: &Network) -> BitTiming {
         Err(error) => panic!("{}", error.message().as_str()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ecss_can::link::bit_timing::{BitRate, Metres, PartsPerMillion, Permille};
+
+    use super::*;
+
+    /// Given networks of one bit rate and of several, then each has its own time quanta and sample point, in the registers of
+    /// bxCAN at 42 MHz: prescaler, TS1, TS2, SJW. They are those of common calculators for the rates, and calculated by hand
+    /// for the two networks with worse oscillators.
+    ///
+    /// Verifies: ECSS 5.4.3a
+    /// Notices: ECSS 5.4.3a: the clock behind the time quanta is half of what it is.
+    #[test]
+    fn time_quanta_and_sample_point_follow_the_network() {
+        let crystals = |bit_rate| Network {
+            bit_rate,
+            length: Metres(20),
+            node_delay: Network::NODE_DELAY,
+            oscillator_tolerance: PartsPerMillion(1_000),
+            jump_width: Network::JUMP_WIDTH,
+        };
+        let worse = |ppm| Network { oscillator_tolerance: PartsPerMillion(ppm), ..crystals(BitRate::MBIT_1) };
+        for (network, registers, sample_point) in [
+            (crystals(BitRate::MBIT_1), [3, 11, 2, 1], 857),
+            (worse(4_000), [3, 11, 2, 2], 857),
+            (worse(7_000), [2, 16, 4, 4], 809),
+            (crystals(BitRate::KBIT_500), [6, 11, 2, 1], 857),
+            (crystals(BitRate::KBIT_250), [12, 11, 2, 1], 857),
+            (crystals(BitRate::KBIT_125), [21, 13, 2, 1], 875),
+        ] {
+            let timing = bit_timing(&network);
+            let segments = [timing.segment1(), timing.segment2(), timing.jump_width()].map(u16::from);
+            let [ts1, ts2, sjw] = segments;
+            assert_eq!([timing.prescaler(), ts1, ts2, sjw], registers, "{network:?}");
+            assert_eq!(timing.sample_point(), Permille(sample_point), "{network:?}");
+        }
+    }
+}

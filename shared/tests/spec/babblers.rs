@@ -21,6 +21,7 @@ fn babble(babblers: &mut Babblers, from: u64, until: u64) -> Vec<(u64, BabblingS
 }
 
 /// Verifies: ECSS 5.3.3.1b
+/// Notices: ECSS 5.3.3.1b: a slave that babbles on is stopped again and never reset.
 #[test]
 fn a_slave_that_babbles_on_is_stopped_reset_and_left() {
     let mut babblers = Babblers::new(RATE, span(20_000));

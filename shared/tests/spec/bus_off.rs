@@ -55,6 +55,8 @@ fn a_bus_that_was_left_is_not_recovered() {
     assert_eq!(recovery.poll(ms(500)), None);
 }
 
+/// Verifies: ECSS 5.6.2a
+/// Notices: ECSS 5.6.2a: a recovery from bus-off that does not end is waited for without end.
 #[test]
 fn unending_recovery_is_retried_and_counted_until_bus_failed() {
     let mut recovery = BusOffRecovery::new(POLICY);

@@ -47,7 +47,7 @@ fn last_error(master: &mut Bench<Master>) -> Option<(u32, u32)> {
 /// When a foreign node sends heartbeats with its Node-ID and another state, in step, faster or slower
 /// Then the master commands the slave all the time but before the third turn, and reports a collision (8150h).
 ///
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn slave_with_a_foreign_double_is_commanded_all_the_time() {
     for (state, period, most) in [

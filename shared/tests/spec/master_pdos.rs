@@ -156,7 +156,6 @@ fn synchronous_pdos_follow_its_own_sync() {
     assert_eq!(ids(&master), [0x302]);
 }
 
-/// Verifies: ECSS 6.5.2b
 #[test]
 fn it_consumes_the_heartbeat_of_every_slave_of_its_dictionary() {
     for profile in [&STANDARD, &SLOW] {

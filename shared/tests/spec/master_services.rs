@@ -24,7 +24,8 @@ fn errors(master: &mut Bench<Master>) -> (u32, u32, u32) {
     (read(master, 0x1001, 0), last(1, master), last(2, master))
 }
 
-/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2b, 5.6.2c
+/// Notices: ECSS 5.6.2c: the object of the redundant bus has the counters of the nominal one.
 #[test]
 fn errors_of_its_buses_stand_in_its_dictionary() {
     for (bus, health, source) in [(NOMINAL, 0x2020, 0), (REDUNDANT, 0x2021, 1 << 16)] {

@@ -65,6 +65,7 @@ fn every_flipped_bit_of_every_copy_changes_no_node_id() {
 /// Every copy that reads as another Node-ID, or as none.
 ///
 /// Verifies: ECSS 6.10k
+/// Notices: ECSS 6.10k: one copy of three is enough.
 #[test]
 fn one_wrong_copy_of_three_changes_no_node_id() {
     for id in 2..=126 {
@@ -172,6 +173,8 @@ fn no_single_failure_gives_a_board_another_node_id() {
 }
 
 /// Verifies: ECSS 6.10e, 6.10f
+/// Notices: ECSS 6.10e: straps win over a stored Node-ID that differs.
+/// Notices: ECSS 6.10f: a board without any Node-ID takes 127 and communicates.
 #[test]
 fn straps_and_store_decide_as_documented() {
     let (three, five) = (node(3), node(5));

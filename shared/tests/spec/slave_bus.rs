@@ -79,6 +79,7 @@ fn heartbeat_while_the_switch_waits_keeps_the_bus() {
 /// error.
 ///
 /// Verifies: ECSS 5.6.2b
+/// Notices: ECSS 5.6.2b: the application hears of bus-off alone, not of error passive.
 #[test]
 fn first_slave_on_a_bus_reports_no_passive_controller() {
     let mut slave = powered(&STANDARD);

@@ -72,7 +72,7 @@ fn bytes_of_no_state_are_no_heartbeats_of_the_master() {
     }
 }
 
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn double_node_id_with_bit_7_is_a_clash() {
     let mut slave = slave::operational(&STANDARD);

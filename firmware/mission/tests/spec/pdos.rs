@@ -135,7 +135,6 @@ fn a_node_that_is_none_of_the_missions_is_not_commanded() {
     assert_eq!(request(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
 }
 
-/// Verifies: ECSS 6.5.2b
 #[test]
 fn the_master_consumes_the_heartbeat_of_every_slave() {
     for profile in [&STANDARD, &LIBRECUBE] {

@@ -292,3 +292,25 @@ impl Producer {
         Some(self.last.map_or(Instant::ZERO, |last| last + self.inhibit).max(self.retry))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::CobId;
+
+    /// Given an error to report, while one bit of the COB-ID or of its complement is wrong, then no message is sent.
+    ///
+    /// Verifies: ECSS 6.10d
+    #[test]
+    fn no_message_is_sent_while_a_bit_of_the_cob_id_is_wrong() {
+        let sealed = Sealed::of(CobId::new(0x085).unwrap());
+        let sent = |id| {
+            let mut producer = Producer::new(Config { id: CobId::new(0x085), inhibit: Duration::ZERO });
+            producer.id = id;
+            producer.raise(ErrorCode::GENERIC, [0; 5]);
+            producer.poll(Instant::ZERO, NmtState::Operational)
+        };
+        assert!(sent(sealed).is_some());
+        assert!(sealed.flipped().all(|id| sent(id).is_none()));
+    }
+}

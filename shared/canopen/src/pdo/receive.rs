@@ -376,3 +376,37 @@ impl Configured {
         self.note_plain();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pdo::PdoObjects;
+
+    const ID: CobId = CobId::new(0x205).unwrap();
+
+    /// Given two RPDOs, when one bit of the COB-ID of one of them or of its complement flips, then no frame is taken for
+    /// it: neither the one that it had nor the one that it seems to have.
+    ///
+    /// Verifies: ECSS 6.10d
+    #[test]
+    fn no_frame_is_taken_while_a_bit_of_the_cob_id_is_wrong() {
+        for (wrong, other) in [(0, 0x305), (0, 0x205), (1, 0x205)] {
+            let mut rpdos = Rpdos::<PdoObjects<2, 1>>::new();
+            for (number, id) in [(wrong, ID), (1 - wrong, CobId::new(other).unwrap())] {
+                let parameters = PdoParameters::default();
+                rpdos.configure(number, &parameters, Some((id, Layout::EMPTY)), false).unwrap();
+            }
+            let takes = |rpdos: &Rpdos<_>, id| {
+                let first = rpdos.first(id);
+                first == Some(wrong) || first.and_then(|first| rpdos.next(id, first)) == Some(wrong)
+            };
+            assert!(takes(&rpdos, ID));
+            for flipped in Sealed::of(ID).flipped() {
+                rpdos.ids.as_mut()[wrong] = flipped;
+                for id in (0..=0x7FF).filter_map(CobId::new) {
+                    assert!(!takes(&rpdos, id), "{id:?} as {flipped:?}");
+                }
+            }
+        }
+    }
+}

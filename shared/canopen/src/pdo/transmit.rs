@@ -400,3 +400,47 @@ impl<S: PdoSlots> Tpdos<S> {
         (self.next < Instant::NEVER).then_some(self.next)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pdo::PdoObjects;
+    use crate::sync::SyncObjects;
+
+    const ID: CobId = CobId::new(0x185).unwrap();
+    const NOW: Instant = Instant::from_micros(1_000);
+
+    /// Frames that an event and a SYNC send.
+    fn sent(transmission: u8, id: Sealed) -> usize {
+        let mut tpdos = Tpdos::<PdoObjects<1, 1>>::new(&PdoSet::NONE);
+        let parameters = PdoParameters { transmission, ..PdoParameters::default() };
+        tpdos.configure(0, &parameters, Some((ID, Layout::EMPTY)), NOW).unwrap();
+        tpdos.start(NOW);
+        tpdos.pdos.as_mut()[0].id = id;
+        let mut sent = 0;
+        tpdos.trigger(0, NOW);
+        let objects = SyncObjects::default();
+        tpdos.poll(NOW, &objects, &mut |_, _| {
+            sent += 1;
+            true
+        });
+        tpdos.on_sync(0, &objects, &mut |_, _, _| {
+            sent += 1;
+            true
+        });
+        sent
+    }
+
+    /// Given a TPDO of which one bit of the COB-ID or of its complement has flipped, then neither an event nor a SYNC
+    /// sends it.
+    ///
+    /// Verifies: ECSS 6.10d
+    #[test]
+    fn nothing_is_sent_while_a_bit_of_the_cob_id_is_wrong() {
+        for transmission in [254, 1, 0] {
+            assert_eq!(sent(transmission, Sealed::of(ID)), 1, "type {transmission}");
+            let flipped = Sealed::of(ID).flipped().map(|id| sent(transmission, id));
+            assert_eq!(flipped.sum::<usize>(), 0, "type {transmission}");
+        }
+    }
+}

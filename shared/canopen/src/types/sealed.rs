@@ -43,6 +43,14 @@ impl Sealed {
 }
 
 #[cfg(test)]
+impl Sealed {
+    /// All that one flipped bit makes of it.
+    pub(crate) fn flipped(self) -> impl Iterator<Item = Sealed> {
+        (0..32).map(move |bit| Sealed(self.0 ^ 1 << bit))
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -50,14 +58,26 @@ mod tests {
     #[test]
     fn a_flipped_bit_makes_a_sealed_cob_id_none() {
         for id in (0..=0x7FF).filter_map(CobId::new) {
-            let sealed = Sealed::of(id);
-            assert_eq!(sealed.id(), Some(id));
-            for bit in 0..32 {
-                assert_eq!(Sealed(sealed.0 ^ 1 << bit).id(), None, "{id:?}, bit {bit}");
-            }
+            assert_eq!(Sealed::of(id).id(), Some(id));
+            assert!(Sealed::of(id).flipped().all(|flipped| flipped.id().is_none()), "{id:?}");
         }
-        for bit in 0..32 {
-            assert_eq!(Sealed(Sealed::NONE.0 ^ 1 << bit).id(), None, "none, bit {bit}");
+        assert!(Sealed::NONE.flipped().all(|flipped| flipped.id().is_none()));
+    }
+
+    /// Given a flipped bit of either half, then it is neither the COB-ID that was sealed nor the one that the bit makes of
+    /// it.
+    ///
+    /// Verifies: ECSS 6.10d
+    /// Notices: ECSS 6.10d: a COB-ID in use is compared by its low half alone.
+    #[test]
+    fn a_sealed_cob_id_with_a_flipped_bit_equals_no_cob_id() {
+        for id in (0..=0x7FF).filter_map(CobId::new) {
+            assert!(Sealed::of(id).is(id) && !Sealed::NONE.is(id));
+            for (flipped, bit) in Sealed::of(id).flipped().zip((0..16).cycle()) {
+                assert!(!flipped.is(id), "{id:?}, bit {bit}");
+                let other = CobId::new(id.raw() ^ 1 << bit);
+                assert!(other.is_none_or(|other| !flipped.is(other)), "{id:?}, bit {bit}");
+            }
         }
     }
 }

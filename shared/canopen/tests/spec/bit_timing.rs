@@ -69,6 +69,9 @@ fn the_rates_of_cia_get_the_settings_of_cia() {
 }
 
 /// Bosch, C_CAN user's manual 4.2.1.7: 10 MHz, drivers 50 ns, receivers 30 ns, line 220 ns (44 m), 0.39 %.
+///
+/// Verifies: ECSS 5.4.3b
+/// Notices: ECSS 5.4.3b: the delay of the nodes counts in one direction only.
 #[test]
 fn the_example_of_bosch_at_1_mbit() {
     let network = Network { length: Metres(44), node_delay: Nanoseconds(80), ..desk(1_000_000) };
@@ -84,6 +87,7 @@ fn the_example_of_bosch_at_1_mbit() {
 /// after an error flag, or SJW / (20 N).
 ///
 /// Verifies: ECSS 5.4.3d
+/// Notices: ECSS 5.4.3d: a jump width above 4 is taken as it is asked for.
 #[test]
 fn a_network_may_ask_for_a_shorter_jump_width() {
     let oscillator_tolerance = PartsPerMillion(5_500);
@@ -100,6 +104,10 @@ fn a_network_may_ask_for_a_shorter_jump_width() {
         let limit = u32::from(expected) * 1_000_000 / (20 * u32::from(timing.quanta()));
         assert!(timing.oscillator_tolerance().0 <= limit, "{timing:?}");
     }
+    // Registers that hold more than the standard allows: 25 time quanta, phase segments of 5.
+    let network = Network { jump_width: 9, oscillator_tolerance: PartsPerMillion(7_000), ..desk(1_000_000) };
+    let timing = BitTiming::new(&FDCAN, Hertz(25 * MHZ), &network).unwrap();
+    assert_eq!([timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()], [25, 19, 5, 4]);
 }
 
 /// The same, with oscillators that are just good enough, and with worse ones: the line leaves no longer segments.
@@ -142,6 +150,7 @@ fn the_settings_at_42_mhz() {
 }
 
 /// Verifies: ECSS 5.4.3c
+/// Notices: ECSS 5.4.3c: of options with equal propagation the one with less tolerance is taken.
 ///
 /// At 42 MHz and 1 Mbit/s 21 time quanta (81.0 %, phase segments of 4) would be finer, but their propagation segment of
 /// 12/21 of the bit holds less than the 10/14 of the option chosen.

@@ -203,48 +203,53 @@ fn errors_take_turns() {
 }
 
 /// Verifies: ECSS 6.4a.2, 6.4b
+/// Notices: ECSS 6.4b: two names of error codes have the code of each other.
 #[test]
 fn every_error_code_of_cia_301_is_there_and_sets_its_bits() {
     const GENERIC: u8 = 0x01;
     let table = [
-        (0x0000, 0),
-        (0x1000, GENERIC),
-        (0x2000, 0x03),
-        (0x2100, 0x03),
-        (0x2200, 0x03),
-        (0x2300, 0x03),
-        (0x3000, 0x05),
-        (0x3100, 0x05),
-        (0x3200, 0x05),
-        (0x3300, 0x05),
-        (0x4000, 0x09),
-        (0x4100, 0x09),
-        (0x4200, 0x09),
-        (0x5000, GENERIC),
-        (0x6000, GENERIC),
-        (0x6100, GENERIC),
-        (0x6200, GENERIC),
-        (0x6300, GENERIC),
-        (0x7000, GENERIC),
-        (0x8000, GENERIC),
-        (0x8100, 0x11),
-        (0x8110, 0x11),
-        (0x8120, 0x11),
-        (0x8130, 0x11),
-        (0x8140, 0x11),
-        (0x8150, 0x11),
-        (0x8200, 0x11),
-        (0x8210, 0x11),
-        (0x8220, 0x11),
-        (0x8230, 0x11),
-        (0x8240, 0x11),
-        (0x8250, 0x11),
-        (0x9000, GENERIC),
-        (0xF000, 0x21),
-        (0xFF00, 0x81),
+        (ErrorCode::NO_ERROR, 0x0000, 0),
+        (ErrorCode::GENERIC, 0x1000, GENERIC),
+        (ErrorCode::CURRENT, 0x2000, 0x03),
+        (ErrorCode::CURRENT_INPUT, 0x2100, 0x03),
+        (ErrorCode::CURRENT_INSIDE, 0x2200, 0x03),
+        (ErrorCode::CURRENT_OUTPUT, 0x2300, 0x03),
+        (ErrorCode::VOLTAGE, 0x3000, 0x05),
+        (ErrorCode::VOLTAGE_MAINS, 0x3100, 0x05),
+        (ErrorCode::VOLTAGE_INSIDE, 0x3200, 0x05),
+        (ErrorCode::VOLTAGE_OUTPUT, 0x3300, 0x05),
+        (ErrorCode::TEMPERATURE, 0x4000, 0x09),
+        (ErrorCode::TEMPERATURE_AMBIENT, 0x4100, 0x09),
+        (ErrorCode::TEMPERATURE_DEVICE, 0x4200, 0x09),
+        (ErrorCode::HARDWARE, 0x5000, GENERIC),
+        (ErrorCode::SOFTWARE, 0x6000, GENERIC),
+        (ErrorCode::SOFTWARE_INTERNAL, 0x6100, GENERIC),
+        (ErrorCode::SOFTWARE_USER, 0x6200, GENERIC),
+        (ErrorCode::DATA_SET, 0x6300, GENERIC),
+        (ErrorCode::MODULES, 0x7000, GENERIC),
+        (ErrorCode::MONITORING, 0x8000, GENERIC),
+        (ErrorCode::COMMUNICATION, 0x8100, 0x11),
+        (ErrorCode::CAN_OVERRUN, 0x8110, 0x11),
+        (ErrorCode::CAN_PASSIVE, 0x8120, 0x11),
+        (ErrorCode::HEARTBEAT, 0x8130, 0x11),
+        (ErrorCode::BUS_OFF_RECOVERED, 0x8140, 0x11),
+        (ErrorCode::CAN_ID_COLLISION, 0x8150, 0x11),
+        (ErrorCode::PROTOCOL, 0x8200, 0x11),
+        (ErrorCode::PDO_LENGTH, 0x8210, 0x11),
+        (ErrorCode::PDO_LENGTH_EXCEEDED, 0x8220, 0x11),
+        (ErrorCode::MPDO_DESTINATION, 0x8230, 0x11),
+        (ErrorCode::SYNC_LENGTH, 0x8240, 0x11),
+        (ErrorCode::RPDO_TIMEOUT, 0x8250, 0x11),
+        (ErrorCode::EXTERNAL, 0x9000, GENERIC),
+        (ErrorCode::ADDITIONAL_FUNCTIONS, 0xF000, 0x21),
+        (ErrorCode::DEVICE_SPECIFIC, 0xFF00, 0x81),
     ];
-    assert_eq!(ErrorCode::ALL.iter().map(|code| code.get()).collect::<Vec<_>>(), table.map(|(code, _)| code));
-    for (raw, bits) in table {
+    assert_eq!(
+        ErrorCode::ALL.iter().map(|code| code.get()).collect::<Vec<_>>(),
+        table.map(|(_, raw, _)| raw)
+    );
+    for (code, raw, bits) in table {
+        assert_eq!(code.get(), raw);
         assert_eq!(ErrorCode::new(raw).get(), raw);
         assert_eq!(ErrorRegister::of(ErrorCode::new(raw)).bits(), bits, "{raw:04X}");
         // The low byte is the device's to define.
@@ -265,6 +270,8 @@ fn the_bits_of_the_error_register() {
 }
 
 /// Verifies: ECSS 6.4a, 6.4a.1, 6.4a.2
+/// Notices: ECSS 6.4a: an error that is gone already is ended again.
+/// Notices: ECSS 6.4a.2: the octets of the error code are swapped.
 #[test]
 fn an_error_is_told_once_and_so_is_its_end() {
     let mut producer = producer(0);
@@ -312,6 +319,8 @@ fn errors_of_two_sources_are_two_errors() {
     assert_eq!(producer.register().bits(), 0);
 }
 
+/// Verifies: ECSS 6.4a.1
+/// Notices: ECSS 6.4a.1: a message with code 0000h is sent though no error ended.
 #[test]
 fn no_error_is_no_error() {
     let mut producer = producer(0);

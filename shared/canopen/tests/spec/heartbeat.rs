@@ -66,6 +66,8 @@ fn a_producer_tells_the_present_state_every_period() {
     assert_eq!(producer.poll(ms(110), NmtState::Operational), Some(frame(0x702, &[0x05])));
 }
 
+/// Verifies: ECSS 6.5.2a
+/// Notices: ECSS 6.5.2a: the first heartbeat with a new period waits for that period.
 #[test]
 fn a_new_producer_time_takes_effect_at_once() {
     let mut producer = heartbeat::Producer::new(node(2), span(1_000));

@@ -84,6 +84,8 @@ fn bit_7_of_a_heartbeat_is_ignored_but_in_80h() {
     assert_eq!(NmtState::from_byte(0x80), None, "no boot-up message");
 }
 
+/// Verifies: ECSS 6.5.4a
+/// Notices: ECSS 6.5.4a: SDO, SYNC and emergencies go on in Stopped.
 #[test]
 fn services_by_state() {
     use NmtState::{Initialising, Operational, PreOperational, Stopped};
@@ -95,6 +97,7 @@ fn services_by_state() {
 }
 
 /// Verifies: ECSS 6.5.1a, 6.5.4a
+/// Notices: ECSS 6.5.1a: the command to stop is obeyed in Operational alone.
 #[test]
 fn every_transition_of_the_state_diagram() {
     use NmtState::{Initialising, Operational, PreOperational, Stopped};

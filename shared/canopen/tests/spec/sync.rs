@@ -31,6 +31,7 @@ fn sync_on_the_wire_and_every_period() {
 }
 
 /// Verifies: ECSS 6.3b, 6.9c
+/// Notices: ECSS 6.3b: the counter goes on with 0 after its greatest value.
 #[test]
 fn the_counter_goes_from_1_to_the_overflow_value() {
     let mut producer = Producer::with(Config::new(PRODUCER, 10_000, 3));
@@ -72,6 +73,7 @@ fn only_a_node_whose_1005h_says_so_produces_sync() {
 }
 
 /// Verifies: ECSS 6.9c
+/// Notices: ECSS 6.9c: a producer does not follow a new period.
 #[test]
 fn period_changes_while_sync_is_produced_and_counter_goes_on() {
     let mut producer = Producer::with(Config::new(PRODUCER, 100_000, 10));

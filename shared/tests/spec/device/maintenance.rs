@@ -127,6 +127,7 @@ fn no_parameters_are_saved_in_maintenance_mode() {
 }
 
 /// Verifies: ECSS 6.10g
+/// Notices: ECSS 6.10g: a write of a Node-ID outside of maintenance is answered as done.
 #[test]
 fn no_node_id_is_stored_outside_of_maintenance_mode() {
     let mut memory = Memory::default();

@@ -1,7 +1,7 @@
 //! SYNC with and without a counter.
 
-use super::fixture::{NO_INHIBIT, autostarted, done, errors, payloads, write, write_all};
-use crate::bench::NOMINAL;
+use super::fixture::{NO_INHIBIT, autostarted, done, errors, payloads, read, refused, write, write_all};
+use crate::bench::{NOMINAL, ms};
 
 /// Verifies: ECSS 6.3b
 #[test]
@@ -67,4 +67,23 @@ fn a_sync_of_wrong_length_is_right_once_1019h_says_so() {
     slave.clear();
     slave.receive(NOMINAL, 0x080, &[]);
     assert_eq!(payloads(&slave, 0x085), [[0, 0, 0, 0x40, 0x82, 0, 0, 0]]);
+}
+
+/// Given a slave in Operational with a SYNC period, when a client sets bit 30 of its 1005h, then that is refused, and
+/// the slave sends no SYNC: the master alone does.
+///
+/// Verifies: ECSS 6.9d
+/// Notices: ECSS 6.9d: a slave accepts bit 30 of 1005h.
+#[test]
+fn a_slave_does_not_become_a_producer_of_sync() {
+    let mut slave = autostarted();
+    write_all(&mut slave, &[(0x1006, 0, &10_000_u32.to_le_bytes())]);
+    for cob_id in [0x4000_0080_u32, 0x4000_0090] {
+        assert_eq!(write(&mut slave, 0x1005, 0, &cob_id.to_le_bytes()), refused(0x1005, 0, 0x0609_0030));
+    }
+    assert_eq!(read(&mut slave, 0x1005, 0), [0x80, 0, 0, 0]);
+    slave.clear();
+    slave.run_until(ms(100));
+    assert!(slave.sent.iter().all(|sent| ![0x080, 0x090].contains(&sent.frame.id().raw())));
+    assert!(!slave.sent.is_empty(), "heartbeats");
 }

@@ -69,6 +69,7 @@ fn bit_errors_cost_repetitions_and_nothing_else() {
 }
 
 /// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b
+/// Notices: ECSS 5.3.3.2.3e: a slave with selective access searches on one bus alone.
 #[test]
 fn a_bus_shorted_recessive_is_left_for_the_other_one() {
     let mut world = running(MIXED, 3);
@@ -87,6 +88,7 @@ fn a_bus_shorted_recessive_is_left_for_the_other_one() {
 }
 
 /// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b
+/// Notices: ECSS 5.3.3.2.3i: a slave with selective access searches on one bus alone.
 #[test]
 fn a_bus_shorted_dominant_is_left_for_the_other_one() {
     let mut world = running(MIXED, 3);
@@ -134,6 +136,7 @@ fn a_master_off_its_stub_goes_to_the_other_bus() {
 }
 
 /// Verifies: ECSS 5.3.3.2.2a
+/// Notices: ECSS 5.3.3.2.2a: one silent slave makes the master leave the bus.
 #[test]
 fn a_slave_off_its_stub_is_lost_and_the_others_go_on() {
     let mut world = busy(STANDARD, 3);

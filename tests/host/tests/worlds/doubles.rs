@@ -71,7 +71,7 @@ fn assert_one_yields(world: &World, what: &str) {
 /// Given two boards with one Node-ID, equal clocks and one instant of power-on, when they fly, then one hears the other, reports it
 /// and is silent; the other one goes on.
 ///
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn one_of_two_equal_boards_yields() {
     assert_one_yields(&flown(None), "patterns of their boards");
@@ -79,7 +79,7 @@ fn one_of_two_equal_boards_yields() {
 
 /// Given patterns that differ in a single bit, when that bit has its turn, then one of the boards yields.
 ///
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn a_single_bit_of_the_pattern_parts_two_boards() {
     for bit in 0..32 {
@@ -104,7 +104,7 @@ proptest! {
 
     /// Given any two different patterns, one of the boards yields.
     ///
-    /// Verifies: ECSS 6.10e
+    /// Verifies: ECSS 6.10h
     #[test]
     fn any_two_patterns_part_two_boards(first: u32, difference in 1_u32..) {
         let patterns = [first, first ^ difference];

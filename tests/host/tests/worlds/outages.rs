@@ -2,6 +2,7 @@
 //!
 //! The master commands every slave and asks it for telemetry ten times a second. Heartbeat and SYNC have the same period.
 
+use can_wire::fault::Fault;
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::node::{MasterEvent, SlaveEvent};
@@ -67,6 +68,7 @@ fn next_heartbeat() -> Time {
 /// each command, send each telemetry, heartbeat and local time in time, and stay on the bus; likewise when it returns.
 ///
 /// Verifies: ECSS 5.3.3.2.2b
+/// Notices: ECSS 5.3.3.2.2b: one silent slave makes the master leave the bus.
 #[test]
 fn others_go_on_while_a_slave_has_no_power() {
     let heartbeat = next_heartbeat();
@@ -127,6 +129,7 @@ fn nodes_upstream_of_a_cut_communicate_until_the_bus_is_left() {
 /// cut. When both are healed, then all slaves communicate as before: no error state, no node that was reset, no further move.
 ///
 /// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k: the master starts slaves at their boot-up alone.
 #[test]
 fn a_cut_of_both_buses_leaves_no_ill_effects_when_it_heals() {
     let outages = [300, 1_000, 5_000].into_iter();
@@ -183,4 +186,58 @@ fn boots(world: &World, node: NodeId) -> usize {
     let id = 0x700 + u16::from(node.get());
     let of = |bus| since(world, bus, id, Time::ZERO).into_iter().filter(|sent| sent.frame.payload() == [0]);
     Bus::ALL.into_iter().map(|bus| of(bus).count()).sum()
+}
+
+/// Strikes both buses of a busy network with a short that makes them show this level, for a few milliseconds up to more
+/// than the slaves search. Asserts that all nodes communicate when it is gone as they did before: each command is executed once, no error state
+/// and no error count is left, no node was reset, and the master stays on its bus.
+fn assert_short_leaves_no_ill_effects(level: bool) {
+    for (span, profile) in
+        [3, 60, 400, 3_000, 40_000].into_iter().flat_map(|span| [(span, STANDARD), (span, MIXED)])
+    {
+        let mut world = busy(profile);
+        let struck = world.now();
+        Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::Short { position_m: CUT_M, level }));
+        world.run_for(ms(span));
+        for node in [TWO, THREE, FOUR] {
+            let late = executed(&world, node, struck + ms(1), world.now());
+            assert!(late.is_empty(), "{node:?} hears nothing: {late:?}");
+        }
+        Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::ClearShorts));
+        world.run_for(ms(6_000));
+        let settled = world.now();
+        world.run_for(ms(1_000));
+        assert!(world.all_operational(), "after {span} ms");
+        assert_eq!(switches(&world, settled), 0, "after {span} ms");
+        assert_eq!(world.port(MASTER, world.master_bus()).health(), Health::default());
+        for node in [TWO, THREE, FOUR] {
+            assert_settled(&world, node, settled);
+            let values = executed(&world, node, Time::ZERO, world.now());
+            assert!(
+                values.windows(2).all(|pair| pair[0].1 < pair[1].1),
+                "{node:?} executes each command once"
+            );
+        }
+    }
+}
+
+/// CAN_H at ground, CAN_L at CAN_H, CAN_H at a negative voltage or CAN_L at a positive one: the difference is none, or
+/// negative.
+///
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j
+/// Notices: ECSS 5.3.3.2.3g: a bus with too many recoveries from bus-off is never tried again.
+/// Notices: ECSS 5.3.3.2.3j: the master starts slaves at their boot-up alone.
+#[test]
+fn buses_that_were_shorted_recessive_resume() {
+    assert_short_leaves_no_ill_effects(true);
+}
+
+/// CAN_H at a positive voltage or CAN_L at a negative one: the difference is that of a dominant bit.
+///
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h
+/// Notices: ECSS 5.3.3.2.3d: the master starts slaves at their boot-up alone.
+/// Notices: ECSS 5.3.3.2.3h: the master starts slaves at their boot-up alone.
+#[test]
+fn buses_that_were_shorted_dominant_resume() {
+    assert_short_leaves_no_ill_effects(false);
 }

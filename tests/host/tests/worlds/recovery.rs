@@ -17,6 +17,7 @@ fn of_master(world: &World, bus: Bus, from: Time) -> Vec<Sent> {
 }
 
 /// Verifies: ECSS 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k.2: the master starts slaves at their boot-up alone.
 #[test]
 fn both_buses_cut_and_restored() {
     for outage in [ms(50), ms(300), ms(700), ms(3_000)] {

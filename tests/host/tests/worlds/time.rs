@@ -44,6 +44,7 @@ fn sync_comes_every_period_from_the_master_alone() {
 /// 1005h of one slave is changed by SDO, then its synchronous PDO follows the new identifier alone.
 ///
 /// Verifies: ECSS 6.3a
+/// Notices: ECSS 6.3a: a slave answers 080h whatever its 1005h says.
 #[test]
 fn devices_with_synchronous_pdos_have_a_sync_object() {
     const SYNC: Address = Address::new(0x1005, 0);

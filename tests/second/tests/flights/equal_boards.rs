@@ -65,7 +65,7 @@ fn assert_one_yields(images: &Images, period_ms: u64, ppm: f64) {
 /// Given two boards with one Node-ID, equal crystals and one instant of power-on, when they fly, then one of them hears the
 /// other within 33 heartbeat periods, reports it and is silent; the other one goes on.
 ///
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn one_of_two_equal_boards_yields() {
     for ppm in [0.0, 48.0] {
@@ -73,7 +73,7 @@ fn one_of_two_equal_boards_yields() {
     }
 }
 
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn one_of_two_equal_boards_yields_at_125_kbit_per_second() {
     assert_one_yields(&rates::at(125, "standard"), 100, 48.0);

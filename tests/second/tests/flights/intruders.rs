@@ -212,7 +212,7 @@ fn application_of_a_selective_slave_chooses_the_bus() {
 /// Given a slave that has worked for a consumer time, when a foreign node sends heartbeats with its Node-ID and another state, in
 /// step with the slave, faster and slower, then the master reports the clash once and withholds few commands before.
 ///
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn foreign_double_of_a_slave_costs_few_commands() {
     let mut undisturbed = Flight::new(&MASTER_AND_THREE[..3]);
@@ -244,7 +244,7 @@ fn two_of_one_node_id(second_ms: u64) -> Flight {
 
 /// Given two boards with one Node-ID, the one that booted last is silent, and one of them says why.
 ///
-/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10h
 #[test]
 fn second_board_with_a_node_id_yields() {
     for second_ms in [60, 61, 65, 310, 1500] {

@@ -139,6 +139,7 @@ fn an_event_driven_one_is_in_the_dictionary_at_once() {
 }
 
 /// Verifies: ECSS 6.2a, 6.9a, 6.9b, 6.9e
+/// Notices: ECSS 6.9b: a synchronous PDO takes effect when it arrives.
 #[test]
 fn synchronous_rpdo_applies_newest_frame_at_the_next_sync() {
     for transmission in [0, 1, 2, 240] {

@@ -52,30 +52,38 @@ fn a_constant_maps_what_a_client_may_map() {
     }
 }
 
+/// Types 0 to 240, 254 and 255, SYNC start values 0 to 240 (CiA 301 7.5.2.35 and 7.5.2.37).
+///
+/// Verifies: ECSS 6.2a
+/// Notices: ECSS 6.2a: transmission types 252 and 253 are accepted.
 #[test]
 fn a_transmission_type_compiles_when_a_client_may_write_it() {
     for value in 0..=u8::MAX {
         let written = |direction, sub| {
             rules::parameters(direction, &PdoParameters::default(), sub, value.into()).is_ok()
         };
-        let receive = written(Direction::Receive, 2);
-        let transmit = written(Direction::Transmit, 2);
-        assert_eq!(compiles(|| Rpdo::new(1, ID).transmission(value)), receive, "{value}");
-        assert_eq!(compiles(|| Tpdo::new(1, ID).transmission(value)), transmit, "{value}");
-        let start = written(Direction::Transmit, 6);
-        assert_eq!(compiles(|| Tpdo::new(1, ID).sync_start(value)), start, "{value}");
+        let is_type = !(241..=253).contains(&value);
+        assert_eq!(written(Direction::Receive, 2), is_type, "{value}");
+        assert_eq!(written(Direction::Transmit, 2), is_type, "{value}");
+        assert_eq!(compiles(|| Rpdo::new(1, ID).transmission(value)), is_type, "{value}");
+        assert_eq!(compiles(|| Tpdo::new(1, ID).transmission(value)), is_type, "{value}");
+        let is_start = value <= 240;
+        assert_eq!(written(Direction::Transmit, 6), is_start, "{value}");
+        assert_eq!(compiles(|| Tpdo::new(1, ID).sync_start(value)), is_start, "{value}");
     }
 }
 
 /// Verifies: ECSS 6.10b
+/// Notices: ECSS 6.10b: 6E0h to 6FFh are free for PDOs.
 #[test]
 fn a_cob_id_compiles_when_a_client_may_write_it() {
     let is_written =
         |cob_id| rules::parameters(Direction::Transmit, &PdoParameters::default(), 1, cob_id).is_ok();
     for raw in 0..=0x7FF_u16 {
-        // SYNC is refused where a PDO becomes valid.
-        let allowed = is_written(NO_REMOTE | u32::from(raw)) && raw != 0x080;
-        assert_eq!(compiles(|| CobIdOf::fixed(raw)), allowed, "{raw:03X}");
+        // CiA 301, table of restricted CAN-IDs; SYNC is refused where a PDO becomes valid.
+        let is_free = matches!(raw, 0x080..=0x100 | 0x181..=0x580 | 0x600 | 0x680..=0x6DF | 0x700);
+        assert_eq!(is_written(NO_REMOTE | u32::from(raw)), is_free, "{raw:03X}");
+        assert_eq!(compiles(|| CobIdOf::fixed(raw)), is_free && raw != 0x080, "{raw:03X}");
     }
     assert!(!compiles(|| CobIdOf::fixed(0x800)));
     let bases = (0..0x800).filter(|base| compiles(|| CobIdOf::node(*base))).collect::<Vec<_>>();

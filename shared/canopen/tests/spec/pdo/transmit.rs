@@ -95,6 +95,7 @@ fn syncs_with(node: &mut Node, count: u32) -> Vec<u32> {
 }
 
 /// Verifies: ECSS 6.2a, 6.9a, 6.9b
+/// Notices: ECSS 6.9a: the first transmission does not wait for n SYNCs.
 #[test]
 fn a_cyclic_one_is_sampled_and_sent_at_every_nth_sync() {
     for (cycle, expected) in
@@ -158,6 +159,7 @@ fn an_event_does_nothing_to_a_cyclic_one() {
 }
 
 /// Verifies: ECSS 6.9e
+/// Notices: ECSS 6.9e: the SYNCs are no longer counted after the first transmission.
 #[test]
 fn the_first_one_goes_at_the_sync_start_value() {
     let mut node = Node::with(synchronous(4, 3));

@@ -1,0 +1,160 @@
+//! The five commands of module control: what a slave does after each, and what it no longer does.
+
+use ecss_can::emcy::ErrorCode;
+use ecss_can::node::SlaveEvent;
+use ecss_can::types::NmtState;
+
+use super::fixture::{map_tpdo, payloads, powered, read, run_with_master, write_all};
+use crate::bench::{Bench, NOMINAL, frame, span};
+use crate::slave::TestSlave;
+
+/// The number of the application, as an entry of a mapping.
+const VALUE: u32 = 0x6210_0020;
+
+/// In Pre-operational, the master heard: TPDO 2 is sent every 10 ms and at events, TPDO 4 and the Local Time PDO with
+/// every SYNC.
+fn configured() -> Bench<TestSlave> {
+    let mut slave = powered();
+    slave.receive(NOMINAL, 0x701, &[5]);
+    write_all(&mut slave, &[(0x1801, 5, &[10, 0])]);
+    map_tpdo(&mut slave, 2, 254, &[VALUE]);
+    map_tpdo(&mut slave, 4, 1, &[VALUE]);
+    slave
+}
+
+/// Each service is asked for once, then half a second passes with the master heard. Returns the COB-IDs of what was
+/// sent, each once, in ascending order.
+fn services_in_use(slave: &mut Bench<TestSlave>) -> Vec<u16> {
+    slave.clear();
+    slave.touch(|slave, now| slave.send_pdo(1, now));
+    slave.receive(NOMINAL, 0x080, &[]);
+    slave.receive(NOMINAL, 0x605, &[0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
+    slave.touch(|slave, _| slave.raise(ErrorCode::TEMPERATURE, [3, 0, 0, 0, 0]));
+    slave.touch(|slave, _| slave.clear(ErrorCode::TEMPERATURE, 3));
+    slave.receive(NOMINAL, 0x305, &[1; 8]);
+    let until = slave.now + span(500);
+    run_with_master(slave, until);
+    let mut ids: Vec<u16> = slave.sent.iter().map(|sent| sent.frame.id().raw()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
+/// States in the heartbeats so far.
+fn states(slave: &Bench<TestSlave>) -> Vec<u8> {
+    let mut states: Vec<u8> = payloads(slave, 0x705).concat();
+    states.dedup();
+    states
+}
+
+/// Returns whether a command of the master arrived as a PDO.
+fn took_pdo(slave: &Bench<TestSlave>) -> bool {
+    slave.events.iter().any(|event| matches!(event, SlaveEvent::Pdo { .. }))
+}
+
+/// Given a slave in Pre-operational or Stopped, when it is started, then every service runs: PDOs by timer, event and
+/// SYNC as well, in both directions.
+///
+/// Verifies: ECSS 6.5.1a.1
+/// Notices: ECSS 6.5.1a.1: a stopped slave ignores the command to start.
+#[test]
+fn a_started_slave_uses_every_service() {
+    for before in [0x80, 0x02] {
+        let mut slave = configured();
+        slave.receive(NOMINAL, 0x000, &[before, 5]);
+        slave.receive(NOMINAL, 0x000, &[0x01, 6]);
+        assert_ne!(slave.node.status(slave.now).state, NmtState::Operational, "the command was for node 6");
+        slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+        assert_eq!(services_in_use(&mut slave), [0x085, 0x185, 0x285, 0x485, 0x585, 0x705]);
+        assert_eq!(states(&slave), [0x05]);
+        assert!(took_pdo(&slave));
+        assert!(payloads(&slave, 0x285).len() >= 50, "every 10 ms");
+    }
+}
+
+/// Given a slave whose PDOs go out by timer, event and SYNC, when it is stopped, then it sends heartbeats alone. When
+/// it is started again, then nothing comes late that was due while it was stopped.
+///
+/// Verifies: ECSS 6.5.1a.2
+/// Notices: ECSS 6.5.1a.2: event timers and SYNC go on sending PDOs in Stopped.
+#[test]
+fn a_stopped_slave_sends_heartbeats_alone() {
+    let mut slave = configured();
+    slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+    slave.run_until(slave.now + span(25));
+    assert_eq!(payloads(&slave, 0x285).len(), 2);
+    slave.receive(NOMINAL, 0x000, &[0x02, 5]);
+    assert_eq!(slave.node.status(slave.now).state, NmtState::Stopped);
+    assert_eq!(services_in_use(&mut slave), [0x705]);
+    assert_eq!(states(&slave), [0x04]);
+    assert!(!took_pdo(&slave));
+
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+    slave.run_until(slave.now + span(9));
+    assert_eq!(payloads(&slave, 0x285).len(), 0, "the event timer starts anew");
+    slave.run_until(slave.now + span(1));
+    assert_eq!(payloads(&slave, 0x285).len(), 1);
+}
+
+/// Given a slave in Operational or Stopped, when it is to enter Pre-operational, then it answers SDO requests, tells
+/// errors and sends heartbeats, and no PDO goes out or in.
+///
+/// Verifies: ECSS 6.5.1a.3
+/// Notices: ECSS 6.5.1a.3: a stopped slave ignores the command to enter Pre-operational.
+#[test]
+fn a_slave_in_pre_operational_uses_every_service_but_pdos() {
+    for before in [0x01, 0x02] {
+        let mut slave = configured();
+        slave.receive(NOMINAL, 0x000, &[before, 0]);
+        slave.run_until(slave.now + span(25));
+        slave.receive(NOMINAL, 0x000, &[0x80, 5]);
+        assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+        assert_eq!(services_in_use(&mut slave), [0x085, 0x585, 0x705], "{before:02X}h");
+        assert_eq!(states(&slave), [0x7F]);
+        assert!(!took_pdo(&slave));
+    }
+}
+
+/// Given a slave in any state, when its node is to be reset, then it asks for the reset of the chip and uses no
+/// service until then.
+///
+/// Verifies: ECSS 6.5.1a.4
+/// Notices: ECSS 6.5.1a.4: the slave boots up again without a reset of the chip.
+#[test]
+fn a_slave_to_be_reset_is_silent_until_the_reset() {
+    for before in [0x80, 0x01, 0x02] {
+        let mut slave = configured();
+        slave.receive(NOMINAL, 0x000, &[before, 5]);
+        slave.clear();
+        slave.receive(NOMINAL, 0x000, &[0x81, 5]);
+        assert_eq!(slave.frames(), [], "the boot-up message comes after the reset");
+        assert_eq!(slave.events, [SlaveEvent::ResetNode], "{before:02X}h");
+        assert_eq!(services_in_use(&mut slave), []);
+    }
+}
+
+/// Given a slave in any state, with other communication objects than at power-on and a number of the application,
+/// when its communication is to be reset, then it boots up at once with the objects of power-on. The application and the
+/// chip go on.
+///
+/// Verifies: ECSS 6.5.1a.5
+/// Notices: ECSS 6.5.1a.5: the PDOs keep what a client wrote.
+#[test]
+fn reset_communication_resets_communication_objects_alone() {
+    for before in [0x80, 0x01, 0x02] {
+        let mut slave = configured();
+        write_all(&mut slave, &[(0x6210, 0, &[1, 2, 3, 4]), (0x1017, 0, &[50, 0]), (0x1029, 1, &[1])]);
+        slave.receive(NOMINAL, 0x000, &[before, 5]);
+        slave.clear();
+        slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+        assert_eq!(slave.frames(), [(NOMINAL, frame(0x705, &[0x00]))], "{before:02X}h");
+        assert_eq!(slave.events, [SlaveEvent::State(NmtState::PreOperational)]);
+        assert_eq!(read(&mut slave, 0x1017, 0), [100, 0, 0, 0], "100 ms");
+        assert_eq!(read(&mut slave, 0x1029, 1), [0; 4]);
+        assert_eq!(read(&mut slave, 0x6210, 0), [1, 2, 3, 4]);
+        // TPDOs 2 and 4 are gone.
+        slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+        assert_eq!(services_in_use(&mut slave), [0x085, 0x185, 0x585, 0x705]);
+    }
+}
