@@ -36,7 +36,7 @@ fn status_counters(slave: &mut Bench<TestSlave>) -> PerBus<ecss_can::node::Count
 /// A telecommand or a telemetry request on the wire.
 const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
-/// Verifies: ECSS 8.3.2a, 6.5.3a
+/// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a
 #[test]
 fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
     for bus in Bus::ALL {
@@ -159,7 +159,7 @@ fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {
     assert_eq!(slave.times(NOMINAL, 0x705).len(), 5);
 }
 
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.2.1a.2, 8.3.3g
 #[test]
 fn parallel_slave_follows_heartbeat_and_stays_operational() {
     let mut slave = operational(&STANDARD);

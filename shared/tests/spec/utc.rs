@@ -51,6 +51,9 @@ fn a_device_without_submilliseconds_has_zero_there() {
     assert_eq!(utc(3, 4, 567).whole_ms(), utc(3, 4, 0));
 }
 
+/// A day has 86,400,000 ms.
+///
+/// Verifies: ECSS 7.1.1c
 #[test]
 fn days_are_carried_and_wrap() {
     let span = Duration::from_micros;

@@ -1,6 +1,7 @@
 //! The Spacecraft Time PDO at a consumer, and its Local Time PDO.
 
-use ecss_can::node::{Node as _, SlaveEvent};
+use ecss_can::link::Stamp;
+use ecss_can::node::{LinkEvent, Node as _, SlaveEvent};
 use ecss_can::time::Step;
 use ecss_can::types::{Duration, Scet};
 
@@ -278,6 +279,36 @@ fn a_clock_is_steered_by_times_of_8_bits() {
     }
     let steps = slave.events.iter().filter(|event| matches!(event, SlaveEvent::Step(_)));
     assert_eq!(steps.count(), 1);
+}
+
+/// Given a device with 8 bits of fine time, when its SYNC is stamped in the interrupt, then its Local Time PDO has these 8 bits and
+/// zeros: 0.5 s and 0.1 s make 0.6 s, 153.6 of 256 parts.
+///
+/// Verifies: ECSS 7.1.2g
+#[test]
+fn a_device_with_8_bits_sends_no_more_without_capture() {
+    let mut slave = operational::<Coarse>();
+    run(&mut slave, ms(500));
+    run(&mut slave, ms(600));
+    slave.clear();
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(600)) });
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 153, 0, 0, 0, 0]))]);
+}
+
+/// Given a device with 8 bits of fine time, when a spacecraft time comes with all 24 bits, then the 16 lowest mean nothing: their mean
+/// is added whatever they are, half a unit of 2^-8 s less half of one of 2^-24 s.
+///
+/// Verifies: ECSS 7.1.2h
+#[test]
+fn a_device_with_8_bits_ignores_the_others_of_a_spacecraft_time() {
+    for lowest in [0, 1, 0x8000, 0xFFFF] {
+        let mut slave = operational::<Coarse>();
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        time(&mut slave, scet(1_000, 0x81_0000 | lowest));
+        let fine = slave.node.scet(slave.now).fine();
+        assert!([0x81_7FFF, 0x81_8000].contains(&fine), "{fine:06X} of {lowest:04X}");
+    }
 }
 
 /// Remote requests are not for PDOs (ECSS Table 11-1).

@@ -29,7 +29,7 @@ fn all_sub_indices_are_of_one_sample() {
     assert_eq!(read(&mut slave, 0x2013, 2), 3_500_u32.to_le_bytes());
 }
 
-/// Verifies: ECSS 7.1.1d, 7.1.3a, 7.1.3b
+/// Verifies: ECSS 7.1.1c, 7.1.1d, 7.1.3a, 7.1.3b
 #[test]
 fn three_writes_are_one_step_of_both_clocks() {
     let mut slave = operational::<Universal<true>>();
@@ -72,7 +72,7 @@ fn utc_comes_and_goes_by_pdos() {
 
 /// Twenty years from the time of the relation, as the first time that arrives.
 ///
-/// Verifies: ECSS 7.1.3e
+/// Verifies: ECSS 7.1.1d, 7.1.3e
 #[test]
 fn utc_is_right_far_from_the_relation() {
     let mut slave = operational::<Universal<true>>();
