@@ -105,7 +105,7 @@ fn a_command_to_another_node_is_not_obeyed() {
     assert_eq!(slave.events, []);
 }
 
-/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3h
+/// Verifies: ECSS 8.3.3d, 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3h
 #[test]
 fn master_missed_pre_operational_switch_heartbeat_there() {
     let mut slave = operational(&STANDARD);
