@@ -237,6 +237,7 @@ fn bus_found_by_a_command_alone_is_given_up_again() {
 }
 
 /// Verifies: ECSS 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.3.3l: a heartbeat that confirms a bus restores the old Bdefault.
 #[test]
 fn heartbeat_confirms_a_bus_found_by_a_command() {
     let mut selector = Selector::new(PARAMETERS);

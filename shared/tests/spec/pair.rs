@@ -126,6 +126,7 @@ fn a_board_of_a_mission_without_a_standby_is_active_at_power_on() {
 /// frame.
 ///
 /// Verifies: ECSS 8.1a, 8.1b
+/// Notices: ECSS 8.1b: a standby sends the NMT commands of its application, also to all nodes.
 #[test]
 fn a_standby_sends_nothing_whatever_is_asked_of_it() {
     let mut board = standing_by();
@@ -185,6 +186,7 @@ fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
 }
 
 /// Verifies: ECSS 8.1a, 8.3.3a
+/// Notices: ECSS 8.3.3a: the master sends its heartbeat on Bdefault, not on the active bus.
 #[test]
 fn a_standby_takes_over_where_the_master_was_heard_last() {
     let mut board = standing_by();

@@ -89,6 +89,7 @@ fn call(board: &mut Standby, at: u64, slaves: u8) -> Claim {
 /// the one that is not strapped prime.
 ///
 /// Verifies: ECSS 8.1a
+/// Notices: ECSS 8.1a: at a tie each claim outranks the other, and both boards yield.
 #[test]
 fn of_two_active_masters_exactly_the_right_one_yields() {
     for (primes, seconds) in [(3, 2), (2, 3), (2, 2), (0, 0), (126, 0)] {

@@ -133,6 +133,11 @@ fn times(objects: &PdoObjects<8, 8>) -> Vec<u32> {
 /// 181h, and no other transmit PDO has this COB-ID or another time of the master.
 ///
 /// Verifies: ECSS 7.2.2a, 7.2.2c, 7.2.2d, 7.2.3a, 7.2.3g
+/// Notices: ECSS 7.2.2a: the master maps the coarse time before the fine time.
+/// Notices: ECSS 7.2.2c: a slave takes the time at 180h and its own Node-ID.
+/// Notices: ECSS 7.2.2d: slaves send their local time by 181h.
+/// Notices: ECSS 7.2.3a: the master maps the coarse time alone.
+/// Notices: ECSS 7.2.3g: a slave maps the coarse time before the fine time.
 #[test]
 fn spacecraft_time_is_get_at_the_master_and_set_at_each_slave() {
     let master = master(&STANDARD, None);
@@ -153,6 +158,10 @@ fn spacecraft_time_is_get_at_the_master_and_set_at_each_slave() {
 /// Given the slaves of the mission at power-on, then each has one transmit PDO with its Local SCET Get: 180h and its Node-ID.
 ///
 /// Verifies: ECSS 7.2.2e, 7.2.2g, 7.2.3h, 7.2.3j
+/// Notices: ECSS 7.2.2e: a slave maps the coarse time alone.
+/// Notices: ECSS 7.2.2g: a second PDO of a slave has its coarse time.
+/// Notices: ECSS 7.2.3h: a slave sends the coarse time before the fine time.
+/// Notices: ECSS 7.2.3j: all slaves share one COB-ID for their local times.
 #[test]
 fn each_slave_has_one_local_time_pdo() {
     for raw in 2..=15 {
@@ -165,9 +174,13 @@ fn each_slave_has_one_local_time_pdo() {
 }
 
 /// Given SYNC every 100 ms and a time every second, when ten SYNCs went out, then the last one alone is followed by 181h, which sets
-/// the clock of a slave to the time at that SYNC. TIME of CANopen, 100h, is neither sent nor taken.
+/// the clock of a slave to the time at that SYNC. The slave answers a SYNC with its local time. TIME of CANopen, 100h, is neither
+/// sent nor taken.
 ///
-/// Verifies: ECSS 7.2.3b, 7.2.3e, 7.2.3f
+/// Verifies: ECSS 7.2.3b, 7.2.3e, 7.2.3f, 7.2.3i
+/// Notices: ECSS 7.2.3e: the master sends the time by type 255.
+/// Notices: ECSS 7.2.3f: the master sends the time by 100h.
+/// Notices: ECSS 7.2.3i: the local time is acyclic: a SYNC alone does not send it.
 #[test]
 fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
     let (mut master, mut slave) = (flying(), operational());
@@ -183,6 +196,8 @@ fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
     }
     slave.hear(frame(0x080, &[]));
     slave.events();
+    let local_times = slave.sent().iter().filter(|sent| sent.id().raw() == 0x183).count();
+    assert_eq!(local_times, 1, "it answers each SYNC");
     // 1 s after midnight of day 1.
     slave.hear(frame(0x100, &[0xE8, 3, 0, 0, 1, 0]));
     assert_eq!(slave.events(), []);

@@ -145,6 +145,7 @@ fn first_change_of_the_bus_waits_for_the_warning() {
 /// master while that clash lasts, then it enters Pre-operational and changes the bus as without a clash.
 ///
 /// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2
+/// Notices: ECSS 8.3.3e: the elder of a clash stays Operational when it misses the master.
 #[test]
 fn elder_of_a_clash_that_misses_the_master_is_pre_operational() {
     let mut bench = Bench::operational();

@@ -21,6 +21,8 @@ fn steps(slave: &Node<Keeper>) -> Vec<Step> {
 /// Fine time at 0.999 s, coarse time 2 ms later: 0.999 s, not 1.999 s.
 ///
 /// Verifies: ECSS 7.1.1a, 7.1.2a, 7.1.2d
+/// Notices: ECSS 7.1.1a: the fine time is sent in microseconds, not in units of 2^-24 s.
+/// Notices: ECSS 7.1.2d: each read of the coarse time takes a new sample.
 #[test]
 fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
     for (first, second) in [(1, 2), (2, 1)] {
@@ -54,6 +56,7 @@ fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
 /// Coarse time, fine time 100 ms later: one step, as of the second write.
 ///
 /// Verifies: ECSS 7.1.2c
+/// Notices: ECSS 7.1.2c: the first of two parts sets the clock.
 #[test]
 fn two_writes_are_one_step() {
     for (first, second) in [(1, 2), (2, 1)] {

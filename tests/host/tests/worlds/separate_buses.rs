@@ -29,6 +29,7 @@ fn loaded(span_ms: u64) -> MissionWorld {
 /// master its heartbeats. Traffic on the nominal bus stays as it was.
 ///
 /// Verifies: ECSS 8.2.1a.2, 8.2.2a
+/// Notices: ECSS 8.2.2a: at power-on only the controller of the active bus joins.
 #[test]
 fn each_node_receives_from_both_buses_at_the_same_time() {
     const SPAN: u64 = 1_000;
