@@ -145,6 +145,26 @@ fn unknown_rhythm_counts_as_half_a_consumer_time() {
     assert_eq!(selector.on_master(NOMINAL, Heartbeat, ms(1_010 + UNKNOWN)), followed(NOMINAL));
 }
 
+/// Given 300 heartbeats of the master 80 ms apart, when four follow 40 ms apart, then these four alone make the silence that counts,
+/// 60 ms.
+///
+/// Verifies: ECSS 8.3.3g
+#[test]
+fn only_the_last_four_gaps_make_the_rhythm() {
+    let mut selector = Selector::new(PARAMETERS);
+    selector.start(ms(0));
+    for at in (80..=24_000).step_by(80) {
+        selector.on_master(NOMINAL, Heartbeat, ms(at));
+    }
+    for at in [24_040, 24_080, 24_120, 24_160] {
+        selector.on_master(NOMINAL, Heartbeat, ms(at));
+    }
+    assert_eq!(selector.on_master(REDUNDANT, Heartbeat, ms(24_170)), followed(REDUNDANT));
+    assert_eq!(selector.on_master(NOMINAL, Heartbeat, ms(24_200)), taken_back(NOMINAL));
+    assert_eq!(selector.on_master(REDUNDANT, Heartbeat, us(24_259_999)), stays(NOMINAL));
+    assert_eq!(selector.on_master(REDUNDANT, Heartbeat, ms(24_260)), followed(REDUNDANT));
+}
+
 /// Heartbeats of an intruder on the same bus make the gaps short; the own heartbeat period (40 ms) is the least.
 #[test]
 fn rhythm_is_no_shorter_than_the_own_heartbeat() {
@@ -217,6 +237,7 @@ fn bus_found_by_a_command_alone_is_given_up_again() {
 }
 
 /// Verifies: ECSS 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.3.3l: a heartbeat that confirms a bus restores the old Bdefault.
 #[test]
 fn heartbeat_confirms_a_bus_found_by_a_command() {
     let mut selector = Selector::new(PARAMETERS);
@@ -224,6 +245,7 @@ fn heartbeat_confirms_a_bus_found_by_a_command() {
     selector.on_master(REDUNDANT, Command, ms(50));
     assert_eq!(selector.on_master(REDUNDANT, Heartbeat, ms(149)), Some(Selection::Confirmed));
     assert!(selector.is_confirmed());
+    assert_eq!((selector.selected(), selector.parameters().bdefault), (REDUNDANT, REDUNDANT));
     assert_eq!(
         decisions(&mut selector, 249),
         [(249, Selection::Missed { bus: REDUNDANT })],

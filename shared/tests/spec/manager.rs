@@ -82,6 +82,7 @@ fn heartbeats_on_the_active_bus_every_period() {
 }
 
 /// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
+/// Notices: ECSS 8.3.3b.2: the heartbeat keeps its rhythm: on the other bus it is late.
 #[test]
 fn commanded_switch_stops_heartbeat_here_and_starts_it_there() {
     let mut manager = started();
@@ -101,6 +102,8 @@ fn a_switch_to_the_active_bus_is_none() {
     assert_eq!(manager.poll(ms(10)), None);
 }
 
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: a late heartbeat on the old bus announces the new one.
 #[test]
 fn new_bus_is_announced_once_its_heartbeat_was_sent_or_failed() {
     for failed in [false, true] {
@@ -299,6 +302,7 @@ fn slaves_heard_only_on_other_bus_draw_master_after_settling() {
 }
 
 /// Verifies: ECSS 8.3.3f
+/// Notices: ECSS 8.3.3f: a slave is started only at the heartbeat that reports a new state.
 #[test]
 fn waiting_slaves_are_to_be_started_on_active_bus_unless_held() {
     let mut manager = started();

@@ -68,6 +68,7 @@ fn filters_are_function_codes_of_slaves_and_own_sdo_server() {
 }
 
 /// Verifies: ECSS 6.9c, 7.2.2b
+/// Notices: ECSS 7.2.2b: a single master board withholds its time.
 #[test]
 fn sync_and_spacecraft_time_are_periodic_and_expire_in_a_period() {
     let mut master = powered(&STANDARD);
@@ -226,6 +227,7 @@ fn emergencies_are_consumed_by_1028h() {
 }
 
 /// Verifies: ECSS 8.1b, 8.3.3b, 8.3.3b.1, 8.3.3b.2
+/// Notices: ECSS 8.3.3b.1: what waits for the old bus, such as a heartbeat, is not abandoned.
 #[test]
 fn switch_abandons_old_bus_and_announces_new_one_before_use() {
     let mut master = flying();

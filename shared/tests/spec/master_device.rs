@@ -83,6 +83,7 @@ pub(crate) fn requests(master: &Bench<Master>) -> Vec<[u8; 8]> {
 }
 
 /// Verifies: ECSS 6.8a, 8.3.1b
+/// Notices: ECSS 8.3.1b: Ntoggle of a master has the value of Ttoggle.
 #[test]
 fn its_dictionary_is_read_over_sdo() {
     let mut master = powered(&BOOTS_TWO);
@@ -163,6 +164,7 @@ fn sync_is_dithered_when_2043h_says_so() {
 }
 
 /// Verifies: ECSS 7.1.2a, 7.1.2c
+/// Notices: ECSS 7.1.2a: a master takes no sample of its time for a client.
 #[test]
 fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
     let mut master = powered(&STANDARD);

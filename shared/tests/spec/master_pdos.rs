@@ -49,7 +49,7 @@ fn own(command: Command) -> MasterRequest {
     MasterRequest::Nmt(NmtMessage { command, target: Target::Node(NodeId::MASTER) })
 }
 
-/// Verifies: ECSS 7.2.2a, 7.2.2d
+/// Verifies: ECSS 7.2.2a
 #[test]
 fn the_spacecraft_time_is_its_first_transmit_pdo() {
     let mut master = powered(&STANDARD);

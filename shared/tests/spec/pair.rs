@@ -122,9 +122,11 @@ fn a_board_of_a_mission_without_a_standby_is_active_at_power_on() {
     assert_eq!(board.controls.len(), 2);
 }
 
-/// Given a standby, when everything is asked of it that a master does, then it sends no frame.
+/// Given a standby, when everything is asked of it that a master does, commands to one slave or to all of them too, then it sends no
+/// frame.
 ///
-/// Verifies: ECSS 8.1a
+/// Verifies: ECSS 8.1a, 8.1b
+/// Notices: ECSS 8.1b: a standby sends the NMT commands of its application, also to all nodes.
 #[test]
 fn a_standby_sends_nothing_whatever_is_asked_of_it() {
     let mut board = standing_by();
@@ -134,11 +136,12 @@ fn a_standby_sends_nothing_whatever_is_asked_of_it() {
     assert_eq!(board.events, expected);
     board.clear_events();
     board.request(MasterRequest::Nmt(NmtMessage { command: Command::Stop, target: Target::Node(node(2)) }));
+    board.request(MasterRequest::Nmt(NmtMessage { command: Command::Start, target: Target::All }));
     board.request(MasterRequest::Boot(node(3)));
     board.request(MasterRequest::SwitchBus(NOMINAL));
     board.request(MasterRequest::StandBy);
     let refused = |raw| MasterEvent::Refused { node: node(raw) };
-    assert_eq!(board.events, [refused(2), refused(3), refused(1)]);
+    assert_eq!(board.events, [refused(2), refused(1), refused(3), refused(1)]);
     let refusal = board.touch(|master, now| console::command(master, node(2), [0; 8], now));
     assert_eq!(refusal, Err(Refusal::NotValid));
     let frame = frame(0x3FF, &[1]);
@@ -183,6 +186,7 @@ fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
 }
 
 /// Verifies: ECSS 8.1a, 8.3.3a
+/// Notices: ECSS 8.3.3a: the master sends its heartbeat on Bdefault, not on the active bus.
 #[test]
 fn a_standby_takes_over_where_the_master_was_heard_last() {
     let mut board = standing_by();

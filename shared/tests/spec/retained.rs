@@ -91,6 +91,7 @@ fn notes(slave: &Bench<TestSlave>) -> Vec<(Bus, bool)> {
 }
 
 /// Verifies: ECSS 8.3.2a, 8.3.3k
+/// Notices: ECSS 8.3.2a: after a reset a slave starts on the stored Bdefault, not on the last one.
 #[test]
 fn a_reset_starts_on_the_bus_found_last() {
     let board = Memories::new();

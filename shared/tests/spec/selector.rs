@@ -57,6 +57,8 @@ fn power_on_selects_the_default_bus_and_clears_ctoggle() {
 }
 
 /// Verifies: ECSS 8.3.2b, 8.3.3h, 8.3.3i
+/// Notices: ECSS 8.3.2b: after power-on a slave does not toggle before its first heartbeat of the master.
+/// Notices: ECSS 8.3.3h: each toggle but the first is one consumer time late.
 #[test]
 fn search_before_first_heartbeat_runs_from_pre_operational() {
     let mut selector = started(PARAMETERS);
@@ -73,7 +75,8 @@ fn search_before_first_heartbeat_runs_from_pre_operational() {
     assert_eq!(selector.parameters().ctoggle, 4);
 }
 
-/// Verifies: ECSS 8.3.3j
+/// Verifies: ECSS 8.3.3i, 8.3.3j
+/// Notices: ECSS 8.3.3i: a slave toggles once more than Ntoggle.
 #[test]
 fn after_an_even_ntoggle_it_listens_on_bdefault() {
     let mut selector = started(PARAMETERS);
@@ -83,6 +86,7 @@ fn after_an_even_ntoggle_it_listens_on_bdefault() {
 }
 
 /// Verifies: ECSS 8.3.3j, 8.3.3l
+/// Notices: ECSS 8.3.3j: after an odd Ntoggle a slave goes back to Bdefault.
 #[test]
 fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {
     let mut selector = started(Parameters { ntoggle: 3, ..PARAMETERS });
@@ -100,6 +104,7 @@ fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {
 }
 
 /// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2
+/// Notices: ECSS 8.3.3e.2: Ttoggle counts from the miss, not from the last heartbeat.
 #[test]
 fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
     let mut selector = following(PARAMETERS);
@@ -132,6 +137,7 @@ fn a_late_poll_does_not_shift_the_search() {
 }
 
 /// Verifies: ECSS 6.5.2b, 8.3.3c
+/// Notices: ECSS 8.3.3c: a heartbeat counts as older by a producer time than it is.
 #[test]
 fn heartbeats_in_time_keep_the_bus() {
     let mut selector = following(PARAMETERS);
@@ -160,6 +166,7 @@ fn master_back_on_same_bus_between_miss_and_switch_is_found() {
 }
 
 /// Verifies: ECSS 8.3.3g, 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.3.3k: a first heartbeat is taken for a command, and has to be confirmed.
 #[test]
 fn heartbeat_on_toggled_bus_ends_search_and_sets_bdefault() {
     let mut selector = following(PARAMETERS);

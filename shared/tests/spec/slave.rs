@@ -36,7 +36,7 @@ fn status_counters(slave: &mut Bench<TestSlave>) -> PerBus<ecss_can::node::Count
 /// A telecommand or a telemetry request on the wire.
 const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
-/// Verifies: ECSS 8.3.2a, 6.5.3a
+/// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a
 /// Notices: ECSS 6.5.3a: the boot-up message tells Pre-operational.
 #[test]
 fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
@@ -55,6 +55,7 @@ fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
 }
 
 /// Verifies: ECSS 8.2.1a, 8.2.1a.1
+/// Notices: ECSS 8.2.1a: selective access of the profile is taken for parallel access.
 #[test]
 fn with_selective_access_it_joins_the_default_bus_only() {
     assert_eq!(powered(&SELECTIVE).controls, [(NOMINAL, BusCommand::Join)]);
@@ -106,7 +107,9 @@ fn a_command_to_another_node_is_not_obeyed() {
     assert_eq!(slave.events, []);
 }
 
-/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3h
+/// Verifies: ECSS 8.3.3d, 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3h
+/// Notices: ECSS 8.3.3d: a slave that searches sends its heartbeat on Bdefault.
+/// Notices: ECSS 8.3.3e.1: the slave enters Pre-operational only when it changes the bus.
 #[test]
 fn master_missed_pre_operational_switch_heartbeat_there() {
     let mut slave = operational(&STANDARD);
@@ -129,6 +132,7 @@ fn master_missed_pre_operational_switch_heartbeat_there() {
 }
 
 /// Verifies: ECSS 8.2.1a.1
+/// Notices: ECSS 8.2.1a.1: a slave with selective access does not leave the old bus.
 #[test]
 fn with_selective_access_it_leaves_one_bus_and_joins_the_other() {
     let mut slave = operational(&SELECTIVE);
@@ -160,7 +164,8 @@ fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {
     assert_eq!(slave.times(NOMINAL, 0x705).len(), 5);
 }
 
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.2.1a.2, 8.3.3g
+/// Notices: ECSS 8.2.1a.2: a slave with parallel access leaves the bus that is not active.
 #[test]
 fn parallel_slave_follows_heartbeat_and_stays_operational() {
     let mut slave = operational(&STANDARD);
@@ -195,6 +200,21 @@ fn start_while_searching_moves_slave_to_its_bus_and_is_obeyed() {
         ]
     );
     assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x05]))]);
+}
+
+/// Given a slave that searches, when a command for another node arrives on the other bus, then that bus is the active one. The slave
+/// does not obey.
+///
+/// Verifies: ECSS 8.3.3g
+/// Notices: ECSS 8.3.3g: a command for another node does not end a search.
+#[test]
+fn command_for_another_node_shows_the_active_bus_to_a_searching_slave() {
+    let mut slave = powered(&STANDARD);
+    slave.run_until(ms(50));
+    slave.clear();
+    slave.receive(REDUNDANT, 0x000, &[0x01, 0x06]);
+    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Found }]);
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x7F]))]);
 }
 
 #[test]
@@ -293,6 +313,8 @@ fn telemetry_goes_out_for_one_period_on_the_active_bus() {
 }
 
 /// Verifies: ECSS 6.9e, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
+/// Notices: ECSS 7.2.2f: only a SYNC with a counter is answered by PDOs.
+/// Notices: ECSS 7.2.3k: the local time is sampled 60 us after the SYNC.
 #[test]
 fn sync_is_answered_with_local_time_at_its_end_if_operational() {
     let mut slave = operational(&STANDARD);

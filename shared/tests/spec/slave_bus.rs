@@ -96,6 +96,7 @@ fn first_slave_on_a_bus_reports_no_passive_controller() {
 }
 
 /// Verifies: ECSS 8.2.3a
+/// Notices: ECSS 8.2.3a: the bus cannot be chosen while the master is heard.
 #[test]
 fn application_chooses_the_bus_with_selective_access() {
     let mut slave = powered(&SELECTIVE);

@@ -17,6 +17,7 @@ fn figure_7_2(index: u32) -> [u32; 3] {
 const OCTETS: [u8; 8] = [0xE7, 0x03, 0x04, 0x03, 0x02, 0x01, 0xCD, 0xAB];
 
 /// Verifies: ECSS 7.1.3e
+/// Notices: ECSS 7.1.3e: day and submilliseconds are exchanged.
 #[test]
 fn figure_7_2_submilliseconds_first_little_endian() {
     let time = utc(0xABCD, 0x0102_0304, 999);
@@ -51,6 +52,10 @@ fn a_device_without_submilliseconds_has_zero_there() {
     assert_eq!(utc(3, 4, 567).whole_ms(), utc(3, 4, 0));
 }
 
+/// A day has 86,400,000 ms.
+///
+/// Verifies: ECSS 7.1.1c
+/// Notices: ECSS 7.1.1c: each day has the 86,401 s of one with a leap second.
 #[test]
 fn days_are_carried_and_wrap() {
     let span = Duration::from_micros;
@@ -84,6 +89,7 @@ fn scet_and_utc_follow_from_one_relation() {
 }
 
 /// Verifies: ECSS 7.1.3a, 7.1.3b, 7.1.3c, 7.1.3d
+/// Notices: ECSS 7.1.3d: submilliseconds are the milliseconds of the second.
 #[test]
 fn a_device_with_utc_is_set_and_read_over_the_bus() {
     let mut device = LocalUtc::default();

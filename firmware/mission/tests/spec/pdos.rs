@@ -1,9 +1,12 @@
 //! Objects and PDOs: what the master sends a slave hears, and the other way round.
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, DeviceNode, Master, MasterEvent, Node, NodeObjects, Outbox, Refusal};
-use ecss_can::node::{Slave, SlaveEvent};
+use ecss_can::node::{
+    BusCommand, DeviceNode, LinkEvent, Master, MasterEvent, MasterRequest, Node, NodeObjects,
+};
+use ecss_can::node::{Outbox, Refusal, Slave, SlaveEvent};
 use ecss_can::od::Objects;
+use ecss_can::pdo::{Mapping, PdoObjects};
 use ecss_can::types::{Bus, Frame, Instant, Scet};
 use mission::{
     Command, CommanderObjects, LIBRECUBE, Message, MissionObjects, REQUEST_RPDO, Received, Request, SLAVES,
@@ -51,10 +54,7 @@ impl<N: Node> Desk<N> {
 /// A master whose heartbeat was acknowledged, and that has heard slave 3 in Operational.
 fn flying() -> Desk<Commander> {
     let mut desk = Desk::new(master(&STANDARD, None));
-    let event = ecss_can::node::LinkEvent::Transmitted {
-        frame: frame(0x701, &[5]),
-        stamp: Stamp::interrupt(Instant::ZERO),
-    };
+    let event = LinkEvent::Transmitted { frame: frame(0x701, &[5]), stamp: Stamp::interrupt(Instant::ZERO) };
     desk.node.on_link(Bus::Nominal, &event, Instant::ZERO, &mut desk.out);
     desk.hear(frame(0x703, &[5]));
     desk.sent();
@@ -115,6 +115,95 @@ fn telemetry_answers_a_request() {
     let message = Message::new(0x102, [42, 0, 0, 0, 0, 0]);
     assert_eq!(received(number, data), Some((node(3), Received::Telemetry(message))));
     assert_eq!(master.node.objects().application.device.telemetry[1].code, 0x102);
+}
+
+/// Objects of a PDO of the time in the order of Figure 7-1: fine time, then coarse time, of the object with this index.
+fn figure_7_1(index: u32) -> [u32; 2] {
+    [index << 16 | 0x0218, index << 16 | 0x0120]
+}
+
+/// COB-IDs of the transmit PDOs that carry the local time, 2011h.
+fn times(objects: &PdoObjects<8, 8>) -> Vec<u32> {
+    let pdos = objects.tpdos.iter().zip(&objects.tpdo_mappings);
+    let of_time = pdos.filter(|(_, mapping)| mapping.objects().iter().any(|object| object >> 16 == 0x2011));
+    of_time.map(|(pdo, _)| pdo.cob_id & 0x7FF).collect()
+}
+
+/// Given the nodes of the mission at power-on, then the master maps its Local SCET Get to 181h, a slave maps its Local SCET Set to
+/// 181h, and no other transmit PDO has this COB-ID or another time of the master.
+///
+/// Verifies: ECSS 7.2.2a, 7.2.2c, 7.2.2d, 7.2.3a, 7.2.3g
+/// Notices: ECSS 7.2.2a: the master maps the coarse time before the fine time.
+/// Notices: ECSS 7.2.2c: a slave takes the time at 180h and its own Node-ID.
+/// Notices: ECSS 7.2.2d: slaves send their local time by 181h.
+/// Notices: ECSS 7.2.3a: the master maps the coarse time alone.
+/// Notices: ECSS 7.2.3g: a slave maps the coarse time before the fine time.
+#[test]
+fn spacecraft_time_is_get_at_the_master_and_set_at_each_slave() {
+    let master = master(&STANDARD, None);
+    let pdos = &master.objects().pdos;
+    assert_eq!(pdos.tpdos[0].cob_id & 0x8000_07FF, 0x181);
+    assert_eq!(pdos.tpdo_mappings[0].objects(), figure_7_1(0x2011));
+    assert!(pdos.tpdos[1..].iter().all(|pdo| pdo.cob_id & 0x7FF != 0x181));
+    assert!(pdos.tpdo_mappings[1..].iter().all(|mapping| mapping.objects()[0] >> 16 != 0x2011));
+    for raw in 2..=15 {
+        let slave = slave(node(raw), &STANDARD, vec![]);
+        let pdos = &slave.objects().pdos;
+        assert_eq!(pdos.rpdos[0].cob_id & 0x8000_07FF, 0x181, "slave {raw}");
+        assert_eq!(pdos.rpdo_mappings[0].objects(), figure_7_1(0x2010), "slave {raw}");
+        assert!(pdos.tpdos.iter().all(|pdo| pdo.cob_id & 0x7FF != 0x181), "slave {raw}");
+    }
+}
+
+/// Given the slaves of the mission at power-on, then each has one transmit PDO with its Local SCET Get: 180h and its Node-ID.
+///
+/// Verifies: ECSS 7.2.2e, 7.2.2g, 7.2.3h, 7.2.3j
+/// Notices: ECSS 7.2.2e: a slave maps the coarse time alone.
+/// Notices: ECSS 7.2.2g: a second PDO of a slave has its coarse time.
+/// Notices: ECSS 7.2.3h: a slave sends the coarse time before the fine time.
+/// Notices: ECSS 7.2.3j: all slaves share one COB-ID for their local times.
+#[test]
+fn each_slave_has_one_local_time_pdo() {
+    for raw in 2..=15 {
+        let slave = slave(node(raw), &STANDARD, vec![]);
+        let pdos = &slave.objects().pdos;
+        assert_eq!(times(pdos), [0x180 + u32::from(raw)], "slave {raw}");
+        assert_eq!(pdos.tpdo_mappings[0].objects(), figure_7_1(0x2011), "slave {raw}");
+        assert_eq!(pdos.tpdos[0].cob_id >> 31, 0, "slave {raw}: it is valid");
+    }
+}
+
+/// Given SYNC every 100 ms and a time every second, when ten SYNCs went out, then the last one alone is followed by 181h, which sets
+/// the clock of a slave to the time at that SYNC. The slave answers a SYNC with its local time. TIME of CANopen, 100h, is neither
+/// sent nor taken.
+///
+/// Verifies: ECSS 7.2.3b, 7.2.3e, 7.2.3f, 7.2.3i
+/// Notices: ECSS 7.2.3e: the master sends the time by type 255.
+/// Notices: ECSS 7.2.3f: the master sends the time by 100h.
+/// Notices: ECSS 7.2.3i: the local time is acyclic: a SYNC alone does not send it.
+#[test]
+fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
+    let (mut master, mut slave) = (flying(), operational());
+    let time = Scet::new(1_000, 0).unwrap();
+    master.node.on_request(MasterRequest::SetTime(time), ms(1), &mut master.out);
+    let sync = LinkEvent::Transmitted { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(1)) };
+    for nth in 1..=10 {
+        master.node.on_link(Bus::Nominal, &sync, ms(1), &mut master.out);
+        let ids = [0x100, 0x181];
+        let sent: Vec<_> = master.sent().into_iter().filter(|sent| ids.contains(&sent.id().raw())).collect();
+        let spacecraft_time = frame(0x181, &[0, 0, 0, 0xE8, 3, 0, 0]);
+        assert_eq!(sent, if nth == 10 { vec![spacecraft_time] } else { vec![] }, "SYNC {nth}");
+    }
+    slave.hear(frame(0x080, &[]));
+    slave.events();
+    let local_times = slave.sent().iter().filter(|sent| sent.id().raw() == 0x183).count();
+    assert_eq!(local_times, 1, "it answers each SYNC");
+    // 1 s after midnight of day 1.
+    slave.hear(frame(0x100, &[0xE8, 3, 0, 0, 1, 0]));
+    assert_eq!(slave.events(), []);
+    slave.hear(frame(0x181, &[0, 0, 0, 0xE8, 3, 0, 0]));
+    assert!(slave.events().contains(&SlaveEvent::Time(time)));
+    assert_eq!(slave.node.scet(ms(1)), time);
 }
 
 #[test]

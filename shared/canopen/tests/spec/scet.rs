@@ -9,6 +9,7 @@ fn scet(coarse: u32, fine: u32) -> Scet {
 }
 
 /// Verifies: ECSS 7.1.2f
+/// Notices: ECSS 7.1.2f: the coarse time is big-endian.
 #[test]
 fn figure_7_1_fine_time_first_little_endian() {
     let time = scet(0x0102_0304, 0x00AA_BBCC);

@@ -141,6 +141,28 @@ fn first_change_of_the_bus_waits_for_the_warning() {
     }
 }
 
+/// Given a slave in Operational that has worked for a while, when it hears another node with its Node-ID and then misses the
+/// master while that clash lasts, then it enters Pre-operational and changes the bus as without a clash.
+///
+/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2
+/// Notices: ECSS 8.3.3e: the elder of a clash stays Operational when it misses the master.
+#[test]
+fn elder_of_a_clash_that_misses_the_master_is_pre_operational() {
+    let mut bench = Bench::operational();
+    bench.receive(Bus::Nominal, &of_master(), 200);
+    // After its probation of a consumer time.
+    bench.receive(Bus::Nominal, &heartbeat::encode(ID, NmtState::Operational), 300);
+    let clash = Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: 5 };
+    assert_eq!(bench.actions(), [Action::Clash { bus: Bus::Nominal, yields: false }, clash]);
+    assert_eq!(bench.poll(449), []);
+    let missed =
+        [Action::MasterMissed { bus: Bus::Nominal }, MISSED, Action::Entered(NmtState::PreOperational)];
+    assert_eq!(bench.poll(450), missed);
+    assert_eq!(bench.node.control.state(), NmtState::PreOperational);
+    let toggled = Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Toggled, is_new: true };
+    assert_eq!(bench.poll(452), [toggled]);
+}
+
 #[test]
 fn other_frames_do_not_end_the_warning() {
     let mut bench = Bench::operational();

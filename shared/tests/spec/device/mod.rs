@@ -126,6 +126,7 @@ fn heartbeat_lives_no_longer_than_1017h() {
 }
 
 /// Verifies: ECSS 8.3.1c
+/// Notices: ECSS 8.3.1c: a written consumer time is not followed.
 #[test]
 fn redundancy_parameters_are_written_and_obeyed() {
     let mut slave = powered();

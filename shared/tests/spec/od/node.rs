@@ -44,6 +44,7 @@ fn a_static_mapping_cannot_be_written() {
 }
 
 /// Verifies: ECSS 8.3.1a
+/// Notices: ECSS 8.3.1a: Ntoggle cannot be written.
 #[test]
 fn the_redundancy_object_has_four_programmable_values() {
     let mut objects = Spacecraft::default();
@@ -60,6 +61,8 @@ fn the_redundancy_object_has_four_programmable_values() {
 }
 
 /// Verifies: ECSS 7.1.2b, 7.1.2e, 7.1.2f
+/// Notices: ECSS 7.1.2b: a client can write the coarse time of Local SCET Get.
+/// Notices: ECSS 7.1.2e: only 16 bits of fine time are taken.
 #[test]
 fn spacecraft_time_is_set_and_got_in_the_format_of_the_figure() {
     let mut objects = Spacecraft::default();

@@ -1,10 +1,12 @@
 //! 2010h, 2011h, 2014h and 2015h by SDO.
 
-use ecss_can::node::SlaveEvent;
+use ecss_can::link::Stamp;
+use ecss_can::node::{LinkEvent, SlaveEvent};
 use ecss_can::time::Step;
+use ecss_can::types::FineInstant;
 
 use super::devices::{Coarse, Keeper, Node, operational};
-use super::{run, scet, sync, sync_at, time, us};
+use super::{run, scet, sync, time, us};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
 use crate::device::fixture::{ask_on, done, map_tpdo, read, refused, write, write_all, write_on};
 
@@ -18,7 +20,9 @@ fn steps(slave: &Node<Keeper>) -> Vec<Step> {
 
 /// Fine time at 0.999 s, coarse time 2 ms later: 0.999 s, not 1.999 s.
 ///
-/// Verifies: ECSS 7.1.2a, 7.1.2d
+/// Verifies: ECSS 7.1.1a, 7.1.2a, 7.1.2d
+/// Notices: ECSS 7.1.1a: the fine time is sent in microseconds, not in units of 2^-24 s.
+/// Notices: ECSS 7.1.2d: each read of the coarse time takes a new sample.
 #[test]
 fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
     for (first, second) in [(1, 2), (2, 1)] {
@@ -52,6 +56,7 @@ fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
 /// Coarse time, fine time 100 ms later: one step, as of the second write.
 ///
 /// Verifies: ECSS 7.1.2c
+/// Notices: ECSS 7.1.2c: the first of two parts sets the clock.
 #[test]
 fn two_writes_are_one_step() {
     for (first, second) in [(1, 2), (2, 1)] {
@@ -107,18 +112,25 @@ fn a_device_with_8_bits_of_fine_time_sends_and_takes_no_more() {
     assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x82, 0]);
 }
 
-/// 1 km of cable, and then some.
+/// 1 km of cable, and then some, on the bus of the SYNC; 1 ms less on the other one.
+///
+/// Verifies: ECSS 7.2.3c
 #[test]
 fn stamps_are_corrected_by_the_delay_of_their_bus() {
-    let mut slave = operational::<Keeper>();
-    assert_eq!(write(&mut slave, 0x2014, 1, &5_150_i32.to_le_bytes()), done(0x2014, 1));
-    assert_eq!(write(&mut slave, 0x2014, 2, &(-1_000_000_i32).to_le_bytes()), done(0x2014, 2));
-    run(&mut slave, ms(10));
-    // 5.15 us are 1318.4 units of 2^-8 us.
-    sync_at(&mut slave, 10_000 * 256 + 1_318);
-    time(&mut slave, scet(1_000, 0));
-    assert_eq!(slave.node.scet(us(10_000)), scet(1_000, 0));
-    assert_eq!(slave.node.scet(us(11_000)), scet(1_000, 16_777));
+    for (bus, delays) in [(NOMINAL, [5_150_i32, -1_000_000]), (REDUNDANT, [-1_000_000, 5_150])] {
+        let mut slave = operational::<Keeper>();
+        for (sub, delay) in (1..).zip(delays) {
+            assert_eq!(write(&mut slave, 0x2014, sub, &delay.to_le_bytes()), done(0x2014, sub));
+        }
+        run(&mut slave, ms(10));
+        slave.receive(bus, 0x701, &[5]);
+        // 5.15 us are 1318.4 units of 2^-8 us.
+        let stamp = Stamp::captured(FineInstant::from_units(10_000 * 256 + 1_318));
+        slave.link(bus, LinkEvent::Received { frame: frame(0x080, &[]), stamp });
+        slave.receive(bus, 0x181, &scet(1_000, 0).encode());
+        assert_eq!(slave.node.scet(us(10_000)), scet(1_000, 0), "{bus:?}");
+        assert_eq!(slave.node.scet(us(11_000)), scet(1_000, 16_777), "{bus:?}");
+    }
 }
 
 /// A producer with 8 bits: on average it cuts off half a unit of 2^-8 s, 1.95 ms, less half of one of 2^-24 s.

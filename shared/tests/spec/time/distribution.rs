@@ -1,6 +1,7 @@
 //! The Spacecraft Time PDO at a consumer, and its Local Time PDO.
 
-use ecss_can::node::{Node as _, SlaveEvent};
+use ecss_can::link::Stamp;
+use ecss_can::node::{LinkEvent, Node as _, SlaveEvent};
 use ecss_can::time::Step;
 use ecss_can::types::{Duration, Scet};
 
@@ -54,6 +55,7 @@ fn set_transmission(slave: &mut Node<Keeper>, index: u16, transmission: u8) {
 /// The value holds for the SYNC before it, and takes effect when it arrives: not at the SYNC after it.
 ///
 /// Verifies: ECSS 7.2.2c, 7.2.3c, 7.2.3g
+/// Notices: ECSS 7.2.3c: the value is taken for the time of its arrival.
 #[test]
 fn a_synchronous_time_is_that_of_the_last_sync() {
     let mut slave = operational::<Keeper>();
@@ -205,6 +207,7 @@ fn time_set_back_by_a_sync_period_is_followed_at_the_sixth_time() {
 }
 
 /// Verifies: ECSS 7.2.1a, 7.2.2b, 7.2.2c
+/// Notices: ECSS 7.2.1a: a time of type 255 is taken for that of the last SYNC.
 #[test]
 fn a_time_of_type_255_holds_when_it_arrives() {
     let mut slave = operational::<Keeper>();
@@ -278,6 +281,38 @@ fn a_clock_is_steered_by_times_of_8_bits() {
     }
     let steps = slave.events.iter().filter(|event| matches!(event, SlaveEvent::Step(_)));
     assert_eq!(steps.count(), 1);
+}
+
+/// Given a device with 8 bits of fine time, when its SYNC is stamped in the interrupt, then its Local Time PDO has these 8 bits and
+/// zeros: 0.5 s and 0.1 s make 0.6 s, 153.6 of 256 parts.
+///
+/// Verifies: ECSS 7.1.2g
+/// Notices: ECSS 7.1.2g: without capture a device with 8 bits of fine time sends 21.
+#[test]
+fn a_device_with_8_bits_sends_no_more_without_capture() {
+    let mut slave = operational::<Coarse>();
+    run(&mut slave, ms(500));
+    run(&mut slave, ms(600));
+    slave.clear();
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(600)) });
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 153, 0, 0, 0, 0]))]);
+}
+
+/// Given a device with 8 bits of fine time, when a spacecraft time comes with all 24 bits, then the 16 lowest mean nothing: their mean
+/// is added whatever they are, half a unit of 2^-8 s less half of one of 2^-24 s.
+///
+/// Verifies: ECSS 7.1.2h
+/// Notices: ECSS 7.1.2h: the clock takes bits of a PDO that the device lacks.
+#[test]
+fn a_device_with_8_bits_ignores_the_others_of_a_spacecraft_time() {
+    for lowest in [0, 1, 0x8000, 0xFFFF] {
+        let mut slave = operational::<Coarse>();
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        time(&mut slave, scet(1_000, 0x81_0000 | lowest));
+        let fine = slave.node.scet(slave.now).fine();
+        assert!([0x81_7FFF, 0x81_8000].contains(&fine), "{fine:06X} of {lowest:04X}");
+    }
 }
 
 /// Remote requests are not for PDOs (ECSS Table 11-1).

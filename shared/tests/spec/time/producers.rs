@@ -40,6 +40,7 @@ fn sync_sent(master: &mut Bench<Master>, at: FineInstant) {
 /// SYNC ended at 1 s and 0.25 us; it is reported 60 us later.
 ///
 /// Verifies: ECSS 7.2.3a, 7.2.3b, 7.2.3c, 7.2.3e, 7.2.3f
+/// Notices: ECSS 7.2.3b: a PDO at SYNC is sent only while another one is withheld.
 #[test]
 fn types_1_to_240_send_the_time_at_the_end_of_the_last_sync() {
     let mut master = high_resolution(1);
@@ -84,9 +85,9 @@ fn time_pdo_that_is_not_valid_shortens_no_lifetime() {
 }
 
 /// Given a synchronous RPDO of the time that is not valid, then an event-driven Local Time PDO has the time when it is sent; while the
-/// RPDO is valid, it has the time of the last SYNC (ECSS 7.2.3k).
+/// RPDO is valid, it has the time of the last SYNC.
 ///
-/// Verifies: ECSS 7.2.2c
+/// Verifies: ECSS 7.2.3k
 #[test]
 fn time_pdo_that_is_not_valid_makes_no_time_of_sync() {
     for (valid, fine) in [(true, 0), (false, 0x80_0000_u32)] {
@@ -126,6 +127,7 @@ fn with_type_3_every_third_sync_brings_it() {
 /// Two slaves of one network: this one hears the SYNC of the master and tells the time.
 ///
 /// Verifies: ECSS 7.2.3d
+/// Notices: ECSS 7.2.3d: only consumers of the time note the SYNCs of another node.
 #[test]
 fn a_node_produces_the_time_of_syncs_that_another_produces() {
     let mut slave = operational::<Producer>();

@@ -18,6 +18,9 @@ fn time<const MICROS: bool>(slave: &mut Node<Universal<MICROS>>, time: Utc) {
 /// 3 s after power-on: day 100, 3000 ms.
 ///
 /// Verifies: ECSS 7.1.1b, 7.1.1c, 7.1.3a, 7.1.3c
+/// Notices: ECSS 7.1.1b: a read of UTC by a client takes no sample.
+/// Notices: ECSS 7.1.3a: Local UTC Get is missing at 2013h.
+/// Notices: ECSS 7.1.3c: sub-index 3 of UTC takes no sample.
 #[test]
 fn all_sub_indices_are_of_one_sample() {
     let mut slave = operational::<Universal<true>>();
@@ -29,7 +32,7 @@ fn all_sub_indices_are_of_one_sample() {
     assert_eq!(read(&mut slave, 0x2013, 2), 3_500_u32.to_le_bytes());
 }
 
-/// Verifies: ECSS 7.1.1d, 7.1.3a, 7.1.3b
+/// Verifies: ECSS 7.1.1c, 7.1.1d, 7.1.3a, 7.1.3b
 #[test]
 fn three_writes_are_one_step_of_both_clocks() {
     let mut slave = operational::<Universal<true>>();
@@ -72,7 +75,8 @@ fn utc_comes_and_goes_by_pdos() {
 
 /// Twenty years from the time of the relation, as the first time that arrives.
 ///
-/// Verifies: ECSS 7.1.3e
+/// Verifies: ECSS 7.1.1d, 7.1.3e
+/// Notices: ECSS 7.1.1d: a UTC that a PDO brings is read as SCET.
 #[test]
 fn utc_is_right_far_from_the_relation() {
     let mut slave = operational::<Universal<true>>();
@@ -88,6 +92,8 @@ fn utc_is_right_far_from_the_relation() {
 /// Without submilliseconds the mean of what is cut off, 499.5 us, is added to what arrives.
 ///
 /// Verifies: ECSS 7.1.3f, 7.1.3g
+/// Notices: ECSS 7.1.3f: a device without submilliseconds sends those of its clock.
+/// Notices: ECSS 7.1.3g: submilliseconds above zero set the clock of a device without them.
 #[test]
 fn device_without_submilliseconds_sends_zero_and_ignores_them() {
     let mut slave = operational::<Universal<false>>();
@@ -166,6 +172,7 @@ fn scet_and_utc_read_in_turns_are_whole() {
 /// Given a client that writes SCET and UTC in turns, then each is one step, with its own parts.
 ///
 /// Verifies: ECSS 7.1.2c, 7.1.3b
+/// Notices: ECSS 7.1.3b: two of three parts of UTC set the clock.
 #[test]
 fn scet_and_utc_written_in_turns_are_whole() {
     let mut slave = operational::<Universal<true>>();

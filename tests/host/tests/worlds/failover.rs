@@ -158,14 +158,41 @@ fn drifting_clocks_fail_over_in_time() {
     }
 }
 
+/// Given a busy network of fourteen slaves, three of them with selective access, when the master is cut off from the nominal bus, then
+/// eleven follow it at once and stay Operational, and three toggle by their own clocks and are started.
+///
+/// Verifies: ECSS 8.3.3e.1, 8.3.3e.2, 8.3.3f, 8.3.3g, 8.3.3h
 #[test]
 fn fourteen_slaves_fail_over_under_traffic() {
     const SELECTIVE: Profile =
         Profile { selective: &[FOUR, NodeId::of::<9>(), NodeId::of::<15>()], ..STANDARD };
     let mut world = MissionWorld::busy(SELECTIVE, 14, |world| world.seed(3));
     world.run_until(ms(2_000));
+    let cut = world.now();
     cut_next_to_master(&mut world, Bus::Nominal);
     world.run_until(ms(4_000));
     assert!(world.all_operational());
     assert_eq!((world.master_bus(), switches(&world, Time::ZERO)), (Bus::Redundant, 1));
+    let (switched, last) = (switched_at(&world, cut).0, last_heartbeat(&world));
+    for node in world.slaves() {
+        let left = told(&world, node, cut, entered(NmtState::PreOperational));
+        if SELECTIVE.selective.contains(&node) {
+            // Missed after 250 ms, on the other bus after 500 ms, started there.
+            assert_eq!(left.len(), 1, "{node:?}");
+            assert!(
+                left[0].since(last).0.abs_diff(ms(250).0) < ms(5).0,
+                "{node:?} after {} us",
+                left[0].since(last).as_us()
+            );
+            let toggled = told_once(&world, node, cut, changed_bus(Bus::Redundant, BusCause::Toggled));
+            let after = toggled.since(last);
+            assert!(after.0.abs_diff(ms(500).0) < ms(5).0, "{node:?} toggled after {} us", after.as_us());
+            let started = told_once(&world, node, cut, entered(NmtState::Operational));
+            assert!(started > toggled && started.since(toggled) < ms(10), "{node:?}");
+        } else {
+            let followed = told_once(&world, node, cut, changed_bus(Bus::Redundant, BusCause::Followed));
+            assert!(followed >= switched && followed.since(switched) < ms(2), "{node:?}");
+            assert_eq!(left, [], "{node:?} stays Operational");
+        }
+    }
 }

@@ -206,22 +206,39 @@ fn extreme() -> impl Strategy<Value = u64> {
 proptest! {
     #![proptest_config(cases(1_000))]
 
-    /// Given any instants and times in any order, nothing overflows.
+    /// Given any instants and times in any order, nothing overflows: a step leads exactly to the time that was set or brought, and
+    /// is counted; a pair that steers or is refused leaves what the clock shows at the present as it was.
     #[test]
     fn any_instants_and_times_are_taken(
         calls in prop::collection::vec((0..6_u8, source(), extreme(), extreme(), extreme()), 1..50),
     ) {
-        let mut clock = LocalClock::default();
+        let (mut clock, mut steps) = (LocalClock::default(), 0);
         for (call, source, at, scet, now) in calls {
             let (at, now) = (FineInstant::from_units(at), FineInstant::from_units(now));
             let scet = FineScet::from_units(scet);
-            match call {
-                0 => drop(clock.set(at, scet)),
-                1 => drop(clock.at(at)),
-                2 => drop(clock.when(scet)),
-                3 => drop(clock.quality(now)),
-                _ => drop(clock.discipline(at, scet, source, now)),
+            let (from, shown, is_set) = (clock.at(at).scet(), clock.at(now.max(at)), clock.is_set());
+            let step = match call {
+                0 => Some(clock.set(at, scet)),
+                1 => None,
+                2 => {
+                    clock.when(scet);
+                    None
+                }
+                3 => {
+                    let bound = clock.quality(now).bound_ns;
+                    assert!(is_set || bound == u32::MAX, "{bound} ns, and never set");
+                    None
+                }
+                _ => clock.discipline(at, scet, source, now),
+            };
+            if let Some(step) = step {
+                steps += 1;
+                assert_eq!((step.from, step.to), (from, scet.scet()));
+                assert_eq!(clock.at(at), scet);
+            } else {
+                assert_eq!(clock.at(now.max(at)), shown);
             }
+            assert_eq!(clock.quality(now).steps, steps);
         }
     }
 }
