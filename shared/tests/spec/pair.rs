@@ -122,6 +122,20 @@ fn a_board_of_a_mission_without_a_standby_is_active_at_power_on() {
     assert_eq!(board.controls.len(), 2);
 }
 
+/// Given a standby, when its own application writes a command to 1F82h, then nothing is sent, and the command is refused.
+///
+/// Verifies: ECSS 8.1b
+#[test]
+fn a_standby_sends_no_command_that_is_written_to_1f82h() {
+    for (sub, value, named) in [(2, 4, 2), (128, 5, 1), (128, 6, 1)] {
+        let mut board = standing_by();
+        board.clear();
+        assert_eq!(board.write((0x1F82, sub), &[value]), Ok(()));
+        let refused = MasterEvent::Refused { node: node(named) };
+        assert_eq!((board.frames(), board.events), (vec![], vec![refused]), "sub-index {sub}: {value}");
+    }
+}
+
 /// Given a standby, when everything is asked of it that a master does, commands to one slave or to all of them too, then it sends no
 /// frame.
 ///

@@ -29,7 +29,7 @@ use crate::boot::Boot;
 use crate::emcy::ErrorReader;
 use crate::link::Stamp;
 use crate::link::port::Filter;
-use crate::nmt::{NmtMessage, StateClashes, Target};
+use crate::nmt::StateClashes;
 use crate::node::{Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Strap, TwoBoards};
@@ -289,14 +289,10 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
                 }
             }
             // A standby sends nothing.
-            MasterRequest::Nmt(NmtMessage { target: Target::Node(node), .. }) | MasterRequest::Boot(node)
-                if !self.is_active() =>
-            {
-                out.event(MasterEvent::Refused { node });
-            }
+            MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
+            MasterRequest::Boot(node) if !self.is_active() => out.event(MasterEvent::Refused { node }),
             _ if !self.is_active() => out.event(MasterEvent::Refused { node: NodeId::MASTER }),
             MasterRequest::SwitchBus(bus) => self.redundancy.request(bus),
-            MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
             MasterRequest::Boot(node) => self.boot.queue(node),
         }
         self.run_all(now, now, out);

@@ -31,8 +31,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         out.event(MasterEvent::State(state));
     }
 
-    /// Commands slaves, or itself.
+    /// Commands slaves, or itself: asked by its application, or by a write to 1F82h. A standby sends nothing.
     pub(super) fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
+        if !self.is_active() {
+            let node = if let Target::Node(node) = message.target { node } else { NodeId::MASTER };
+            return out.event(MasterEvent::Refused { node });
+        }
         self.on_application_command(message.target, out);
         if self.redundancy.on_command(message.command, message.target) {
             self.boot.on_commanded(message.target);
