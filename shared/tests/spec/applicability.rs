@@ -40,10 +40,10 @@ fn nmt_services_that_apply_are_there() {
 }
 
 /// Given a slave in Operational, then a PDO brings it a command, an event and a SYNC make it send one, and expedited and segmented SDO
-/// transfers tell their sizes and are aborted.
+/// transfers state their sizes and can be aborted.
 ///
 /// Verifies: ECSS 11.1a
-/// Notices: ECSS 11.1a: an upload in segments does not tell its size.
+/// Notices: ECSS 11.1a: an upload in segments does not state its size.
 #[test]
 fn pdo_and_sdo_services_that_apply_are_there() {
     let mut slave = operational();
@@ -144,7 +144,7 @@ fn excluded_services_are_not_used() {
     assert_eq!(ask(&mut slave, [0x81, 1, 2, 3, 0, 0, 0, 0])[..2], [0xA2, 1]);
     assert_eq!(ask(&mut slave, [0xC1 | 4 << 2, 0, 0, 0, 0, 0, 0, 0])[0], 0xA1);
     assert_eq!(slave.node.objects().application.store.as_bytes(), [1, 2, 3]);
-    // A PDO that is too short is told, until 1014h says otherwise.
+    // A PDO that is too short raises an emergency, until 1014h is not valid.
     write_all(&mut slave, &[NO_INHIBIT]);
     slave.clear();
     slave.receive(NOMINAL, 0x305, &[1]);

@@ -36,6 +36,7 @@ mod master_pdos;
 mod master_redundancy;
 mod master_services;
 mod minimal;
+mod minimal_dictionary;
 mod node_id;
 mod notes;
 mod od;

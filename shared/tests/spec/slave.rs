@@ -37,7 +37,7 @@ fn status_counters(slave: &mut Bench<TestSlave>) -> PerBus<ecss_can::node::Count
 const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
 /// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a
-/// Notices: ECSS 6.5.3a: the boot-up message tells Pre-operational.
+/// Notices: ECSS 6.5.3a: the boot-up message has the state Pre-operational.
 #[test]
 fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
     for bus in Bus::ALL {

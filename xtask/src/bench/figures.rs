@@ -21,6 +21,7 @@ use anyhow::{Context, anyhow, bail};
 use serde::Deserialize;
 
 use super::stored::Stored;
+use super::table::grouped;
 use crate::compliance;
 use firmware_images::support::project;
 
@@ -87,7 +88,7 @@ impl Figures {
     fn text(&self, marker: &str) -> anyhow::Result<String> {
         let (name, form) = marker.split_once(':').map_or((marker, None), |(name, form)| (name, Some(form)));
         let (value, unit) = self.all.get(name).with_context(|| format!("there is no figure '{name}'"))?;
-        let Some(form) = form else { return Ok(grouped(&value.to_string())) };
+        let Some(form) = form else { return Ok(grouped(&value.to_string(), ',')) };
         let (wanted, decimals) = form
             .split_once('.')
             .with_context(|| format!("'{form}' is not unit and decimals, as in 'KiB.1'"))?;
@@ -96,7 +97,7 @@ impl Figures {
         let value = value
             / scale(unit, wanted)
                 .with_context(|| format!("'{name}' has the unit '{unit}', not '{wanted}'"))?;
-        Ok(grouped(&format!("{value:.decimals$}")))
+        Ok(grouped(&format!("{value:.decimals$}"), ','))
     }
 }
 
@@ -132,19 +133,6 @@ fn searches(text: &str) -> anyhow::Result<Vec<(String, Figure)>> {
         _ => bail!("'{line}' is not masters, faults and states"),
     };
     text.lines().map(search).collect()
-}
-
-/// A number with a comma between groups of three digits.
-fn grouped(number: &str) -> String {
-    let (whole, rest) = number.split_at(number.find('.').unwrap_or(number.len()));
-    let mut text = String::new();
-    for (place, digit) in whole.chars().enumerate() {
-        if place > 0 && (whole.len() - place).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text + rest
 }
 
 /// A piece of a page.

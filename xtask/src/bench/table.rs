@@ -26,15 +26,19 @@ fn line(area: &str, row: &Row) -> String {
     line.trim_end().to_owned()
 }
 
-/// Groups of three digits.
+/// A number with spaces between groups of three digits.
 pub fn number(number: &Number) -> String {
-    let text = number.to_string();
-    let (whole, rest) = text.split_at(text.find('.').unwrap_or(text.len()));
+    grouped(&number.to_string(), ' ')
+}
+
+/// Puts `separator` between groups of three digits.
+pub fn grouped(number: &str, separator: char) -> String {
+    let (whole, rest) = number.split_at(number.find('.').unwrap_or(number.len()));
     let (sign, digits) = whole.split_at(usize::from(whole.starts_with('-')));
     let mut grouped = String::new();
     for (place, digit) in digits.chars().enumerate() {
         if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            grouped.push(' ');
+            grouped.push(separator);
         }
         grouped.push(digit);
     }

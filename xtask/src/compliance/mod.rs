@@ -21,7 +21,7 @@ use firmware_images::support::output;
 use firmware_images::support::project::path;
 
 use check::{check, check_interpretations};
-use requirements::{Kind, Who, clauses, interpretations, requirements};
+use requirements::{Who, clauses, interpretations, requirements};
 use sources::read_all;
 
 /// The page that it writes, from the root of the repository.
@@ -37,12 +37,11 @@ pub struct Options {
     check: bool,
 }
 
-/// Names and numbers of what the tables have: all requirements, those on software, and those with a deviation.
-pub fn numbers() -> [(&'static str, usize); 3] {
-    let (requirements, interpretations) = (requirements(), interpretations());
+/// Names and numbers of what the table has: all requirements, and those on software.
+pub fn numbers() -> [(&'static str, usize); 2] {
+    let requirements = requirements();
     let of_software = requirements.iter().filter(|row| row.who == Who::Software).count();
-    let deviations = page::of_kind(&requirements, &interpretations, Kind::Deviation);
-    [("all", requirements.len()), ("software", of_software), ("with_deviations", deviations)]
+    [("all", requirements.len()), ("software", of_software)]
 }
 
 /// Writes the page, or checks it. Prints how many requirements are traced.

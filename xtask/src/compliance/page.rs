@@ -35,7 +35,8 @@ pub fn summary(requirements: &[Requirement], interpretations: &[Interpretation],
     let software = || requirements.iter().filter(|row| row.who == Who::Software);
     let traced = software().filter(|row| tests(row, tags).next().is_some()).count();
     let tried = software().filter(|row| tests(row, tags).any(|tag| tag.noticed.contains(&row.id))).count();
-    let of_kind = |kind| of_kind(requirements, interpretations, kind);
+    let of_kind =
+        |kind| requirements.iter().filter(|row| of(interpretations, row, kind).next().is_some()).count();
     format!(
         "{} requirements: {} on software ({traced} traced to tests, {tried} of them with a violation that was tried and noticed), {} on boards, {} on the integrator, {} tailored; \
          {} with a deviation, {} with an extension, {} with a reading",
@@ -90,11 +91,6 @@ pub fn write(
         let _ = writeln!(page, "| {section} | {subject} | {applicability} | {ours} | {reason} |");
     }
     page
-}
-
-/// How many requirements have an interpretation of this kind.
-pub fn of_kind(requirements: &[Requirement], interpretations: &[Interpretation], kind: Kind) -> usize {
-    requirements.iter().filter(|row| of(interpretations, row, kind).next().is_some()).count()
 }
 
 /// The interpretations of a requirement that are of this kind.

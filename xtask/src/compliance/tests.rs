@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::requirements::{Interpretation, Requirement};
+use super::requirements::{Interpretation, Kind, Requirement};
 use super::sources::{read, root};
 use super::tags::Tag;
 use super::tags::{self, Reading};

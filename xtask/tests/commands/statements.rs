@@ -115,11 +115,6 @@ fn each_promise_has_a_statement() {
 fn each_statement_is_held_by_what_is_there() {
     let text = |path: &str| fs::read_to_string(root().join(path)).expect("a file");
     let rows: Value = serde_json::from_str(&text("xtask/bench/stored.json")).expect("rows");
-    let searches: BTreeSet<String> = text("tests/search/states.txt")
-        .lines()
-        .filter_map(|line| line.rsplit_once(' '))
-        .map(|(search, _)| format!("states.{}", search.replace(' ', ".")))
-        .collect();
     let mut tests = BTreeSet::new();
     for folder in ["shared", "boards", "firmware", "twin", "tools", "tests", "xtask"] {
         functions(&root().join(folder), &mut tests);
@@ -128,7 +123,7 @@ fn each_statement_is_held_by_what_is_there() {
         let [statement, holder] = &cells[..] else { panic!("two cells: {cells:?}") };
         assert!(!plain(&holder.text).is_empty(), "nothing holds: {}", statement.text);
         for code in holder.codes.iter().filter(|code| !code.contains(' ')) {
-            let is_there = tests.contains(code) || searches.contains(code) || rows.get(code).is_some();
+            let is_there = tests.contains(code) || rows.get(code).is_some();
             assert!(is_there || root().join(code).exists(), "{}: there is no {code}", statement.text);
         }
     }

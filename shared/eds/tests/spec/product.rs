@@ -39,12 +39,12 @@ fn both_files_tell_every_object_and_every_value_of_the_slave() {
     }
 }
 
-/// Given the files of the master and of both minimal slaves, then each tells every object of its device.
+/// Given the files of the master and of both minimal slaves. Then each lists every object of its device.
 ///
 /// Verifies: ECSS 9.2a
-/// Notices: ECSS 9.2a: a minimal slave gets an object that its file does not tell.
+/// Notices: ECSS 9.2a: a minimal slave has an object that its file does not list.
 #[test]
-fn files_of_master_and_minimal_slaves_tell_every_object() {
+fn files_of_master_and_minimal_slaves_list_every_object() {
     compare_declared::<NodeObjects<MasterObjects<CommanderObjects>>>(&committed("master.eds"));
     compare_declared::<MinimalObjects>(&committed("minimal.eds"));
     compare_declared::<PrototypeObjects>(&committed("minimal-librecube.eds"));

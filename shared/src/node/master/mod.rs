@@ -288,8 +288,8 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
                     self.act(action, now, out);
                 }
             }
-            // A standby sends nothing.
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
+            // A standby sends nothing.
             MasterRequest::Boot(node) if !self.is_active() => out.event(MasterEvent::Refused { node }),
             _ if !self.is_active() => out.event(MasterEvent::Refused { node: NodeId::MASTER }),
             MasterRequest::SwitchBus(bus) => self.redundancy.request(bus),

@@ -97,8 +97,8 @@ fn a_stopped_slave_sends_heartbeats_alone() {
     assert_eq!(payloads(&slave, 0x285).len(), 1);
 }
 
-/// Given a slave in Operational or Stopped, when it is to enter Pre-operational, then it answers SDO requests, tells
-/// errors and sends heartbeats, and no PDO goes out or in.
+/// Given a slave in Operational or Stopped, when it receives Enter Pre-operational, then it answers SDO requests, reports
+/// errors and sends heartbeats, and neither sends nor takes a PDO.
 ///
 /// Verifies: ECSS 6.5.1a.3
 /// Notices: ECSS 6.5.1a.3: a stopped slave ignores the command to enter Pre-operational.

@@ -180,7 +180,7 @@ fn a_written_bdefault_is_read_back_and_must_be_a_bus() {
 }
 
 /// Verifies: ECSS 6.7b, 6.7c
-/// Notices: ECSS 6.7b: the write that starts the test is not told to the application.
+/// Notices: ECSS 6.7b: the application does not learn of the write that starts the test.
 /// Notices: ECSS 6.7c: a test that runs leaves the result of the one before.
 #[test]
 fn the_self_test_is_started_and_its_result_read() {

@@ -202,8 +202,8 @@ fn telemetry_ends_within_the_stated_delay() {
     }
 }
 
-/// Given the shipped master in profile `librecube`, which sends the spacecraft time every 10 s, then nobody sends the time stamp object,
-/// and one that comes does not change the time that the master sends.
+/// Given the shipped master in profile `librecube`, which sends the spacecraft time every 10 s. Then no node sends the time stamp
+/// object, and one from outside does not change the time that the master sends.
 ///
 /// Verifies: ECSS 9.4.7.1b
 #[test]

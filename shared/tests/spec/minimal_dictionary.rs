@@ -1,0 +1,261 @@
+//! PDOs and objects that a minimal slave may have (ECSS 9.4, Table 9-12).
+
+use ecss_can::node::minimal::{
+    MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Permission, Trigger, assert_minimal, permission,
+};
+use ecss_can::pdo::CobIdOf;
+
+use crate::bench::node;
+
+/// Verifies: ECSS 9.4.4c, 9.4.4d
+/// Notices: ECSS 9.4.4c: TPDO 4 has COB-ID 500h + node.
+/// Notices: ECSS 9.4.4d: telemetry on request has transmission type 255.
+#[test]
+fn its_pdos_are_those_of_the_tables() {
+    let pdos = MinimalPdos::DEFAULT;
+    let receive = pdos.receive.map(|pdo| pdo.map(|pdo| (pdo.cob_id.of(node(5)).raw(), pdo.least)));
+    assert_eq!(receive, [0x205, 0x305, 0x405, 0x505].map(|id| Some((id, 0))));
+    let transmit = pdos.transmit.map(|pdo| pdo.unwrap());
+    let transmit = transmit.map(|pdo| (pdo.cob_id.of(node(5)).raw(), pdo.trigger.transmission_type()));
+    assert_eq!(transmit, [0x185, 0x285, 0x385, 0x485].map(|id| (id, 254)));
+    assert_eq!(Trigger::Sync(3).transmission_type(), 3);
+    pdos.assert_possible();
+}
+
+#[test]
+fn pdos_that_cannot_be_are_refused() {
+    let rpdo = |base| Some(MinimalRpdo { cob_id: CobIdOf::node(base), least: 0 });
+    let tpdo = |base, trigger| Some(MinimalTpdo { cob_id: CobIdOf::node(base), trigger });
+    let sync = |every| MinimalPdos {
+        receive: [None; PDOS],
+        transmit: [tpdo(0x180, Trigger::Sync(every)), None, None, None],
+    };
+    let receiving = |receive| MinimalPdos { receive, transmit: [None; PDOS] };
+    let twice = receiving([rpdo(0x200), None, None, rpdo(0x200)]);
+    let sent = [None, tpdo(0x280, Trigger::Request), tpdo(0x280, Trigger::Sync(1)), None];
+    let sent = MinimalPdos { receive: [None; PDOS], transmit: sent };
+    let long = MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 9 };
+    let long = receiving([Some(long), None, None, None]);
+    for (pdos, reason) in [
+        (sync(0), "every 1 to 240 SYNCs"),
+        (sync(241), "every 1 to 240 SYNCs"),
+        (twice, "two PDOs have one COB-ID"),
+        (sent, "two PDOs have one COB-ID"),
+        (long, "a PDO has 8 bytes at most"),
+    ] {
+        let panic = std::panic::catch_unwind(|| pdos.assert_possible()).unwrap_err();
+        assert_eq!(panic.downcast_ref::<&str>(), Some(&reason));
+    }
+    sync(240).assert_possible();
+}
+
+/// Each row of Table 9-12, by its first and last index, and what is beside it.
+///
+/// Verifies: ECSS 9.4.10b
+/// Notices: ECSS 9.4.10b: 1014h and 1015h are authorised.
+#[test]
+fn forbidden_objects_are_those_of_the_table() {
+    let is = |index, expected| assert_eq!(permission(index), expected, "{index:04X}h");
+    for index in [0x1000, 0x1003, 0x1005, 0x1006, 0x1008, 0x100A, 0x1016, 0x1018, 0x1019, 0x1028, 0x6000] {
+        is(index, Permission::Authorised);
+    }
+    for index in [0x1007, 0x100C, 0x100D, 0x1010, 0x1011, 0x1012, 0x1013, 0x1014, 0x1015] {
+        is(index, Permission::Forbidden);
+    }
+    for index in [0x1201, 0x127F, 0x1281, 0x12FF] {
+        is(index, Permission::Forbidden);
+    }
+    is(0x1200, Permission::Tests);
+    is(0x1280, Permission::Tests);
+    for (first, last) in [(0x1400, 0x15FF), (0x1600, 0x17FF), (0x1800, 0x19FF), (0x1A00, 0x1BFF)] {
+        is(first, Permission::Authorised);
+        is(first + 3, Permission::Authorised);
+        is(first + 4, Permission::Forbidden);
+        is(last, Permission::Forbidden);
+    }
+}
+
+/// Parameters and mapping of RPDO 1, with an object more or less, or one that must not be as it is.
+mod dictionaries {
+    use super::*;
+    use ecss_can::od::{Objects, Record};
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Fixed {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Transmission type
+        #[sub(2, ro)]
+        transmission: u8,
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Inhibited {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Inhibit time
+        #[sub(3, ro)]
+        inhibit: u16,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Sound {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Unmapped {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Repeated {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Event timer
+        #[sub(5, ro)]
+        event: u16,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Timed {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Inhibited,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct RepeatedCommand {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Repeated,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    /// RPDO 1, and TPDO 4 with an inhibit time.
+    #[derive(Debug, Objects)]
+    pub struct InhibitedTelemetry {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+        /// Parameters
+        #[object(0x1803, record)]
+        telemetry: Inhibited,
+    }
+
+    /// RPDO 1, and TPDO 4 with an event timer.
+    #[derive(Debug, Objects)]
+    pub struct RepeatedTelemetry {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+        /// Parameters
+        #[object(0x1803, record)]
+        telemetry: Repeated,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Variable {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, rw)]
+        mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Stored {
+        /// Store parameters
+        #[object(0x1010, ro)]
+        store: u32,
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    /// As in a constant, where a panic stops the build.
+    pub fn refusal<D: Objects>() -> Option<String> {
+        refusal_with::<D>([None; PDOS])
+    }
+
+    /// The same with telemetry.
+    pub fn refusal_with<D: Objects>(transmit: [Option<MinimalTpdo>; PDOS]) -> Option<String> {
+        let rpdo = Some(MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 0 });
+        let pdos = MinimalPdos { receive: [rpdo, None, None, None], transmit };
+        let panic = std::panic::catch_unwind(|| assert_minimal::<D>(&pdos)).err()?;
+        panic.downcast_ref::<&str>().map(|reason| (*reason).to_owned())
+    }
+}
+
+/// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10e
+/// Notices: ECSS 9.4.5a: only sub-index 0 of a mapping is checked for access.
+/// Notices: ECSS 9.4.10e: parameters without a mapping are enough for a PDO.
+#[test]
+fn dictionaries_that_the_minimal_set_forbids_are_refused() {
+    use dictionaries::{Sound, Stored, Timed, Unmapped, Variable, refusal};
+    assert_eq!(refusal::<Sound>(), None);
+    for (refusal, reason) in [
+        (refusal::<Unmapped>(), "a PDO in use without its parameters or its mapping"),
+        (refusal::<Timed>(), "a PDO with an inhibit time or an event timer"),
+        (refusal::<Variable>(), "a mapping that can be written"),
+        (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
+    ] {
+        assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given telemetry by the first or the last TPDO in a dictionary that has RPDO 1 alone, then it is refused.
+///
+/// Verifies: ECSS 9.4.10e
+#[test]
+fn telemetry_without_parameters_is_refused() {
+    use dictionaries::{Sound, refusal_with};
+    let tpdo = MinimalPdos::DEFAULT.transmit[0];
+    for transmit in [[tpdo, None, None, None], [None, None, None, tpdo]] {
+        let reason = "a PDO in use without its parameters or its mapping";
+        assert_eq!(refusal_with::<Sound>(transmit).as_deref(), Some(reason));
+    }
+}
+
+/// Given dictionaries with an inhibit time (sub-index 3) or an event timer (5) of a command or of telemetry, then none is accepted.
+///
+/// Verifies: ECSS 9.4.1d, 9.4.4b
+/// Notices: ECSS 9.4.4b: sub-index 6 is checked in place of the event timer.
+#[test]
+fn inhibit_time_and_event_timer_are_refused_for_each_pdo() {
+    use dictionaries::{InhibitedTelemetry, RepeatedCommand, RepeatedTelemetry, Timed, refusal};
+    let reason = "a PDO with an inhibit time or an event timer";
+    for refusal in [
+        refusal::<Timed>(),
+        refusal::<RepeatedCommand>(),
+        refusal::<InhibitedTelemetry>(),
+        refusal::<RepeatedTelemetry>(),
+    ] {
+        assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
