@@ -10,6 +10,8 @@ use futures_util::StreamExt;
 use futures_util::future::{FutureExt, LocalBoxFuture};
 use futures_util::stream::FuturesUnordered;
 
+use crate::timeline::MAX_STEPS_PER_INSTANT;
+
 type Task = LocalBoxFuture<'static, ()>;
 
 /// Tasks of one board. With many boards most have nothing to do at most instants: one look tells.
@@ -51,19 +53,23 @@ impl Pool {
     }
 
     /// Lets every task do what it can now.
+    ///
+    /// # Panics
+    /// When they wake each other without end.
     pub fn run_until_stalled(&mut self) {
         if !self.alarm.take() {
             return;
         }
         let waker = Waker::from(self.alarm.clone());
         let mut context = Context::from_waker(&waker);
-        loop {
+        for _ in 0..MAX_STEPS_PER_INSTANT {
             self.tasks.extend(self.spawned.borrow_mut().drain(..));
             let is_idle = !matches!(self.tasks.poll_next_unpin(&mut context), Poll::Ready(Some(())));
             if is_idle && self.spawned.borrow().is_empty() && !self.alarm.take() {
                 return;
             }
         }
+        panic!("tasks wake each other without end");
     }
 }
 

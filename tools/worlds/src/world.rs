@@ -24,7 +24,7 @@ use crate::log::{Entry, NodeEvent};
 use crate::member::{Handle, Member, Running};
 use crate::port::MockPort;
 use crate::task::Task;
-use crate::timeline::Timeline;
+use crate::timeline::{MAX_STEPS_PER_INSTANT, Timeline};
 use crate::unit::{Planned, Unit};
 
 /// Distance between neighbours on the cable: node n sits at n times this many metres, a second master after the last one.
@@ -36,8 +36,6 @@ const CROWDED_SPACING_M: f64 = 0.05;
 const BESIDE_M: f64 = 1.0;
 /// Where a cut separates the master, the first of two, from all slaves.
 pub const NEXT_TO_MASTER_M: f64 = 3.0;
-/// Steps without time going on: somebody wakes for nothing.
-const MAX_STEPS_PER_INSTANT: u32 = 10_000;
 
 /// A spacecraft's nodes and buses in virtual time.
 pub struct World {
@@ -219,8 +217,11 @@ impl World {
     }
 
     /// Lets boards and wires talk until neither has anything to say at this instant.
+    ///
+    /// # Panics
+    /// When they talk without end.
     fn settle(&mut self) {
-        loop {
+        for _ in 0..MAX_STEPS_PER_INSTANT {
             self.units.iter_mut().for_each(Unit::run);
             let before = self.timeline.interrupts();
             self.advance_wires();
@@ -228,6 +229,7 @@ impl World {
                 return;
             }
         }
+        panic!("boards and wires talk without end at {:?}", self.now());
     }
 
     fn advance_wires(&mut self) {

@@ -5,7 +5,7 @@
 use core::marker::PhantomData;
 
 use ecss_can::link::Stamp;
-use ecss_can::link::port::{Mailbox, PortEvent};
+use ecss_can::link::port::Mailbox;
 use ecss_can::time::Clock;
 use ecss_can::types::{CobId, Frame};
 use embassy_stm32::interrupt::typelevel::{Binding, Handler};
@@ -14,13 +14,10 @@ use embassy_stm32::pac::can::Can;
 use super::MAILBOXES;
 use super::controller::Controller;
 use super::events::EventQueue;
+use super::results::Results;
 use super::status::{Enables, Status};
 use super::waiting::Waiting;
 use crate::{DIAGNOSTICS, Uptime};
-
-/// Bits of TSR, the same in a byte for each mailbox: its request has completed, with success.
-const RQCP: u32 = 1 << 0;
-const TXOK: u32 = 1 << 1;
 
 /// Interrupts of a controller, bound to the handlers of this driver.
 pub trait ControllerInterrupts<T: Controller>:
@@ -69,22 +66,14 @@ fn transmitted(registers: Can, events: &EventQueue) {
     DIAGNOSTICS.interrupts.transmit.count();
     let stamp = Stamp::interrupt(Uptime.now());
     events.update(|waiting| {
-        let status = registers.tsr().read();
-        let ended = |n: usize| status.0 >> (8 * n) & RQCP != 0;
+        let results = Results(registers.tsr().read().0);
         // First of all, so that it goes out right after the intermission.
-        if let Some(next) = events.ended(ended) {
+        if let Some(next) = events.ended(|mailbox| results.ended(mailbox)) {
             request(registers, next);
         }
-        // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
-        registers.tsr().write(|w| w.0 = status.0 & (RQCP | RQCP << 8 | RQCP << 16));
-        for n in (0..MAILBOXES).filter(|n| ended(*n)) {
-            let mailbox = Mailbox(n as u8);
-            // With automatic retransmission a request ends by success or abort; ALST and TERR report the last attempt.
-            waiting.finished(if status.0 >> (8 * n) & TXOK != 0 {
-                PortEvent::Transmitted { mailbox, stamp }
-            } else {
-                PortEvent::Failed { mailbox }
-            });
+        registers.tsr().write(|w| w.0 = results.clearing());
+        for event in (0..MAILBOXES).filter_map(|mailbox| results.event(mailbox, stamp)) {
+            waiting.finished(event);
         }
         note_errors(registers, waiting);
     });

@@ -18,6 +18,7 @@ mod filters;
 mod held;
 mod mailboxes;
 mod mode;
+mod results;
 mod status;
 mod waiting;
 
