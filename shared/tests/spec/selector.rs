@@ -56,7 +56,7 @@ fn power_on_selects_the_default_bus_and_clears_ctoggle() {
     }
 }
 
-/// Verifies: ECSS 8.3.2b, 8.3.3h, 8.3.3i
+/// Verifies: ECSS 8.3.2b, 8.3.3h
 /// Notices: ECSS 8.3.2b: after power-on a slave does not toggle before its first heartbeat of the master.
 /// Notices: ECSS 8.3.3h: each toggle but the first is one consumer time late.
 #[test]

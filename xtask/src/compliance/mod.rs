@@ -32,7 +32,7 @@ const DOCS: &str = "docs";
 /// Command line of `compliance`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Write nothing; exit with 1 if the page is old, a tag is wrong or a requirement on software has no test
+    /// Write nothing; exit with 1 if the page is old, a tag is wrong or no test notices a violation of a requirement on software
     #[arg(long)]
     check: bool,
 }
@@ -56,6 +56,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let text = page::write(&requirements, &interpretations(), &clauses(), &tags);
     let page = path(PAGE);
     output::line(page::summary(&requirements, &interpretations(), &tags))?;
+    output::line(page::tests_per_requirement(&requirements, &tags))?;
     if !options.check {
         fs::write(&page, text).with_context(|| format!("cannot write {}", page.display()))?;
         findings.iter().for_each(output::warn);

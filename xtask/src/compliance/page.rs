@@ -2,13 +2,14 @@
 
 use std::fmt::Write as _;
 
+use super::check::Tests;
 use super::requirements::{Clause, Interpretation, Kind, Requirement, Who};
 use super::tags::Tag;
 
 const HEAD: &str = "# Compliance
 
 Written by `cargo xtask compliance`; do not edit. `cargo xtask compliance --check` fails if a tag names no requirement, stands on
-no test that runs, or a requirement on software has no test.
+no test that runs, or a requirement on software has no test of the first tier that is known to notice a violation.
 
 A doc comment \"Notices: ECSS 8.3.3h: ...\" at a test names a violation with which it was seen to fail.
 
@@ -33,8 +34,8 @@ A applicable, O optional, NA not used, R for reference, as the standard has it.
 pub fn summary(requirements: &[Requirement], interpretations: &[Interpretation], tags: &[Tag]) -> String {
     let number = |who: Who| requirements.iter().filter(|row| row.who == who).count();
     let software = || requirements.iter().filter(|row| row.who == Who::Software);
-    let traced = software().filter(|row| tests(row, tags).next().is_some()).count();
-    let tried = software().filter(|row| tests(row, tags).any(|tag| tag.noticed.contains(&row.id))).count();
+    let traced = software().filter(|row| Tests::of(row, tags).number > 0).count();
+    let tried = software().filter(|row| Tests::of(row, tags).notice).count();
     let of_kind =
         |kind| requirements.iter().filter(|row| of(interpretations, row, kind).next().is_some()).count();
     format!(
@@ -51,6 +52,22 @@ pub fn summary(requirements: &[Requirement], interpretations: &[Interpretation],
     )
 }
 
+/// How many requirements on software have one test, two, three, or more, and how many have one of the first tier, in a line.
+pub fn tests_per_requirement(requirements: &[Requirement], tags: &[Tag]) -> String {
+    let software = requirements.iter().filter(|row| row.who == Who::Software);
+    let of_each: Vec<_> = software.map(|row| Tests::of(row, tags)).collect();
+    let with = |such: &dyn Fn(usize) -> bool| of_each.iter().filter(|tests| such(tests.number)).count();
+    format!(
+        "Requirements on software by number of tests: {} with one, {} with two, {} with three, {} with more; {} have a test of the first \
+         tier (`cargo test`)",
+        with(&|number| number == 1),
+        with(&|number| number == 2),
+        with(&|number| number == 3),
+        with(&|number| number > 3),
+        of_each.iter().filter(|tests| tests.of_first_tier > 0).count(),
+    )
+}
+
 /// The whole page.
 pub fn write(
     requirements: &[Requirement],
@@ -60,6 +77,7 @@ pub fn write(
 ) -> String {
     let mut page = HEAD.to_owned();
     let _ = writeln!(page, "{}.", summary(requirements, interpretations, tags));
+    let _ = writeln!(page, "\n{}.", tests_per_requirement(requirements, tags));
     let mut chapter = "";
     for row in requirements {
         let own = row.id.split('.').next().unwrap_or_default();

@@ -23,8 +23,17 @@ fn table() -> Vec<Requirement> {
 }
 
 fn source(lines: &[&str]) -> Vec<Tag> {
-    let reading = Reading { file: "source.rs".to_owned(), is_tested: true };
-    tags::read(&lines.join("\n").replace("MARK", MARK), &reading).expect("Rust").tags
+    source_of("source.rs", lines)
+}
+
+/// Tests without a line `Notices:` count as if they had one for each requirement.
+fn source_of(file: &str, lines: &[&str]) -> Vec<Tag> {
+    let reading = Reading { file: file.to_owned(), is_tested: true };
+    let mut tags = tags::read(&lines.join("\n").replace("MARK", MARK), &reading).expect("Rust").tags;
+    for tag in tags.iter_mut().filter(|tag| tag.noticed.is_empty()) {
+        tag.noticed = tag.ids.clone();
+    }
+    tags
 }
 
 fn both() -> Vec<Tag> {
@@ -47,9 +56,26 @@ fn a_test_notices_what_it_verifies_alone() {
         "fn heartbeats() {}",
     ]);
     assert_eq!(tags[0].noticed, ["8.3.3b", "8.3.3c"]);
-    assert_eq!(check(&table(), &tags), ["source.rs:1: heartbeats notices 8.3.3c, which it does not verify"]);
+    let expected = [
+        "source.rs:1: heartbeats notices 8.3.3c, which it does not verify",
+        "8.3.3a: no test that names it has a line `Notices:` for it",
+    ];
+    assert_eq!(check(&table(), &tags), expected);
     let summary = page::summary(&table(), &[], &tags);
     assert!(summary.contains("2 on software (2 traced to tests, 1 of them with a violation"), "{summary}");
+}
+
+/// Given two requirements, of which the second one is tested by `cargo xtask test-all` alone.
+#[test]
+fn each_requirement_has_a_test_of_the_first_tier() {
+    let first = ["MARK 8.3.3a", "#[test]", "fn heartbeats() {}"];
+    let later = ["MARK 8.3.3a, 8.3.3b", "#[test]", "fn on_the_wire() {}"];
+    let mut tags = source_of("tests/host/tests/worlds/boot.rs", &first);
+    tags.extend(source_of("tests/second/tests/host/boot.rs", &later));
+    assert_eq!(check(&table(), &tags), ["8.3.3b: no test of the first tier names it"]);
+    let expected = "Requirements on software by number of tests: 1 with one, 1 with two, 0 with three, 0 with more; 1 have a test of the \
+                    first tier (`cargo test`)";
+    assert_eq!(page::tests_per_requirement(&table(), &tags), expected);
 }
 
 #[test]
