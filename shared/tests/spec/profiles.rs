@@ -40,6 +40,7 @@ fn a_slave_holds_the_objects_of_table_8_1() {
 /// bxCAN at 42 MHz meets it: prescaler, TS1, TS2 and SJW. The line of 40 m and its transceivers fit, as do oscillators of 0.1 %.
 ///
 /// Verifies: ECSS 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
+/// Notices: ECSS 5.4.2a.2: the sample point at 250 kbit/s may not be before 87 %.
 #[test]
 fn profile_of_images_has_a_timing_for_each_rate_they_offer() {
     const CLOCK: u32 = 42_000_000;
@@ -130,6 +131,7 @@ fn a_budget_admits_twice_what_the_periods_make() {
 /// 563.2 ms, 45.056 ms and 5.632 ms.
 ///
 /// Verifies: ECSS 5.4.2a
+/// Notices: ECSS 5.4.2a: frames of a slow bus have the time of those at 1 Mbit/s.
 #[test]
 fn a_slow_bus_has_more_time_for_its_frames_and_recoveries() {
     let us = Duration::from_micros;

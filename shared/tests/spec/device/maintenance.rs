@@ -77,6 +77,7 @@ fn a_node_in_maintenance_mode_answers_sdo_and_is_silent_else() {
 }
 
 /// Verifies: ECSS 6.10g, 6.10j
+/// Notices: ECSS 6.10j: Node-IDs above those of the straps are refused.
 #[test]
 fn a_node_id_is_stored_in_maintenance_mode() {
     let memory = Memory::default();

@@ -64,6 +64,7 @@ fn a_pdo_has_its_cob_id_again_that_another_one_took() {
 }
 
 /// Verifies: ECSS 6.10a, 6.10c
+/// Notices: ECSS 6.10a: a written COB-ID of SYNC is not admitted by the filters.
 #[test]
 fn all_filters_return_to_defaults_beside_the_boot_up_message() {
     let mut slave = powered();

@@ -129,6 +129,7 @@ fn nodes_upstream_of_a_cut_communicate_until_the_bus_is_left() {
 /// cut. When both are healed, then all slaves communicate as before: no error state, no node that was reset, no further move.
 ///
 /// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k.1: a slave that follows the master to the other bus becomes Pre-operational.
 /// Notices: ECSS 5.3.3.2.3k: the master starts slaves at their boot-up alone.
 #[test]
 fn a_cut_of_both_buses_leaves_no_ill_effects_when_it_heals() {
@@ -145,6 +146,7 @@ fn a_cut_of_both_buses_leaves_no_ill_effects_when_it_heals() {
             assert!(commands >= 8, "{commands} commands in second {second}");
         }
         assert!(told(&world, TWO, cut, entered(NmtState::PreOperational)).is_empty());
+        assert_eq!(switches(&world, cut), 1, "the other bus is no better, and the master stays there");
         Bus::ALL.into_iter().for_each(|bus| world.heal(bus));
         world.run_for(ms(3_000));
         let settled = world.now();
