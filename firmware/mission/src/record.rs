@@ -56,7 +56,7 @@ impl SlaveRecord {
     /// # Errors
     /// [`Declined`]: nothing was executed.
     pub fn take(&mut self, message: &Message, at: Instant) -> Result<Command, Declined> {
-        if !self.commands.is_new(*message, at) {
+        if !self.commands.accept(*message, at) {
             return Err(Declined::Repeat);
         }
         self.execute(message)

@@ -192,7 +192,7 @@ impl Buses {
     }
 
     /// Takes the error state of a controller. Returns whether the controller was bus-off and has recovered.
-    pub fn has_recovered(&mut self, bus: Bus, state: ErrorState) -> bool {
+    pub fn note_state(&mut self, bus: Bus, state: ErrorState) -> bool {
         let was_off = core::mem::replace(&mut self.reported[bus], state) == ErrorState::BusOff;
         was_off && state != ErrorState::BusOff
     }

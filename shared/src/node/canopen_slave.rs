@@ -1,8 +1,8 @@
 //! CANopen slave on one bus, without ECSS-E-ST-50-15C: for a board of the test bench, or for a bus inside a unit.
 
 use super::canopen::{Canopen, Out};
-use super::extension::Nothing;
-use super::{Counters, Device, DeviceNode, Filters, LinkEvent, Node, NodeObjects, SlaveEvent, Usual};
+use super::extension::CanopenOnly;
+use super::{Counters, Device, DeviceNode, Filters, FullDepth, LinkEvent, Node, NodeObjects, SlaveEvent};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::is_heartbeat;
 use crate::link::Stamp;
@@ -22,7 +22,7 @@ const BUS: Bus = Bus::Nominal;
 #[doc(alias("CANopen slave", "NMT slave"))]
 #[derive(Debug)]
 pub struct CanopenSlave<D: Device> {
-    canopen: Canopen<D, Nothing>,
+    canopen: Canopen<D, CanopenOnly>,
     initial: Parameters,
 }
 
@@ -37,7 +37,7 @@ impl<D: Device> CanopenSlave<D> {
     }
 
     /// Returns the object dictionary.
-    pub fn objects(&self) -> &NodeObjects<D, Nothing> {
+    pub fn objects(&self) -> &NodeObjects<D, CanopenOnly> {
         &self.canopen.services.dictionary.objects
     }
 
@@ -123,7 +123,7 @@ impl<D: Device> CanopenSlave<D> {
         if until >= self.canopen.services.next && self.state() != NmtState::Initialising {
             self.canopen.poll(BUS, until, now, out);
             self.canopen.set_filters(&[BUS], out);
-            self.canopen.rest(self.canopen.due(), now);
+            self.canopen.set_deadline(self.canopen.due(), now);
         }
     }
 }
@@ -131,7 +131,7 @@ impl<D: Device> CanopenSlave<D> {
 impl<D: Device> Node for CanopenSlave<D> {
     type Event = SlaveEvent;
     type Request = core::convert::Infallible;
-    type Depth = Usual;
+    type Depth = FullDepth;
 
     fn filters(&self) -> Filters {
         self.canopen.filters()

@@ -14,7 +14,7 @@ use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 /// a bus, events that wait for the application.
 pub const QUEUE_DEPTH: usize = 32;
 /// [`Depth`] of a node with the whole protocol.
-pub type Usual = Places<QUEUE_DEPTH>;
+pub type FullDepth = Places<QUEUE_DEPTH>;
 /// Greatest number of acceptance filters that a node asks a port for. A node keeps one bit of a word for each.
 pub const MAX_FILTERS: usize = u32::BITS as usize;
 
@@ -114,7 +114,7 @@ pub trait Node: 'static {
     type Event;
     /// Request that the application makes.
     type Request;
-    /// Depth of the queues: [`Usual`], or less for a small node.
+    /// Depth of the queues: [`FullDepth`], or less for a small node.
     type Depth: Depth;
 
     /// Returns the frames that the node receives, by its dictionary. Each bus has these filters before power-on.
@@ -168,12 +168,7 @@ pub trait Node: 'static {
 
     /// Returns whether this frame may be sent. Called once for each frame, when it leaves the outbox. A refused
     /// frame is reported as [`FailCause::OverBudget`].
-    fn may_send(
-        &mut self,
-        _frame: &Frame,
-        _now: Instant,
-        _out: &mut Outbox<Self::Event, Self::Depth>,
-    ) -> bool {
+    fn charge(&mut self, _frame: &Frame, _now: Instant, _out: &mut Outbox<Self::Event, Self::Depth>) -> bool {
         true
     }
 
@@ -183,7 +178,7 @@ pub trait Node: 'static {
 }
 
 /// Queue of the commands and events that a node hands out.
-pub struct Outbox<E, D: Depth = Usual> {
+pub struct Outbox<E, D: Depth = FullDepth> {
     commands: DequeInner<(Bus, BusCommand), D::Of<(Bus, BusCommand)>>,
     events: DequeInner<E, D::Of<E>>,
     overflows: u32,

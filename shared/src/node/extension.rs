@@ -58,9 +58,9 @@ impl Extension for Spacecraft {
 
 /// Extension of a node that has CANopen only.
 #[derive(Clone, Debug, PartialEq, Objects)]
-pub struct Nothing {}
+pub struct CanopenOnly {}
 
-impl Extension for Nothing {
+impl Extension for CanopenOnly {
     type Storage = NoStore;
 
     type Time = ();

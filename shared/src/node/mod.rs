@@ -72,10 +72,10 @@ pub use buses::{Counters, Status};
 pub use canopen_slave::CanopenSlave;
 pub use communication::{Communication, Identity};
 pub use contract::{
-    BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH, Usual,
+    BusCommand, FailCause, Filters, FullDepth, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
 };
 pub use device::{Device, DeviceNode, DeviceObjects, TimeKeeper};
-pub use extension::{Extension, Nothing};
+pub use extension::{CanopenOnly, Extension};
 pub use master::{Master, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use network_objects::{MasterRole, NetworkObjects, Ranging};

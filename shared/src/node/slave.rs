@@ -14,7 +14,7 @@ use super::{Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
 use crate::link::port::Filter;
-use crate::node::{Filters, LinkEvent, Node, TimeKeeper, Usual};
+use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
 use crate::store::ParameterStore;
@@ -115,7 +115,7 @@ impl<D: Device> Slave<D> {
         self.canopen.poll(self.redundancy.selected(), until, now, out);
         self.canopen.set_filters(&Bus::ALL, out);
         let due = [self.redundancy.deadline(), self.budget.deadline(), self.canopen.due()];
-        self.canopen.rest(earliest(&due), now);
+        self.canopen.set_deadline(earliest(&due), now);
     }
 
     /// Returns the state of the node at `now`.
@@ -158,7 +158,7 @@ impl<D: Device> Slave<D> {
 impl<D: Device> Node for Slave<D> {
     type Event = SlaveEvent;
     type Request = core::convert::Infallible;
-    type Depth = Usual;
+    type Depth = FullDepth;
 
     fn filters(&self) -> Filters {
         self.canopen.filters()
@@ -211,7 +211,7 @@ impl<D: Device> Node for Slave<D> {
     }
 
     #[inline(always)] // called from one place
-    fn may_send(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
+    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
         self.budget
             .take(frame.id(), now)
             .map(|over| self.on_over_budget(frame.id(), over, now, out))

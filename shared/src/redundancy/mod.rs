@@ -69,7 +69,7 @@ pub use peers::{PeerHeartbeat, Peers};
 pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};
 pub use slave::{BusCause, Retained, SlaveAction, SlaveNode, SlaveRedundancy, SlaveVerdict};
-pub use standby::{Answer, Claim, Pair, Role, RoleCause, RoleChange, Standby, Strap};
+pub use standby::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
 
 use crate::types::{Bus, Canonical, Duration};
 

@@ -140,7 +140,7 @@ pub struct RoleChange {
 /// Reaction to a frame of another master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Answer {
+pub enum RivalReaction {
     /// Nothing to do.
     Nothing,
     /// The role of this board changed.
@@ -157,14 +157,14 @@ pub enum Answer {
 ///
 /// ```
 /// use ecss_can::profile::Profile;
-/// use ecss_can::redundancy::{Answer, Role, RoleCause, RoleChange, Standby, Strap};
+/// use ecss_can::redundancy::{RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
 /// let mut second = Standby::new(Profile::PAIR, Strap::Second);
 /// second.start(ms(0)); // listens
 /// let heard = RoleChange { role: Role::Standby, cause: RoleCause::MasterHeard };
-/// assert_eq!(second.on_master(Bus::Nominal, ms(700)), Answer::Changed(heard));
+/// assert_eq!(second.on_master(Bus::Nominal, ms(700)), RivalReaction::Changed(heard));
 ///
 /// let silent = RoleChange { role: Role::Active, cause: RoleCause::MasterSilent };
 /// assert_eq!(second.poll(ms(1_099)), None);
@@ -267,9 +267,9 @@ impl Standby {
 
     /// Takes a heartbeat or boot-up message of another master. An active master only notes the bus: 701h may come
     /// from a foreign node, and only a claim shows that the other board is active.
-    pub fn on_master(&mut self, bus: Bus, at: Instant) -> Answer {
+    pub fn on_master(&mut self, bus: Bus, at: Instant) -> RivalReaction {
         self.heard = Some(bus);
-        if self.is_active() { Answer::Nothing } else { self.alive(at) }
+        if self.is_active() { RivalReaction::Nothing } else { self.alive(at) }
     }
 
     /// Takes a SYNC or a spacecraft time of another master. `slaves`: number of slaves that count and are heard on
@@ -278,21 +278,21 @@ impl Standby {
     /// The frame is a sign of life only if no slave is heard. Without slaves no node acknowledges, and a frame that
     /// wins arbitration against the heartbeat is repeated in its place. With slaves the heartbeat is sent, and such
     /// a frame without it comes from another node.
-    pub fn on_other_frame(&mut self, bus: Bus, at: Instant, slaves: u8) -> Answer {
+    pub fn on_other_frame(&mut self, bus: Bus, at: Instant, slaves: u8) -> RivalReaction {
         if self.is_active() || slaves > 0 {
-            return Answer::Nothing;
+            return RivalReaction::Nothing;
         }
         self.heard = Some(bus);
         self.alive(at)
     }
 
     /// Another master is active.
-    fn alive(&mut self, at: Instant) -> Answer {
+    fn alive(&mut self, at: Instant) -> RivalReaction {
         if self.role == Role::Listening {
-            return Answer::Changed(self.stand_by(at, RoleCause::MasterHeard));
+            return RivalReaction::Changed(self.stand_by(at, RoleCause::MasterHeard));
         }
         self.until = at + self.pair.consumer;
-        Answer::Nothing
+        RivalReaction::Nothing
     }
 
     /// Notes that a slave reported Operational on the active bus: the active master started it, so it is a slave of
@@ -309,7 +309,7 @@ impl Standby {
 
     /// Takes a claim of another active master. `slaves`: number of slaves that count and are heard on the active
     /// bus.
-    pub fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, slaves: u8) -> Answer {
+    pub fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, slaves: u8) -> RivalReaction {
         if !self.is_active() {
             self.claimed = self.claimed.max(claim.slaves);
             // Its heartbeat may be on the other bus.
@@ -325,13 +325,13 @@ impl Standby {
         }
         self.encounter = Some(encounter);
         if claim.outranks(&encounter.own) {
-            return Answer::Changed(self.stand_by(at, RoleCause::Yielded));
+            return RivalReaction::Changed(self.stand_by(at, RoleCause::Yielded));
         }
         // Two boards strapped alike at a tie would answer each other for ever.
         if is_due && encounter.own.strap != claim.strap {
-            Answer::Claim(encounter.own)
+            RivalReaction::Claim(encounter.own)
         } else {
-            Answer::Nothing
+            RivalReaction::Nothing
         }
     }
 

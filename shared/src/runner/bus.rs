@@ -9,8 +9,8 @@ use super::Platform;
 use super::TURN;
 use super::alarm::Alarm;
 use super::filters::{self, Refresh};
-use super::room::{Core, Lines};
 use super::shared::{Shared, register};
+use super::storage::{BusStates, Core};
 use crate::link::Stamp;
 use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
 use crate::link::queue::{Full, Outgoing};
@@ -30,12 +30,12 @@ const CLOSE_LOOK: Duration = Duration::from_millis(2);
 pub struct BusRunner<B: Platform, N: Node> {
     core: &'static Core<B, N>,
     // In the storage: the future of a task would hold a port twice, as an argument and in this future.
-    line: &'static mut Line<B::Port>,
+    state: &'static mut BusState<B::Port>,
 }
 
 impl<B: Platform, N: Node> BusRunner<B, N> {
-    pub(super) const fn new(core: &'static Core<B, N>, line: &'static mut Line<B::Port>) -> Self {
-        BusRunner { core, line }
+    pub(super) const fn new(core: &'static Core<B, N>, state: &'static mut BusState<B::Port>) -> Self {
+        BusRunner { core, state }
     }
 
     /// Runs without end.
@@ -43,19 +43,19 @@ impl<B: Platform, N: Node> BusRunner<B, N> {
     /// # Cancel safety
     /// The future must not be dropped: the frames in the mailboxes of the port would no longer be followed.
     pub async fn run(self) -> ! {
-        let BusRunner { core, line } = self;
-        line.poll_from(core.clock.now());
+        let BusRunner { core, state } = self;
+        state.poll_from(core.clock.now());
         let timer = pin!(None);
         let mut alarm = Alarm::new(timer);
         match poll_fn(|context| {
             // Work that is due by time takes longer than a frame. One that came meanwhile is handled before the other tasks have
             // their turn (row `rx.inside_look`).
             for _ in 0..2 {
-                line.take_events(core, context);
+                state.take_events(core, context);
                 let now = core.clock.now();
-                let is_due = now >= line.due;
-                let is_new = core.lock(|shared| line.end_turn(shared, now, context));
-                let due = line.due;
+                let is_due = now >= state.due;
+                let is_new = core.lock(|shared| state.end_turn(shared, now, context));
+                let due = state.due;
                 if is_new {
                     alarm.arm(due, context, || core.clock.at(due));
                 } else {
@@ -87,8 +87,8 @@ enum Abort {
     Preempted,
 }
 
-/// A controller, and what the node has on it.
-pub(super) struct Line<P: CanPort> {
+/// State of a bus: its controller, and the frames of the node in it.
+pub(super) struct BusState<P: CanPort> {
     bus: Bus,
     port: P,
     mailboxes: P::PerMailbox<Option<Pending>>,
@@ -104,23 +104,23 @@ pub(super) struct Line<P: CanPort> {
     due: Instant,
 }
 
-impl<P: CanPort> Lines for PerBus<Line<P>> {
+impl<P: CanPort> BusStates for PerBus<BusState<P>> {
     fn set_filters(&mut self, filters: &Filters) {
         self.nominal.set_filters(filters);
         self.redundant.set_filters(filters);
     }
 }
 
-impl<P: CanPort> Lines for Line<P> {
+impl<P: CanPort> BusStates for BusState<P> {
     fn set_filters(&mut self, filters: &Filters) {
         self.port.set_filters(filters);
     }
 }
 
-impl<P: CanPort> Line<P> {
+impl<P: CanPort> BusState<P> {
     #[inline]
     pub fn new(bus: Bus, port: P) -> Self {
-        Line {
+        BusState {
             bus,
             port,
             mailboxes: Default::default(),

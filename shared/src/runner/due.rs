@@ -7,8 +7,8 @@ use core::task::Poll;
 
 use super::Platform;
 use super::alarm::Alarm;
-use super::room::Core;
 use super::shared::{Shared, register};
+use super::storage::Core;
 use crate::node::Node;
 use crate::time::Clock;
 use crate::types::Instant;

@@ -4,8 +4,8 @@ use core::future::poll_fn;
 use core::task::Poll;
 
 use super::Platform;
-use super::room::Core;
 use super::shared::{register, wake};
+use super::storage::Core;
 use super::{Diagnostics, SdoClient, SpacecraftClock};
 use crate::node::{Device, DeviceNode, Master, Node, TimeKeeper};
 use crate::redundancy::MasterBoards;

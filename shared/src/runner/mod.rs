@@ -63,11 +63,11 @@ mod filters;
 mod handle;
 mod platform;
 mod resources;
-mod room;
 mod sdo_client;
 mod shared;
 mod single;
 mod spacecraft_clock;
+mod storage;
 
 pub use bus::BusRunner;
 pub use cable::Cable;

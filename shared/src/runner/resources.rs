@@ -1,20 +1,20 @@
 //! Storage of a node, and its start.
 
-use super::bus::Line;
-use super::room::Room;
+use super::bus::BusState;
+use super::storage::NodeStorage;
 use super::{BusRunner, Diagnostics, DueRunner, Events, Handle, Platform};
 use crate::node::Node;
 use crate::types::{Bus, PerBus};
 
 /// Storage of a node: the node, its queues, both ports and the clock. The user owns it in a `static`.
 pub struct Resources<B: Platform, N: Node> {
-    room: Room<B, N, PerBus<Line<B::Port>>>,
+    storage: NodeStorage<B, N, PerBus<BusState<B::Port>>>,
 }
 
 impl<B: Platform, N: Node> Resources<B, N> {
     /// Makes storage without a node.
     pub const fn new() -> Self {
-        Resources { room: Room::new() }
+        Resources { storage: NodeStorage::new() }
     }
 
     /// Makes the node and powers it on: sets the filters of both ports by its dictionary, and starts it. The ports
@@ -32,14 +32,14 @@ impl<B: Platform, N: Node> Resources<B, N> {
         clock: B::Clock,
         diagnostics: &'static Diagnostics,
     ) -> (Handle<B, N>, Events<B, N>, Runners<B, N>) {
-        let lines = || PerBus {
-            nominal: Line::new(Bus::Nominal, ports.nominal),
-            redundant: Line::new(Bus::Redundant, ports.redundant),
+        let buses = || PerBus {
+            nominal: BusState::new(Bus::Nominal, ports.nominal),
+            redundant: BusState::new(Bus::Redundant, ports.redundant),
         };
-        let (core, lines) = self.room.start(node, lines, clock, diagnostics);
+        let (core, buses) = self.storage.start(node, buses, clock, diagnostics);
         let runners = Runners {
-            nominal: BusRunner::new(core, &mut lines.nominal),
-            redundant: BusRunner::new(core, &mut lines.redundant),
+            nominal: BusRunner::new(core, &mut buses.nominal),
+            redundant: BusRunner::new(core, &mut buses.redundant),
             due: DueRunner::new(core),
         };
         (Handle::new(core), Events::new(core), runners)

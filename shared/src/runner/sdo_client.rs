@@ -4,8 +4,8 @@ use core::future::poll_fn;
 use core::task::{Context, Poll};
 
 use super::Platform;
-use super::room::Core;
 use super::shared::wake;
+use super::storage::Core;
 use crate::node::{Device, Master};
 use crate::redundancy::{MasterBoards, OneBoard};
 use crate::sdo::{Client, Error, Mode};

@@ -133,7 +133,7 @@ impl<N: Node> Shared<N> {
     /// Queues a frame; whether another one or this is lost.
     fn queue(&mut self, bus: Bus, outgoing: Outgoing, here: Option<Bus>, now: Instant) -> bool {
         let mut lost = (outgoing.frame, FailCause::OverBudget);
-        if self.node.may_send(&outgoing.frame, now, &mut self.out) {
+        if self.node.charge(&outgoing.frame, now, &mut self.out) {
             match self.push(bus, outgoing, here) {
                 Some(frame) => lost = (frame, FailCause::QueueFull),
                 None => return false,

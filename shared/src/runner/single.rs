@@ -1,7 +1,7 @@
 //! Storage of a node on one bus.
 
-use super::bus::Line;
-use super::room::Room;
+use super::bus::BusState;
+use super::storage::NodeStorage;
 use super::{BusRunner, Diagnostics, DueRunner, Events, Handle, Platform};
 use crate::node::Node;
 use crate::types::Bus;
@@ -9,13 +9,13 @@ use crate::types::Bus;
 /// Storage as [`Resources`](super::Resources), for a node on one bus such as a
 /// [`CanopenSlave`](crate::node::CanopenSlave).
 pub struct Single<B: Platform, N: Node> {
-    room: Room<B, N, Line<B::Port>>,
+    storage: NodeStorage<B, N, BusState<B::Port>>,
 }
 
 impl<B: Platform, N: Node> Single<B, N> {
     /// Makes storage without a node.
     pub const fn new() -> Self {
-        Single { room: Room::new() }
+        Single { storage: NodeStorage::new() }
     }
 
     /// Makes the node and powers it on: sets the filters of the port by its dictionary, and starts it. The port
@@ -31,12 +31,12 @@ impl<B: Platform, N: Node> Single<B, N> {
         clock: B::Clock,
         diagnostics: &'static Diagnostics,
     ) -> (Handle<B, N>, Events<B, N>, SingleRunners<B, N>) {
-        let line = || Line::new(Bus::Nominal, port);
-        let (core, line) = self.room.start(node, line, clock, diagnostics);
+        let state = || BusState::new(Bus::Nominal, port);
+        let (core, state) = self.storage.start(node, state, clock, diagnostics);
         (
             Handle::new(core),
             Events::new(core),
-            SingleRunners { bus: BusRunner::new(core, line), due: DueRunner::new(core) },
+            SingleRunners { bus: BusRunner::new(core, state), due: DueRunner::new(core) },
         )
     }
 }

@@ -5,7 +5,7 @@ use core::pin::pin;
 use core::task::{Poll, Waker};
 
 use super::Platform;
-use super::room::Core;
+use super::storage::Core;
 use crate::node::TimeKeeper;
 use crate::time::{Clock, Quality};
 use crate::types::{Duration, FineInstant, Instant, Scet};

@@ -237,7 +237,7 @@ impl LocalClock {
         }
         let mut known = self.known.after(silence);
         if error.abs() > GATE * i64::from(known.deviation(noise)) {
-            if !self.is_manoeuvre(error, source) {
+            if !self.count_unexpected(error, source) {
                 return None;
             }
             self.known = Covariance::fresh(noise);
@@ -249,7 +249,7 @@ impl LocalClock {
     }
 
     /// Returns whether enough pairs that the filter did not expect came in a row; this one is off by `error`.
-    fn is_manoeuvre(&mut self, error: i64, source: TimeSource) -> bool {
+    fn count_unexpected(&mut self, error: i64, source: TimeSource) -> bool {
         let side = if error < 0 { -1 } else { 1 };
         let weight = self.unexpected.abs() + if self.unexpected * side > 0 { ON_ONE_SIDE } else { 1 };
         self.unexpected = weight * side;

@@ -294,7 +294,7 @@ impl TimeService {
     }
 
     /// Notes that a client wrote part `at` of `count`. Returns whether it was the last one.
-    pub fn is_written(&mut self, at: Address, count: u8, now: Instant) -> bool {
+    pub fn on_part_written(&mut self, at: Address, count: u8, now: Instant) -> bool {
         let parts = &mut self.written[record(at)];
         parts.take(at.sub, count, now);
         parts.left == 0

@@ -125,7 +125,7 @@ impl<N: Node> Bench<N> {
         step(&mut self.node, self.now, &mut out);
         while let Some((bus, command)) = out.pop_command() {
             match command {
-                BusCommand::Send(outgoing) if !self.node.may_send(&outgoing.frame, self.now, &mut out) => {
+                BusCommand::Send(outgoing) if !self.node.charge(&outgoing.frame, self.now, &mut out) => {
                     let event = LinkEvent::Failed { frame: outgoing.frame, cause: FailCause::OverBudget };
                     self.node.on_link(bus, &event, self.now, &mut out);
                 }

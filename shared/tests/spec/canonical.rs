@@ -4,7 +4,8 @@
 
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{
-    Answer, Claim, Manager, MasterMessage, Parameters, Peers, Rivals, Selection, Selector, Standby, Strap,
+    Claim, Manager, MasterMessage, Parameters, Peers, RivalReaction, Rivals, Selection, Selector, Standby,
+    Strap,
 };
 use ecss_can::types::NmtState::Operational;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
@@ -189,7 +190,7 @@ fn a_standby_forgets_an_encounter_after_the_consumer_time() {
     assert!(alone.poll(ms(700)).is_some());
     let mut met = alone.clone();
     let weaker = Claim { slaves: 0, strap: Strap::Second };
-    assert!(matches!(met.on_claim(NOMINAL, &weaker, ms(1_000), 2), Answer::Claim(_)));
+    assert!(matches!(met.on_claim(NOMINAL, &weaker, ms(1_000), 2), RivalReaction::Claim(_)));
     assert_ne!(canonical(&met, 1_399, &()), canonical(&alone, 1_399, &()));
     assert_eq!(canonical(&met, 1_400, &()), canonical(&alone, 1_400, &()));
 }

@@ -3,7 +3,7 @@
 //! Consumer time 400 ms; the board strapped prime listens for 700 ms, the other one for 1 s. Claims 680h and 681h.
 
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Answer, Claim, Pair, Role, RoleCause, RoleChange, Standby, Strap};
+use ecss_can::redundancy::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
 use ecss_can::types::Instant;
 
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
@@ -29,7 +29,7 @@ fn active(strap: Strap) -> Standby {
 
 fn standing_by(at: u64) -> Standby {
     let mut standby = started(Strap::Prime);
-    assert_eq!(standby.on_master(REDUNDANT, ms(at)), Answer::Changed(HEARD));
+    assert_eq!(standby.on_master(REDUNDANT, ms(at)), RivalReaction::Changed(HEARD));
     standby
 }
 
@@ -58,10 +58,10 @@ fn a_board_that_hears_no_master_becomes_active_prime_first() {
 fn board_that_hears_a_master_is_the_standby_while_it_hears_it() {
     for strap in [Strap::Prime, Strap::Second] {
         let mut standby = started(strap);
-        assert_eq!(standby.on_master(NOMINAL, ms(699)), Answer::Changed(HEARD));
+        assert_eq!(standby.on_master(NOMINAL, ms(699)), RivalReaction::Changed(HEARD));
         for at in (700..5_000).step_by(399) {
             assert_eq!(standby.poll(ms(at)), None, "{at} ms");
-            assert_eq!(standby.on_master(NOMINAL, ms(at)), Answer::Nothing);
+            assert_eq!(standby.on_master(NOMINAL, ms(at)), RivalReaction::Nothing);
         }
         assert_eq!(standby.role(), Role::Standby);
     }
@@ -72,7 +72,7 @@ fn board_that_hears_a_master_is_the_standby_while_it_hears_it() {
 fn standby_takes_over_after_consumer_time_silent_on_both_buses() {
     let mut standby = standing_by(100);
     // The active one changes the bus: no silence.
-    assert_eq!(standby.on_master(NOMINAL, ms(480)), Answer::Nothing);
+    assert_eq!(standby.on_master(NOMINAL, ms(480)), RivalReaction::Nothing);
     assert_eq!(standby.deadline(), Some(ms(880)));
     assert_eq!(standby.poll(Instant::from_micros(879_999)), None);
     assert_eq!(standby.poll(ms(880)), Some(SILENT));
@@ -103,10 +103,13 @@ fn of_two_active_masters_exactly_the_right_one_yields() {
             };
             let sent = call(first, 2_000, counts.0);
             let reply = other.on_claim(NOMINAL, &sent, ms(2_001), counts.1);
-            if let Answer::Claim(reply) = reply {
-                assert_eq!(first.on_claim(NOMINAL, &reply, ms(2_002), counts.0), Answer::Changed(YIELDED));
+            if let RivalReaction::Claim(reply) = reply {
+                assert_eq!(
+                    first.on_claim(NOMINAL, &reply, ms(2_002), counts.0),
+                    RivalReaction::Changed(YIELDED)
+                );
             } else {
-                assert_eq!(reply, Answer::Changed(YIELDED));
+                assert_eq!(reply, RivalReaction::Changed(YIELDED));
             }
             assert_eq!((prime.is_active(), second.is_active()), (!second_stays, second_stays));
         }
@@ -124,8 +127,8 @@ fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
     assert_eq!((primes.slaves, seconds.slaves), (3, 4));
     let prime_after = prime.on_claim(NOMINAL, &seconds, ms(2_001), 5);
     let second_after = second.on_claim(NOMINAL, &primes, ms(2_001), 1);
-    assert_eq!(prime_after, Answer::Changed(YIELDED));
-    assert_ne!(second_after, Answer::Changed(YIELDED));
+    assert_eq!(prime_after, RivalReaction::Changed(YIELDED));
+    assert_ne!(second_after, RivalReaction::Changed(YIELDED));
 }
 
 #[test]
@@ -133,7 +136,7 @@ fn claim_is_as_at_first_contact_until_consumer_time_of_silence() {
     let mut prime = active(Strap::Prime);
     let fewer = claim(2, Strap::Second);
     assert_eq!(call(&mut prime, 1_900, 3), claim(3, Strap::Prime));
-    assert_eq!(prime.on_claim(NOMINAL, &fewer, ms(2_000), 1), Answer::Claim(claim(3, Strap::Prime)));
+    assert_eq!(prime.on_claim(NOMINAL, &fewer, ms(2_000), 1), RivalReaction::Claim(claim(3, Strap::Prime)));
     assert_eq!(call(&mut prime, 2_399, 1), claim(3, Strap::Prime));
     assert_eq!(call(&mut prime, 2_400, 4), claim(4, Strap::Prime));
 }
@@ -143,7 +146,7 @@ fn claim_is_as_at_first_contact_until_consumer_time_of_silence() {
 fn heartbeats_without_a_claim_move_nobody_and_provoke_nothing() {
     let mut second = active(Strap::Second);
     let before = second.clone();
-    assert_eq!(second.on_master(NOMINAL, ms(2_000)), Answer::Nothing);
+    assert_eq!(second.on_master(NOMINAL, ms(2_000)), RivalReaction::Nothing);
     assert_eq!(call(&mut second, 2_100, 1), claim(1, Strap::Second));
     assert_eq!((second.role(), second.heard(), before.heard()), (Role::Active, Some(NOMINAL), None));
 }
@@ -154,7 +157,7 @@ fn claims_are_answered_once_in_ten_milliseconds() {
     let mut prime = active(Strap::Prime);
     let fewer = claim(0, Strap::Second);
     let answers = (0..1_000).map(|at| prime.on_claim(NOMINAL, &fewer, ms(2_000 + at), 3));
-    assert_eq!(answers.filter(|answer| matches!(answer, Answer::Claim(_))).count(), 100);
+    assert_eq!(answers.filter(|answer| matches!(answer, RivalReaction::Claim(_))).count(), 100);
     assert!(prime.is_active());
 }
 
@@ -162,8 +165,11 @@ fn claims_are_answered_once_in_ten_milliseconds() {
 fn a_master_whose_heartbeat_is_not_heard_is_known_by_its_claim() {
     let mut prime = active(Strap::Prime);
     let answer = prime.on_claim(NOMINAL, &claim(1, Strap::Second), ms(2_000), 2);
-    assert_eq!(answer, Answer::Claim(claim(2, Strap::Prime)));
-    assert_eq!(prime.on_claim(NOMINAL, &claim(3, Strap::Second), ms(2_001), 2), Answer::Changed(YIELDED));
+    assert_eq!(answer, RivalReaction::Claim(claim(2, Strap::Prime)));
+    assert_eq!(
+        prime.on_claim(NOMINAL, &claim(3, Strap::Second), ms(2_001), 2),
+        RivalReaction::Changed(YIELDED)
+    );
 }
 
 /// Given claims of the active master alone, as a board hears them that is cut off from the active bus, then it stays the standby.
@@ -173,11 +179,14 @@ fn a_master_whose_heartbeat_is_not_heard_is_known_by_its_claim() {
 #[test]
 fn a_standby_that_hears_claims_alone_stays_the_standby() {
     let mut second = active(Strap::Second);
-    assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(2_100), 0), Answer::Changed(YIELDED));
+    assert_eq!(
+        second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(2_100), 0),
+        RivalReaction::Changed(YIELDED)
+    );
     assert_eq!(second.call(ms(2_100), 0), None);
     for at in (2_200..4_000).step_by(399) {
         assert_eq!(second.poll(ms(at)), None, "{at} ms");
-        assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(at), 0), Answer::Nothing);
+        assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(at), 0), RivalReaction::Nothing);
     }
 }
 
@@ -205,7 +214,7 @@ fn slaves_heard_operational_are_those_of_the_active_master() {
 #[test]
 fn a_board_that_hears_a_claim_after_power_on_is_the_standby() {
     let mut second = started(Strap::Second);
-    assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(300), 0), Answer::Changed(HEARD));
+    assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(300), 0), RivalReaction::Changed(HEARD));
     assert_eq!((second.deadline(), second.heard()), (Some(ms(700)), Some(NOMINAL)));
 }
 
@@ -214,9 +223,9 @@ fn a_board_that_hears_a_claim_after_power_on_is_the_standby() {
 fn boards_strapped_alike_decide_by_slaves_and_stay_at_a_tie() {
     for strap in [Strap::Prime, Strap::Second] {
         let mut board = active(strap);
-        assert_eq!(board.on_claim(NOMINAL, &claim(2, strap), ms(2_000), 2), Answer::Nothing);
+        assert_eq!(board.on_claim(NOMINAL, &claim(2, strap), ms(2_000), 2), RivalReaction::Nothing);
         assert!(board.is_active());
-        assert_eq!(board.on_claim(NOMINAL, &claim(3, strap), ms(2_100), 2), Answer::Changed(YIELDED));
+        assert_eq!(board.on_claim(NOMINAL, &claim(3, strap), ms(2_100), 2), RivalReaction::Changed(YIELDED));
     }
 }
 
@@ -224,8 +233,11 @@ fn boards_strapped_alike_decide_by_slaves_and_stay_at_a_tie() {
 fn who_yielded_takes_over_again_when_the_other_one_falls_silent() {
     let mut second = active(Strap::Second);
     second.on_master(REDUNDANT, ms(2_000));
-    assert_eq!(second.on_claim(NOMINAL, &claim(0, Strap::Prime), ms(2_000), 0), Answer::Changed(YIELDED));
-    assert_eq!(second.on_claim(NOMINAL, &claim(9, Strap::Prime), ms(2_001), 0), Answer::Nothing);
+    assert_eq!(
+        second.on_claim(NOMINAL, &claim(0, Strap::Prime), ms(2_000), 0),
+        RivalReaction::Changed(YIELDED)
+    );
+    assert_eq!(second.on_claim(NOMINAL, &claim(9, Strap::Prime), ms(2_001), 0), RivalReaction::Nothing);
     second.on_master(REDUNDANT, ms(2_100));
     assert_eq!(second.deadline(), Some(ms(2_500)));
     assert_eq!(second.poll(ms(2_500)), Some(SILENT));

@@ -62,5 +62,5 @@ pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};
 pub use post_mortem::{PostMortem, PostMortemObjects};
 pub use producer::Producer;
-pub use reader::{Answer, ErrorReader};
+pub use reader::{ErrorReader, ReadOutcome};
 pub use register::ErrorRegister;

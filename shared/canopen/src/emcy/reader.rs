@@ -20,7 +20,7 @@ const TRIES: u8 = 3;
 /// The owner asks one question at a time, by an SDO upload of at most four bytes:
 ///
 /// ```
-/// use async_canopen::emcy::{ActiveErrors, Answer, ErrorReader};
+/// use async_canopen::emcy::{ActiveErrors, ReadOutcome, ErrorReader};
 /// use async_canopen::types::{Duration, Instant, NodeId};
 ///
 /// let (node, timeout, now) = (NodeId::of::<5>(), Duration::from_millis(100), Instant::ZERO);
@@ -31,7 +31,7 @@ const TRIES: u8 = 3;
 /// while reader.deadline().is_some_and(|due| due <= now)
 ///     && let Some((_, _object)) = reader.question(&errors, |_| true, now)
 /// {
-///     reader.on_answer(Answer::Value(answers.next().unwrap()), &mut errors, timeout, now);
+///     reader.on_answer(ReadOutcome::Value(answers.next().unwrap()), &mut errors, timeout, now);
 /// }
 /// assert_eq!(errors.iter().count(), 1);
 /// ```
@@ -56,7 +56,7 @@ pub struct ErrorReader {
 
 /// Outcome of a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum ReadOutcome {
     /// The value of the object.
     Value(u32),
     /// The node has no such object, or its answer is none that an object of four bytes has.
@@ -193,21 +193,21 @@ impl ErrorReader {
     /// this time. Returns the node if its known errors changed.
     pub fn on_answer(
         &mut self,
-        answer: Answer,
+        answer: ReadOutcome,
         errors: &mut ActiveErrors,
         timeout: Duration,
         now: Instant,
     ) -> Option<NodeId> {
         let question = self.question.take()?;
         match answer {
-            Answer::Value(value) => self.question = answered(question, value, errors),
-            Answer::BusChanged => self.wanted |= 1 << question.node.get(),
-            Answer::Missing => {
+            ReadOutcome::Value(value) => self.question = answered(question, value, errors),
+            ReadOutcome::BusChanged => self.wanted |= 1 << question.node.get(),
+            ReadOutcome::Missing => {
                 self.not_before = now + timeout;
                 let tries = question.tries + 1;
                 self.question = (tries < TRIES).then_some(Question { tries, ..question });
             }
-            Answer::Refused => {}
+            ReadOutcome::Refused => {}
         }
         let has_changed = self.question.is_none() && errors.of(question.node) != question.known;
         if has_changed {

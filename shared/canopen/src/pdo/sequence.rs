@@ -26,8 +26,8 @@ const SLACK: Duration = Duration::from_millis(5);
 /// let command = [0x12, 0x34, sequence.step(now).unwrap()];
 ///
 /// let mut filter = RepeatFilter::new(lifetime);
-/// assert!(filter.is_new(command, now)); // execute it
-/// assert!(!filter.is_new(command, now + Duration::from_millis(1))); // a repeat
+/// assert!(filter.accept(command, now)); // execute it
+/// assert!(!filter.accept(command, now + Duration::from_millis(1))); // a repeat
 /// assert_eq!(filter.repeats(), 1);
 /// ```
 ///
@@ -86,7 +86,7 @@ impl<C: PartialEq> RepeatFilter<C> {
     /// Returns whether a command that was received at `at`, on either bus, is a new one: execute it. A repeat is
     /// counted.
     #[must_use]
-    pub fn is_new(&mut self, command: C, at: Instant) -> bool {
+    pub fn accept(&mut self, command: C, at: Instant) -> bool {
         if let Some((last, first_at)) = &self.last
             && *last == command
             && at.since(*first_at) <= self.lifetime + SLACK

@@ -120,11 +120,11 @@ impl<N: Notes> Save<N> {
 
     /// Counts bytes of the set, or writes them.
     fn put(&mut self, store: &mut dyn ParameterStore, bytes: &[u8]) -> Result<(), StoreError> {
-        if self.is_counted(bytes.len()) { Ok(()) } else { store.append(bytes) }
+        if self.count(bytes.len()) { Ok(()) } else { store.append(bytes) }
     }
 
     /// Counts bytes while the length of the set is not known; returns whether it did.
-    fn is_counted(&mut self, bytes: usize) -> bool {
+    fn count(&mut self, bytes: usize) -> bool {
         let Some(counted) = &mut self.counted else { return false };
         *counted = counted.wrapping_add(bytes);
         true
@@ -160,7 +160,7 @@ impl<N: Notes> Save<N> {
         let mut buffer = [0; STEP];
         if self.offset < self.end {
             let rest = self.end.wrapping_sub(self.offset);
-            if self.is_counted(rest) {
+            if self.count(rest) {
                 self.offset = self.end;
                 return Ok(false);
             }
@@ -177,7 +177,7 @@ impl<N: Notes> Save<N> {
             self.put_header(store, &Self::NOTED)?;
             self.put(store, &[value])?;
         } else if self.row.count > 0 {
-            if self.is_counted(self.row.bytes()) {
+            if self.count(self.row.bytes()) {
                 self.row.count = 0;
                 return Ok(false);
             }

@@ -1,6 +1,6 @@
 //! What a master reads of the errors that it may not have heard.
 
-use async_canopen::emcy::{ActiveErrors, Answer, ErrorReader};
+use async_canopen::emcy::{ActiveErrors, ErrorReader, ReadOutcome};
 use async_canopen::types::{Address, Duration, Instant, NodeId};
 
 const NODE: NodeId = NodeId::of::<5>();
@@ -17,7 +17,7 @@ fn at(ms: u64) -> Instant {
 fn questions(
     reader: &mut ErrorReader,
     errors: &mut ActiveErrors,
-    answer: impl Fn(Address) -> Answer,
+    answer: impl Fn(Address) -> ReadOutcome,
 ) -> Vec<(u64, Address)> {
     let (mut now, mut asked) = (at(0), vec![]);
     while let Some(due) = reader.deadline().filter(|due| *due < at(2_000)) {
@@ -36,7 +36,7 @@ fn questions(
 fn a_question_without_an_answer_is_asked_three_times() {
     let (mut reader, mut errors) = (ErrorReader::new(PERIOD), ActiveErrors::default());
     reader.on_heard(NODE, false, at(0));
-    let asked = questions(&mut reader, &mut errors, |_| Answer::Missing);
+    let asked = questions(&mut reader, &mut errors, |_| ReadOutcome::Missing);
     assert_eq!(asked, [0, 100, 200].map(|ms| (ms, REGISTER)));
     reader.on_heard(NODE, false, at(0));
     assert_eq!(reader.deadline(), Some(at(10_000)), "with all others");
@@ -52,7 +52,7 @@ fn the_history_is_read_until_the_register_is_explained() {
     reader.on_heard(NODE, false, at(0));
     let history = |sub| Address::new(0x1003, sub);
     let asked = questions(&mut reader, &mut errors, |object| {
-        Answer::Value(match (object.index, object.sub) {
+        ReadOutcome::Value(match (object.index, object.sub) {
             (0x1001, _) => 0x09,
             (_, 0) => 8,
             // A voltage, which is over, then two temperatures of the same class.
@@ -76,7 +76,7 @@ fn each_node_is_asked_once_in_a_period() {
     while let Some(due) = reader.deadline().filter(|due| *due < at(35_000)) {
         let Some((_, object)) = reader.question(&errors, |_| true, due) else { break };
         asked.push((due.since(at(0)).as_millis(), object));
-        reader.on_answer(Answer::Value(0), &mut errors, TIMEOUT, due);
+        reader.on_answer(ReadOutcome::Value(0), &mut errors, TIMEOUT, due);
     }
     assert_eq!(asked, [0, 10_005, 20_005, 30_005].map(|ms| (ms, REGISTER)));
     reader.lose(NODE);

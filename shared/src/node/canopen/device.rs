@@ -43,13 +43,15 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     pub fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         self.services.on_own_written(at, now, out);
         match at.index {
-            SYNC_COB_ID => self.admit(SYNC_FILTER),
-            CONSUMER_HEARTBEAT => self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1))),
+            SYNC_COB_ID => self.note_filter(SYNC_FILTER),
+            CONSUMER_HEARTBEAT => self.note_filter(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1))),
             PRODUCER_HEARTBEAT => self.follow_heartbeat(now),
-            RPDO..=LAST_RPDO_MAPPING => self.admit(self.filters_of_rpdos() + usize::from(at.index & 0x1FF)),
+            RPDO..=LAST_RPDO_MAPPING => {
+                self.note_filter(self.filters_of_rpdos() + usize::from(at.index & 0x1FF))
+            }
             _ => {}
         }
-        self.set_marks();
+        self.update_taken();
     }
 
     /// Sends what the services have to send.

@@ -1,4 +1,4 @@
-//! Acceptance filters of a slave, and the marks of the frames that it takes.
+//! Acceptance filters of a slave, and the set of the COB-IDs that it takes.
 
 use super::{Canopen, Out};
 use crate::link::port::Filter;
@@ -34,7 +34,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// Returns the filter with this number by the dictionary, that of NMT again if it is not used.
     fn filter(&self, number: usize) -> Filter {
-        Filter::exact(self.admitted(number))
+        Filter::exact(self.filtered_id(number))
     }
 
     /// Returns the filter with this number as the dictionary has it, `None` if there is no such filter.
@@ -42,8 +42,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         (number < self.wanted_filters().min(MAX_FILTERS)).then(|| self.filter(number))
     }
 
-    #[inline(never)] // of two callers, neither in a hurry
-    fn admitted(&self, number: usize) -> CobId {
+    #[inline(never)] // two callers
+    fn filtered_id(&self, number: usize) -> CobId {
         if self.is_maintained {
             return self.services.sdo_id();
         }
@@ -63,8 +63,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Notes that a filter has changed. The node sends it to its buses when it runs next.
-    #[inline(never)] // of many callers, neither in a hurry
-    pub fn admit(&mut self, number: usize) {
+    #[inline(never)] // many callers
+    pub fn note_filter(&mut self, number: usize) {
         if number < MAX_FILTERS {
             self.changed_filters |= 1 << number;
             self.services.next = Instant::ZERO;
@@ -83,7 +83,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Notes when something is due next. Changed filters that found no room wait for a short pause.
-    pub fn rest(&mut self, due: Option<Instant>, now: Instant) {
+    pub fn set_deadline(&mut self, due: Option<Instant>, now: Instant) {
         let due = due.unwrap_or(Instant::NEVER);
         self.services.next = if self.changed_filters == 0 { due } else { due.min(now + FILTER_PAUSE) };
     }
@@ -91,11 +91,11 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Returns whether a frame with this COB-ID may be for this node.
     #[inline]
     pub fn may_take(&self, id: CobId) -> bool {
-        self.marks.may_have(id)
+        self.taken.may_have(id)
     }
 
-    /// Computes the marks of the frames that the node takes.
-    pub fn set_marks(&mut self) {
-        self.marks = (0..self.wanted_filters()).map(|number| self.admitted(number)).collect();
+    /// Computes the set of the COB-IDs that the node takes.
+    pub fn update_taken(&mut self) {
+        self.taken = (0..self.wanted_filters()).map(|number| self.filtered_id(number)).collect();
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! Each call names the bus to use. A node with redundancy has its choice of the bus around this part.
 
+mod cob_id_set;
 mod device;
 mod events;
 mod filters;
-mod marks;
 
 use super::services::Services;
 use super::{Device, Extension, NodeObjects, Outbox, SlaveEvent, Spacecraft};
@@ -17,8 +17,8 @@ use crate::od::INVALID;
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use cob_id_set::CobIdSet;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
-use marks::Marks;
 
 pub type Out = Outbox<SlaveEvent>;
 
@@ -31,7 +31,7 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     /// It receives SDO requests alone, and sends their answers alone.
     is_maintained: bool,
     /// COB-IDs that are taken; frames without a mark are for others.
-    marks: Marks,
+    taken: CobIdSet,
     /// A bit for each filter that is to be sent to its buses.
     changed_filters: u32,
 }
@@ -45,7 +45,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             services: Services::new(id, || objects, profile, None),
             startup,
             is_maintained: false,
-            marks: Marks::ALL,
+            taken: CobIdSet::ALL,
             changed_filters: 0,
         }
     }
@@ -66,7 +66,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             out.send_for(bus, boot_up, now, self.services.lifetimes.heartbeat);
         }
         self.entered(self.control.state(), now, out);
-        self.set_marks();
+        self.update_taken();
     }
 
     /// Notes that the node entered another NMT state.
@@ -78,7 +78,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// Sends nothing more until the chip is reset.
     pub fn wait_for_reset(&mut self, out: &mut Out) {
-        self.marks = Marks::ALL;
+        self.taken = CobIdSet::ALL;
         self.services.next = Instant::NEVER;
         out.event(SlaveEvent::ResetNode);
     }
@@ -144,13 +144,13 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     fn check_cob_ids(&mut self, now: Instant) {
         if self.services.compare_cob_ids(now) {
             // A bus may have taken its filter from the object that was wrong.
-            self.admit_all();
+            self.note_all_filters();
         }
     }
 
     /// Sends all filters to the buses. A controller that has them already is not disturbed.
-    fn admit_all(&mut self) {
-        (0..self.wanted_filters()).for_each(|number| self.admit(number));
+    fn note_all_filters(&mut self) {
+        (0..self.wanted_filters()).for_each(|number| self.note_filter(number));
     }
 
     /// Returns when to poll next at the latest, without regard to filters.
@@ -184,7 +184,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let communication = &self.services.dictionary.objects.communication;
         self.control.set_autostart(communication.nmt.startup().autostart());
         self.follow_heartbeat(now);
-        self.admit_all();
+        self.note_all_filters();
     }
 
     /// Takes the new period of the heartbeat (1017h).

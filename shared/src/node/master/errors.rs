@@ -7,7 +7,7 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
-use crate::emcy::{ActiveError, Answer, Emergency};
+use crate::emcy::{ActiveError, Emergency, ReadOutcome};
 use crate::node::Device;
 use crate::redundancy::MasterBoards;
 use crate::sdo::{Error, Mode};
@@ -71,10 +71,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.transfers.owner = Owner::Nobody;
         let errors = &mut self.services.dictionary.objects.application.errors;
         let answer = match outcome {
-            Ok(_) => Answer::Value(u32::from_le_bytes(value)),
-            Err(Error::Timeout) => Answer::Missing,
-            Err(Error::BusChanged) => Answer::BusChanged,
-            Err(_) => Answer::Refused,
+            Ok(_) => ReadOutcome::Value(u32::from_le_bytes(value)),
+            Err(Error::Timeout) => ReadOutcome::Missing,
+            Err(Error::BusChanged) => ReadOutcome::BusChanged,
+            Err(_) => ReadOutcome::Refused,
         };
         let timeout = self.services.lifetimes.sdo;
         if let Some(node) = self.errors.on_answer(answer, errors, timeout, until) {

@@ -30,7 +30,7 @@ use crate::emcy::ErrorReader;
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::StateClashes;
-use crate::node::{Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
+use crate::node::{Filters, FullDepth, LinkEvent, Node, Outbox, TimeKeeper};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Strap, TwoBoards};
 use crate::store::{Group, ParameterStore};
@@ -207,7 +207,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     type Event = MasterEvent;
     type Request = MasterRequest;
-    type Depth = Usual;
+    type Depth = FullDepth;
 
     fn filters(&self) -> Filters {
         self.filters()
@@ -313,7 +313,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         self.services.save_deadline().or(next)
     }
 
-    fn may_send(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
+    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
         self.takes_token(frame.id(), now, out)
     }
 

@@ -17,7 +17,7 @@ const ALL: u8 = 1;
 
 /// State of the SDO server's answer to "save" or "load", which waits until the work is done.
 #[derive(Clone, Copy, Debug, Default)]
-pub enum Answer {
+pub enum SaveAnswer {
     /// No answer waits.
     #[default]
     None,
@@ -38,7 +38,7 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     /// Object that a client wrote last and the node did not yet handle.
     pub written: Option<Address>,
     /// State of the answer to the running save.
-    pub answer: Answer,
+    pub answer: SaveAnswer,
     /// Object of 1010h or 1011h that was obeyed last and the node did not yet handle.
     pub saved: Option<Address>,
     /// Place of the value that was last requested over the bus.
@@ -63,7 +63,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             emcy: emcy::Producer::new(emcy),
             stored: E::Storage::new(store),
             written: None,
-            answer: Answer::None,
+            answer: SaveAnswer::None,
             saved: None,
             found: None,
             id,
@@ -211,7 +211,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         if request.is_some() {
             // Obeyed when the save has ended.
             self.stored.begin(self.id, at, self.now)?;
-            self.answer = Answer::Due;
+            self.answer = SaveAnswer::Due;
             return Ok(());
         }
         if at.index <= rules::LAST {
@@ -243,9 +243,9 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     }
 
     fn hold(&mut self, answer: &[u8; 8]) -> bool {
-        let is_due = matches!(self.answer, Answer::Due);
+        let is_due = matches!(self.answer, SaveAnswer::Due);
         if is_due {
-            self.answer = Answer::Held(*answer);
+            self.answer = SaveAnswer::Held(*answer);
         }
         is_due
     }

@@ -1,6 +1,6 @@
 //! Objects of the services: applies stored values, and makes the services follow a change.
 
-use super::{Answer, Dictionary, FIRST_TOLD, NodeEvent, Services};
+use super::{Dictionary, FIRST_REPORTED, NodeEvent, SaveAnswer, Services};
 use crate::emcy::ErrorCode;
 use crate::node::index::{
     CONFIGURATION, CYCLE_PERIOD, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE,
@@ -67,7 +67,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         match dictionary.download(at, Some(value.len()))? {
             Transfer::Whole(_) => {
                 dictionary.write(at, value)?;
-                dictionary.answer = Answer::None;
+                dictionary.answer = SaveAnswer::None;
             }
             Transfer::Stream(_) => {
                 dictionary.write_part(at, 0, value)?;
@@ -127,7 +127,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             }
             self.on_time_written(at, now, out);
         }
-        if at.index < FIRST_TOLD || at.index == REDUNDANCY {
+        if at.index < FIRST_REPORTED || at.index == REDUNDANCY {
             self.on_written(at);
             self.next = now;
         }
@@ -137,7 +137,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// object.
     #[inline]
     pub fn report_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
-        if at.index >= FIRST_TOLD {
+        if at.index >= FIRST_REPORTED {
             if self.dictionary.tpdos.has_events() {
                 self.dictionary.on_changed(at, now);
                 self.wake(self.dictionary.tpdos.deadline());

@@ -29,10 +29,10 @@ use crate::profile::Profile;
 use crate::store::ParameterStore;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
 use crate::{sdo, sync};
-use dictionary::Answer;
 pub use dictionary::Dictionary;
+use dictionary::SaveAnswer;
 pub use events::NodeEvent;
-pub use time::{Brings, carries_time};
+pub use time::{MappedTime, carries_time};
 
 /// Frames, sent and received on a bus, within which a node may have been the first one there.
 const FIRST_FRAMES: u32 = 8;
@@ -41,7 +41,7 @@ const FIRST_FRAMES: u32 = 8;
 const ABORT: u8 = 0x80;
 
 /// First object whose changes are reported to the application. Objects below belong to the services.
-pub const FIRST_TOLD: u16 = index::REDUNDANCY;
+pub const FIRST_REPORTED: u16 = index::REDUNDANCY;
 
 /// Task of the SDO server.
 pub enum SdoStep<'a> {
@@ -71,9 +71,9 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     pub lifetimes: Lifetimes,
     /// Second copies of its COB-IDs.
     guarded: Guarded<D::Pdos>,
-    /// Receive PDOs that bring the time (2010h, 2012h).
-    brings_time: <D::Pdos as PdoSlots>::Receive<Brings>,
-    /// `true`: one of them brings the time of the last SYNC.
+    /// The time that each receive PDO carries (2010h, 2012h).
+    mapped_time: <D::Pdos as PdoSlots>::Receive<MappedTime>,
+    /// `true`: one of them carries the time of the last SYNC.
     is_time_by_sync: bool,
     /// Transmit PDOs that carry the local time (2011h, 2013h).
     carries_time: <D::Pdos as PdoSlots>::Transmit<bool>,
@@ -125,7 +125,7 @@ impl<D: Device, E: Extension> Services<D, E> {
                 sdo: profile.sdo_timeout,
             },
             guarded: Guarded::new(),
-            brings_time: D::Pdos::receive(Brings::Nothing),
+            mapped_time: D::Pdos::receive(MappedTime::None),
             is_time_by_sync: false,
             carries_time: D::Pdos::transmit(false),
             carries_live_value: false,
@@ -194,11 +194,11 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Notes that an error is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
-        self.has_cleared(code, source);
+        self.clear_error(code, source);
     }
 
     /// An error is gone. Returns whether it was there.
-    fn has_cleared(&mut self, code: ErrorCode, source: u8) -> bool {
+    fn clear_error(&mut self, code: ErrorCode, source: u8) -> bool {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         let is_news = emcy.clear(code, source);
         if is_news {
@@ -210,7 +210,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// An error is there or not, with its source alone. Returns whether it has just appeared.
     fn set_error(&mut self, code: ErrorCode, source: u8, is_there: bool) -> bool {
         let is_news =
-            if is_there { self.raise(code, [source, 0, 0, 0, 0]) } else { self.has_cleared(code, source) };
+            if is_there { self.raise(code, [source, 0, 0, 0, 0]) } else { self.clear_error(code, source) };
         if is_news {
             self.next = Instant::ZERO;
         }
@@ -234,7 +234,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             }
             ErrorState::BusOff => {}
         }
-        if self.buses.has_recovered(bus, health.state) {
+        if self.buses.note_state(bus, health.state) {
             self.occurred(ErrorCode::BUS_OFF_RECOVERED, bus);
         }
     }
@@ -352,7 +352,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             SdoStep::Request(frame) => {
                 let Some(payload) = frame.full() else { return false };
                 if payload[0] == ABORT {
-                    dictionary.answer = Answer::None;
+                    dictionary.answer = SaveAnswer::None;
                 }
                 return server.on_request(payload, now, dictionary, &mut send);
             }
@@ -361,7 +361,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             SdoStep::Save => {
                 if let Some((at, ended)) = dictionary.advance_save() {
                     self.next = Instant::ZERO;
-                    if let Answer::Held(answer) = core::mem::take(&mut dictionary.answer) {
+                    if let SaveAnswer::Held(answer) = core::mem::take(&mut dictionary.answer) {
                         send(ended.map_or_else(|code| sdo::abort(at, code), |()| answer));
                     }
                 }
@@ -383,7 +383,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Aborts a running save. Its client gets no answer.
     pub fn give_up_save(&mut self) {
         self.dictionary.stored.give_up();
-        self.dictionary.answer = Answer::None;
+        self.dictionary.answer = SaveAnswer::None;
     }
 
     /// Returns whether the SDO server has a transfer.

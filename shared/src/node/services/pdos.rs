@@ -1,6 +1,6 @@
 //! Applies the PDO configuration from SDO, from defaults and from the application.
 
-use super::{Brings, Dictionary, Services, rules};
+use super::{Dictionary, MappedTime, Services, rules};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
@@ -56,8 +56,8 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         let resolved = pdo::resolve::<NodeObjects<D, E>>(direction, pdo, mapping.objects())?;
         match direction {
             Direction::Receive => {
-                let brings_time = E::HAS_TIME && Brings::of(mapping) != Brings::Nothing;
-                self.rpdos.configure(number, pdo, resolved, brings_time)
+                let mapped_time = E::HAS_TIME && MappedTime::of(mapping) != MappedTime::None;
+                self.rpdos.configure(number, pdo, resolved, mapped_time)
             }
             Direction::Transmit => self.tpdos.configure(number, pdo, resolved, now),
         }

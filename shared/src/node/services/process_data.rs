@@ -1,7 +1,7 @@
 //! Process data of a node: received frames, SYNC, events and timers, and values that are sampled for
 //! transmission.
 
-use super::time::{self, Brings, is_local_time};
+use super::time::{self, MappedTime, is_local_time};
 use super::{Dictionary, NodeEvent, Services};
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT, HEARTBEAT_SENT};
@@ -39,11 +39,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         let NodeObjects { pdos, .. } = &self.dictionary.objects;
         (self.is_time_by_sync, self.notes_syncs) = (false, self.id == NodeId::MASTER);
         let (parameters, mappings) = pdos.rpdos();
-        for ((brings_time, pdo), mapping) in
-            self.brings_time.as_mut().iter_mut().zip(parameters).zip(mappings)
+        for ((mapped_time, pdo), mapping) in
+            self.mapped_time.as_mut().iter_mut().zip(parameters).zip(mappings)
         {
-            *brings_time = Brings::of(mapping);
-            self.is_time_by_sync |= *brings_time != Brings::Nothing
+            *mapped_time = MappedTime::of(mapping);
+            self.is_time_by_sync |= *mapped_time != MappedTime::None
                 && pdo.cob_id & INVALID == 0
                 && is_synchronous(pdo.transmission);
         }
@@ -135,7 +135,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) -> bool {
         let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
         loop {
-            if self.on_plain_rpdo(number, frame) && !self.brings_time(number) {
+            if self.on_plain_rpdo(number, frame) && !self.mapped_time(number) {
                 out.event(V::pdo(bus, number as u16, frame.padded()));
             } else {
                 self.on_special_pdo(number, bus, frame, stamp, now, out);
@@ -147,11 +147,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    fn brings_time(&self, number: usize) -> bool {
-        E::HAS_TIME && self.brings_time.as_ref().get(number).is_some_and(|brings| *brings != Brings::Nothing)
+    fn mapped_time(&self, number: usize) -> bool {
+        E::HAS_TIME && self.mapped_time.as_ref().get(number).is_some_and(|time| *time != MappedTime::None)
     }
 
-    /// A frame of an RPDO that is synchronous, has a deadline, brings the time, or is not as it should be.
+    /// A frame of an RPDO that is synchronous, has a deadline, carries the time, or is not as it should be.
     #[inline(never)]
     fn on_special_pdo<V: NodeEvent>(
         &mut self,
@@ -164,7 +164,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) {
         let (taken, is_told) = self.on_rpdo(number, frame, stamp.at);
         match taken {
-            Taken::Applied if self.brings_time(number) => self.take_time(number, bus, stamp, now, out),
+            Taken::Applied if self.mapped_time(number) => self.take_time(number, bus, stamp, now, out),
             Taken::Applied => out.event(V::pdo(bus, number as u16, frame.padded())),
             Taken::Held => {}
             Taken::OutsideWindow => self.buses.ignored(bus),

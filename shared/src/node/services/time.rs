@@ -15,10 +15,10 @@ use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Frame, Instant
 
 /// Kind of time that a receive PDO carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Brings {
+pub enum MappedTime {
     /// No time at all.
     #[default]
-    Nothing,
+    None,
     /// SCET by object 2010h.
     Scet,
     /// UTC by object 2012h.
@@ -52,13 +52,13 @@ const UPLOAD: u8 = 0x40;
 /// Initiate block upload.
 const BLOCK_UPLOAD: u8 = 0xA0;
 
-impl Brings {
-    pub fn of(mapping: &impl Mapping) -> Brings {
+impl MappedTime {
+    pub fn of(mapping: &impl Mapping) -> MappedTime {
         let indices = mapping.objects().iter().map(|object| (object >> 16) as u16);
-        indices.fold(Brings::Nothing, |brings, index| match index {
-            SCET_SET => Brings::Scet,
-            UTC_SET => Brings::Utc,
-            _ => brings,
+        indices.fold(MappedTime::None, |kind, index| match index {
+            SCET_SET => MappedTime::Scet,
+            UTC_SET => MappedTime::Utc,
+            _ => kind,
         })
     }
 }
@@ -189,11 +189,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         now: Instant,
         out: &mut Outbox<V>,
     ) {
-        let brings = self.brings_time.as_ref().get(number).copied().unwrap_or_default();
+        let kind = self.mapped_time.as_ref().get(number).copied().unwrap_or_default();
         // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
         let pdo = self.dictionary.objects.pdos.rpdos().0.get(number);
         let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
-        if !self.follow_time(brings, by_sync, stamp, now, out) {
+        if !self.follow_time(kind, by_sync, stamp, now, out) {
             self.buses.malformed(bus);
         }
     }
@@ -211,7 +211,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             return false;
         };
         let objects = &mut self.dictionary.objects;
-        let (mut bits, mut brings) = (frame.bits(), Brings::Nothing);
+        let (mut bits, mut carried) = (frame.bits(), MappedTime::None);
         for nth in 0.. {
             let tpdos = objects.pdos.tpdos().1;
             let Some(mapped) = tpdos.get(number).and_then(|mapping| mapping.objects().get(nth).copied())
@@ -220,32 +220,32 @@ impl<D: Device, E: Extension> Services<D, E> {
             };
             let [length, sub, ..] = mapped.to_le_bytes();
             let (index, kind) = match (mapped >> 16) as u16 {
-                SCET_GET => (SCET_SET, Brings::Scet),
-                UTC_GET => (UTC_SET, Brings::Utc),
+                SCET_GET => (SCET_SET, MappedTime::Scet),
+                UTC_GET => (UTC_SET, MappedTime::Utc),
                 // The time is what comes first.
                 _ => break,
             };
             if let Ok(mut found) = find(objects, Address::new(index, sub)) {
                 let value = bits & u64::MAX.checked_shr(64 - u32::from(length)).unwrap_or(0);
                 let _ = found.take(&value.to_le_bytes());
-                brings = kind;
+                carried = kind;
             }
             bits = bits.checked_shr(length.into()).unwrap_or(0);
         }
-        brings != Brings::Nothing
-            && self.follow_time(brings, is_synchronous(pdo.transmission), stamp, now, out)
+        carried != MappedTime::None
+            && self.follow_time(carried, is_synchronous(pdo.transmission), stamp, now, out)
     }
 
     /// The clock follows the time that was brought. Whether it is one.
     fn follow_time<V: NodeEvent>(
         &mut self,
-        brings: Brings,
+        kind: MappedTime,
         by_sync: bool,
         stamp: &Stamp,
         now: Instant,
         out: &mut Outbox<V>,
     ) -> bool {
-        let Some((scet, places)) = self.brought_time(brings) else { return false };
+        let Some((scet, places)) = self.brought_time(kind) else { return false };
         let NodeObjects { spacecraft, .. } = &mut self.dictionary.objects;
         let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else {
             return false;
@@ -289,10 +289,10 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and its places.
     /// `None`: it is no time.
-    fn brought_time(&mut self, brings: Brings) -> Option<(FineScet, Places)> {
+    fn brought_time(&mut self, kind: MappedTime) -> Option<(FineScet, Places)> {
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
         let objects = spacecraft.spacecraft()?;
-        if brings == Brings::Utc {
+        if kind == MappedTime::Utc {
             let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
             let is_short = application.utc()?.utc_set.submilliseconds & LOWEST == 0;
             return brought_utc(application).map(|scet| (scet, Places { bits, is_short }));
@@ -327,7 +327,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         };
         if let Some((parts, scet)) = scet
             && let Some(time) = E::time(&mut self.time)
-            && time.is_written(at, parts, now)
+            && time.on_part_written(at, parts, now)
         {
             self.set_time(scet, now, out);
         }

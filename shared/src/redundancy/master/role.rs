@@ -5,7 +5,7 @@
 use super::{MasterAction, MasterBoards, MasterRedundancy, Sending};
 use crate::link::queue::Outgoing;
 use crate::nmt::NmtSlave;
-use crate::redundancy::{Answer, Claim, PeerHeartbeat, Rivals, RoleCause, RoleChange, Standby};
+use crate::redundancy::{Claim, PeerHeartbeat, RivalReaction, Rivals, RoleCause, RoleChange, Standby};
 use crate::types::{Bus, Instant, NmtState, NodeId};
 
 impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> {
@@ -90,14 +90,14 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         self.answer(bus, answer, now)
     }
 
-    fn answer(&mut self, bus: Bus, answer: Answer, now: Instant) -> Option<MasterAction> {
+    fn answer(&mut self, bus: Bus, answer: RivalReaction, now: Instant) -> Option<MasterAction> {
         match answer {
-            Answer::Nothing => None,
-            Answer::Changed(change) if change.cause == RoleCause::MasterHeard => {
+            RivalReaction::Nothing => None,
+            RivalReaction::Changed(change) if change.cause == RoleCause::MasterHeard => {
                 Some(MasterAction::HeardMaster(change))
             }
-            Answer::Changed(change) => Some(self.stand_by(change)),
-            Answer::Claim(claim) => {
+            RivalReaction::Changed(change) => Some(self.stand_by(change)),
+            RivalReaction::Claim(claim) => {
                 let outgoing = self.claim(claim, now)?;
                 Some(MasterAction::Send { bus, outgoing })
             }

@@ -8,7 +8,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use ecss_can::link::port::Filter;
 use ecss_can::link::queue::Outgoing;
-use ecss_can::node::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox, Usual};
+use ecss_can::node::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox, FullDepth};
 use ecss_can::runner::{Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;
@@ -32,7 +32,7 @@ pub struct Probe {
 impl Node for Probe {
     type Event = ();
     type Request = BusCommand;
-    type Depth = Usual;
+    type Depth = FullDepth;
 
     fn filters(&self) -> Filters {
         [Filter::function(id(0x700))].into_iter().chain(self.others.iter().copied()).collect()

@@ -1,7 +1,7 @@
 //! What a master of the model knows of its slaves: it follows their emergencies and values, and reads the errors that it may
 //! not have heard, by the machines that fly.
 
-use ecss_can::emcy::{ActiveError, ActiveErrors, Answer, Emergency, ErrorReader};
+use ecss_can::emcy::{ActiveError, ActiveErrors, ReadOutcome, Emergency, ErrorReader};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, earliest,
 };
@@ -57,7 +57,7 @@ impl Known {
         self.reader.restart();
     }
 
-    fn answered(&mut self, answer: Answer, now: Instant) {
+    fn answered(&mut self, answer: ReadOutcome, now: Instant) {
         self.asked = None;
         self.reader.on_answer(answer, &mut self.errors, TIMEOUT, now);
     }
@@ -124,7 +124,7 @@ impl Master {
             && known.asked.is_some()
             && let &[a, b, c, d] = frame.data()
         {
-            known.answered(Answer::Value(u32::from_le_bytes([a, b, c, d])), now);
+            known.answered(ReadOutcome::Value(u32::from_le_bytes([a, b, c, d])), now);
         }
     }
 
@@ -134,7 +134,7 @@ impl Master {
         let peers = self.redundancy.peers();
         let Some(known) = &mut self.known else { return };
         if known.asked.is_some_and(|end| end <= now) {
-            known.answered(Answer::Missing, now);
+            known.answered(ReadOutcome::Missing, now);
         }
         if known.asked.is_none()
             && known.reader.deadline().is_some_and(|due| due <= now)

@@ -17,33 +17,33 @@ fn filter() -> RepeatFilter<Command> {
 #[test]
 fn a_repeat_within_the_lifetime_is_dropped_and_counted() {
     let mut filter = filter();
-    assert!(filter.is_new((0, [1, 2]), ms(10)), "nothing was before it");
+    assert!(filter.accept((0, [1, 2]), ms(10)), "nothing was before it");
     for at in [10, 11, 60, 110] {
-        assert!(!filter.is_new((0, [1, 2]), ms(at)), "{at} ms");
+        assert!(!filter.accept((0, [1, 2]), ms(at)), "{at} ms");
     }
     assert_eq!(filter.repeats(), 4);
     filter.reset_count();
-    assert!(!filter.is_new((0, [1, 2]), ms(110)), "the last command stays known");
+    assert!(!filter.accept((0, [1, 2]), ms(110)), "the last command stays known");
     assert_eq!(filter.repeats(), 1);
 }
 
 #[test]
 fn a_command_with_another_sequence_or_other_bytes_is_new() {
     let mut filter = filter();
-    assert!(filter.is_new((0, [1, 2]), ms(10)));
-    assert!(filter.is_new((1, [1, 2]), ms(10)), "commanded again");
-    assert!(filter.is_new((1, [1, 3]), ms(10)), "of another master, say");
-    assert!(filter.is_new((0, [1, 2]), ms(10)), "only the last one is compared");
+    assert!(filter.accept((0, [1, 2]), ms(10)));
+    assert!(filter.accept((1, [1, 2]), ms(10)), "commanded again");
+    assert!(filter.accept((1, [1, 3]), ms(10)), "of another master, say");
+    assert!(filter.accept((0, [1, 2]), ms(10)), "only the last one is compared");
     assert_eq!(filter.repeats(), 0);
 }
 
 #[test]
 fn an_equal_command_after_the_lifetime_is_new() {
     let mut filter = filter();
-    assert!(filter.is_new((7, [1, 2]), ms(10)));
-    assert!(!filter.is_new((7, [1, 2]), ms(100)), "a repeat does not prolong the lifetime");
-    assert!(filter.is_new((7, [1, 2]), ms(116)));
-    assert!(!filter.is_new((7, [1, 2]), ms(117)));
+    assert!(filter.accept((7, [1, 2]), ms(10)));
+    assert!(!filter.accept((7, [1, 2]), ms(100)), "a repeat does not prolong the lifetime");
+    assert!(filter.accept((7, [1, 2]), ms(116)));
+    assert!(!filter.accept((7, [1, 2]), ms(117)));
     assert_eq!(filter.repeats(), 2);
 }
 
@@ -60,7 +60,7 @@ fn every_number_of_a_fast_producer_is_new_to_its_consumer() {
     for nth in 0..1_000 {
         let at = sequence.ready_at() + Duration::from_micros(nth);
         let number = sequence.step(at).unwrap();
-        assert!(filter.is_new((number, [0, 0]), at), "the {nth}th, all bytes alike");
+        assert!(filter.accept((number, [0, 0]), at), "the {nth}th, all bytes alike");
     }
 }
 
@@ -73,10 +73,10 @@ fn the_first_command_of_a_new_master_is_no_repeat() {
     let mut filter = filter();
     let mut one = Sequence::new(ms(0), LIFETIME);
     let first_at = one.ready_at();
-    assert!(filter.is_new(command(&mut one, first_at), first_at + span(4)));
+    assert!(filter.accept(command(&mut one, first_at), first_at + span(4)));
     let mut other = Sequence::new(first_at, LIFETIME);
     let second_at = other.ready_at();
-    assert!(filter.is_new(command(&mut other, second_at), second_at));
+    assert!(filter.accept(command(&mut other, second_at), second_at));
     assert_eq!(filter.repeats(), 0);
 }
 

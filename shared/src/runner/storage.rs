@@ -13,33 +13,33 @@ use crate::node::{Filters, Node};
 use crate::time::Clock;
 
 /// Storage of a node and of what it works with.
-pub(super) struct Room<B: Platform, N: Node, L> {
+pub(super) struct NodeStorage<B: Platform, N: Node, L> {
     // Apart: a node is large, and is made where it stays.
     node: StaticCell<N>,
-    around: StaticCell<Around<B, N, L>>,
+    surroundings: StaticCell<Surroundings<B, N, L>>,
 }
 
-/// Surroundings of a node. `L`: the lines of its buses.
-struct Around<B: Platform, N: Node, L> {
+/// Surroundings of a node. `L`: the state of its bus, or of both.
+struct Surroundings<B: Platform, N: Node, L> {
     core: Core<B, N>,
-    lines: L,
+    buses: L,
 }
 
-impl<B: Platform, N: Node, L: Lines> Around<B, N, L> {
+impl<B: Platform, N: Node, L: BusStates> Surroundings<B, N, L> {
     #[inline(never)] // its stack is not that on which a node is made
     fn power_on(&mut self) {
-        let Around { core, lines } = self;
+        let Surroundings { core, buses } = self;
         let shared = core.shared.get_mut();
         let mut filters = shared.node.filters();
         fit::<B::Port>(&mut filters);
-        lines.set_filters(&filters);
+        buses.set_filters(&filters);
         shared.power_on(core.clock.now());
     }
 }
 
-impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
+impl<B: Platform, N: Node, L: BusStates> NodeStorage<B, N, L> {
     pub const fn new() -> Self {
-        Room { node: StaticCell::new(), around: StaticCell::new() }
+        NodeStorage { node: StaticCell::new(), surroundings: StaticCell::new() }
     }
 
     /// Makes everything in its place and powers the node on.
@@ -47,23 +47,23 @@ impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
     pub fn start(
         &'static self,
         node: impl FnOnce() -> N,
-        lines: impl FnOnce() -> L,
+        buses: impl FnOnce() -> L,
         clock: B::Clock,
         diagnostics: &'static Diagnostics,
     ) -> (&'static Core<B, N>, &'static mut L) {
         let node = make(black_box(self.node.try_uninit().unwrap()), node);
-        let around = || Around {
+        let surroundings = || Surroundings {
             core: Core { shared: RefCell::new(Shared::new(node, diagnostics)), clock, diagnostics },
-            lines: lines(),
+            buses: buses(),
         };
-        let around = make(black_box(self.around.try_uninit().unwrap()), around);
-        around.power_on();
-        (&around.core, &mut around.lines)
+        let surroundings = make(black_box(self.surroundings.try_uninit().unwrap()), surroundings);
+        surroundings.power_on();
+        (&surroundings.core, &mut surroundings.buses)
     }
 }
 
-/// One line or two.
-pub(super) trait Lines {
+/// State of one bus or of two.
+pub(super) trait BusStates {
     fn set_filters(&mut self, filters: &Filters);
 }
 
