@@ -24,10 +24,15 @@ pub fn check(requirements: &[Requirement], tags: &[Tag]) -> Vec<String> {
             findings
                 .push(format!("{at}: {function} names {number} requirements, at most {MOST} are allowed"));
         }
-        for id in tag.noticed.iter().filter(|id| !tag.ids.contains(id)) {
+        for id in tag.ids.iter().filter(|id| tag.of_module.contains(id)) {
+            findings.push(format!("{at}: {} names {id}, as its module does already", tag.function));
+        }
+        for id in tag.noticed.iter().filter(|id| !tag.names(id)) {
             findings.push(format!("{at}: {} notices {id}, which it does not verify", tag.function));
         }
-        for id in tag.ids.iter().filter(|id| requirements.iter().all(|row| row.id != **id)) {
+        for id in
+            tag.ids.iter().chain(&tag.of_module).filter(|id| requirements.iter().all(|row| row.id != **id))
+        {
             findings.push(format!("{at}: there is no requirement {id}"));
         }
     }
@@ -58,7 +63,7 @@ pub struct Tests {
 
 impl Tests {
     pub fn of(requirement: &Requirement, tags: &[Tag]) -> Tests {
-        let named = || tags.iter().filter(|tag| tag.runs && tag.ids.contains(&requirement.id));
+        let named = || tags.iter().filter(|tag| tag.runs && tag.names(&requirement.id));
         let is_later = |tag: &&Tag| LATER_TIERS.iter().any(|folder| tag.file.starts_with(folder));
         Tests {
             number: named().count(),

@@ -88,7 +88,7 @@ pub fn write(
             let _ = write!(page, "\n## Clause {own}\n\n| {} |\n", columns.join(" | "));
             let _ = writeln!(page, "| {} |", columns.map(|_| "---").join(" | "));
         }
-        let tests: Vec<String> = tests(row, tags).map(link).collect();
+        let tests = links(row, tags);
         let ours = |kind: Kind| of(interpretations, row, kind).map(decision).collect::<Vec<_>>().join("<br>");
         let _ = writeln!(
             page,
@@ -120,8 +120,20 @@ fn of<'a>(
     all.iter().filter(move |one| one.id == row.id && one.kind == kind)
 }
 
-fn tests<'t>(row: &'t Requirement, tags: &'t [Tag]) -> impl Iterator<Item = &'t Tag> {
-    tags.iter().filter(|tag| tag.runs && tag.ids.contains(&row.id))
+/// The tests that name a requirement, in their order. Those whose module names it are one link.
+fn links(row: &Requirement, tags: &[Tag]) -> Vec<String> {
+    let named: Vec<&Tag> = tags.iter().filter(|tag| tag.runs && tag.names(&row.id)).collect();
+    let mut links = Vec::new();
+    for tests in named.chunk_by(|one, next| one.file == next.file) {
+        let (of_module, alone): (Vec<&Tag>, Vec<&Tag>) =
+            tests.iter().partition(|tag| tag.of_module.contains(&row.id));
+        if let [first, ..] = of_module.as_slice() {
+            let name = first.file.rsplit("tests/").next().unwrap_or(&first.file);
+            links.push(format!("all {} of [{name}](../{})", of_module.len(), first.file));
+        }
+        links.extend(alone.into_iter().map(link));
+    }
+    links
 }
 
 fn decision(interpretation: &Interpretation) -> String {

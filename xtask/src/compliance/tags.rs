@@ -20,8 +20,17 @@ pub struct Tag {
     pub runs: bool,
     /// Requirements, ranges resolved; as written where they cannot be.
     pub ids: Vec<String>,
+    /// Those that the comment of a module (`//!`) names: its tests verify them together.
+    pub of_module: Vec<String>,
     /// Those of a `Notices:` line: the test was seen to fail when a slip violates the requirement.
     pub noticed: Vec<String>,
+}
+
+impl Tag {
+    /// Returns whether the test, or its module, names a requirement.
+    pub fn names(&self, id: &str) -> bool {
+        self.ids.iter().chain(&self.of_module).any(|own| own == id)
+    }
 }
 
 /// A source that is read.
@@ -72,7 +81,8 @@ pub fn read(text: &str, reading: &Reading) -> anyhow::Result<Source> {
     reader.read(tokens);
     let mut tags = reader.tags;
     // A comment that is no doc comment is not among the tokens.
-    let documented: Vec<usize> = tags.iter().flat_map(|tag| tag.lines.clone()).collect();
+    let documented: Vec<usize> =
+        tags.iter().flat_map(|tag| tag.lines.clone()).chain(reader.module_lines).collect();
     for (line, text) in (1..).zip(text.lines()) {
         if is_tag_comment(text) && !documented.contains(&line) {
             tags.push(Found { lines: vec![line], ids: ids(text), ..Found::default() });
@@ -98,6 +108,7 @@ struct Found {
     function: String,
     is_test: bool,
     ids: Vec<String>,
+    of_module: Vec<String>,
     noticed: Vec<String>,
 }
 
@@ -109,6 +120,7 @@ impl Found {
             runs: self.is_test && reading.is_tested && !self.function.is_empty(),
             function: self.function,
             ids: self.ids,
+            of_module: self.of_module,
             noticed: self.noticed,
         }
     }
@@ -119,6 +131,9 @@ struct Reader {
     tags: Vec<Found>,
     modules: Vec<Module>,
     around: Vec<String>,
+    /// Requirements that the modules around name in their own comments.
+    of_modules: Vec<String>,
+    module_lines: Vec<usize>,
 }
 
 /// Attributes before an item.
@@ -135,15 +150,24 @@ struct Attributes {
 impl Reader {
     fn read(&mut self, tokens: TokenStream) {
         let mut attributes = Attributes::default();
+        let mut own = Attributes::default();
+        let (outer, tags) = (self.of_modules.len(), self.tags.len());
         let mut tokens = tokens.into_iter().peekable();
         while let Some(token) = tokens.next() {
             match token {
                 TokenTree::Punct(punct) if punct.as_char() == '#' => {
-                    if let Some(TokenTree::Punct(_)) = tokens.peek() {
-                        tokens.next(); // an inner attribute
+                    let is_inner = matches!(tokens.peek(), Some(TokenTree::Punct(_)));
+                    if is_inner {
+                        tokens.next();
                     }
                     if let Some(TokenTree::Group(group)) = tokens.next() {
-                        attributes.add(&group);
+                        if is_inner {
+                            own.add(&group);
+                            self.of_modules.truncate(outer);
+                            self.of_modules.extend(own.ids.clone());
+                        } else {
+                            attributes.add(&group);
+                        }
                     }
                 }
                 // What may stand before `fn`.
@@ -179,14 +203,22 @@ impl Reader {
             }
         }
         self.tag(attributes, String::new());
+        self.of_modules.truncate(outer);
+        let has_tests = self.tags.iter().skip(tags).any(|tag| tag.is_test);
+        self.module_lines.extend(&own.lines);
+        if !own.lines.is_empty() && !has_tests {
+            self.tag(Attributes { is_test: false, ..own }, String::new());
+        }
     }
 
     fn tag(&mut self, attributes: Attributes, function: String) {
-        if attributes.lines.is_empty() {
+        let Attributes { lines, ids, noticed, is_test, is_ignored, .. } = attributes;
+        let is_of_module = is_test && !self.of_modules.is_empty();
+        if lines.is_empty() && !is_of_module {
             return;
         }
-        let Attributes { lines, ids, noticed, is_test, is_ignored, .. } = attributes;
-        self.tags.push(Found { lines, function, is_test: is_test && !is_ignored, ids, noticed });
+        let of_module = if is_test { self.of_modules.clone() } else { Vec::new() };
+        self.tags.push(Found { lines, function, is_test: is_test && !is_ignored, ids, of_module, noticed });
     }
 }
 

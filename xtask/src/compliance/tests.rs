@@ -31,7 +31,7 @@ fn source_of(file: &str, lines: &[&str]) -> Vec<Tag> {
     let reading = Reading { file: file.to_owned(), is_tested: true };
     let mut tags = tags::read(&lines.join("\n").replace("MARK", MARK), &reading).expect("Rust").tags;
     for tag in tags.iter_mut().filter(|tag| tag.noticed.is_empty()) {
-        tag.noticed = tag.ids.clone();
+        tag.noticed = tag.ids.iter().chain(&tag.of_module).cloned().collect();
     }
     tags
 }
@@ -76,6 +76,38 @@ fn each_requirement_has_a_test_of_the_first_tier() {
     let expected = "Requirements on software by number of tests: 1 with one, 1 with two, 0 with three, 0 with more; 1 have a test of the \
                     first tier (`cargo test`)";
     assert_eq!(page::tests_per_requirement(&table(), &tags), expected);
+}
+
+/// Given a file whose own comment names a requirement. Then each of its tests verifies it, and says so no second time.
+#[test]
+fn a_module_may_name_what_all_of_its_tests_verify() {
+    let module = MARK.replace("///", "//!") + " 8.3.3a";
+    let lines = [
+        "//! Bus.",
+        "//!",
+        &module,
+        "fn helper() {}",
+        "#[test]",
+        "fn one() {}",
+        "MARK 8.3.3b",
+        "#[test]",
+        "fn two() {}",
+    ];
+    let tags = source(&lines);
+    let found: Vec<_> = tags
+        .iter()
+        .map(|tag| (tag.function.as_str(), tag.runs, tag.names("8.3.3a"), tag.names("8.3.3b")))
+        .collect();
+    assert_eq!(found, [("one", true, true, false), ("two", true, true, true)]);
+    assert_eq!(check(&table()[1..2], &tags[1..]), ["source.rs:7: there is no requirement 8.3.3a"]);
+
+    let twice = source(&[&module, "MARK 8.3.3a, 8.3.3b", "#[test]", "fn one() {}"]);
+    assert_eq!(check(&table(), &twice)[0], "source.rs:2: one names 8.3.3a, as its module does already");
+    let none = source(&[&module, "fn helper() {}"]);
+    assert_eq!(check(&table(), &none)[0], "source.rs:1: the tag is not on a test that runs");
+    // Of the module inside alone.
+    let inside = source(&["mod tests {", &module, "#[test]", "fn one() {}", "}", "#[test]", "fn two() {}"]);
+    assert_eq!(inside.iter().map(|tag| tag.function.as_str()).collect::<Vec<_>>(), ["one"]);
 }
 
 #[test]
