@@ -253,6 +253,23 @@ fn heartbeat_confirms_a_bus_found_by_a_command() {
     );
 }
 
+/// Given a bus found by a command alone, when a heartbeat comes on the other bus, then that one is active, and no search goes on.
+///
+/// Verifies: ECSS 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.3.3k: after a command, a heartbeat on the other bus does not end the search.
+#[test]
+fn heartbeat_on_the_other_bus_counts_more_than_a_command() {
+    let mut selector = Selector::new(PARAMETERS);
+    selector.start(ms(0));
+    selector.on_master(NOMINAL, Command, ms(50));
+    let found = selector.on_master(REDUNDANT, Heartbeat, ms(80));
+    assert_eq!(found, Some(Selection::Found { bus: REDUNDANT, moved: true }));
+    assert!(selector.is_confirmed());
+    assert_eq!((selector.selected(), selector.parameters().bdefault), (REDUNDANT, REDUNDANT));
+    assert_eq!(decisions(&mut selector, 179), []);
+    assert_eq!(selector.poll(ms(180)), Some(Selection::Missed { bus: REDUNDANT }), "followed from 80 ms on");
+}
+
 #[test]
 fn bdefault_is_restored_when_a_command_is_not_confirmed() {
     let mut selector = Selector::new(PARAMETERS);

@@ -155,6 +155,45 @@ fn sync_brings_telemetry_of_its_type_only() {
     assert_eq!(sent.len(), 9);
 }
 
+/// Telemetry 1 with every third SYNC, 2 with every one.
+#[derive(Default)]
+struct SlowFirst;
+
+impl MinimalDevice for SlowFirst {
+    const PDOS: MinimalPdos = MinimalPdos {
+        receive: [None; PDOS],
+        transmit: [
+            Some(MinimalTpdo { cob_id: CobIdOf::node(0x180), trigger: Trigger::Sync(3) }),
+            sync_pdo(0x280),
+            None,
+            None,
+        ],
+    };
+
+    fn on_pdo(&mut self, _: usize, _: &[u8], _: Instant) -> Option<(usize, Payload)> {
+        unreachable!("it receives no PDO")
+    }
+
+    fn on_sync(&mut self, _: usize, _: Instant) -> Option<Payload> {
+        Some(Payload::new())
+    }
+}
+
+/// Given telemetry with every third SYNC before telemetry with every one, then each SYNC brings the latter.
+///
+/// Verifies: ECSS 9.4.3b.2
+/// Notices: ECSS 9.4.3b.2: a PDO that waits for a later SYNC holds back those behind it.
+#[test]
+fn sync_brings_telemetry_behind_one_that_waits() {
+    let mut slave = powered::<SlowFirst>();
+    for at in 1..=6 {
+        slave.run_until(ms(at));
+        slave.receive(NOMINAL, 0x080, &[]);
+    }
+    assert_eq!(slave.times(NOMINAL, 0x185), [3, 6]);
+    assert_eq!(slave.times(NOMINAL, 0x285), [1, 2, 3, 4, 5, 6]);
+}
+
 /// Four PDOs with every SYNC.
 #[derive(Default)]
 struct Talkative;
@@ -329,17 +368,21 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
     assert_eq!(slave.frames(), []);
 }
 
-/// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end: no window closes before.
+/// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end, and waits for its bus as long as
+/// other telemetry: no window closes before.
 ///
 /// Verifies: ECSS 9.4.7.3d
 /// Notices: ECSS 9.4.7.3d: a SYNC older than 100 ms is dropped.
+/// Notices: ECSS 9.4.7.3d: telemetry by SYNC is dropped 10 ms after the SYNC.
 #[test]
 fn late_sync_brings_its_telemetry() {
     let mut slave = powered::<Cyclic>();
     slave.run_until(ms(10));
     slave.now = ms(210);
     slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(10)) });
-    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 10]))]);
+    let [sent] = slave.sent[..] else { panic!("one") };
+    assert_eq!((sent.bus, sent.frame), (NOMINAL, frame(0x185, &[0, 10])));
+    assert_eq!(sent.expires, ms(210) + Profile::DEFAULT.event);
 }
 
 /// Consumer time 250 ms, Ttoggle 2.

@@ -185,6 +185,27 @@ mod dictionaries {
         mapping: [u32; 1],
     }
 
+    /// Mapping whose number of objects can be written.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Counted {
+        /// Number of mapped objects
+        #[sub(0, rw, high = 1)]
+        count: u8,
+        /// Mapped object
+        #[sub(1, ro)]
+        object: u32,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Emptied {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, record)]
+        mapping: Counted,
+    }
+
     #[derive(Debug, Objects)]
     pub struct Stored {
         /// Store parameters
@@ -214,15 +235,17 @@ mod dictionaries {
 
 /// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10e
 /// Notices: ECSS 9.4.5a: only sub-index 0 of a mapping is checked for access.
+/// Notices: ECSS 9.4.5a: sub-index 0 of a mapping is not checked for access.
 /// Notices: ECSS 9.4.10e: parameters without a mapping are enough for a PDO.
 #[test]
 fn dictionaries_that_the_minimal_set_forbids_are_refused() {
-    use dictionaries::{Sound, Stored, Timed, Unmapped, Variable, refusal};
+    use dictionaries::{Emptied, Sound, Stored, Timed, Unmapped, Variable, refusal};
     assert_eq!(refusal::<Sound>(), None);
     for (refusal, reason) in [
         (refusal::<Unmapped>(), "a PDO in use without its parameters or its mapping"),
         (refusal::<Timed>(), "a PDO with an inhibit time or an event timer"),
         (refusal::<Variable>(), "a mapping that can be written"),
+        (refusal::<Emptied>(), "a mapping that can be written"),
         (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
     ] {
         assert_eq!(refusal.as_deref(), Some(reason));

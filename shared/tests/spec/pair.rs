@@ -391,6 +391,21 @@ fn an_active_master_says_so_on_both_buses_with_each_heartbeat() {
     assert_eq!(board.times(NOMINAL, 0x701), []);
 }
 
+/// Given two master boards, then neither claims by the time stamp object (100h), the active one sends none, and no controller admits it.
+///
+/// Verifies: ECSS 9.4.7.1b
+/// Notices: ECSS 9.4.7.1b: the claims of the prime master board have COB-ID 100h.
+#[test]
+fn no_board_of_two_takes_or_sends_time_stamps() {
+    assert!(Profile::PAIR.both_claims().iter().all(|claims| claims.raw() != 0x100));
+    let mut board = taken_over();
+    board.run_until(ms(2_000));
+    for bus in Bus::ALL {
+        assert_eq!(board.times(bus, 0x100), []);
+        assert!(!board.admits(bus, 0x100));
+    }
+}
+
 #[test]
 fn heartbeats_without_a_claim_are_a_collision_and_move_no_board() {
     let mut board = taken_over();

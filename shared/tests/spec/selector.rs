@@ -117,6 +117,25 @@ fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
     assert_eq!(selector.parameters().ctoggle, 1);
 }
 
+/// Given a slave that may change the bus once in a search, when it misses the master again after each search that found it, then it
+/// goes to the other bus each time.
+///
+/// Verifies: ECSS 8.3.3e.2
+/// Notices: ECSS 8.3.3e.2: a miss does not reset Ctoggle, so that searches share Ntoggle.
+#[test]
+fn each_miss_brings_a_switch_however_many_there_were_before() {
+    let mut selector = following(Parameters { ntoggle: 1, ..PARAMETERS });
+    for (heard, bus, other) in
+        [(1_010, NOMINAL, REDUNDANT), (1_350, REDUNDANT, NOMINAL), (1_700, NOMINAL, REDUNDANT)]
+    {
+        selector.on_master(bus, Heartbeat, ms(heard));
+        let made = decisions(&mut selector, heard + 300);
+        let expected =
+            [(heard + 100, Selection::Missed { bus }), (heard + 300, Selection::Toggled { to: other })];
+        assert_eq!(made, expected, "heard at {heard} ms");
+    }
+}
+
 #[test]
 fn with_ttoggle_one_miss_and_switch_coincide_in_that_order() {
     let mut selector = following(Parameters { ttoggle: 1, ..PARAMETERS });

@@ -114,6 +114,21 @@ fn restricted_identifiers_are_refused_for_valid_objects() {
     }
 }
 
+/// Given an object not in use and a consumer of SYNC, then none of them takes a COB-ID of 1921 to 2014 and 2032 to 2047.
+///
+/// Verifies: ECSS 6.10b, 9.5a
+/// Notices: ECSS 9.5a: COB-IDs of 1005h are restricted only while SYNC is produced.
+#[test]
+fn free_cob_ids_are_refused_for_every_object() {
+    for raw in (1921..=2014).chain(2032..=2047) {
+        for entry_use in [EntryUse::Pdo, EntryUse::Emcy] {
+            assert_eq!(write(UNUSED, raw, entry_use), REFUSED, "{entry_use:?} {raw}");
+        }
+        assert_eq!(write(0x0000_0080, raw, EntryUse::Sync), REFUSED, "consumer {raw}");
+        assert_eq!(write(0x0000_0080, 0x4000_0000 | raw, EntryUse::Sync), REFUSED, "producer {raw}");
+    }
+}
+
 #[test]
 fn extended_identifiers_and_reserved_bits_are_refused() {
     for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sync] {

@@ -151,6 +151,33 @@ fn shipped_device_has_no_service_of_a_forbidden_object() {
     }
 }
 
+/// Given commands to the shipped device, known and unknown ones, each as CAN may deliver it: twice. Then none is answered, and what they
+/// set was set once.
+///
+/// Verifies: ECSS 9.4.1c
+/// Notices: ECSS 9.4.1c: a repeated command is echoed by TPDO 3.
+#[test]
+fn shipped_device_answers_no_command() {
+    let mut world = alone(1_000);
+    // Bytes to be kept, none of them, LED on, value 7, an unknown code, a bus; the last byte is the sequence.
+    let commands: [(u16, &[u8]); 6] = [
+        (0x205, &[1, 2, 3]),
+        (0x205, &[]),
+        (0x305, &[1, 0, 1, 0, 0, 0, 0, 1]),
+        (0x405, &[2, 0, 7, 0, 0, 0, 0, 2]),
+        (0x305, &[0x77, 0, 0, 0, 0, 0, 0, 3]),
+        (0x305, &[4, 0, 1, 0, 0, 0, 0, 4]),
+    ];
+    for (id, data) in commands {
+        for _ in 0..2 {
+            assert!(asked(&mut world, id, data).is_empty(), "{id:03X}h {data:?}");
+        }
+    }
+    let executed = asked(&mut world, 0x405, &[3, 1]);
+    assert_eq!(executed.len(), 1);
+    assert_eq!(executed[0].frame.payload()[..6], [3, 1, 2, 0, 0, 0], "two commands");
+}
+
 /// From the end of a request to the end of its telemetry, microseconds: 200 in the slave, one frame on its way and the telemetry, 135
 /// bits each.
 const fn stated_delay(kbit: u64) -> u64 {
