@@ -1,4 +1,6 @@
 //! Slaves that send too much, as the master sees them.
+//!
+//! Verifies: ECSS 5.3.3.1b
 
 use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::nmt::{Command, NmtMessage, Target};
@@ -20,7 +22,6 @@ fn babble(babblers: &mut Babblers, from: u64, until: u64) -> Vec<(u64, BabblingS
     steps.filter_map(|(at, step)| Some((at, step?))).collect()
 }
 
-/// Verifies: ECSS 5.3.3.1b
 /// Notices: ECSS 5.3.3.1b: a slave that babbles on is stopped again and never reset.
 #[test]
 fn a_slave_that_babbles_on_is_stopped_reset_and_left() {
@@ -118,8 +119,6 @@ fn babbling(step: BabblingStep) -> MasterEvent {
 
 /// Given a slave that babbles until it is stopped, then it stays so, though it says so with each heartbeat, until it was quiet
 /// for 10 s. Then it is started as any other.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_slave_that_was_stopped_because_it_babbled_is_held() {
     let mut master = flying();

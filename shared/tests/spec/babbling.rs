@@ -1,4 +1,6 @@
 //! Nodes that send too much: a slave and a master on the bench.
+//!
+//! Verifies: ECSS 5.3.3.1b
 
 use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::node::{MasterEvent, SlaveEvent};
@@ -50,8 +52,6 @@ fn refused(slave: &mut Bench<TestSlave>) -> (u32, u16, u16) {
 
 /// Given an application that sends without end, when the bucket of that COB-ID is empty, then its frames stay away until it is
 /// full, one emergency reports it, and another one its end. Other COB-IDs go on.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_babbling_pdo_is_silent_until_its_bucket_is_full() {
     let mut slave = operational(&OF_COB_ID);
@@ -81,8 +81,6 @@ fn a_babbling_pdo_is_silent_until_its_bucket_is_full() {
 
 /// Given a slave above the budget of the node, then it is in Pre-operational, and no command but a reset ends that. After its
 /// time it boots up, with the communication profile of power-on, and is started as any other.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_babbling_slave_is_silent_for_its_time_and_boots_up() {
     let mut slave = operational(&OF_NODE);
@@ -131,8 +129,6 @@ fn announced(profile: &Profile) -> Bench<Master> {
 
 /// Given an application of a master that sends frames without end, then PDOs and such frames stay away for the time of the
 /// profile. Heartbeat and SYNC go on, so that no slave misses its master.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_babbling_master_keeps_its_network_and_is_silent_otherwise() {
     let mut master = announced(&OF_NODE);

@@ -1,4 +1,6 @@
 //! Before its boot-up message a node is in Initialising for all others (CiA 301 7.3.2.2.1, 7.2.8.3.3).
+//!
+//! Verifies: ECSS 6.5.3a
 
 use crate::bench::{Bench, NOMINAL, frame, ms, node};
 use crate::canopen_slave;
@@ -17,8 +19,6 @@ fn alone() -> Bench<TestSlave> {
 
 /// Given a slave whose boot-up message is not acknowledged yet, when a request arrives, then it is not answered: its client takes the answer
 /// for one of the life before, and what it writes is lost to it. The next request after that message is answered.
-///
-/// Verifies: ECSS 6.5.3a
 #[test]
 fn a_request_before_the_boot_up_message_is_not_answered() {
     let mut slave = alone();

@@ -1,4 +1,6 @@
 //! The token buckets of a node: bounds by hand.
+//!
+//! Verifies: ECSS 5.3.3.1b
 
 use ecss_can::link::budget::{Budget, BudgetPolicy, BudgetStep, Over, Rate};
 use ecss_can::profile::Profile;
@@ -28,8 +30,6 @@ fn steps(budget: &mut Budget, now: Instant) -> Vec<BudgetStep> {
 }
 
 /// Given a full bucket of four, when six frames come, then two are refused, and all until it is full again.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn an_empty_bucket_is_closed_until_it_is_full() {
     let mut budget = Budget::of_slave(&POLICY);
@@ -95,8 +95,6 @@ fn a_bucket_at_the_end_of_time_saturates() {
 
 /// Given three COB-IDs within their own buckets, when the ninth frame of the node comes, then the node is silent for its time.
 /// What the network lives on goes out in the meantime, within its own bucket.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_node_above_its_budget_is_silent_for_a_time() {
     let mut budget = Budget::of_slave(&POLICY);

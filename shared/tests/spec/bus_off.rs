@@ -1,4 +1,6 @@
 //! Recovery from bus-off.
+//!
+//! Verifies: ECSS 5.6.2a
 
 use ecss_can::link::port::ErrorState::{Active, BusOff, Passive};
 use ecss_can::redundancy::{BusOffPolicy, BusOffRecovery, RecoveryStep};
@@ -12,7 +14,6 @@ const fn span_const(ms: u64) -> ecss_can::types::Duration {
     ecss_can::types::Duration::from_millis(ms)
 }
 
-/// Verifies: ECSS 5.6.2a
 #[test]
 fn a_pause_and_then_the_recovery_once() {
     let mut recovery = BusOffRecovery::new(POLICY);
@@ -55,7 +56,6 @@ fn a_bus_that_was_left_is_not_recovered() {
     assert_eq!(recovery.poll(ms(500)), None);
 }
 
-/// Verifies: ECSS 5.6.2a
 /// Notices: ECSS 5.6.2a: a recovery from bus-off that does not end is waited for without end.
 #[test]
 fn unending_recovery_is_retried_and_counted_until_bus_failed() {

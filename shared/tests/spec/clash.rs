@@ -1,4 +1,6 @@
 //! Two nodes with one Node-ID: who goes on and who is silent.
+//!
+//! Verifies: ECSS 6.10h
 
 use crate::instrument::{self, STANDARD};
 use ecss_can::link::port::Health;
@@ -127,8 +129,6 @@ fn late_slave() -> Bench<TestSlave> {
 
 /// Given a slave that has worked for seven heartbeat periods, when its own Node-ID is heard while its heartbeat is held back, then
 /// the other board has the same grid: the slave yields before its heartbeat goes out. At any other time it goes on.
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn slave_yields_to_a_heartbeat_while_its_own_is_late() {
     for (at, yields) in [(699_900, false), (700_060, true), (700_530, true), (700_700, false)] {
@@ -145,8 +145,6 @@ fn slave_yields_to_a_heartbeat_while_its_own_is_late() {
 
 /// Given a slave whose late heartbeat waits for the bus, when that of a board with the same grid is heard, then the slave goes on,
 /// and yields to the next one that it hears while its heartbeat is held back.
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn slave_yields_later_to_a_heartbeat_that_came_before_its_own() {
     let mut slave = late_slave();
@@ -166,8 +164,6 @@ fn clash_frames(slave: &Bench<TestSlave>) -> Vec<Vec<u8>> {
 
 /// Given a slave that has just booted, when its own Node-ID is heard, then it sends EMCY 8150h and nothing more until the
 /// other node was silent for Ttoggle consumer times; resets and starts do not end that sooner.
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn newcomer_is_silent_until_the_other_node_is() {
     let mut slave = powered(&STANDARD);
@@ -193,8 +189,6 @@ fn newcomer_is_silent_until_the_other_node_is() {
 
 /// Given a newcomer whose inhibit time runs and for which another emergency waits, when its own Node-ID is heard, then EMCY 8150h
 /// goes out before it is Stopped.
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn newcomer_reports_the_clash_within_its_inhibit_time() {
     let mut slave = powered(&STANDARD);
@@ -214,8 +208,6 @@ fn newcomer_reports_the_clash_within_its_inhibit_time() {
 }
 
 /// Given a slave that has worked for a while, when its own Node-ID is heard, then it reports that and goes on.
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn elder_reports_another_node_with_its_id_and_goes_on() {
     let mut slave = powered(&STANDARD);

@@ -1,6 +1,8 @@
 //! A slave with parallel access that hears the master on both buses: what a forged or faulty message may cost.
 //!
 //! Parameters throughout: consumer time 100 ms, heartbeat 40 ms, Ttoggle 3, Bdefault nominal.
+//!
+//! Verifies: ECSS 8.3.3k, 8.3.3l
 
 use ecss_can::redundancy::{MasterMessage, Parameters, Selection, Selector};
 use ecss_can::types::{Bus, Instant, PerBus};
@@ -236,7 +238,6 @@ fn bus_found_by_a_command_alone_is_given_up_again() {
     assert_eq!(selector.parameters().ctoggle, 2);
 }
 
-/// Verifies: ECSS 8.3.3k, 8.3.3l
 /// Notices: ECSS 8.3.3l: a heartbeat that confirms a bus restores the old Bdefault.
 #[test]
 fn heartbeat_confirms_a_bus_found_by_a_command() {
@@ -255,7 +256,6 @@ fn heartbeat_confirms_a_bus_found_by_a_command() {
 
 /// Given a bus found by a command alone, when a heartbeat comes on the other bus, then that one is active, and no search goes on.
 ///
-/// Verifies: ECSS 8.3.3k, 8.3.3l
 /// Notices: ECSS 8.3.3k: after a command, a heartbeat on the other bus does not end the search.
 #[test]
 fn heartbeat_on_the_other_bus_counts_more_than_a_command() {

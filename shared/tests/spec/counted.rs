@@ -1,6 +1,8 @@
 //! Who counts as a slave for the master's choice of the bus, and what it does while it hears none.
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3, dwell 1000 ms.
+//!
+//! Verifies: ECSS 8.3.3b
 
 use crate::instrument::{SLOW, STANDARD};
 use ecss_can::profile::Profile;

@@ -1,4 +1,6 @@
 //! The local clock follows pairs of instant and spacecraft time.
+//!
+//! Verifies: ECSS 7.2.1a
 
 use ecss_can::time::{ClockPolicy, LocalClock, Step, TimeSource};
 use ecss_can::types::{FineInstant, FineScet};

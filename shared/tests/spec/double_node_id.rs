@@ -1,6 +1,8 @@
 //! Two nodes with the Node-ID of one slave: the master reports them and goes on commanding the slave.
 //!
 //! Profile `standard`: heartbeat 100 ms, consumer time 250 ms.
+//!
+//! Verifies: ECSS 6.10h
 
 use ecss_can::node::MasterEvent;
 use ecss_can::types::NmtState;
@@ -46,8 +48,6 @@ fn last_error(master: &mut Bench<Master>) -> Option<(u32, u32)> {
 /// Given a slave that is Operational
 /// When a foreign node sends heartbeats with its Node-ID and another state, in step, faster or slower
 /// Then the master commands the slave all the time but before the third turn, and reports a collision (8150h).
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn slave_with_a_foreign_double_is_commanded_all_the_time() {
     for (state, period, most) in [

@@ -1,6 +1,8 @@
 //! Slaves that are lost on one bus while the other one fails whenever the master comes there.
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3: hold time 260 ms, settling time 380 ms. Silent share 50 %.
+//!
+//! Verifies: ECSS 8.3.3b
 
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::redundancy::{Action, Manager, SwitchCause};
@@ -34,7 +36,6 @@ fn half_is_lost() -> Manager {
     manager
 }
 
-/// Verifies: ECSS 8.3.3b
 #[test]
 fn a_bus_that_serves_some_is_not_left_for_one_that_failed() {
     let mut manager = half_is_lost();

@@ -1,6 +1,8 @@
 //! A master and its slaves together, on buses without bit timing: what is sent arrives within the millisecond.
 //!
 //! A node that nobody acknowledges becomes error passive; cut off, it neither hears nor is heard.
+//!
+//! Verifies: ECSS 8.3.3b, 8.3.3g
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{

@@ -2,6 +2,8 @@
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3: settling time 380 ms. Silent share 50 %. Nodes 2 to 127 are
 //! assigned.
+//!
+//! Verifies: ECSS 8.3.3b
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::Target;
@@ -81,7 +83,7 @@ fn heartbeats_on_the_active_bus_every_period() {
     assert_eq!(actions(&mut manager, 80), [(0, beat), (40, beat), (80, beat)]);
 }
 
-/// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2
 /// Notices: ECSS 8.3.3b.2: the heartbeat keeps its rhythm: on the other bus it is late.
 #[test]
 fn commanded_switch_stops_heartbeat_here_and_starts_it_there() {
@@ -102,7 +104,6 @@ fn a_switch_to_the_active_bus_is_none() {
     assert_eq!(manager.poll(ms(10)), None);
 }
 
-/// Verifies: ECSS 8.3.3b
 /// Notices: ECSS 8.3.3b: a late heartbeat on the old bus announces the new one.
 #[test]
 fn new_bus_is_announced_once_its_heartbeat_was_sent_or_failed() {

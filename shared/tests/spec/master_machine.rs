@@ -1,6 +1,8 @@
 //! Redundancy of a master as one machine: the order of what it sends, and the role of its board.
 //!
 //! Heartbeat 40 ms, consumer time 100 ms. Slave 2 is assigned. Four frames may wait.
+//!
+//! Verifies: ECSS 8.1a
 
 use ecss_can::link::queue::Outgoing;
 use ecss_can::nmt::{Command, NmtMessage, Reaction, Target};
@@ -224,8 +226,6 @@ fn a_rival_is_reported_at_its_begin_and_its_end_on_each_bus() {
 
 /// Given an active board of two, When its heartbeat is due, Then its claim goes to both buses, on the active one after
 /// the heartbeat is acknowledged if that announces the bus.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn claims_follow_the_heartbeat_on_both_buses() {
     let (mut machine, at) = paired(BusAccess::Parallel);
@@ -250,8 +250,6 @@ fn a_board_with_selective_access_claims_on_its_bus_only() {
 
 /// Given an active board with a frame that waits and a rival, When it becomes the standby, Then it drops the frame, is
 /// Initialising, and reports no end of the rival.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_board_that_stands_by_forgets_what_it_began() {
     let (mut machine, at) = paired(BusAccess::Parallel);
@@ -279,8 +277,6 @@ fn a_board_that_stands_by_forgets_what_it_began() {
 }
 
 /// Given a heartbeat whose claim is not sent yet, When the board stands by and takes over again, Then that claim is never sent.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_claim_that_was_due_ends_with_the_active_role() {
     let (mut machine, at) = paired(BusAccess::Parallel);
@@ -295,8 +291,6 @@ fn a_claim_that_was_due_ends_with_the_active_role() {
 
 /// Given a board that listens, When it hears another master and later nothing, Then it takes over on the bus of that
 /// master.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_listening_board_follows_the_master_that_it_hears() {
     let mut machine = machine(Some(Strap::Prime), BusAccess::Parallel);
@@ -314,7 +308,6 @@ fn a_listening_board_follows_the_master_that_it_hears() {
     assert!(matches!(taken, Some(MasterAction::TookOver { bus: REDUNDANT, .. })), "{taken:?}");
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn an_active_board_yields_to_a_claim_with_more_slaves() {
     let (mut machine, at) = paired(BusAccess::Parallel);

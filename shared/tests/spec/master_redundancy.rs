@@ -1,4 +1,6 @@
 //! Redundancy parameters of a master (2000h) over SDO. Profile `standard`: Ttoggle 2, Ntoggle 255, dwell 10 s.
+//!
+//! Verifies: ECSS 8.3.1b, 8.3.1c
 
 use ecss_can::node::MasterEvent;
 use ecss_can::redundancy::SwitchCause;
@@ -38,8 +40,6 @@ fn ctoggle(master: &Bench<Master>) -> u8 {
 
 /// Given Ntoggle 1, When no slave is heard for 11 dwells, Then the master changes the bus once, shows it in Ctoggle, and
 /// stays.
-///
-/// Verifies: ECSS 8.3.1b, 8.3.1c
 #[test]
 fn a_master_changes_the_bus_as_often_as_its_ntoggle_says() {
     let mut master = powered(&STANDARD);
@@ -51,8 +51,6 @@ fn a_master_changes_the_bus_as_often_as_its_ntoggle_says() {
 }
 
 /// Given Ntoggle 50, When 47 is written to Ctoggle, Then three changes are left.
-///
-/// Verifies: ECSS 8.3.1b, 8.3.1c
 #[test]
 fn a_master_continues_with_a_written_ctoggle() {
     let mut master = powered(&STANDARD);
@@ -65,8 +63,6 @@ fn a_master_continues_with_a_written_ctoggle() {
 }
 
 /// Given Ttoggle 30, Then a dwell is two toggling times of 7.5 s and two heartbeat periods: 15.2 s.
-///
-/// Verifies: ECSS 8.3.1b, 8.3.1c
 #[test]
 fn a_master_dwells_for_its_written_ttoggle() {
     let mut master = powered(&STANDARD);
@@ -75,7 +71,6 @@ fn a_master_dwells_for_its_written_ttoggle() {
     assert_eq!(search(&mut master, ms(50_000)), (vec![15, 30, 45], None));
 }
 
-/// Verifies: ECSS 8.3.1b, 8.3.1c
 #[test]
 fn a_master_starts_on_its_stored_bdefault() {
     let memory = Memory::default();

@@ -1,4 +1,6 @@
 //! The minimal slave (ECSS 9).
+//!
+//! Verifies: ECSS 9.4.1a, 9.4.6.1a
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Stamp, port::Filter};
@@ -229,7 +231,7 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
     assert_eq!(ids, [0x705, 0x185, 0x285, 0x385, 0x485]);
 }
 
-/// Verifies: ECSS 9.4.1b, 9.4.3b, 9.4.6.1a
+/// Verifies: ECSS 9.4.1b, 9.4.3b
 /// Notices: ECSS 9.4.1b: a heartbeat of the master makes the slave send TPDO 1.
 /// Notices: ECSS 9.4.3b: a heartbeat of the master triggers a TPDO.
 #[test]
@@ -250,7 +252,7 @@ fn nothing_is_sent_unasked() {
 
 /// Module control, time stamps, SDO and emergencies are no part of the minimal set.
 ///
-/// Verifies: ECSS 9.4.6.1a, 9.4.7.1a, 9.4.7.2a, 9.4.8a
+/// Verifies: ECSS 9.4.7.1a, 9.4.7.2a, 9.4.8a
 /// Notices: ECSS 9.4.6.1a: a module control command starts the slave again.
 /// Notices: ECSS 9.4.7.1a: 100h is handled as a SYNC.
 /// Notices: ECSS 9.4.7.2a: an emergency of the master is handled as its heartbeat.

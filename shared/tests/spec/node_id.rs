@@ -1,4 +1,6 @@
 //! Who a slave is: straps, and three stored copies of its Node-ID of which two must agree (ECSS 6.10).
+//!
+//! Verifies: ECSS 6.10e, 6.10f, 6.10k
 
 use ecss_can::store::identity::{NoNodeId, Straps, agreed, copy, node_id, of_copy};
 use ecss_can::types::NodeId;
@@ -45,7 +47,6 @@ fn a_copy_has_the_documented_format() {
     assert_eq!((0..=u16::MAX).filter(|word| of_copy(*word).is_some()).count(), 3 * 128);
 }
 
-/// Verifies: ECSS 6.10k
 #[test]
 fn every_flipped_bit_of_every_copy_changes_no_node_id() {
     for id in 2..=126 {
@@ -64,7 +65,6 @@ fn every_flipped_bit_of_every_copy_changes_no_node_id() {
 
 /// Every copy that reads as another Node-ID, or as none.
 ///
-/// Verifies: ECSS 6.10k
 /// Notices: ECSS 6.10k: one copy of three is enough.
 #[test]
 fn one_wrong_copy_of_three_changes_no_node_id() {
@@ -90,7 +90,7 @@ fn one_wrong_copy_of_three_changes_no_node_id() {
 /// Given copies or straps with the Node-ID of the master, 1, or of boards in maintenance mode, 127, then they give the board none,
 /// alone or together.
 ///
-/// Verifies: ECSS 6.10h, 6.10k
+/// Verifies: ECSS 6.10h
 #[test]
 fn no_slave_has_the_node_id_of_master_or_maintenance() {
     for id in [1, 127] {
@@ -128,8 +128,6 @@ fn straps(bits: u8) -> Straps {
 
 /// Given a board of each Node-ID, with straps, stored copies or both, when one of five wires or one bit of a copy is wrong, then the
 /// board has its Node-ID or none.
-///
-/// Verifies: ECSS 6.10f, 6.10k
 #[test]
 fn no_single_failure_gives_a_board_another_node_id() {
     for id in SLAVES {
@@ -172,7 +170,6 @@ fn no_single_failure_gives_a_board_another_node_id() {
     }
 }
 
-/// Verifies: ECSS 6.10e, 6.10f
 /// Notices: ECSS 6.10e: straps win over a stored Node-ID that differs.
 /// Notices: ECSS 6.10f: a board without any Node-ID takes 127 and communicates.
 #[test]

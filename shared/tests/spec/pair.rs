@@ -1,5 +1,7 @@
 //! One of two master boards on the bench, profile `standard` with a standby: it takes over 400 ms after the last heartbeat of
 //! the active one. The board strapped prime listens for 700 ms, the other one for 1 s.
+//!
+//! Verifies: ECSS 8.1a
 
 mod time;
 
@@ -94,7 +96,6 @@ fn taken_over() -> Board {
     board
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_board_alone_listens_silently_then_boots_on_the_default_bus() {
     let mut board = powered(Strap::Prime);
@@ -139,7 +140,7 @@ fn a_standby_sends_no_command_that_is_written_to_1f82h() {
 /// Given a standby, when everything is asked of it that a master does, commands to one slave or to all of them too, then it sends no
 /// frame.
 ///
-/// Verifies: ECSS 8.1a, 8.1b
+/// Verifies: ECSS 8.1b
 /// Notices: ECSS 8.1b: a standby sends the NMT commands of its application, also to all nodes.
 #[test]
 fn a_standby_sends_nothing_whatever_is_asked_of_it() {
@@ -173,8 +174,6 @@ fn a_standby_sends_nothing_whatever_is_asked_of_it() {
 
 /// Given a standby that heard a slave Operational and never heard it answer, When it takes over, Then the slave counts: its silence
 /// makes the new master leave the bus.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
     let mut board = powered(Strap::Second);
@@ -199,7 +198,7 @@ fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
     assert_eq!(switched, Some(SwitchCause::SlavesSilent), "{:?}", board.events);
 }
 
-/// Verifies: ECSS 8.1a, 8.3.3a
+/// Verifies: ECSS 8.3.3a
 /// Notices: ECSS 8.3.3a: the master sends its heartbeat on Bdefault, not on the active bus.
 #[test]
 fn a_standby_takes_over_where_the_master_was_heard_last() {
@@ -237,8 +236,6 @@ fn what_a_standby_knew_of_its_controllers_moves_no_bus() {
 
 /// Given an active master that nobody acknowledges, when its SYNC is repeated and its heartbeat does not get out, then the
 /// standby stays silent until SYNCs, times and claims have ended as well.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn any_frame_of_a_master_without_slaves_is_a_sign_of_its_life() {
     for repeated in [frame(0x080, &[]), frame(0x181, &[0, 0, 0, 9, 0, 0, 0]), frame(0x681, &[0, 1])] {
@@ -258,8 +255,6 @@ fn any_frame_of_a_master_without_slaves_is_a_sign_of_its_life() {
 }
 
 /// Given slaves, which acknowledge, when SYNCs come without a heartbeat, then these are of somebody else: the standby takes over.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_foreign_sync_keeps_no_standby_from_taking_over() {
     let mut board = standing_by();
@@ -324,8 +319,6 @@ fn running_slaves_go_on_after_a_takeover() {
 
 /// Given two active masters on one bus, when the other one hears more slaves, then this one yields: silent, and whatever
 /// waited is gone.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn of_two_active_masters_the_one_with_fewer_slaves_yields() {
     let mut board = taken_over();
@@ -357,7 +350,6 @@ fn of_two_active_masters_the_one_with_fewer_slaves_yields() {
     assert_eq!(board.frames()[0], (NOMINAL, frame(0x701, &[0])), "it takes over again");
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn the_master_that_hears_more_slaves_claims_and_stays() {
     let mut board = taken_over();
@@ -373,8 +365,6 @@ fn the_master_that_hears_more_slaves_claims_and_stays() {
 
 /// Given an active master, then it claims with each heartbeat on both buses that it is active: the other board may be cut off from
 /// either. A foreign 701h there changes nothing.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn an_active_master_says_so_on_both_buses_with_each_heartbeat() {
     let mut board = taken_over();

@@ -1,4 +1,6 @@
 //! What a slave keeps over a reset and beyond power-off, profile `standard`: consumer time 250 ms, Bdefault nominal.
+//!
+//! Verifies: ECSS 8.3.2a
 
 use std::sync::{Arc, Mutex};
 
@@ -90,7 +92,7 @@ fn notes(slave: &Bench<TestSlave>) -> Vec<(Bus, bool)> {
     noted.collect()
 }
 
-/// Verifies: ECSS 8.3.2a, 8.3.3k
+/// Verifies: ECSS 8.3.3k
 /// Notices: ECSS 8.3.2a: after a reset a slave starts on the stored Bdefault, not on the last one.
 #[test]
 fn a_reset_starts_on_the_bus_found_last() {
@@ -105,7 +107,6 @@ fn a_reset_starts_on_the_bus_found_last() {
     assert_eq!(board.start().frames(), [(REDUNDANT, frame(0x705, &[0]))]);
 }
 
-/// Verifies: ECSS 8.3.2a
 #[test]
 fn without_power_a_bus_found_just_now_is_forgotten() {
     let mut board = Memories::new();
@@ -116,7 +117,7 @@ fn without_power_a_bus_found_just_now_is_forgotten() {
     assert_eq!(board.starts_on(), NOMINAL);
 }
 
-/// Verifies: ECSS 8.3.2a, 8.3.3k
+/// Verifies: ECSS 8.3.3k
 #[test]
 fn a_bus_found_a_consumer_time_ago_outlives_power() {
     let mut board = Memories::new();

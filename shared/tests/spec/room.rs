@@ -1,4 +1,6 @@
 //! Process data that is sent on events waits until the queues of the node have room.
+//!
+//! Verifies: ECSS 6.2a
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, DeviceNode as _, MasterRequest, Slave};
@@ -42,8 +44,6 @@ impl Device for Bank {
 
 /// Given 40 transmit PDOs of type 0 and an event for all but one, when a SYNC comes, then as many go out as the node has room
 /// for, the others at the next SYNC, and each once.
-///
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_pdo_without_room_at_a_sync_goes_out_at_the_next_one() {
     const IDLE: usize = 17;

@@ -1,6 +1,8 @@
 //! Bus selection of a slave: clause 8.3.3 and the corner cases it leaves open.
 //!
 //! Parameters throughout: consumer time 100 ms, Ttoggle 3, Ntoggle 4, Bdefault nominal, unless a test says otherwise.
+//!
+//! Verifies: ECSS 8.3.3e, 8.3.3h
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -56,7 +58,7 @@ fn power_on_selects_the_default_bus_and_clears_ctoggle() {
     }
 }
 
-/// Verifies: ECSS 8.3.2b, 8.3.3h
+/// Verifies: ECSS 8.3.2b
 /// Notices: ECSS 8.3.2b: after power-on a slave does not toggle before its first heartbeat of the master.
 /// Notices: ECSS 8.3.3h: each toggle but the first is one consumer time late.
 #[test]
@@ -103,7 +105,7 @@ fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {
     assert_eq!(decisions(&mut selector, 9_100), [(9_100, Selection::Missed { bus: REDUNDANT })]);
 }
 
-/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2
+/// Verifies: ECSS 8.3.3e.1, 8.3.3e.2
 /// Notices: ECSS 8.3.3e.2: Ttoggle counts from the miss, not from the last heartbeat.
 #[test]
 fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {

@@ -1,4 +1,6 @@
 //! How a slave leaves a bus: the EMCY that goes before, and the choice of its application.
+//!
+//! Verifies: ECSS 8.2.3a
 
 use crate::instrument::STANDARD;
 use ecss_can::link::port::{ErrorState, Health, LastError};
@@ -95,7 +97,6 @@ fn first_slave_on_a_bus_reports_no_passive_controller() {
     assert_eq!(errors(&mut slave), Some(1));
 }
 
-/// Verifies: ECSS 8.2.3a
 /// Notices: ECSS 8.2.3a: the bus cannot be chosen while the master is heard.
 #[test]
 fn application_chooses_the_bus_with_selective_access() {
@@ -137,7 +138,6 @@ fn choice_of_the_same_bus_begins_a_search_there() {
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
 }
 
-/// Verifies: ECSS 8.2.3a
 #[test]
 fn application_chooses_no_bus_with_parallel_access() {
     let mut slave = powered(&STANDARD);

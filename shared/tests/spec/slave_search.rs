@@ -1,6 +1,8 @@
 //! Ttoggle, Ntoggle and Ctoggle of the master (ECSS Table 8-2): how often it changes the bus while it hears no slave.
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3, Ntoggle 4, dwell 1,000 ms, unless a test says otherwise.
+//!
+//! Verifies: ECSS 8.3.1b, 8.3.1c
 
 use ecss_can::redundancy::{Action, Manager, Parameters, SwitchCause};
 use ecss_can::types::{Bus, Duration, NodeId};
@@ -26,8 +28,6 @@ fn unheard(from: Bus) -> Action {
 
 /// Given Ntoggle 4, When no slave is heard, Then the master changes the bus four times, counts each change, and stays
 /// on Bdefault.
-///
-/// Verifies: ECSS 8.3.1b
 #[test]
 fn after_an_even_ntoggle_the_master_stays_on_bdefault() {
     let mut manager = started(Parameters { ctoggle: 9, ..PARAMETERS });
@@ -50,7 +50,6 @@ fn with_ntoggle_255_the_master_never_gives_up() {
     assert_eq!(ctoggle(&manager), 255);
 }
 
-/// Verifies: ECSS 8.3.1b
 #[test]
 fn after_an_odd_ntoggle_the_master_stays_on_the_other_bus() {
     let mut manager = started(Parameters { ntoggle: 1, ..PARAMETERS });
@@ -60,8 +59,6 @@ fn after_an_odd_ntoggle_the_master_stays_on_the_other_bus() {
 }
 
 /// Given Ttoggle or Ntoggle 0, Then neither silence nor a missing acknowledgement moves the master, but a command does.
-///
-/// Verifies: ECSS 8.3.1b
 #[test]
 fn with_ttoggle_or_ntoggle_zero_only_a_command_moves_the_master() {
     for parameters in [Parameters { ntoggle: 0, ..PARAMETERS }, Parameters { ttoggle: 0, ..PARAMETERS }] {
@@ -78,8 +75,6 @@ fn with_ttoggle_or_ntoggle_zero_only_a_command_moves_the_master() {
 
 /// Given a master that gave up on the nominal bus, When its slave is heard on the redundant bus only, Then the master
 /// goes there, and Ctoggle counts that change alone.
-///
-/// Verifies: ECSS 8.3.1b
 #[test]
 fn a_slave_heard_after_giving_up_begins_a_new_search() {
     let mut manager = started(PARAMETERS);
@@ -96,8 +91,6 @@ fn a_slave_heard_after_giving_up_begins_a_new_search() {
 
 /// Given a slave that was heard and fell silent, When the master searches, Then the change because of the silence is the
 /// first of Ntoggle changes.
-///
-/// Verifies: ECSS 8.3.1b
 #[test]
 fn the_change_because_of_silence_is_the_first_of_ntoggle() {
     let mut manager = started(Parameters { ntoggle: 2, ..PARAMETERS });
@@ -113,8 +106,6 @@ fn the_change_because_of_silence_is_the_first_of_ntoggle() {
 }
 
 /// When a client writes 3 to Ctoggle during a search, Then one change of Ntoggle 4 is left.
-///
-/// Verifies: ECSS 8.3.1c
 #[test]
 fn a_search_of_the_master_continues_with_a_written_ctoggle() {
     let mut manager = started(PARAMETERS);

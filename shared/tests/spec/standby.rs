@@ -1,6 +1,8 @@
 //! Which of two master boards is active.
 //!
 //! Consumer time 400 ms; the board strapped prime listens for 700 ms, the other one for 1 s. Claims 680h and 681h.
+//!
+//! Verifies: ECSS 8.1a
 
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
@@ -39,8 +41,6 @@ fn claim(slaves: u8, strap: Strap) -> Claim {
 
 /// Given a board that hears nothing, when it has listened for its time, then it is active, and not before; the one that is
 /// strapped prime is first.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_board_that_hears_no_master_becomes_active_prime_first() {
     for (strap, listens) in [(Strap::Prime, 700), (Strap::Second, 1_000)] {
@@ -53,7 +53,6 @@ fn a_board_that_hears_no_master_becomes_active_prime_first() {
     }
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn board_that_hears_a_master_is_the_standby_while_it_hears_it() {
     for strap in [Strap::Prime, Strap::Second] {
@@ -67,7 +66,6 @@ fn board_that_hears_a_master_is_the_standby_while_it_hears_it() {
     }
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn standby_takes_over_after_consumer_time_silent_on_both_buses() {
     let mut standby = standing_by(100);
@@ -88,7 +86,6 @@ fn call(board: &mut Standby, at: u64, slaves: u8) -> Claim {
 /// Given two active masters, when each hears the other's claim, then exactly one yields: that with fewer slaves, at a tie
 /// the one that is not strapped prime.
 ///
-/// Verifies: ECSS 8.1a
 /// Notices: ECSS 8.1a: at a tie each claim outranks the other, and both boards yield.
 #[test]
 fn of_two_active_masters_exactly_the_right_one_yields() {
@@ -118,8 +115,6 @@ fn of_two_active_masters_exactly_the_right_one_yields() {
 
 /// Given claims that cross, when the numbers of slaves change between sending and receiving, then one master yields and not
 /// both: the claim that was sent stands.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
     let (mut prime, mut second) = (active(Strap::Prime), active(Strap::Second));
@@ -174,8 +169,6 @@ fn a_master_whose_heartbeat_is_not_heard_is_known_by_its_claim() {
 
 /// Given claims of the active master alone, as a board hears them that is cut off from the active bus, then it stays the standby.
 /// It makes none itself.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_standby_that_hears_claims_alone_stays_the_standby() {
     let mut second = active(Strap::Second);
@@ -192,8 +185,6 @@ fn a_standby_that_hears_claims_alone_stays_the_standby() {
 
 /// Given a standby that heard slaves Operational, then they are those of the active master, unless it heard more than that one ever
 /// claimed: then one of them is a foreign node.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn slaves_heard_operational_are_those_of_the_active_master() {
     let mut second = standing_by(100);
@@ -210,7 +201,6 @@ fn slaves_heard_operational_are_those_of_the_active_master() {
     assert_eq!(second.overheard(), 1 << 127 | 0b10_0100);
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_board_that_hears_a_claim_after_power_on_is_the_standby() {
     let mut second = started(Strap::Second);

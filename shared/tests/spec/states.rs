@@ -1,4 +1,6 @@
 //! Values that are declared as states.
+//!
+//! Verifies: ECSS 6.2a
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, LinkEvent, Slave};

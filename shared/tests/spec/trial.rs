@@ -1,6 +1,8 @@
 //! Slaves that are heard on the other bus only, fewer than the share that moves the master at once.
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3: hold time 260 ms, settling time 380 ms. Silent share 50 %.
+//!
+//! Verifies: ECSS 8.3.3b
 
 use ecss_can::redundancy::{Action, Manager, SwitchCause};
 
@@ -45,8 +47,6 @@ fn a_bus_where_more_slaves_are_heard_is_kept() {
 }
 
 /// Given a try that was a success, when the bus is lost for a while and comes back, then it is tried again.
-///
-/// Verifies: ECSS 8.3.3b
 #[test]
 fn a_bus_that_served_more_slaves_is_tried_again() {
     let mut manager = tried();
@@ -86,8 +86,6 @@ fn a_bus_that_serves_all_is_found_again_after_a_tie() {
 
 /// Given a tie that another node caused: it sent the heartbeat of the master and kept slave 2 on the bus that was left. When
 /// that node is silent, then the same try is made again.
-///
-/// Verifies: ECSS 8.3.3b
 #[test]
 fn a_try_that_a_rival_disturbed_is_repeated() {
     let mut manager = tried();

@@ -1,4 +1,6 @@
 //! Spacecraft UTC, and its objects.
+//!
+//! Verifies: ECSS 7.1.1c, 7.1.3a, 7.1.3b, 7.1.3d, 7.1.3e
 
 use ecss_can::od::{Record, checked};
 use ecss_can::pdo::{Direction, Layout};
@@ -16,7 +18,6 @@ fn figure_7_2(index: u32) -> [u32; 3] {
 
 const OCTETS: [u8; 8] = [0xE7, 0x03, 0x04, 0x03, 0x02, 0x01, 0xCD, 0xAB];
 
-/// Verifies: ECSS 7.1.3e
 /// Notices: ECSS 7.1.3e: day and submilliseconds are exchanged.
 #[test]
 fn figure_7_2_submilliseconds_first_little_endian() {
@@ -26,7 +27,6 @@ fn figure_7_2_submilliseconds_first_little_endian() {
     assert_eq!(Utc::decode(&OCTETS[..7]), None);
 }
 
-/// Verifies: ECSS 7.1.3d
 #[test]
 fn a_day_has_its_milliseconds_and_those_of_a_leap_second() {
     let last = utc(u16::MAX, 86_400_999, 999);
@@ -37,8 +37,6 @@ fn a_day_has_its_milliseconds_and_those_of_a_leap_second() {
 }
 
 /// The 16-bit submillisecond segment of CDS counts microseconds (CCSDS 301.0-B-4 3.3).
-///
-/// Verifies: ECSS 7.1.1c, 7.1.3d
 #[test]
 fn submilliseconds_are_microseconds() {
     assert_eq!(Utc::new(0, 0, 1_000), None);
@@ -54,7 +52,6 @@ fn a_device_without_submilliseconds_has_zero_there() {
 
 /// A day has 86,400,000 ms.
 ///
-/// Verifies: ECSS 7.1.1c
 /// Notices: ECSS 7.1.1c: each day has the 86,401 s of one with a leap second.
 #[test]
 fn days_are_carried_and_wrap() {
@@ -88,7 +85,7 @@ fn scet_and_utc_follow_from_one_relation() {
     assert_eq!((after(2_147), after(2_148)), (utc(5, 500, 0), utc(5, 500, 1)));
 }
 
-/// Verifies: ECSS 7.1.3a, 7.1.3b, 7.1.3c, 7.1.3d
+/// Verifies: ECSS 7.1.3c
 /// Notices: ECSS 7.1.3d: submilliseconds are the milliseconds of the second.
 #[test]
 fn a_device_with_utc_is_set_and_read_over_the_bus() {
@@ -108,7 +105,6 @@ fn a_device_with_utc_is_set_and_read_over_the_bus() {
     assert_eq!((UtcSet::STRUCTURE, UtcGet::STRUCTURE), (0x41, 0x41));
 }
 
-/// Verifies: ECSS 7.1.3e
 #[test]
 fn it_goes_by_pdo_as_figure_7_2_has_it() {
     let mut device = LocalUtc::default();

@@ -11,6 +11,8 @@
 //! A mailbox that transmits when it is aborted empties at the end of the transmission (RM0090 32.7.2), and that end
 //! never comes in Init mode: so INRQ waits until the mailboxes are empty. Nothing here waits: a request that the
 //! controller has not obeyed yet is looked at again, for as long as it takes.
+//!
+//! Verifies: ECSS 5.6.2a
 
 use ecss_can::link::bit_timing::BitRate;
 use ecss_can::types::{Duration, Instant};
@@ -266,7 +268,6 @@ mod tests {
         assert_eq!(requests(&mut mode, INIT, ms(11)), [Request::Normal]);
     }
 
-    /// Verifies: ECSS 5.6.2a
     #[test]
     fn recovery_waits_for_init_mode_and_reports_a_long_wait_once() {
         let mut mode = on_bus();

@@ -2,6 +2,8 @@
 //!
 //! ESR says how things are now. Interrupts note it whenever it may have changed; the task takes what is news since it
 //! last looked. It may look late: neither a bus-off nor a worse state that is over by then is lost.
+//!
+//! Verifies: ECSS 5.6.2a
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 

@@ -1,4 +1,6 @@
 //! COB-IDs in the boot-up process: no two nodes of a network may send the same one (ECSS 6.10l, m).
+//!
+//! Verifies: ECSS 6.10l, 6.10m
 
 use async_canopen::boot::{
     AssignedSlave, Assignment, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress,
@@ -74,8 +76,6 @@ const INVALID: u32 = 1 << 31;
 const NO_REMOTE: u32 = 1 << 30;
 
 /// Given slave 2 that sends 3A0h, When slave 3 boots up with that COB-ID in its second TPDO, Then it is not started.
-///
-/// Verifies: ECSS 6.10l, 6.10m
 #[test]
 fn a_slave_with_the_cob_id_of_another_one_is_not_started() {
     let mut network = Network::new();
@@ -89,7 +89,6 @@ fn a_slave_with_the_cob_id_of_another_one_is_not_started() {
     assert_eq!(network.boot(3, &three), Ok(()));
 }
 
-/// Verifies: ECSS 6.10l
 #[test]
 fn a_slave_with_a_cob_id_of_the_master_is_not_started() {
     let mut network = Network::new();
@@ -132,8 +131,6 @@ fn a_running_slave_that_took_a_cob_id_is_not_started_again() {
 }
 
 /// Given a slave that uses 183h while slave 3 does not send it, Then it may, and slave 3 may not send it later.
-///
-/// Verifies: ECSS 6.10l
 #[test]
 fn a_predefined_cob_id_belongs_to_the_slave_that_sends_it_first() {
     let mut network = Network::new();

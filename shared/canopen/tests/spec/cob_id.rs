@@ -1,4 +1,6 @@
 //! COB-IDs: pre-defined connection set, restricted identifiers, COB-ID entries.
+//!
+//! Verifies: ECSS 6.10a, 6.10b
 
 use async_canopen::od::{CobIdEntry, EntryUse};
 use async_canopen::types::{AbortCode, CobId, NodeId};
@@ -13,7 +15,7 @@ fn write(present: u32, raw: u32, entry_use: EntryUse) -> Result<u32, AbortCode> 
     CobIdEntry::from_raw(present).written(raw, entry_use).map(CobIdEntry::raw)
 }
 
-/// Verifies: ECSS 6.10a, 9.5a
+/// Verifies: ECSS 9.5a
 #[test]
 fn the_pre_defined_connection_set() {
     let id = node(0x7F);
@@ -47,7 +49,7 @@ fn master_wins_arbitration_against_same_object_of_any_slave() {
     }
 }
 
-/// Verifies: ECSS 6.10b, 9.5a
+/// Verifies: ECSS 9.5a
 /// Notices: ECSS 9.5a: COB-IDs above 77Fh are not restricted.
 #[test]
 fn restricted_identifiers() {
@@ -71,7 +73,7 @@ fn an_entry_is_viewed_by_its_bits() {
     assert_eq!(CobIdEntry::from_raw(0x0000_0981).cob_id(), None);
 }
 
-/// Verifies: ECSS 6.10a, 6.10c
+/// Verifies: ECSS 6.10c
 #[test]
 fn an_object_not_in_use_takes_any_free_identifier() {
     for (entry_use, raw) in [
@@ -86,7 +88,6 @@ fn an_object_not_in_use_takes_any_free_identifier() {
     }
 }
 
-/// Verifies: ECSS 6.10a
 #[test]
 fn the_identifier_of_an_object_in_use_stays() {
     for (entry_use, code) in
@@ -103,7 +104,6 @@ fn the_identifier_of_an_object_in_use_stays() {
     }
 }
 
-/// Verifies: ECSS 6.10b
 #[test]
 fn restricted_identifiers_are_refused_for_valid_objects() {
     for raw in [0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x701, 0x7FF] {
@@ -116,7 +116,7 @@ fn restricted_identifiers_are_refused_for_valid_objects() {
 
 /// Given an object not in use and a consumer of SYNC, then none of them takes a COB-ID of 1921 to 2014 and 2032 to 2047.
 ///
-/// Verifies: ECSS 6.10b, 9.5a
+/// Verifies: ECSS 9.5a
 /// Notices: ECSS 9.5a: COB-IDs of 1005h are restricted only while SYNC is produced.
 #[test]
 fn free_cob_ids_are_refused_for_every_object() {
@@ -139,7 +139,7 @@ fn extended_identifiers_and_reserved_bits_are_refused() {
     assert_eq!(write(UNUSED, 0x4000_0085, EntryUse::Emcy), REFUSED);
 }
 
-/// Verifies: ECSS 6.3b, 6.10a, 6.10b
+/// Verifies: ECSS 6.3b
 #[test]
 fn the_identifier_of_sync_stays_while_it_is_produced() {
     let sync = EntryUse::Sync;

@@ -1,4 +1,6 @@
 //! Emergency object: codes, register, producer, decoding.
+//!
+//! Verifies: ECSS 6.4a
 
 use std::collections::BTreeSet;
 
@@ -269,7 +271,7 @@ fn the_bits_of_the_error_register() {
     assert!(!R::from_bits(0x03).contains(R::COMMUNICATION));
 }
 
-/// Verifies: ECSS 6.4a, 6.4a.1, 6.4a.2
+/// Verifies: ECSS 6.4a.1, 6.4a.2
 /// Notices: ECSS 6.4a: an error that is gone already is ended again.
 /// Notices: ECSS 6.4a.2: the octets of the error code are swapped.
 #[test]

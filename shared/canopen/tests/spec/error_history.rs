@@ -1,4 +1,6 @@
 //! History of errors, object 1003h.
+//!
+//! Verifies: ECSS 6.4a
 
 use async_canopen::emcy::{Config, ErrorCode, Producer};
 use async_canopen::types::{AbortCode, Duration};

@@ -1,4 +1,6 @@
 //! NMT state machine and module control.
+//!
+//! Verifies: ECSS 6.5.1a, 6.5.4a
 
 use async_canopen::nmt::{Command, ErrorBehaviour, NmtMessage, NmtSlave, NmtStartup, Reaction, Target};
 use async_canopen::types::{AbortCode, NmtState, NodeId};
@@ -84,7 +86,6 @@ fn bit_7_of_a_heartbeat_is_ignored_but_in_80h() {
     assert_eq!(NmtState::from_byte(0x80), None, "no boot-up message");
 }
 
-/// Verifies: ECSS 6.5.4a
 /// Notices: ECSS 6.5.4a: SDO, SYNC and emergencies go on in Stopped.
 #[test]
 fn services_by_state() {
@@ -96,7 +97,6 @@ fn services_by_state() {
     }
 }
 
-/// Verifies: ECSS 6.5.1a, 6.5.4a
 /// Notices: ECSS 6.5.1a: the command to stop is obeyed in Operational alone.
 #[test]
 fn every_transition_of_the_state_diagram() {
@@ -176,14 +176,12 @@ fn error_behaviour_is_0_1_or_2() {
     }
 }
 
-/// Verifies: ECSS 6.5.4a
 #[test]
 fn autostart_goes_to_operational_by_itself() {
     let mut slave = NmtSlave::new(true);
     assert_eq!(slave.boot(), NmtState::Operational);
 }
 
-/// Verifies: ECSS 6.5.4a
 #[test]
 fn bit_2_of_1f80h_keeps_a_node_from_going_operational_by_itself() {
     let mut slave = NmtSlave::new(false);

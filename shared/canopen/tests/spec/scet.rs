@@ -1,4 +1,6 @@
 //! Spacecraft Elapsed Time.
+//!
+//! Verifies: ECSS 7.1.1a, 7.1.2e, 7.1.2f
 
 use async_canopen::types::{Duration, FineInstant, FineScet, Instant, Scet};
 
@@ -8,7 +10,6 @@ fn scet(coarse: u32, fine: u32) -> Scet {
     Scet::new(coarse, fine).unwrap()
 }
 
-/// Verifies: ECSS 7.1.2f
 /// Notices: ECSS 7.1.2f: the coarse time is big-endian.
 #[test]
 fn figure_7_1_fine_time_first_little_endian() {
@@ -23,7 +24,6 @@ fn longer_time_pdo_is_used_as_mapped_and_shorter_one_is_none() {
     assert_eq!(Scet::decode(&[1, 0, 0, 2, 0, 0]), None);
 }
 
-/// Verifies: ECSS 7.1.1a, 7.1.2e
 #[test]
 fn coarse_has_32_bits_and_fine_24() {
     let last = scet(u32::MAX, 0x00FF_FFFF);
@@ -31,7 +31,6 @@ fn coarse_has_32_bits_and_fine_24() {
     assert_eq!(Scet::new(0, 0x0100_0000), None);
 }
 
-/// Verifies: ECSS 7.1.2f
 #[test]
 fn all_24_bits_of_fine_time_have_their_places() {
     for bit in 0..24 {
@@ -87,7 +86,6 @@ fn ticks_of_a_timer_become_the_nearest_unit_and_come_back() {
     assert_eq!(FineInstant::from_units(255).instant(), Instant::ZERO);
 }
 
-/// Verifies: ECSS 7.1.2e
 #[test]
 fn a_time_of_32_bits_of_fraction_becomes_the_nearest_of_24() {
     for (units, fine) in [(0x7F, 0), (0x80, 1), (0x017F, 1), (0xFFFF_FF7F, 0xFF_FFFF)] {

@@ -1,4 +1,6 @@
 //! Stamps of SYNC from the falling edges of CAN_RX (ECSS 7.2.3).
+//!
+//! Verifies: ECSS 7.2.3c
 
 use std::sync::atomic::Ordering;
 
@@ -27,8 +29,6 @@ fn stamp(reported: u64) -> Result<Stamp, Miss> {
 }
 
 /// Given a SYNC that the interrupt reports up to 43 bits after its end, then the stamp is the end of its last bit.
-///
-/// Verifies: ECSS 7.2.3c
 #[test]
 fn a_sync_is_stamped_with_the_end_of_its_last_bit() {
     let end = START + LENGTH;

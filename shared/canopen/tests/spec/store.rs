@@ -1,4 +1,6 @@
 //! Store and restore of parameters (CiA 301 7.5.2.13, 7.5.2.14), over a store in memory.
+//!
+//! Verifies: ECSS 6.8a
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,6 @@
 //! SYNC: producer, counter, consumer, window, rules of writing its objects.
+//!
+//! Verifies: ECSS 6.3a, 6.9c
 
 use async_canopen::sync;
 use async_canopen::sync::{Config, Consumer, Producer, UnexpectedLength};
@@ -19,7 +21,7 @@ fn next(producer: &mut Producer, count: usize) -> Vec<(u64, Frame)> {
     sent
 }
 
-/// Verifies: ECSS 6.3b, 6.9c
+/// Verifies: ECSS 6.3b
 #[test]
 fn sync_on_the_wire_and_every_period() {
     let mut producer = Producer::with(Config::new(PRODUCER, 5_000_000, 0));
@@ -30,7 +32,7 @@ fn sync_on_the_wire_and_every_period() {
     assert_eq!(producer.deadline(), Some(ms(10_000)));
 }
 
-/// Verifies: ECSS 6.3b, 6.9c
+/// Verifies: ECSS 6.3b
 /// Notices: ECSS 6.3b: the counter goes on with 0 after its greatest value.
 #[test]
 fn the_counter_goes_from_1_to_the_overflow_value() {
@@ -59,7 +61,6 @@ fn the_counter_begins_anew_with_every_start() {
     assert_eq!(next(&mut producer, 1), [(1_010, frame(0x080, &[1]))]);
 }
 
-/// Verifies: ECSS 6.9c
 #[test]
 fn only_a_node_whose_1005h_says_so_produces_sync() {
     let mut producer = Producer::with(Config::new(0x0000_0080, 10_000, 0));
@@ -72,7 +73,6 @@ fn only_a_node_whose_1005h_says_so_produces_sync() {
     assert_eq!(producer.deadline(), None);
 }
 
-/// Verifies: ECSS 6.9c
 /// Notices: ECSS 6.9c: a producer does not follow a new period.
 #[test]
 fn period_changes_while_sync_is_produced_and_counter_goes_on() {
@@ -198,7 +198,6 @@ fn due(producer: &mut Producer, count: usize) -> Vec<u64> {
     (0..count).map(next).collect()
 }
 
-/// Verifies: ECSS 6.9c
 #[test]
 fn dither_delays_each_sync_by_part_of_quantum_and_keeps_grid() {
     const PERIOD: u64 = 1_000_000;

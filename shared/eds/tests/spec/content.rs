@@ -1,4 +1,6 @@
 //! What stands in an EDS: every object, once, where it belongs.
+//!
+//! Verifies: ECSS 6.6a
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,6 @@
 //! What a DCF has beside its EDS.
+//!
+//! Verifies: ECSS 6.6a
 
 use ecss_can::od::VisibleString;
 use ecss_can::types::NodeId;

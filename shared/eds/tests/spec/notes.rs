@@ -1,4 +1,6 @@
 //! What a data sheet says in comments: how long strings may be, what "save" does not keep.
+//!
+//! Verifies: ECSS 6.6a
 
 use eds::Description;
 

@@ -1,4 +1,6 @@
 //! The committed files against the slave that they accompany.
+//!
+//! Verifies: ECSS 6.6a
 
 use std::path::Path;
 
@@ -27,7 +29,7 @@ fn committed(name: &str) -> Ini {
     Ini::parse(&std::fs::read_to_string(root.join("docs/eds").join(name)).expect("it is committed"))
 }
 
-/// Verifies: ECSS 6.6a, 9.2a
+/// Verifies: ECSS 9.2a
 #[test]
 fn both_files_tell_every_object_and_every_value_of_the_slave() {
     for name in ["slave.eds", "slave-3.dcf"] {
@@ -50,7 +52,6 @@ fn files_of_master_and_minimal_slaves_list_every_object() {
     compare_declared::<PrototypeObjects>(&committed("minimal-librecube.eds"));
 }
 
-/// Verifies: ECSS 6.6a
 #[test]
 fn configuration_of_node_3_equals_the_defaults() {
     let dcf = committed("slave-3.dcf");

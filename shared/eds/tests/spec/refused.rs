@@ -1,4 +1,6 @@
 //! What cannot be described is refused, with the reason.
+//!
+//! Verifies: ECSS 6.6a
 
 use ecss_can::od::{Declared, Names, Object, Objects, Place, Record, Run, Variable, VisibleString};
 use ecss_can::types::{AbortCode, NodeId};

@@ -1,4 +1,6 @@
 //! Values: types, limits, access rights, and what follows the Node-ID.
+//!
+//! Verifies: ECSS 6.6a
 
 use ecss_can::od::checked::find;
 use ecss_can::od::{DataType, Objects};

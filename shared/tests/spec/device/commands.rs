@@ -1,4 +1,6 @@
 //! The five commands of module control: what a slave does after each, and what it no longer does.
+//!
+//! Verifies: ECSS 6.5.1a, 6.5.4a
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::node::SlaveEvent;

@@ -1,4 +1,6 @@
 //! Errors of the network that a slave tells, once each.
+//!
+//! Verifies: ECSS 6.4a
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::node::{LinkEvent, SlaveEvent};

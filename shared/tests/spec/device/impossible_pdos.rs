@@ -1,4 +1,6 @@
 //! PDOs that their defaults or their application declare and that cannot be; values that a PDO brings and that are refused.
+//!
+//! Verifies: ECSS 6.2a
 
 use std::cell::Cell;
 
@@ -80,7 +82,7 @@ fn mend_tpdo(slave: &mut TestDevice) {
 /// Given defaults that map an object which is not for PDOs. Then the PDO is not valid, which reads so, and an emergency
 /// names it; a client who mends it ends the error.
 ///
-/// Verifies: ECSS 6.2a, 6.4a.1
+/// Verifies: ECSS 6.4a.1
 #[test]
 fn a_default_tpdo_that_cannot_be_is_reported() {
     let mut slave = started(|id| mapped(id, &[0x6000_0008], &[0x6002_0008]));
@@ -100,7 +102,7 @@ fn a_default_tpdo_that_cannot_be_is_reported() {
     assert_eq!(payloads(&slave, 0x285), [[0]]);
 }
 
-/// Verifies: ECSS 6.2a, 6.4a.1
+/// Verifies: ECSS 6.4a.1
 #[test]
 fn a_default_rpdo_that_cannot_be_is_reported() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6001_0008]));
@@ -158,8 +160,6 @@ fn a_default_that_cannot_be_is_told_once() {
 }
 
 /// The rules for clients hold for the application: it hears what is wrong, and what was valid goes on.
-///
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_pdo_that_the_application_makes_impossible_is_refused() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));
@@ -194,7 +194,7 @@ fn refused_so_far(slave: &TestDevice) -> u16 {
 
 /// The application hears of values that took effect; one that was refused is an emergency, and counted.
 ///
-/// Verifies: ECSS 6.2a, 6.4a.1
+/// Verifies: ECSS 6.4a.1
 #[test]
 fn a_refused_value_is_no_event_of_its_rpdo() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008, 0x6003_0008]));
@@ -252,8 +252,6 @@ fn an_event_of_a_pdo_that_is_not_valid_is_counted() {
 }
 
 /// CiA 301 7.5.2.35 to 7.5.2.38; the conformance test takes 06010000h, 06040041h and 08000000h (PDO 23, PDO 24).
-///
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_mapping_is_written_while_the_pdo_is_invalid_and_empty() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));

@@ -1,4 +1,6 @@
 //! PDOs that are configured over the bus, and what they carry.
+//!
+//! Verifies: ECSS 6.2a
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::{Filter, Health};
@@ -45,7 +47,6 @@ fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     assert_eq!(read(&mut slave, 0x1401, 1), [0x05, 3, 0, 0x40]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_pdo_is_mapped_anew_and_sent() {
     let mut slave = powered();
@@ -159,7 +160,6 @@ fn values_of_the_moment(slave: &Bench<TestSlave>) -> Vec<(u32, u32)> {
     payloads(slave, 0x285).iter().map(|data| (number(&data[..4]), number(&data[4..]))).collect()
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn pdo_by_event_timer_carries_present_time_and_health() {
     let mut slave = operational();
@@ -174,7 +174,6 @@ fn pdo_by_event_timer_carries_present_time_and_health() {
     assert_eq!(values_of_the_moment(&slave), expected);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn pdo_by_event_or_sync_carries_present_time_and_health() {
     for transmission in [254, 0, 1] {
@@ -191,7 +190,7 @@ fn pdo_by_event_or_sync_carries_present_time_and_health() {
     }
 }
 
-/// Verifies: ECSS 6.2a, 8.3.3g
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn change_of_bus_triggers_the_pdo_that_carries_the_default_bus() {
     let mut slave = operational();

@@ -1,4 +1,6 @@
 //! Reset communication takes back what was configured over the bus.
+//!
+//! Verifies: ECSS 6.10a, 6.10c
 
 use ecss_can::link::port::Filter;
 use ecss_can::node::{BusCommand, Node};
@@ -26,7 +28,6 @@ fn sent_when_triggered(slave: &mut Bench<TestSlave>) -> Vec<(u16, usize)> {
 /// The Local Time PDO and telemetry.
 const DEFAULT: [(u16, usize); 2] = [(0x185, 7), (0x385, 8)];
 
-/// Verifies: ECSS 6.10a, 6.10c
 #[test]
 fn pdos_that_have_swapped_their_cob_ids_have_their_own_again() {
     let mut slave = operational();
@@ -44,7 +45,6 @@ fn pdos_that_have_swapped_their_cob_ids_have_their_own_again() {
     assert_eq!(reset_and_trigger(&mut slave), DEFAULT);
 }
 
-/// Verifies: ECSS 6.10a, 6.10c
 #[test]
 fn a_pdo_has_its_cob_id_again_that_another_one_took() {
     let mut slave = operational();
@@ -63,7 +63,6 @@ fn a_pdo_has_its_cob_id_again_that_another_one_took() {
     assert_eq!(reset_and_trigger(&mut slave), DEFAULT);
 }
 
-/// Verifies: ECSS 6.10a, 6.10c
 /// Notices: ECSS 6.10a: a written COB-ID of SYNC is not admitted by the filters.
 #[test]
 fn all_filters_return_to_defaults_beside_the_boot_up_message() {

@@ -1,4 +1,6 @@
 //! Parameters that outlive a reset, and the configuration that was verified.
+//!
+//! Verifies: ECSS 6.8a
 
 use crate::instrument::{self, STANDARD};
 use ecss_can::profile::Profile;
@@ -166,7 +168,6 @@ fn a_full_store_says_so_and_keeps_what_it_has() {
     assert_eq!(read(&mut slave, 0x1010, 1), [1, 0, 0, 0]);
 }
 
-/// Verifies: ECSS 6.8a
 #[test]
 fn a_device_says_whether_it_stores_parameters() {
     let memory = Memory::default();
@@ -236,7 +237,6 @@ fn startup_is_as_its_profile_has_it_until_then() {
     assert_eq!(slave.node.status(slave.now).state, NmtState::Operational);
 }
 
-/// Verifies: ECSS 6.8a
 #[test]
 fn parameter_write_forgets_the_verified_configuration() {
     let memory = Memory::default();

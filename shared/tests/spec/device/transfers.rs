@@ -1,4 +1,6 @@
 //! What ends an SDO transfer of a slave, and what becomes of the value.
+//!
+//! Verifies: ECSS 6.1a
 
 use super::fixture::{ask, done, download, initiate, operational, payloads, read, refused, run_with_master};
 use crate::bench::{Bench, NOMINAL, frame, span};
@@ -34,7 +36,7 @@ fn leaves(slave: &mut Bench<TestSlave>) {
     }
 }
 
-/// Verifies: ECSS 6.1a, 6.5.4a
+/// Verifies: ECSS 6.5.4a
 #[test]
 fn a_transfer_ends_without_a_word_when_the_node_is_stopped() {
     type Begin = fn(&mut Bench<TestSlave>);

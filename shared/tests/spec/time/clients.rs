@@ -1,4 +1,6 @@
 //! 2010h, 2011h, 2014h and 2015h by SDO.
+//!
+//! Verifies: ECSS 7.1.1a, 7.1.2a, 7.1.2d
 
 use ecss_can::link::Stamp;
 use ecss_can::node::{LinkEvent, SlaveEvent};
@@ -20,7 +22,6 @@ fn steps(slave: &Node<Keeper>) -> Vec<Step> {
 
 /// Fine time at 0.999 s, coarse time 2 ms later: 0.999 s, not 1.999 s.
 ///
-/// Verifies: ECSS 7.1.1a, 7.1.2a, 7.1.2d
 /// Notices: ECSS 7.1.1a: the fine time is sent in microseconds, not in units of 2^-24 s.
 /// Notices: ECSS 7.1.2d: each read of the coarse time takes a new sample.
 #[test]
@@ -39,7 +40,6 @@ fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
     }
 }
 
-/// Verifies: ECSS 7.1.2d
 #[test]
 fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
     let mut slave = operational::<Keeper>();
@@ -209,7 +209,7 @@ fn time_of_a_pdo_that_is_not_used_ends_a_pair_begun() {
 /// Given a client that read one part and wrote another, when the slave follows the master to the other bus, then the client goes on
 /// there: what it reads is of one sample, and what it wrote is one step.
 ///
-/// Verifies: ECSS 7.1.2c, 7.1.2d
+/// Verifies: ECSS 7.1.2c
 #[test]
 fn parts_before_a_change_of_the_bus_belong_to_those_after() {
     let mut slave = operational::<Keeper>();

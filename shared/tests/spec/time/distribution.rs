@@ -1,4 +1,6 @@
 //! The Spacecraft Time PDO at a consumer, and its Local Time PDO.
+//!
+//! Verifies: ECSS 7.2.1a, 7.2.3c
 
 use ecss_can::link::Stamp;
 use ecss_can::node::{LinkEvent, Node as _, SlaveEvent};
@@ -54,7 +56,7 @@ fn set_transmission(slave: &mut Node<Keeper>, index: u16, transmission: u8) {
 
 /// The value holds for the SYNC before it, and takes effect when it arrives: not at the SYNC after it.
 ///
-/// Verifies: ECSS 7.2.2c, 7.2.3c, 7.2.3g
+/// Verifies: ECSS 7.2.2c, 7.2.3g
 /// Notices: ECSS 7.2.3c: the value is taken for the time of its arrival.
 #[test]
 fn a_synchronous_time_is_that_of_the_last_sync() {
@@ -69,7 +71,6 @@ fn a_synchronous_time_is_that_of_the_last_sync() {
     assert_eq!(slave.events[1..], [SlaveEvent::Time(scet(1_000, 0)), SlaveEvent::Step(step)]);
 }
 
-/// Verifies: ECSS 7.2.3c
 #[test]
 fn a_time_without_a_sync_before_it_is_of_no_use() {
     let mut slave = operational::<Keeper>();
@@ -86,8 +87,6 @@ fn a_time_without_a_sync_before_it_is_of_no_use() {
 }
 
 /// A SYNC has no byte, or its counter: what is longer has no time and needs no stamp.
-///
-/// Verifies: ECSS 7.2.3c
 #[test]
 fn a_sync_of_wrong_length_has_no_time() {
     let mut slave = operational::<Keeper>();
@@ -105,8 +104,6 @@ fn a_sync_of_wrong_length_has_no_time() {
 }
 
 /// Given a slave whose SYNC has another COB-ID, then that one is stamped, and 080h is not.
-///
-/// Verifies: ECSS 7.2.3c
 #[test]
 fn sync_is_stamped_by_its_present_cob_id() {
     let mut slave = operational::<Keeper>();
@@ -117,7 +114,6 @@ fn sync_is_stamped_by_its_present_cob_id() {
     assert_eq!(is_stamped(REDUNDANT), [false; 5]);
 }
 
-/// Verifies: ECSS 7.2.3c
 #[test]
 fn a_time_that_comes_after_the_next_sync_is_not_paired_with_it() {
     let mut slave = operational::<Keeper>();
@@ -138,8 +134,6 @@ fn a_time_that_comes_after_the_next_sync_is_not_paired_with_it() {
 }
 
 /// Its time would be paired with the SYNC before.
-///
-/// Verifies: ECSS 7.2.3c
 #[test]
 fn the_time_of_a_sync_that_was_not_heard_moves_nothing() {
     let mut slave = operational::<Keeper>();
@@ -206,7 +200,7 @@ fn time_set_back_by_a_sync_period_is_followed_at_the_sixth_time() {
     }
 }
 
-/// Verifies: ECSS 7.2.1a, 7.2.2b, 7.2.2c
+/// Verifies: ECSS 7.2.2b, 7.2.2c
 /// Notices: ECSS 7.2.1a: a time of type 255 is taken for that of the last SYNC.
 #[test]
 fn a_time_of_type_255_holds_when_it_arrives() {

@@ -1,4 +1,6 @@
 //! Times that contradict the clock, and what is reported of them.
+//!
+//! Verifies: ECSS 7.2.1a
 
 use ecss_can::link::Stamp;
 use ecss_can::node::{Device, LinkEvent, MasterEvent};

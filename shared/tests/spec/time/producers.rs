@@ -1,4 +1,6 @@
 //! The Spacecraft Time PDO at its producer.
+//!
+//! Verifies: ECSS 7.2.3a, 7.2.3b
 
 use ecss_can::link::Stamp;
 use ecss_can::node::{LinkEvent, MasterRequest};
@@ -39,7 +41,7 @@ fn sync_sent(master: &mut Bench<Master>, at: FineInstant) {
 
 /// SYNC ended at 1 s and 0.25 us; it is reported 60 us later.
 ///
-/// Verifies: ECSS 7.2.3a, 7.2.3b, 7.2.3c, 7.2.3e, 7.2.3f
+/// Verifies: ECSS 7.2.3c, 7.2.3e, 7.2.3f
 /// Notices: ECSS 7.2.3b: a PDO at SYNC is sent only while another one is withheld.
 #[test]
 fn types_1_to_240_send_the_time_at_the_end_of_the_last_sync() {

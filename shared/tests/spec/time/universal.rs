@@ -1,4 +1,6 @@
 //! 2012h and 2013h, with the clock behind them.
+//!
+//! Verifies: ECSS 7.1.1c, 7.1.1d, 7.1.3a
 
 use ecss_can::types::Utc;
 
@@ -17,7 +19,7 @@ fn time<const MICROS: bool>(slave: &mut Node<Universal<MICROS>>, time: Utc) {
 
 /// 3 s after power-on: day 100, 3000 ms.
 ///
-/// Verifies: ECSS 7.1.1b, 7.1.1c, 7.1.3a, 7.1.3c
+/// Verifies: ECSS 7.1.1b, 7.1.3c
 /// Notices: ECSS 7.1.1b: a read of UTC by a client takes no sample.
 /// Notices: ECSS 7.1.3a: Local UTC Get is missing at 2013h.
 /// Notices: ECSS 7.1.3c: sub-index 3 of UTC takes no sample.
@@ -32,7 +34,7 @@ fn all_sub_indices_are_of_one_sample() {
     assert_eq!(read(&mut slave, 0x2013, 2), 3_500_u32.to_le_bytes());
 }
 
-/// Verifies: ECSS 7.1.1c, 7.1.1d, 7.1.3a, 7.1.3b
+/// Verifies: ECSS 7.1.3b
 #[test]
 fn three_writes_are_one_step_of_both_clocks() {
     let mut slave = operational::<Universal<true>>();
@@ -47,7 +49,7 @@ fn three_writes_are_one_step_of_both_clocks() {
     assert_eq!(read(&mut slave, 0x2013, 1), [101, 0, 0, 0]);
 }
 
-/// Verifies: ECSS 7.1.1c, 7.1.3d
+/// Verifies: ECSS 7.1.3d
 #[test]
 fn what_no_day_and_no_millisecond_has_is_refused() {
     let mut slave = operational::<Universal<true>>();
@@ -75,7 +77,7 @@ fn utc_comes_and_goes_by_pdos() {
 
 /// Twenty years from the time of the relation, as the first time that arrives.
 ///
-/// Verifies: ECSS 7.1.1d, 7.1.3e
+/// Verifies: ECSS 7.1.3e
 /// Notices: ECSS 7.1.1d: a UTC that a PDO brings is read as SCET.
 #[test]
 fn utc_is_right_far_from_the_relation() {

@@ -8,7 +8,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use ecss_can::link::port::Filter;
 use ecss_can::link::queue::Outgoing;
-use ecss_can::node::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox, FullDepth};
+use ecss_can::node::{BusCommand, FailCause, Filters, FullDepth, LinkEvent, Node, Outbox};
 use ecss_can::runner::{Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;

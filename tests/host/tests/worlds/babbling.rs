@@ -1,4 +1,6 @@
 //! Nodes that send without end: the bus stays usable for all others.
+//!
+//! Verifies: ECSS 5.3.3.1b
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
@@ -56,8 +58,6 @@ fn answers(world: &MissionWorld, node: NodeId, from: Time) -> usize {
 
 /// Given an application that sends without end, when its node has a budget, then others command, answer and are heard as
 /// before. Without one, its frames take the bus from all that have lower priority: heartbeats too.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_babbling_application_leaves_the_bus_to_others() {
     let mut world = busy(NOTHING);
@@ -100,8 +100,6 @@ fn a_babbling_application_leaves_the_bus_to_others() {
 
 /// Given a slave with four transmit PDOs that a client gave an event timer of 1 ms, then it silences itself, boots up with the
 /// timers of power-on, and the master starts it. No other node is touched.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn a_slave_that_was_configured_to_babble_comes_back_without() {
     let mut world = busy(STANDARD);
@@ -163,8 +161,6 @@ fn assert_others_untouched(world: &MissionWorld, others: &[NodeId], from: Time) 
 }
 
 /// Given a slave without a budget whose application babbles, then the master stops it, and starts it when it was quiet.
-///
-/// Verifies: ECSS 5.3.3.1b
 #[test]
 fn the_master_stops_a_babbling_slave() {
     let mut world = busy(NO_BUDGET);
@@ -202,7 +198,7 @@ fn the_master_stops_a_babbling_slave() {
 /// stop, resets it and leaves the bus, each once. The slave is started there when the other bus was left for 10 s. One that
 /// babbles on both buses moves the master once.
 ///
-/// Verifies: ECSS 5.3.3.1b, 8.3.3b
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn the_master_leaves_a_babbling_controller_behind() {
     for both in [false, true] {

@@ -2,6 +2,8 @@
 //!
 //! Profile `standard`: heartbeat 100 ms. Their heartbeats are equal and start in the same bit, so they are one frame on the wire.
 //! The patterns of late heartbeats part the boards.
+//!
+//! Verifies: ECSS 6.10h
 
 use can_wire::time::Time;
 use ecss_can::node::SlaveEvent;
@@ -70,16 +72,12 @@ fn assert_one_yields(world: &World, what: &str) {
 
 /// Given two boards with one Node-ID, equal clocks and one instant of power-on, when they fly, then one hears the other, reports it
 /// and is silent; the other one goes on.
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn one_of_two_equal_boards_yields() {
     assert_one_yields(&flown(None), "patterns of their boards");
 }
 
 /// Given patterns that differ in a single bit, when that bit has its turn, then one of the boards yields.
-///
-/// Verifies: ECSS 6.10h
 #[test]
 fn a_single_bit_of_the_pattern_parts_two_boards() {
     for bit in 0..32 {
@@ -103,8 +101,6 @@ proptest! {
     #![proptest_config(cases(32))]
 
     /// Given any two different patterns, one of the boards yields.
-    ///
-    /// Verifies: ECSS 6.10h
     #[test]
     fn any_two_patterns_part_two_boards(first: u32, difference in 1_u32..) {
         let patterns = [first, first ^ difference];

@@ -1,4 +1,6 @@
 //! What a slave reports while its bus fails is known to the master afterwards, see [`host::events`].
+//!
+//! Verifies: ECSS 6.4a
 
 use host::events::{flights, fly, jolts};
 use host::reports::fly_random;

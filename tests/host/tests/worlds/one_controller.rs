@@ -1,4 +1,6 @@
 //! Slaves with one controller and two transceivers (ECSS Figure A-6) beside others: the cut, searches, resets, frames under way.
+//!
+//! Verifies: ECSS 8.2.1a.1
 
 use can_wire::time::Time;
 use ecss_can::nmt::{Command as NmtCommand, Target};
@@ -52,7 +54,6 @@ fn commands(world: &World, node: NodeId, bus: Bus, from: Time, to: Time) -> usiz
     between(world, bus, 0x300 + u16::from(node.get()), from, to).len()
 }
 
-/// Verifies: ECSS 8.2.1a.1
 #[test]
 fn minimal_one_controller_slave_follows_the_cut_by_its_search() {
     let world = mixed();

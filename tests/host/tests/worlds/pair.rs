@@ -1,5 +1,7 @@
 //! Two master boards at both ends of the cable, slaves 2 to 4 between them (profile `standby`: the standby takes over after
 //! 400 ms of silence on both buses; heartbeats come every 100 ms, slaves miss one after 250 ms and change the bus after 500 ms).
+//!
+//! Verifies: ECSS 8.1a
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
@@ -66,7 +68,6 @@ fn is_silent(world: &World, key: NodeKey, from: Time) -> bool {
     of(world, key, from + ms(1)).is_empty()
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn of_two_boards_powered_together_prime_is_active() {
     for seed in 0..4 {
@@ -76,7 +77,6 @@ fn of_two_boards_powered_together_prime_is_active() {
     }
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_second_board_that_is_first_stays_active() {
     let plan = |world: host_worlds::Builder| world.powered_at(PRIME, ms(1_500));
@@ -88,7 +88,7 @@ fn a_second_board_that_is_first_stays_active() {
 /// Given an active master that went to the redundant bus, when it loses its power, then the standby is active on that bus within
 /// its consumer time and 10 ms, and no slave changes the bus.
 ///
-/// Verifies: ECSS 8.1a, 8.3.3a
+/// Verifies: ECSS 8.3.3a
 #[test]
 fn a_standby_takes_over_on_the_bus_heard_last() {
     for bus in Bus::ALL {
@@ -124,8 +124,6 @@ fn a_standby_takes_over_on_the_bus_heard_last() {
 
 /// Given a standby that was reset and is cut off from the active bus, then it hears claims on the other bus and stays the
 /// standby. A foreign 701h on either bus changes nothing.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn standby_cut_off_from_the_active_bus_stays_the_standby() {
     let mut world = flying();
@@ -149,8 +147,6 @@ fn standby_cut_off_from_the_active_bus_stays_the_standby() {
 }
 
 /// Given a standby that has taken over, when the other board is back, then nothing is handed back.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_board_that_was_reset_in_flight_is_the_standby_for_ever() {
     let mut world = flying();
@@ -164,7 +160,6 @@ fn a_board_that_was_reset_in_flight_is_the_standby_for_ever() {
     assert_eq!(causes(PRIME), [RoleCause::MasterHeard]);
 }
 
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_commanded_handover_takes_the_consumer_time() {
     let mut world = flying();
@@ -183,8 +178,6 @@ fn a_commanded_handover_takes_the_consumer_time() {
 
 /// Given both buses cut at one place, when they are healed, then of the two active masters the one that hears fewer slaves
 /// yields, at a tie the one that is not strapped prime, within two heartbeat periods.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
     // Between the slaves: prime has one of three, or two. In the last case one slave is off: one each.
@@ -216,8 +209,6 @@ fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
 
 /// Given a standby alone with a foreign node, when the foreign node sends, then no node acknowledges: silent mode drives no bit. Then
 /// a slave is there.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn a_standby_acknowledges_nothing() {
     let mut world = MissionWorld::pair(TWO_MASTERS, 1, |world| {
@@ -235,8 +226,6 @@ fn a_standby_acknowledges_nothing() {
 
 /// Given no slave, when prime is active and nobody acknowledges, then the other board stays the standby, and the first slave
 /// that comes is started.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn two_masters_without_a_slave_do_not_take_turns() {
     let mut world = MissionWorld::pair(TWO_MASTERS, 1, |world| world.powered_at(TWO, ms(5_000)));
@@ -287,7 +276,7 @@ fn a_new_master_without_a_time_changes_no_clock() {
 /// Given two masters and nothing wrong, then the bus that is not active carries one claim of the active one with each heartbeat and
 /// nothing else, and no slave changes the bus because of it.
 ///
-/// Verifies: ECSS 8.1a, 8.3.3d
+/// Verifies: ECSS 8.3.3d
 #[test]
 fn claims_on_the_other_bus_move_no_slave() {
     let mut world = flying();
@@ -350,7 +339,6 @@ fn perform(world: &mut World, step: Step) {
 proptest! {
     #![proptest_config(cases(16))]
 
-    /// Verifies: ECSS 8.1a
     #[test]
     fn one_master_is_active_and_all_run_after_everything_is_healed(
         seed in any::<u64>(),

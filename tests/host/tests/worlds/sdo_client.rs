@@ -1,4 +1,6 @@
 //! The SDO client of the master's application, with real slaves.
+//!
+//! Verifies: ECSS 6.1a
 
 use std::cell::RefCell;
 use std::rc::Rc;

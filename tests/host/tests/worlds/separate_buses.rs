@@ -1,4 +1,6 @@
 //! Parallel access: each bus has a controller of its own in every node (ECSS 8.2.2).
+//!
+//! Verifies: ECSS 8.2.1a.2
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
@@ -28,7 +30,7 @@ fn loaded(span_ms: u64) -> MissionWorld {
 /// Given traffic on both buses at the same time, then each node receives all frames of both: slaves the commands of the foreign node, the
 /// master its heartbeats. Traffic on the nominal bus stays as it was.
 ///
-/// Verifies: ECSS 8.2.1a.2, 8.2.2a
+/// Verifies: ECSS 8.2.2a
 /// Notices: ECSS 8.2.2a: at power-on only the controller of the active bus joins.
 #[test]
 fn each_node_receives_from_both_buses_at_the_same_time() {

@@ -1,4 +1,6 @@
 //! Minimal slaves with the profiles and devices that images use, in a busy network (ECSS 9).
+//!
+//! Verifies: ECSS 9.4.1a
 
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
@@ -391,7 +393,7 @@ type Case<'a> = (usize, u16, &'a [u8], Option<(u16, &'a [u8])>);
 /// Given the shipped master on either bus of a busy network, then each of the four PDOs takes a command or a request to the minimal
 /// slave, on the active bus alone, and brings what it asks for.
 ///
-/// Verifies: ECSS 9.4.1a, 9.4.2c
+/// Verifies: ECSS 9.4.2c
 #[test]
 fn shipped_master_commands_and_asks_by_each_of_four_pdos() {
     let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world);

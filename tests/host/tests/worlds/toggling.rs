@@ -1,4 +1,6 @@
 //! Bus selection without a master: Ttoggle, Ntoggle, giving up, late messages.
+//!
+//! Verifies: ECSS 8.3.3h
 
 use can_wire::time::Time;
 use ecss_can::node::SlaveEvent;
@@ -21,7 +23,7 @@ fn toggled(event: &SlaveEvent) -> bool {
     matches!(event, SlaveEvent::ActiveBus { cause: BusCause::Toggled, .. })
 }
 
-/// Verifies: ECSS 8.3.3h, 8.3.3i, 8.3.3j
+/// Verifies: ECSS 8.3.3i, 8.3.3j
 #[test]
 fn after_even_number_of_switches_slave_stays_on_default_bus() {
     for bdefault in Bus::ALL {
@@ -118,7 +120,7 @@ fn without_toggling_missed_master_means_waiting_pre_operational() {
     }
 }
 
-/// Verifies: ECSS 8.3.3e, 8.3.3h
+/// Verifies: ECSS 8.3.3e
 #[test]
 fn a_lost_master_is_searched_on_both_buses_in_turn() {
     let mut world = running(MIXED, 3);

@@ -1,6 +1,8 @@
 //! An active master yields at every step of its boot-up process, and takes over again.
 //!
 //! Two master boards; slave 2 is assigned and configured, slave 3 is asked for its device type alone.
+//!
+//! Verifies: ECSS 8.1a
 
 use std::sync::mpsc::channel;
 use std::thread;
@@ -137,8 +139,6 @@ fn started(world: &World) -> Time {
 
 /// Given two masters, when prime yields before, in or behind any frame of its boot-up process, then it can take over again, boots
 /// its slaves and serves its application.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn master_that_yields_at_any_step_of_boot_up_boots_again() {
     let world = flying(false, None, ms(3_000));
@@ -152,8 +152,6 @@ fn master_that_yields_at_any_step_of_boot_up_boots_again() {
 
 /// Given a slave without an object that the master wants to set, when prime yields around the end of the transfers that the slave
 /// aborts, then it can take over again and serves its application.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn master_that_yields_at_any_abort_of_boot_up_boots_again() {
     let world = flying(true, None, ms(3_000));
@@ -165,8 +163,6 @@ fn master_that_yields_at_any_abort_of_boot_up_boots_again() {
 
 /// Given a slave that is stopped in each of its transfers in turn, when prime yields around any time-out and its abort, then it can
 /// take over again, boots its slaves and serves its application.
-///
-/// Verifies: ECSS 8.1a
 #[test]
 fn master_that_yields_at_any_time_out_of_boot_up_boots_again() {
     let world = flying(false, None, ms(3_000));

@@ -1,4 +1,6 @@
 //! The Node-ID in three copies: whatever happens to one of them, and whenever power fails.
+//!
+//! Verifies: ECSS 6.10e, 6.10k
 
 use ecss_can::store::identity::{Straps, node_id};
 
@@ -29,7 +31,6 @@ fn words(copies: &[u16]) -> Vec<u8> {
     copies.iter().flat_map(|copy| [copy.to_le_bytes(), (!copy).to_le_bytes()].concat()).collect()
 }
 
-/// Verifies: ECSS 6.10e
 #[test]
 fn three_copies_have_the_documented_format() {
     let (mut log, _) = open(Flash::erased());
@@ -46,8 +47,6 @@ fn three_copies_have_the_documented_format() {
 }
 
 /// Given copies of the Node-ID of the master or of maintenance mode, as an earlier program may have stored them, then they are none.
-///
-/// Verifies: ECSS 6.10k
 #[test]
 fn copies_that_no_slave_may_have_are_none() {
     for raw in [1, 127] {
@@ -88,8 +87,6 @@ fn written() -> Flash {
 }
 
 /// Every bit of all that is written: header, copies, those before, sets, notes.
-///
-/// Verifies: ECSS 6.10k
 #[test]
 fn every_flipped_bit_of_the_log_leaves_the_node_id() {
     let flash = written();
@@ -103,7 +100,6 @@ fn every_flipped_bit_of_the_log_leaves_the_node_id() {
     }
 }
 
-/// Verifies: ECSS 6.10k
 #[test]
 fn a_copy_that_differs_is_written_anew_at_the_next_start() {
     let (mut log, _) = open(Flash::erased());
@@ -137,7 +133,6 @@ fn two_copies_that_fail_leave_no_node_id() {
     assert_eq!(found(flash), None, "not the one before");
 }
 
-/// Verifies: ECSS 6.10k
 #[test]
 fn a_node_id_cut_short_leaves_the_old_one_or_the_new() {
     for old in [None, id(7)] {

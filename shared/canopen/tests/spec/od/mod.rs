@@ -1,4 +1,6 @@
 //! The object dictionary: what a declaration makes, places, access rights, limits.
+//!
+//! Verifies: ECSS 6.8a
 
 mod types;
 
@@ -138,7 +140,7 @@ fn write<D: Objects>(device: &mut D, index: u16, sub: u8, value: &[u8]) -> Resul
     checked::find(device, at(index, sub))?.write(value)
 }
 
-/// Verifies: ECSS 6.1a, 6.8a
+/// Verifies: ECSS 6.1a
 /// Notices: ECSS 6.8a: a sub-index that an object lacks is reported as an object that does not exist.
 #[test]
 fn what_is_not_there_is_told_apart() {

@@ -1,4 +1,6 @@
 //! Values of every type: their bytes, their bits, what they refuse.
+//!
+//! Verifies: ECSS 6.8a
 
 use async_canopen::od::checked::Found;
 use async_canopen::od::{

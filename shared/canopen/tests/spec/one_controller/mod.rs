@@ -1,4 +1,6 @@
 //! Two ports of one controller behind a transceiver switch (ECSS A.4.1), on a controller that the test plays by hand.
+//!
+//! Verifies: ECSS 8.2.1a.1, 8.2.3a
 
 mod bench;
 
@@ -19,7 +21,6 @@ fn port_that_joins_the_selected_bus_is_there_at_once() {
     assert_eq!(bench.ports.nominal.send(&frame(0x705, &[])), Ok(Mailbox(0)));
 }
 
-/// Verifies: ECSS 8.2.1a.1, 8.2.3a
 #[test]
 fn controller_leaves_moves_and_joins_in_this_order() {
     let mut bench = Bench::joined();

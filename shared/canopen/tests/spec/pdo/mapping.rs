@@ -1,4 +1,6 @@
 //! Mappings: what may be mapped, and where its bits are.
+//!
+//! Verifies: ECSS 6.2a
 
 use async_canopen::od::{Objects, TimeDifference, TimeOfDay, U24, checked};
 use async_canopen::pdo::{Direction, Layout};
@@ -14,7 +16,6 @@ fn resolve(direction: Direction, entries: &[u32]) -> Result<Layout, AbortCode> {
     Layout::new::<Device>(direction, entries)
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn words_lie_one_behind_the_other_low_byte_first() {
     let mut device = Device::default();
@@ -27,7 +28,6 @@ fn words_lie_one_behind_the_other_low_byte_first() {
     assert_eq!(sent.to_le_bytes(), [0x22, 0x11, 0x44, 0x33, 0x66, 0x55, 0x88, 0x77]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn bits_follow_each_other_without_gaps() {
     // Two flags, 24 bits, a flag, one of three in a row.
@@ -59,7 +59,6 @@ fn the_number_of_bytes_covers_the_bits() {
     assert_eq!(resolve(Receive, &[entry(0x611B, 0, 64)]).unwrap().bytes(), 8);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn what_cannot_be_mapped_is_refused_with_its_abort_code() {
     use AbortCode::{NoObject, NoSubIndex, NotMappable};
@@ -95,7 +94,6 @@ fn what_cannot_be_mapped_is_refused_with_its_abort_code() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn the_access_right_says_which_way_a_value_may_go() {
     let table = [(0x6020, false, true), (0x6021, true, false), (0x6022, false, true), (0x6023, true, false)];
@@ -108,7 +106,6 @@ fn the_access_right_says_which_way_a_value_may_go() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn dummies_skip_bits_of_a_receive_pdo() {
     let dummies = [(1, 1), (2, 8), (3, 16), (4, 32), (5, 8), (6, 16), (7, 32)];
@@ -125,7 +122,6 @@ fn dummies_skip_bits_of_a_receive_pdo() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn more_than_a_pdo_holds_is_refused() {
     let too_long = Err(AbortCode::PdoLength);
@@ -191,7 +187,6 @@ fn cut(pdo: [u8; 8], first: usize, bits: usize) -> Vec<u8> {
     bytes
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn of_a_row_with_limits_only_what_keeps_them_is_written() {
     let mut device = Device::default();
@@ -205,7 +200,6 @@ fn of_a_row_with_limits_only_what_keeps_them_is_written() {
 proptest! {
     #![proptest_config(cases(2_000))]
 
-    /// Verifies: ECSS 6.2a
     #[test]
     fn sub_indices_in_a_row_move_as_each_alone(
         rows in proptest::collection::vec((any::<bool>(), 1..=8_u8, 1..=8_u8), 1..=4),
@@ -250,7 +244,6 @@ proptest! {
 proptest! {
     #![proptest_config(cases(2_000))]
 
-    /// Verifies: ECSS 6.2a
     #[test]
     fn every_mapping_reads_and_writes_its_bits_and_no_others(
         order in Just(BOTH_WAYS.to_vec()).prop_shuffle(),

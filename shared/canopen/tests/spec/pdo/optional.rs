@@ -1,4 +1,6 @@
 //! Values that a frame may leave out; for all others the length rule of CiA 301 holds.
+//!
+//! Verifies: ECSS 6.2a
 
 use async_canopen::od::{Objects, Record};
 use async_canopen::pdo::{Direction, PdoObjects, PdoParameters, RpdoError, RpdoEvent, Rpdos, Taken, rules};

@@ -1,4 +1,6 @@
 //! Receive PDOs.
+//!
+//! Verifies: ECSS 6.2a
 
 use async_canopen::emcy::ErrorCode;
 use async_canopen::od::{INVALID, NO_REMOTE};
@@ -125,7 +127,6 @@ impl Node {
 const DATA: [u8; 8] = [0x11, 0x11, 0x22, 0x22, 0x33, 0x33, 0x44, 0x44];
 const VALUES: [u16; 5] = [0x1111, 0x2222, 0x3333, 0x4444, 0];
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn an_event_driven_one_is_in_the_dictionary_at_once() {
     for transmission in [254, 255] {
@@ -138,7 +139,7 @@ fn an_event_driven_one_is_in_the_dictionary_at_once() {
     }
 }
 
-/// Verifies: ECSS 6.2a, 6.9a, 6.9b, 6.9e
+/// Verifies: ECSS 6.9a, 6.9b, 6.9e
 /// Notices: ECSS 6.9b: a synchronous PDO takes effect when it arrives.
 #[test]
 fn synchronous_rpdo_applies_newest_frame_at_the_next_sync() {
@@ -169,7 +170,6 @@ fn a_frame_of_others_is_none() {
     assert_eq!(node.told(), []);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn frame_too_short_is_rejected_and_reported_once_until_good_one() {
     let mut node = Node::with(0, parameters(0x205, 254, 0), &WORDS);
@@ -185,7 +185,6 @@ fn frame_too_short_is_rejected_and_reported_once_until_good_one() {
     assert_eq!(node.told(), [(0, Error(TooShort)), (0, Rejected)]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn frame_too_long_is_processed_as_mapped_and_reported_once() {
     let mut node = Node::with(0, parameters(0x205, 254, 0), &WORDS[..2]);
@@ -218,7 +217,6 @@ fn every_error_has_its_emergency() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn the_deadline_runs_from_the_first_frame_and_is_told_once() {
     let mut node = Node::with(0, parameters(0x205, 254, 20), &WORDS);
@@ -260,7 +258,6 @@ fn a_short_frame_is_no_sign_of_life() {
     assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Resolved(Overdue)), (0, Applied)]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_value_outside_of_its_limits_is_not_written_and_told_once() {
     // A level of 10 to 90, one of -5 to 5 in a record, and a word between them.
@@ -297,7 +294,6 @@ fn each_deadline_is_its_own() {
     assert_eq!(node.told(), [(0, Error(Overdue))]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn leaving_operational_forgets_what_is_held_and_stops_deadlines() {
     let mut node = Node::with(0, parameters(0x205, 1, 20), &WORDS);
@@ -401,7 +397,6 @@ fn a_configuration_that_cannot_work_changes_nothing() {
 proptest! {
     #![proptest_config(cases(500))]
 
-    /// Verifies: ECSS 6.2a
     #[test]
     fn no_frames_ever_write_what_is_not_mapped(
         mapped in proptest::collection::vec(0..BOTH_WAYS.len(), 1..=8),

@@ -1,4 +1,6 @@
 //! What an SDO may write to the parameters of a PDO.
+//!
+//! Verifies: ECSS 6.2a
 
 use async_canopen::od::Record;
 use async_canopen::pdo::{
@@ -31,7 +33,7 @@ fn both(cob_id: u32, sub: u8, value: u32) -> Result<(), AbortCode> {
     answers[0]
 }
 
-/// Verifies: ECSS 6.2a, 6.10a
+/// Verifies: ECSS 6.10a
 #[test]
 fn what_is_written_is_what_is_there() {
     let old = PdoParameters { cob_id: INVALID, ..Default::default() };
@@ -71,7 +73,7 @@ fn what_is_written_is_what_is_there() {
     );
 }
 
-/// Verifies: ECSS 6.2a, 6.10a
+/// Verifies: ECSS 6.10a
 #[test]
 fn writes_of_the_cob_id() {
     let table = [
@@ -97,7 +99,6 @@ fn writes_of_the_cob_id() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn remote_frames_are_refused_where_they_would_be_answered() {
     assert_eq!(tpdo(INVALID, 1, 0x0000_0185).map(drop), Err(ValueRange));
@@ -120,7 +121,6 @@ fn no_valid_pdo_has_a_restricted_identifier() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn reserved_transmission_types_are_refused() {
     for cob_id in [VALID, INVALID] {
@@ -132,7 +132,6 @@ fn reserved_transmission_types_are_refused() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn inhibit_time_and_sync_start_value_change_while_invalid_only() {
     assert_eq!(both(VALID, 3, 5), Err(UnsupportedAccess));
@@ -168,7 +167,6 @@ fn map(cob_id: u32, mapping: &mut PdoMapping, sub: u8, value: u32) -> Result<(),
     answer
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_mapping_changes_while_its_pdo_is_invalid_only() {
     for sub in 0..=8 {
@@ -178,7 +176,6 @@ fn a_mapping_changes_while_its_pdo_is_invalid_only() {
     assert_eq!(map(INVALID, &mut mapping(&[], 0), 9, 0), Err(NoSubIndex));
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn mapped_objects_change_while_their_number_is_zero_only() {
     let word = entry(0x6000, 1, 16);
@@ -193,7 +190,6 @@ fn mapped_objects_change_while_their_number_is_zero_only() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_mapped_object_is_checked_as_it_is_written() {
     let table = [
@@ -211,7 +207,6 @@ fn a_mapped_object_is_checked_as_it_is_written() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn their_number_is_accepted_when_all_of_them_fit() {
     let wide = entry(0x611B, 0, 64);
@@ -249,7 +244,7 @@ fn the_direction_matters() {
 
 /// The whole procedure, the way configuration tools go.
 ///
-/// Verifies: ECSS 6.2a, 6.10a
+/// Verifies: ECSS 6.10a
 #[test]
 fn a_pdo_is_remapped_step_by_step() {
     let mut parameters = PdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
@@ -292,7 +287,6 @@ fn a_pdo_is_remapped_step_by_step() {
     assert_eq!(sent, [crate::bench::frame(0x185, &[0x34, 0x12, 0x01])]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn there_may_be_512_each_way() {
     let mut rpdos = Box::new(Rpdos::<PdoObjects<512, 512>>::new());

@@ -1,6 +1,8 @@
 //! Sets of PDOs: the compiler refuses what the rules of run time refuse. Which texts it shows, `tests/declarations/tests/refused` holds.
 //!
 //! A constant that is refused stops the build; the same functions called at run time panic.
+//!
+//! Verifies: ECSS 6.2a
 
 use std::panic::{UnwindSafe, catch_unwind};
 
@@ -43,7 +45,6 @@ fn directions(at: Address) -> [bool; 2] {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_constant_maps_what_a_client_may_map() {
     let fields = fields();
@@ -61,7 +62,6 @@ fn a_constant_maps_what_a_client_may_map() {
 
 /// Types 0 to 240, 254 and 255, SYNC start values 0 to 240 (CiA 301 7.5.2.35 and 7.5.2.37).
 ///
-/// Verifies: ECSS 6.2a
 /// Notices: ECSS 6.2a: transmission types 252 and 253 are accepted.
 #[test]
 fn a_transmission_type_compiles_when_a_client_may_write_it() {

@@ -1,4 +1,6 @@
 //! Transmit PDOs.
+//!
+//! Verifies: ECSS 6.2a
 
 use async_canopen::od::{INVALID, NO_REMOTE, Objects};
 use async_canopen::pdo::{CobIdOf, Direction, PdoObjects, PdoParameters, PdoSet, Tpdo, Tpdos, rules};
@@ -94,7 +96,7 @@ fn syncs_with(node: &mut Node, count: u32) -> Vec<u32> {
     (1..=count).filter(|_| !node.sync(0).is_empty()).collect()
 }
 
-/// Verifies: ECSS 6.2a, 6.9a, 6.9b
+/// Verifies: ECSS 6.9a, 6.9b
 /// Notices: ECSS 6.9a: the first transmission does not wait for n SYNCs.
 #[test]
 fn a_cyclic_one_is_sampled_and_sent_at_every_nth_sync() {
@@ -182,7 +184,6 @@ fn without_a_start_value_the_counter_does_not_matter() {
     assert_eq!(sent, [5, 7, 9]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn an_event_driven_one_goes_at_its_event_and_not_before() {
     for transmission in [254, 255] {
@@ -198,7 +199,6 @@ fn an_event_driven_one_goes_at_its_event_and_not_before() {
     }
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn event_in_inhibit_time_goes_at_its_end_with_current_values() {
     // 5 ms.
@@ -232,7 +232,6 @@ fn inhibit_time_counts_from_the_transmission_even_if_late() {
     assert_eq!(node.tpdos.deadline(), Some(ms(18)));
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn event_timer_runs_from_operational_and_every_transmission() {
     let mut node = Node::with(event_driven(0, 10));
@@ -259,7 +258,6 @@ fn an_event_timer_below_the_inhibit_time_waits_for_it() {
     assert_eq!(node.run(ms(70)), [10_000, 35_000, 60_000]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_change_of_a_value_is_an_event_for_those_that_carry_it() {
     let mut node = Node::with(event_driven(0, 0));
@@ -283,7 +281,6 @@ fn a_change_of_a_value_is_an_event_for_those_that_carry_it() {
     assert_eq!(node.sync(0), [3]);
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
 fn nothing_goes_out_outside_of_operational() {
     for parameters in [event_driven(50, 10), synchronous(1, 0), synchronous(0, 0), synchronous(1, 2)] {

@@ -1,4 +1,6 @@
 //! SDO: the server, the client, and one against the other over a channel that loses, repeats and reorders.
+//!
+//! Verifies: ECSS 6.1a
 
 mod channel;
 mod client;

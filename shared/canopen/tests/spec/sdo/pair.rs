@@ -1,4 +1,6 @@
 //! The client against the server.
+//!
+//! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::{Error, Mode};
 use async_canopen::types::AbortCode;
@@ -78,7 +80,6 @@ fn refusals_reach_the_application() {
     assert!(world.objects.changes.is_empty());
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn no_segment_of_a_block_transfer_is_missed() {
     let value = pattern(300);

@@ -1,4 +1,6 @@
 //! Any sequence of frames: never a panic, never a wrong write, never stuck.
+//!
+//! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::{Client, Mode, Payload};
 use async_canopen::types::{Address, Duration, Instant};

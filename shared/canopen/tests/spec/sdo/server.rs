@@ -1,10 +1,11 @@
 //! The server: expedited and segmented transfers, refusals, what ends a transfer.
+//!
+//! Verifies: ECSS 6.1a
 
 use async_canopen::types::{Address, Duration, Instant};
 
 use super::fixture::{Bench, CONST, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame, hex, pattern};
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn values_of_one_to_four_bytes_are_uploaded_expedited() {
     for (request, response) in [
@@ -17,7 +18,6 @@ fn values_of_one_to_four_bytes_are_uploaded_expedited() {
     }
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn values_of_one_to_four_bytes_are_downloaded_expedited() {
     for (request, response, value) in [
@@ -35,7 +35,6 @@ fn values_of_one_to_four_bytes_are_downloaded_expedited() {
     }
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn expedited_download_without_size_has_the_size_of_the_object() {
     for (request, response, value) in [
@@ -51,7 +50,6 @@ fn expedited_download_without_size_has_the_size_of_the_object() {
     }
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn longer_values_are_uploaded_in_segments_with_the_size_first() {
     let mut bench = Bench::new();
@@ -64,7 +62,6 @@ fn longer_values_are_uploaded_in_segments_with_the_size_first() {
     assert!(!bench.server.is_busy());
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn longer_values_are_downloaded_in_segments_and_written_at_once() {
     let mut bench = Bench::new();
@@ -151,7 +148,6 @@ fn a_value_of_64_bytes_is_moved_whole() {
 
 /// Each script ends with a request that is refused; nothing is written, no transfer is left.
 ///
-/// Verifies: ECSS 6.1a
 /// Notices: ECSS 6.1a: the first segment of an upload is sent whatever its toggle bit.
 #[test]
 fn every_bad_request_has_its_abort_code() {

@@ -1,4 +1,6 @@
 //! Sub-blocks of the client: what is lost, what comes twice, room and pace.
+//!
+//! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::{Error, Mode, STAGING, WINDOW};
 use async_canopen::types::AbortCode;
@@ -24,7 +26,6 @@ fn a_block_download_is_paced_by_the_bus() {
     assert_eq!(hex(&all), hex(&segments(&value, 0, 40)));
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn the_server_chooses_the_size_of_each_sub_block() {
     let value = pattern(75);
@@ -38,7 +39,6 @@ fn the_server_chooses_the_size_of_each_sub_block() {
     assert_eq!(bench.answer(frame("A2 04 7F"))[0][0], 0xC9, "two bytes are unused");
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn what_the_server_has_not_got_is_sent_again() {
     let value = pattern(75);
@@ -117,7 +117,6 @@ fn acknowledgements_that_come_twice_are_ignored() {
 
 // Sub-blocks of uploads.
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn segments_after_a_lost_one_are_asked_for_again() {
     let value = pattern(42);

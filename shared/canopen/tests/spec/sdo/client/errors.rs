@@ -1,4 +1,6 @@
 //! Transfers of the client that fail, are cancelled, or never were.
+//!
+//! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::{Client, Error, Mode, WINDOW};
 use async_canopen::types::{AbortCode, Address, Instant};
@@ -210,8 +212,6 @@ fn transfer_after_a_time_out_has_its_own_answer() {
 }
 
 /// Each script ends with an answer that does not belong; the server is told why.
-///
-/// Verifies: ECSS 6.1a
 #[test]
 fn every_bad_answer_has_its_abort_code() {
     use AbortCode::{BlockSize, CommandSpecifier, Crc, SequenceNumber, Toggle, TooLong, TooShort};

@@ -1,4 +1,6 @@
 //! The client, byte by byte: what it asks, what it makes of the answers.
+//!
+//! Verifies: ECSS 6.1a
 
 mod blocks;
 mod errors;
@@ -108,7 +110,6 @@ fn segments(value: &[u8], first: usize, count: usize) -> Vec<Payload> {
     parts.map(segment).collect()
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn one_to_four_bytes_are_read_at_once() {
     for (response, value) in [
@@ -132,7 +133,6 @@ fn value_without_size_is_read_as_far_as_wanted() {
     assert_eq!(bench.read(), Some(Ok(vec![0x78, 0x56])));
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn one_to_four_bytes_are_written_at_once() {
     for (value, request) in [
@@ -164,7 +164,6 @@ fn a_value_that_goes_at_once_is_waited_for() {
     assert_eq!(bench.client.push(&[7]), 0);
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn longer_values_are_read_in_segments() {
     for first in ["41 00 20 01 09", "40 00 20 01"] {
@@ -175,7 +174,6 @@ fn longer_values_are_read_in_segments() {
     }
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn longer_values_are_written_in_segments_and_tell_their_size() {
     let mut bench = Bench::downloading(b"123456789abcdefghijkl", Mode::Auto);
@@ -191,7 +189,6 @@ fn longer_values_are_written_in_segments_and_tell_their_size() {
     assert_eq!(bench.client.outcome(), Some(Ok(21)));
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn nine_bytes_are_written_in_a_block() {
     let mut bench = Bench::downloading(b"123456789", Mode::Block);
@@ -202,7 +199,6 @@ fn nine_bytes_are_written_in_a_block() {
     assert_eq!(bench.client.outcome(), Some(Ok(9)));
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn nine_bytes_are_read_in_a_block() {
     let mut bench = Bench::uploading(100, Mode::Block);

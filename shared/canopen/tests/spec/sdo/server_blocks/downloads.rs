@@ -1,4 +1,6 @@
 //! Block downloads: segments that are lost, repeated or late, and refusals.
+//!
+//! Verifies: ECSS 6.1a
 
 use async_canopen::types::Duration;
 use host_worlds::judge::sdo::checksum;
@@ -23,7 +25,6 @@ fn a_download_of_several_sub_blocks_passes_in_parts() {
     assert!(bench.objects.largest_part <= 264);
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn segments_after_a_lost_one_are_ignored_and_sent_again() {
     let value = pattern(42);
@@ -165,8 +166,6 @@ fn sub_blocks_that_bring_nothing_end_a_download() {
 }
 
 /// Each script is a download of [`DOMAIN`] that fails at its last frame.
-///
-/// Verifies: ECSS 6.1a
 #[test]
 fn every_bad_block_download_has_its_abort_code() {
     const CRC: &str = "80 08 20 00 04 00 04 05";

@@ -1,4 +1,6 @@
 //! The server: block transfers, byte by byte.
+//!
+//! Verifies: ECSS 6.1a
 
 mod downloads;
 mod uploads;
@@ -52,7 +54,6 @@ fn segments(value: &[u8], first: usize, count: usize) -> Vec<Payload> {
     parts.map(|(at, part)| segment((at - first + 1) as u8, at + 1 == total, part)).collect()
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn a_block_download_of_nine_bytes_byte_by_byte() {
     let mut bench = Bench::new();
@@ -66,7 +67,6 @@ fn a_block_download_of_nine_bytes_byte_by_byte() {
     assert!(!bench.server.is_busy());
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn a_block_upload_of_nine_bytes_byte_by_byte() {
     let mut bench = Bench::new();
@@ -101,8 +101,6 @@ fn a_block_upload_without_checksum_says_zero() {
 
 /// Clients end the download of an empty value in four ways: with one empty segment or with none, and with 7 or with 0 unused
 /// bytes in the last segment.
-///
-/// Verifies: ECSS 6.1a
 #[test]
 fn empty_block_download_ends_in_each_known_way() {
     let empty_segment: &[_] = &[("81", "A2 01 7F")];

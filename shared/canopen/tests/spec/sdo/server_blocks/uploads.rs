@@ -1,4 +1,6 @@
 //! Block uploads: their pace, segments that are sent again, and failures.
+//!
+//! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::WINDOW;
 use host_worlds::judge::sdo::checksum;
@@ -27,7 +29,6 @@ fn an_upload_is_paced_by_the_bus() {
     answers(&mut bench, frame("A2 28 7F"), &hex(&[end(0, checksum(&value))])[0]);
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn the_block_size_may_change_between_sub_blocks() {
     let value = pattern(75);
@@ -42,7 +43,6 @@ fn the_block_size_may_change_between_sub_blocks() {
     assert!(!bench.server.is_busy());
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn what_was_not_acknowledged_is_sent_again() {
     let value = pattern(75);
@@ -110,7 +110,6 @@ fn small_values_are_uploaded_without_blocks_on_client_request() {
     Bench::new().exchange(&[("A4 04 20 00 7F 10", "41 04 20 00 10"), ("60", "00 45 43 53 53 2D 45 2D")]);
 }
 
-/// Verifies: ECSS 6.1a
 #[test]
 fn every_bad_block_upload_has_its_abort_code() {
     const BLOCK_SIZE: &str = "02 00 04 05";
