@@ -51,7 +51,8 @@ fn clear(producer: &mut Producer) {
     assert!(producer.clear(ErrorCode::TEMPERATURE_DEVICE, 1));
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a, 6.4a.1
+/// Notices: ECSS 6.4a: the end of an error is sent before its beginning was acknowledged.
 #[test]
 fn error_that_ends_before_its_message_was_sent_sends_none() {
     let mut producer = producer(0);
