@@ -180,7 +180,8 @@ fn counters(master: &Bench<Master>) -> Vec<u8> {
 /// Given SYNCs with a counter, when the master was stopped and started, then the first SYNC has counter 1 (CiA 301 7.2.5.2).
 /// SYNC goes on in Pre-operational, and so does its counter.
 ///
-/// Verifies: ECSS 6.3b
+/// Verifies: ECSS 6.9c, 6.3b
+/// Notices: ECSS 6.9c: the counter starts again in Operational, not after Stopped.
 #[test]
 fn sync_counter_begins_with_1_after_the_master_was_stopped() {
     let own = |command| MasterRequest::Nmt(NmtMessage { command, target: Target::Node(NodeId::MASTER) });

@@ -40,6 +40,8 @@ fn a_slave_holds_the_objects_of_table_8_1() {
 /// bxCAN at 42 MHz meets it: prescaler, TS1, TS2 and SJW. The line of 40 m and its transceivers fit, as do oscillators of 0.1 %.
 ///
 /// Verifies: ECSS 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
+/// Notices: ECSS 5.4.2a.1: below 800 kbit/s the sample point begins at 87.5 %, which no option has.
+/// Notices: ECSS 5.4.2a.3: a clock that is no multiple of the rate is taken, and the rate is too high.
 /// Notices: ECSS 5.4.2a.2: the sample point at 250 kbit/s may not be before 87 %.
 #[test]
 fn profile_of_images_has_a_timing_for_each_rate_they_offer() {

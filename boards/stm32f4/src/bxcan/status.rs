@@ -252,8 +252,8 @@ mod tests {
         assert!(!log.is_news(PASSIVE) && log.is_news(WARNING));
     }
 
-    /// Verifies: ECSS 5.6.2b
-    /// Verifies: ECSS 5.6.2c
+    /// Verifies: ECSS 5.6.2b, 5.6.2c
+    /// Notices: ECSS 5.6.2a: bus-off is taken for error passive, and nothing recovers from it.
     #[test]
     fn the_register_tells_state_counters_and_last_error() {
         let passive =

@@ -12,7 +12,11 @@ fn choices() -> (Vec<&'static str>, Vec<&'static str>) {
 
 /// Compiles the module that refuses features. Returns what the compiler reports, nothing if it accepts them.
 fn compiled(features: &[&str]) -> String {
-    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/src/choice.rs");
+    compiled_source(concat!(env!("CARGO_MANIFEST_DIR"), "/src/choice.rs"), features)
+}
+
+/// Compiles a file without dependencies. Returns what the compiler reports, nothing if it accepts the file.
+fn compiled_source(source: &str, features: &[&str]) -> String {
     let mut compiler = Command::new("rustc");
     compiler.args(["--edition=2024", "--crate-type=lib", "--emit=metadata", "--error-format=short"]);
     compiler.args(["--out-dir", env!("CARGO_TARGET_TMPDIR"), "-Aunused", source]);
@@ -51,5 +55,32 @@ fn a_profile_and_a_bit_rate_compile_together() {
         for bit_rate in &bit_rates {
             assert_eq!(compiled(&[profile, bit_rate]), "");
         }
+    }
+}
+
+/// Bit rates that the choice may name, kbit/s.
+const BIT_RATES: &str = "#[allow(nonstandard_style)] pub enum BitRate { KBIT_10 = 10, KBIT_20 = 20, KBIT_50 = 50, \
+    KBIT_125 = 125, KBIT_250 = 250, KBIT_500 = 500, MBIT_1 = 1_000 }";
+
+/// Given the feature of each bit rate, or none, when the choice of the bit rate is compiled with it, then images run at this rate: at
+/// all of the standard, beside the slower ones.
+///
+/// Verifies: ECSS 5.4.2b
+/// Notices: ECSS 5.4.2b: images for 250 kbit/s run at 500 kbit/s.
+#[test]
+fn images_run_at_the_bit_rate_of_their_feature() {
+    let (_, features) = choices();
+    assert_eq!(features, ["kbit-500", "kbit-250", "kbit-125", "kbit-50", "kbit-20", "kbit-10"]);
+    let profiles = include_str!("../../src/profiles.rs");
+    let (_, choice) = profiles.split_once("const BIT_RATE: BitRate = ").unwrap();
+    let (choice, _) = choice.split_once("};").unwrap();
+    let mut all: Vec<(&[&str], u16)> = features.chunks(1).zip([500, 250, 125, 50, 20, 10]).collect();
+    all.push((&[], 1_000));
+    for (chosen, kbit) in all {
+        let rate = format!("const BIT_RATE: BitRate = {choice}}};");
+        let source = format!("{}/bit_rate_{kbit}.rs", env!("CARGO_TARGET_TMPDIR"));
+        let program = format!("{BIT_RATES}\n{rate}\nconst _: () = assert!(BIT_RATE as u32 == {kbit});\n");
+        std::fs::write(&source, program).unwrap();
+        assert_eq!(compiled_source(&source, chosen), "", "{kbit} kbit/s");
     }
 }

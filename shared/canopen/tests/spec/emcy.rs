@@ -54,6 +54,7 @@ fn clear(producer: &mut Producer) {
 }
 
 /// Verifies: ECSS 6.4a.1
+/// Notices: ECSS 6.4a: the end of an error is sent before its beginning was acknowledged.
 #[test]
 fn error_that_ends_before_its_message_was_sent_sends_none() {
     let mut producer = producer(0);

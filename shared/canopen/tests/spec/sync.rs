@@ -61,6 +61,18 @@ fn the_counter_begins_anew_with_every_start() {
     assert_eq!(next(&mut producer, 1), [(1_010, frame(0x080, &[1]))]);
 }
 
+/// Given a producer that is polled late, then the following SYNCs are due as if it had been on time.
+///
+/// Verifies: ECSS 6.9d
+/// Notices: ECSS 6.9d: the next SYNC is due a period after one that was late.
+#[test]
+fn a_late_sync_does_not_move_those_that_follow() {
+    let mut producer = Producer::with(Config::new(PRODUCER, 100_000, 0));
+    producer.start(ms(0));
+    assert_eq!(producer.poll(ms(103)), Some(frame(0x080, &[])));
+    assert_eq!(next(&mut producer, 2).into_iter().map(|(due, _)| due).collect::<Vec<_>>(), [200, 300]);
+}
+
 #[test]
 fn only_a_node_whose_1005h_says_so_produces_sync() {
     let mut producer = Producer::with(Config::new(0x0000_0080, 10_000, 0));

@@ -40,6 +40,7 @@ fn device_as_made_differs_only_where_eds_cannot_express_it() {
     assert_eq!(told, owned([("2103", "0x000300FA"), ("2104", "-7"), ("2105", "node 3")]));
 }
 
+/// Notices: ECSS 6.6a: a DCF has no value for a COB-ID that was moved from its formula.
 #[test]
 fn a_configured_device_tells_what_differs() {
     let mut configured = fixture(NODE);

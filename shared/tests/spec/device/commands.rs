@@ -54,19 +54,20 @@ fn took_pdo(slave: &Bench<TestSlave>) -> bool {
     slave.events.iter().any(|event| matches!(event, SlaveEvent::Pdo { .. }))
 }
 
-/// Given a slave in Pre-operational or Stopped, when it is started, then every service runs: PDOs by timer, event and
-/// SYNC as well, in both directions.
+/// Given a slave in Pre-operational or Stopped, when it is started by its Node-ID or with all slaves (node 0), then every
+/// service runs: PDOs by timer, event and SYNC as well, in both directions.
 ///
 /// Verifies: ECSS 6.5.1a.1
+/// Notices: ECSS 6.5.1a.1: a command to all nodes (node 0) is malformed.
 /// Notices: ECSS 6.5.1a.1: a stopped slave ignores the command to start.
 #[test]
 fn a_started_slave_uses_every_service() {
-    for before in [0x80, 0x02] {
+    for (before, target) in [(0x80, 5), (0x02, 5), (0x80, 0), (0x02, 0)] {
         let mut slave = configured();
         slave.receive(NOMINAL, 0x000, &[before, 5]);
         slave.receive(NOMINAL, 0x000, &[0x01, 6]);
         assert_ne!(slave.node.status(slave.now).state, NmtState::Operational, "the command was for node 6");
-        slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+        slave.receive(NOMINAL, 0x000, &[0x01, target]);
         assert_eq!(services_in_use(&mut slave), [0x085, 0x185, 0x285, 0x485, 0x585, 0x705]);
         assert_eq!(states(&slave), [0x05]);
         assert!(took_pdo(&slave));

@@ -40,6 +40,23 @@ fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
     }
 }
 
+/// Given a clock that a client sets to half a second before its end, then it counts all 32 bits of seconds, and begins
+/// again with zero.
+///
+/// Notices: ECSS 7.1.1a: the coarse time wraps after 2^24 s.
+#[test]
+fn the_coarse_time_counts_32_bits_and_begins_again() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(1_000));
+    assert_eq!(write(&mut slave, 0x2010, 1, &[0xFF; 4]), done(0x2010, 1));
+    assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0x80]), done(0x2010, 2));
+    assert_eq!(read(&mut slave, 0x2011, 1), [0xFF; 4]);
+    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x80, 0]);
+    run(&mut slave, ms(1_750));
+    assert_eq!(read(&mut slave, 0x2011, 1), [0; 4]);
+    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x40, 0], "a quarter of a second");
+}
+
 #[test]
 fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
     let mut slave = operational::<Keeper>();

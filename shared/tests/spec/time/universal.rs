@@ -49,13 +49,20 @@ fn three_writes_are_one_step_of_both_clocks() {
     assert_eq!(read(&mut slave, 0x2013, 1), [101, 0, 0, 0]);
 }
 
+/// Given values beyond a day with a leap second or beyond a millisecond, then they are refused. The last ones below are
+/// taken.
+///
 /// Verifies: ECSS 7.1.3d
+/// Notices: ECSS 7.1.1c: no time within a leap second can be written.
 #[test]
 fn what_no_day_and_no_millisecond_has_is_refused() {
     let mut slave = operational::<Universal<true>>();
     let most = 86_401_000_u32.to_le_bytes();
     assert_eq!(write(&mut slave, 0x2012, 2, &most), refused(0x2012, 2, 0x0609_0031));
     assert_eq!(write(&mut slave, 0x2012, 3, &[0xE8, 3]), refused(0x2012, 3, 0x0609_0031));
+    // 86,400,999 ms and 999 us.
+    assert_eq!(write(&mut slave, 0x2012, 2, &86_400_999_u32.to_le_bytes()), done(0x2012, 2));
+    assert_eq!(write(&mut slave, 0x2012, 3, &[0xE7, 3]), done(0x2012, 3));
 }
 
 /// Verifies: ECSS 7.1.3e, 7.2.2c, 7.2.2e, 7.2.3g, 7.2.3h

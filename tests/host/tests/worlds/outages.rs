@@ -4,6 +4,7 @@
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
+use ecss_can::boot::{AssignedSlave, Expected};
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
@@ -92,6 +93,37 @@ fn others_go_on_while_a_slave_has_no_power() {
         assert!(world.all_operational());
         assert_eq!((switches(&world, off), world.frames(Bus::Redundant).len()), (0, 0));
     }
+}
+
+/// At power-on the network waits for slave 2 before it starts with SYNC.
+const MANDATORY: Profile = Profile {
+    slaves: &[AssignedSlave {
+        node: TWO,
+        mandatory: true,
+        expected: Expected { device_type: 0, identity: [0; 4], stamp: [0; 2] },
+    }],
+    ..STANDARD
+};
+
+/// Given a busy network, when a mandatory slave loses its power, then the others go on in the same way: SYNC does not wait for it
+/// again. When it returns, then it is started.
+///
+/// Verifies: ECSS 5.3.3.2.2b
+/// Notices: ECSS 5.3.3.2.2b: SYNC waits again when a mandatory slave is lost.
+#[test]
+fn others_go_on_while_a_mandatory_slave_has_no_power() {
+    let mut world = busy(MANDATORY);
+    let off = world.now();
+    world.power_off(TWO);
+    world.run_for(ms(2_000));
+    assert!(master_told(&world, off).contains(&MasterEvent::SlaveLost { node: TWO }));
+    for node in [THREE, FOUR] {
+        assert_undisturbed(&world, node, off, world.now());
+    }
+    world.power_on(TWO);
+    world.run_for(ms(2_000));
+    assert!(world.all_operational());
+    assert_eq!((switches(&world, off), world.frames(Bus::Redundant).len()), (0, 0));
 }
 
 /// The harness between slaves 2 and 3: the master and slave 2 are upstream of it.

@@ -153,6 +153,7 @@ fn an_acyclic_one_waits_for_an_event_and_then_for_the_next_sync() {
     assert_eq!(syncs_with(&mut node, 3), [1]);
 }
 
+/// Notices: ECSS 6.2a: an event sends a cyclic PDO with the next SYNC.
 #[test]
 fn an_event_does_nothing_to_a_cyclic_one() {
     let mut node = Node::with(synchronous(3, 0));

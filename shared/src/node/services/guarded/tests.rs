@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use super::{Copied, correct};
 use crate::emcy::Config;
-use crate::node::index::{RPDO, TPDO};
+use crate::node::index::{EMCY_COB_ID, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::probe::Probe;
 use crate::node::services::Services;
 use crate::node::{NodeObjects, Outbox, SlaveEvent};
@@ -156,16 +156,29 @@ fn every_flipped_bit_of_a_service_is_mended_and_reported() {
     }
 }
 
+/// Given a client that writes the COB-ID of SYNC, of the emergencies or of a PDO, then it is kept and used: no bit of it
+/// counts as flipped.
+///
 /// Verifies: ECSS 6.10c, 6.10d
+/// Notices: ECSS 6.10c: COB-IDs written to 1005h and 1014h are taken back as flipped bits.
 #[test]
 fn what_a_client_writes_is_no_flipped_bit() {
     let mut services = services();
-    for value in [INVALID | NO_REMOTE | 0x185, NO_REMOTE | 0x6C5] {
-        services.write(Address::new(TPDO, 1), &value.to_le_bytes(), NOW).unwrap();
-        services.on_own_written(Address::new(TPDO, 1), NOW, &mut Outbox::<SlaveEvent>::new());
-        assert_eq!(compare(&mut services), 0);
+    let (sync, emcy) = (Address::new(SYNC_COB_ID, 0), Address::new(EMCY_COB_ID, 0));
+    for (at, value) in [
+        (sync, 0x6C3),
+        (emcy, INVALID | 0x085),
+        (emcy, 0x6C4),
+        (Address::new(TPDO, 1), INVALID | NO_REMOTE | 0x185),
+        (Address::new(TPDO, 1), NO_REMOTE | 0x6C5),
+    ] {
+        services.write(at, &value.to_le_bytes(), NOW).unwrap();
+        services.on_own_written(at, NOW, &mut Outbox::<SlaveEvent>::new());
+        assert_eq!(compare(&mut services), 0, "{at:?}");
     }
-    assert_eq!(services.dictionary.tpdos.id(0), CobIdEntry::from_raw(0x6C5).cob_id());
+    let (written, used, _) = state(&services);
+    assert_eq!([written[0], written[1], written[4]], [0x6C3, 0x6C4, NO_REMOTE | 0x6C5]);
+    assert_eq!([used[0], used[1], used[4]], [0x6C3, 0x6C4, 0x6C5].map(CobId::new));
 }
 
 /// Given a flipped bit in an object, when a client writes another one, then the bit is mended: what is written to
