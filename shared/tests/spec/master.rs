@@ -384,3 +384,16 @@ fn a_master_with_selective_access_leaves_and_joins() {
     master.receive(NOMINAL, 0x702, &[0x05]);
     assert_eq!(master.events, []);
 }
+
+/// Given a master with selective access and Ntoggle 0, when its application chooses the other bus, then the master goes there.
+///
+/// Verifies: ECSS 8.2.3a
+/// Notices: ECSS 8.2.3a: the application of a master cannot choose the bus while Ntoggle is 0.
+#[test]
+fn a_master_that_changes_no_bus_by_itself_goes_to_the_chosen_one() {
+    let selective = &[ecss_can::types::NodeId::MASTER];
+    let mut master = powered(&Profile { selective, master_ntoggle: 0, ..STANDARD });
+    master.clear();
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    assert_eq!(master.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+}

@@ -152,6 +152,20 @@ fn with_selective_access_it_leaves_one_bus_and_joins_the_other() {
     );
 }
 
+/// Given a slave with selective access whose bus is bus-off, when it leaves that bus before the recovery, then there is none.
+///
+/// Verifies: ECSS 8.2.1a.1
+/// Notices: ECSS 8.2.1a.1: a bus that was left while bus-off is recovered later.
+#[test]
+fn with_selective_access_it_recovers_no_bus_that_it_left() {
+    let mut slave = operational(&SELECTIVE);
+    slave.run_until(ms(505));
+    slave.health(NOMINAL, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
+    slave.clear();
+    slave.run_until(ms(700));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+}
+
 /// Verifies: ECSS 8.3.3j
 #[test]
 fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {

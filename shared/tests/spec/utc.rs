@@ -53,6 +53,7 @@ fn a_device_without_submilliseconds_has_zero_there() {
 /// A day has 86,400,000 ms.
 ///
 /// Notices: ECSS 7.1.1c: each day has the 86,401 s of one with a leap second.
+/// Notices: ECSS 7.1.3d: a day before another one counts as 65,535 days after it.
 #[test]
 fn days_are_carried_and_wrap() {
     let span = Duration::from_micros;

@@ -7,7 +7,8 @@ use ecss_can::node::{
 use ecss_can::node::{Outbox, Refusal, Slave, SlaveEvent};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{Mapping, PdoObjects};
-use ecss_can::types::{Bus, Frame, Instant, Scet};
+use ecss_can::profile::Profile;
+use ecss_can::types::{Bus, Duration, Frame, Instant, Scet};
 use mission::{
     Command, CommanderObjects, LIBRECUBE, Message, MissionObjects, REQUEST_RPDO, Received, Request, SLAVES,
     STANDARD, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telemetry, command, master, received, request, slave, slot,
@@ -155,6 +156,20 @@ fn spacecraft_time_is_get_at_the_master_and_set_at_each_slave() {
     }
 }
 
+/// Given a slave of the mission, when 181h comes after a SYNC, then its bytes are fine time and coarse time, both little-endian.
+///
+/// Verifies: ECSS 7.1.2f
+/// Notices: ECSS 7.1.2f: a slave maps the coarse time of Local SCET Set before the fine time.
+#[test]
+fn spacecraft_time_is_taken_as_figure_7_1_has_it() {
+    let mut slave = operational();
+    slave.hear(frame(0x080, &[]));
+    slave.events();
+    slave.hear(frame(0x181, &[0x56, 0x34, 0x12, 0xEF, 0xCD, 0xAB, 0x89]));
+    let time = Scet::new(0x89AB_CDEF, 0x12_3456).unwrap();
+    assert!(slave.events().contains(&SlaveEvent::Time(time)));
+}
+
 /// Given the slaves of the mission at power-on, then each has one transmit PDO with its Local SCET Get: 180h and its Node-ID.
 ///
 /// Verifies: ECSS 7.2.2e, 7.2.2g, 7.2.3h, 7.2.3j
@@ -204,6 +219,16 @@ fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
     slave.hear(frame(0x181, &[0, 0, 0, 0xE8, 3, 0, 0]));
     assert!(slave.events().contains(&SlaveEvent::Time(time)));
     assert_eq!(slave.node.scet(ms(1)), time);
+}
+
+/// Given SYNC every 100 ms, when the time is to go out every minute, then its type is 240, the longest cycle that there is.
+///
+/// Verifies: ECSS 7.2.3e
+/// Notices: ECSS 7.2.3e: a time period of more than 240 SYNCs gives a type above 240.
+#[test]
+fn type_of_the_time_is_240_at_most() {
+    const RARE: Profile = Profile { time: Duration::from_millis(60_000), ..STANDARD };
+    assert_eq!(master(&RARE, None).objects().pdos.tpdos[0].transmission, 240);
 }
 
 #[test]

@@ -47,6 +47,17 @@ fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     assert_eq!(read(&mut slave, 0x1401, 1), [0x05, 3, 0, 0x40]);
 }
 
+/// Given a slave with parallel access, when an RPDO gets another COB-ID, then both of its controllers receive it.
+///
+/// Verifies: ECSS 8.2.1a.2
+/// Notices: ECSS 8.2.1a.2: a changed filter is set on the active bus only.
+#[test]
+fn changed_rpdo_is_received_from_both_buses() {
+    let mut slave = powered();
+    write_all(&mut slave, &[(0x1401, 1, &[0x05, 3, 0, 0xC0]), (0x1401, 1, &[0x45, 3, 0, 0x40])]);
+    assert_eq!(Bus::ALL.map(|bus| slave.admits(bus, 0x345)), [true; 2]);
+}
+
 #[test]
 fn a_pdo_is_mapped_anew_and_sent() {
     let mut slave = powered();

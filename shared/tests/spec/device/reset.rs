@@ -115,3 +115,17 @@ fn all_filters_return_to_defaults_beside_the_boot_up_message() {
     assert!(Bus::ALL.into_iter().all(|bus| counters[bus].failed() == 0));
     assert_eq!(payloads(&slave, 0x705), [[0]]);
 }
+
+/// Given consumer and producer times that a client wrote, when the slave gets Reset communication, then 1016h and 1017h have those of
+/// its profile again: 250 ms of node 1, and 100 ms.
+///
+/// Verifies: ECSS 8.3.1a
+/// Notices: ECSS 8.3.1a: after Reset communication 1016h lacks the master and its time.
+#[test]
+fn heartbeat_times_of_table_8_1_return_to_those_of_the_profile() {
+    let mut slave = powered();
+    write_all(&mut slave, &[(0x1016, 1, &[0x58, 2, 1, 0]), (0x1017, 0, &[50, 0])]);
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(read(&mut slave, 0x1016, 1), [250, 0, 1, 0]);
+    assert_eq!(read(&mut slave, 0x1017, 0), [100, 0, 0, 0]);
+}

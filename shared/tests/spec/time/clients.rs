@@ -10,7 +10,7 @@ use ecss_can::types::FineInstant;
 use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, time, us};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
-use crate::device::fixture::{ask_on, done, map_tpdo, read, refused, write, write_all, write_on};
+use crate::device::fixture::{ask, ask_on, done, map_tpdo, read, refused, write, write_all, write_on};
 
 fn steps(slave: &Node<Keeper>) -> Vec<Step> {
     let step = |event: &SlaveEvent| match event {
@@ -68,6 +68,23 @@ fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
     assert_eq!(read(&mut slave, 0x2011, 1), [1, 0, 0, 0]);
     run(&mut slave, ms(11_500));
     assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x80, 0], "11.5 s");
+}
+
+/// Given a client that asks by block upload and accepts an expedited answer, when it reads the coarse time at 1.999 s and the fine time
+/// 2 ms later, then both are of 1.999 s.
+///
+/// Notices: ECSS 7.1.2d: a read of the time by block upload takes no sample.
+#[test]
+fn parts_read_by_block_upload_are_of_one_sample() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(1_999));
+    assert_eq!(ask(&mut slave, [0xA0, 0x11, 0x20, 1, 1, 4, 0, 0]), [0x43, 0x11, 0x20, 1, 1, 0, 0, 0]);
+    run(&mut slave, ms(2_001));
+    // 0.999 x 2^24 = 16,760,438.8, in three bytes.
+    assert_eq!(
+        ask(&mut slave, [0xA0, 0x11, 0x20, 2, 1, 4, 0, 0]),
+        [0x47, 0x11, 0x20, 2, 0x77, 0xBE, 0xFF, 0]
+    );
 }
 
 /// Coarse time, fine time 100 ms later: one step, as of the second write.

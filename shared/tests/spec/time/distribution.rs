@@ -228,6 +228,8 @@ fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
 }
 
 /// As above, where the spacecraft time is not distributed by SYNC: the local time is the present one.
+///
+/// Notices: ECSS 7.2.1a: a device whose time comes by type 254 sends that of the last SYNC.
 #[test]
 fn local_time_pdo_by_event_has_present_time_without_sync_times() {
     let mut slave = operational::<Keeper>();
@@ -323,4 +325,45 @@ fn types_252_and_253_are_refused_for_the_time() {
             assert_eq!(write(&mut slave, index, 2, &[transmission]), refused);
         }
     }
+}
+
+/// Given a Local Time PDO by event, when a SYNC of a wrong length comes after a right one, then the PDO has the time at the right one.
+///
+/// Verifies: ECSS 7.2.3k
+/// Notices: ECSS 7.2.3k: a SYNC of a wrong length counts as the last one.
+#[test]
+fn local_time_is_not_that_of_a_sync_of_wrong_length() {
+    let mut slave = operational::<Keeper>();
+    set_transmission(&mut slave, 0x1800, 254);
+    run(&mut slave, ms(1_000));
+    sync(&mut slave);
+    run(&mut slave, ms(1_500));
+    slave.receive(NOMINAL, 0x080, &[1, 2]);
+    slave.clear();
+    slave.touch(|slave, now| slave.send_pdo(0, now));
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
+}
+
+/// Given a client that maps Local SCET Set to another RPDO of a slave in Operational, when the spacecraft time comes by it, then it sets
+/// the clock.
+///
+/// Verifies: ECSS 7.2.2c
+/// Notices: ECSS 7.2.2c: Local SCET Set that a client maps sets no clock until the next boot.
+#[test]
+fn spacecraft_time_is_taken_by_the_rpdo_to_which_a_client_maps_it() {
+    let mut slave = operational::<Keeper>();
+    let steps: [(u16, u8, &[u8]); 7] = [
+        (0x1400, 1, &[0x81, 1, 0, 0xC0]),
+        (0x1601, 0, &[0]),
+        (0x1601, 1, &[0x18, 2, 0x10, 0x20]),
+        (0x1601, 2, &[0x20, 1, 0x10, 0x20]),
+        (0x1601, 0, &[2]),
+        (0x1401, 2, &[1]),
+        (0x1401, 1, &[0x81, 1, 0, 0x40]),
+    ];
+    write_all(&mut slave, &steps);
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    time(&mut slave, scet(1_000, 0));
+    assert_eq!(slave.node.scet(slave.now), scet(1_000, 0));
 }
