@@ -185,7 +185,8 @@ fn heartbeat_of_the_master_ends_warning_and_search() {
 /// Given a searching slave, when "reset communication" arrives on the other bus, then the slave changes the bus first, so
 /// that its boot-up message is on the bus of the master.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 6.5.3a, 8.3.3g
+/// Notices: ECSS 6.5.3a: the boot-up message after a reset is sent on Bdefault.
 #[test]
 fn bus_of_a_reset_is_changed_to_before_it_is_obeyed() {
     let mut bench = Bench::new(BusAccess::Parallel);
