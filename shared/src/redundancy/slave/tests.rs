@@ -172,7 +172,7 @@ fn other_frames_do_not_end_the_warning() {
     assert_eq!(bench.poll(261), []);
 }
 
-/// Given a slave that missed the master, when the master is heard again on the same bus, its fault gone, then search and error end.
+/// Given a slave that missed the master, when the master is heard again on the same bus, then search and error end.
 ///
 /// Verifies: ECSS 5.3.3.2.3j
 /// Notices: ECSS 5.3.3.2.3j: a slave reports for ever that it missed the master.

@@ -114,7 +114,7 @@ fn frame_that_made_room_does_not_survive_its_bus() {
     assert_eq!(bench.drain(), []);
 }
 
-/// Given frames that cannot be sent, because the bus is shorted, say, when it is free again after their lifetime, then none of them is.
+/// Given frames that cannot be sent, because of a short, say, when the bus is free again after their lifetime, then none is sent.
 ///
 /// Verifies: ECSS 5.3.3.2.3g
 /// Notices: ECSS 5.3.3.2.3g: a frame in a mailbox is sent late, after the short.
