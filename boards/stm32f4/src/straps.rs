@@ -144,6 +144,19 @@ mod tests {
         }
     }
 
+    /// Given a stored Node-ID, then straps alone that are all open leave it to that one. Those of a master are wrong for a slave.
+    ///
+    /// Verifies: ECSS 6.10e
+    /// Notices: ECSS 6.10e: straps of a master count as open straps of a slave.
+    #[test]
+    fn straps_that_name_no_slave_are_wrong_and_not_open() {
+        let id = NodeId::of::<2>();
+        assert_eq!([of_slave(Ok(id)), of_slave(Err(StrapError::Open))], [Straps::Closed(id), Straps::Open]);
+        for error in [StrapError::Parity, StrapError::NotASlave(0), StrapError::NotASlave(1)] {
+            assert_eq!(of_slave(Err(error)), Straps::Wrong, "{error:?}");
+        }
+    }
+
     /// Verifies: ECSS 6.10g
     #[test]
     fn straps_in_ram_are_taken_only_when_no_bit_has_changed() {

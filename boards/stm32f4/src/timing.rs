@@ -39,6 +39,8 @@ mod tests {
     ///
     /// Verifies: ECSS 5.4.3a
     /// Notices: ECSS 5.4.3a: the clock behind the time quanta is half of what it is.
+    /// Notices: ECSS 5.4.3a: the jump width that a network asks for is not taken.
+    /// Notices: ECSS 5.4.3a: prescalers above 64 are refused.
     #[test]
     fn time_quanta_and_sample_point_follow_the_network() {
         let crystals = |bit_rate| Network {
@@ -56,6 +58,10 @@ mod tests {
             (crystals(BitRate::KBIT_500), [6, 11, 2, 1], 857),
             (crystals(BitRate::KBIT_250), [12, 11, 2, 1], 857),
             (crystals(BitRate::KBIT_125), [21, 13, 2, 1], 875),
+            (crystals(BitRate::KBIT_10), [280, 12, 2, 1], 866),
+            // Phase segments of 2, and a jump width of 1 where it is asked for.
+            (worse(3_000), [3, 11, 2, 2], 857),
+            (Network { jump_width: 1, ..worse(3_000) }, [3, 11, 2, 1], 857),
         ] {
             let timing = bit_timing(&network);
             let segments = [timing.segment1(), timing.segment2(), timing.jump_width()].map(u16::from);

@@ -116,6 +116,8 @@ fn has_no_object_beyond_canopen() {
     }
 }
 
+/// Verifies: ECSS 6.4a.2
+/// Notices: ECSS 6.4a.2: a missed heartbeat has the code 8000h.
 #[test]
 fn misses_the_heartbeat_that_1016h_names() {
     let mut slave = operational();

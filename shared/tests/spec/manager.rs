@@ -258,6 +258,11 @@ fn half_of_the_slaves_silent_is_enough_less_is_not() {
     );
 }
 
+/// Given a bus that was left because half of its slaves fell silent, when as many are silent on the other one, then the master
+/// stays there, and the nodes that resumed there go on.
+///
+/// Verifies: ECSS 5.3.3.2.3h
+/// Notices: ECSS 5.3.3.2.3h: slaves that are silent on both buses make the master leave each.
 #[test]
 fn equal_halves_of_slaves_on_both_buses_keep_the_present_bus() {
     let mut manager = started();
@@ -273,6 +278,38 @@ fn equal_halves_of_slaves_on_both_buses_keep_the_present_bus() {
     }
 }
 
+/// Given slaves that are heard on the active bus, when nobody acknowledges on the other one any more, then the master stays.
+///
+/// Verifies: ECSS 5.3.3.2.2a
+/// Notices: ECSS 5.3.3.2.2a: a master off the other bus leaves the active one.
+#[test]
+fn a_master_off_the_other_bus_stays() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 10);
+    manager.on_health(REDUNDANT, ALONE, false, ms(20));
+    assert_eq!(decisions(&mut manager, 100), []);
+}
+
+/// Given a bus that was left for silence, and slaves that were heard on the other one since, when those are silent as well, then
+/// the master leaves as fast as the first time.
+///
+/// Verifies: ECSS 5.3.3.2.3h
+#[test]
+fn the_next_fault_is_answered_as_the_first_one() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 10);
+    let left = decisions(&mut manager, 110);
+    assert_eq!(left.last(), Some(&(110, switched(NOMINAL, SwitchCause::SlavesSilent))));
+    for at in (150..=700).step_by(50) {
+        assert_eq!(decisions(&mut manager, at), []);
+        hear(&mut manager, REDUNDANT, 2, at);
+    }
+    let left = decisions(&mut manager, 800);
+    assert_eq!(left.last(), Some(&(800, switched(REDUNDANT, SwitchCause::SlavesSilent))));
+}
+
+/// Verifies: ECSS 5.3.3.2.3e
+/// Notices: ECSS 5.3.3.2.3e: a master that hears nobody stays for a whole dwell.
 #[test]
 fn with_all_slaves_silent_master_leaves_at_once_and_every_dwell() {
     let mut manager = started();

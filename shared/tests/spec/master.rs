@@ -352,7 +352,8 @@ fn cut_off_it_goes_to_the_other_bus_within_milliseconds() {
     assert_eq!(master.times(REDUNDANT, 0x701), [104]);
 }
 
-/// Verifies: ECSS 5.6.2a, 5.6.2b
+/// Verifies: ECSS 5.3.3.2.3e, 5.6.2a, 5.6.2b
+/// Notices: ECSS 5.3.3.2.3e: a master never leaves a bus that failed.
 #[test]
 fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
     let mut master = flying();

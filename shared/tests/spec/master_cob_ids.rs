@@ -17,6 +17,20 @@ const ANY: Expected = Expected { device_type: 0, identity: [0; 4], stamp: [0; 2]
 /// Verifies: ECSS 6.10l
 #[test]
 fn the_boot_process_compares_with_the_pdos_of_the_master() {
+    assert_cob_id_in_use(Address::new(0x1800, 1), 0x4000_0302);
+}
+
+/// Over the bus: slave 2 reports its errors with 081h, as the master does.
+///
+/// Verifies: ECSS 6.10l
+/// Notices: ECSS 6.10l: a slave may take the COB-ID of the EMCY of the master.
+#[test]
+fn the_boot_process_compares_with_the_emergencies_of_the_master() {
+    assert_cob_id_in_use(Address::new(0x1014, 0), 0x0000_0081);
+}
+
+/// Asserts that slave 2 is not started whose entry at `at` has a COB-ID of the master.
+fn assert_cob_id_in_use(at: Address, entry: u32) {
     const TWO: NodeId = NodeId::of::<2>();
     const PROFILE: Profile =
         Profile { slaves: &[AssignedSlave { node: TWO, mandatory: false, expected: ANY }], ..STANDARD };
@@ -31,17 +45,12 @@ fn the_boot_process_compares_with_the_pdos_of_the_master() {
         if frame.id().raw() != 0x602 {
             continue;
         }
-        let answer = match u16::from_le_bytes([low, high]) {
-            0x1800 => [0x43, low, high, sub, 0x02, 0x03, 0, 0x40],
-            _ => [0x43, low, high, sub, 0, 0, 0, 0x80],
-        };
-        master.receive(NOMINAL, 0x582, &answer);
+        let is_it = Address::new(u16::from_le_bytes([low, high]), sub) == at;
+        let [a, b, c, d] = if is_it { entry } else { 0x8000_0000 }.to_le_bytes();
+        master.receive(NOMINAL, 0x582, &[0x43, low, high, sub, a, b, c, d]);
     }
-    let cause = BootCause::CobIdInUse {
-        at: Address::new(0x1800, 1),
-        id: CobId::new(0x302).unwrap(),
-        other: NodeId::MASTER,
-    };
+    let id = CobId::new(entry as u16).unwrap();
+    let cause = BootCause::CobIdInUse { at, id, other: NodeId::MASTER };
     let failure = BootFailure { error: BootError::Configuration, cause };
     assert!(master.events.contains(&MasterEvent::BootFailed { node: TWO, failure }), "{:?}", master.events);
 }

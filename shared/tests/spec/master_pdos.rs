@@ -262,6 +262,8 @@ impl Device for Viewer {
     const RAW_FRAMES: &'static [CobId] = &[IMAGE, CobId::heartbeat(NodeId::of::<3>())];
 }
 
+/// Verifies: ECSS 6.10b
+/// Notices: ECSS 6.10b: the application sends raw frames with any COB-ID but that of NMT.
 #[test]
 fn frames_that_no_pdo_covers_pass_both_ways() {
     let viewer = ecss_can::node::Master::new(&STANDARD, Viewer::default(), None);
@@ -274,7 +276,9 @@ fn frames_that_no_pdo_covers_pass_both_ways() {
     assert_eq!(send(&mut master, frame(0x6A1, &[1])), Ok(()));
     assert_eq!(master.frames(), [(NOMINAL, frame(0x6A1, &[1]))]);
     assert_eq!(master.sent[0].expires, ms(100));
-    assert_eq!(send(&mut master, frame(0x000, &[1, 0])), Err(Refusal::NotValid), "restricted");
+    for raw in [0x000, 0x001, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x701, 0x7FF] {
+        assert_eq!(send(&mut master, frame(raw, &[1, 0])), Err(Refusal::NotValid), "{raw:03X} is restricted");
+    }
     let image = frame(0x6A0, &[1, 2, 3]);
     master.clear();
     master.receive(NOMINAL, 0x6A0, &[1, 2, 3]);

@@ -24,7 +24,9 @@ fn errors(master: &mut Bench<Master>) -> (u32, u32, u32) {
     (read(master, 0x1001, 0), last(1, master), last(2, master))
 }
 
-/// Verifies: ECSS 5.6.2b, 5.6.2c
+/// Verifies: ECSS 5.3.3.2.3g, 5.6.2b, 5.6.2c
+/// Notices: ECSS 5.3.3.2.3g: error passive on the redundant bus is reported for ever.
+/// Notices: ECSS 5.6.2b: the application hears of the active bus alone.
 /// Notices: ECSS 5.6.2c: the object of the redundant bus has the counters of the nominal one.
 #[test]
 fn errors_of_its_buses_stand_in_its_dictionary() {
@@ -34,7 +36,9 @@ fn errors_of_its_buses_stand_in_its_dictionary() {
         assert_eq!(errors(&mut master), (0, 0, 0));
         // Not for want of an acknowledgement: that of a first node on a bus is no error.
         let last_error = LastError::BitDominant;
-        master.health(bus, Health { tec: 130, last_error, ..state(ErrorState::Passive) });
+        let passive = Health { tec: 130, last_error, ..state(ErrorState::Passive) };
+        master.health(bus, passive);
+        assert!(master.events.contains(&MasterEvent::Health { bus, health: passive }));
         assert_eq!(errors(&mut master), (0x11, 0x8120 | source, 0));
         assert_eq!((read(&mut master, health, 1), read(&mut master, health, 2)), (1, 130));
         master.health(bus, state(ErrorState::Active));
@@ -83,6 +87,23 @@ fn error_counters_follow_the_controller_unasked() {
         let objects = &master.node.objects().spacecraft;
         let health = if bus == NOMINAL { &objects.health_nominal } else { &objects.health_redundant };
         assert_eq!((health.tec, health.rec), (7, 9));
+    }
+}
+
+/// Given counters of a bus, when a client reads them again and again, then they stay as they are; that of received frames counts
+/// the requests.
+///
+/// Verifies: ECSS 5.6.2c
+/// Notices: ECSS 5.6.2c: a read of the counters of a bus clears them.
+#[test]
+fn reading_the_counters_of_a_bus_changes_none() {
+    let mut master = powered(&STANDARD);
+    master.link(NOMINAL, LinkEvent::Counters(Health { tec: 7, rec: 9, ..Health::default() }));
+    master.link(NOMINAL, LinkEvent::Overrun { lost: 3 });
+    for _ in 0..3 {
+        let received = read(&mut master, 0x2020, 5);
+        assert_eq!([2, 3, 7].map(|sub| read(&mut master, 0x2020, sub)), [7, 9, 3]);
+        assert_eq!(read(&mut master, 0x2020, 5), received + 4);
     }
 }
 

@@ -20,7 +20,8 @@ const NO_STATE: [u8; 5] = [0x80, 0x81, 0x86, 0xFE, 0x06];
 /// Given a master that sends every heartbeat, or every second one, with bit 7, then its slave follows for ever. Each such heartbeat is
 /// counted.
 ///
-/// Verifies: ECSS 8.3.3d
+/// Verifies: ECSS 6.5.2b, 8.3.3d
+/// Notices: ECSS 6.5.2b: heartbeats of a master that is not Operational do not count.
 #[test]
 fn slave_follows_a_master_with_bit_7() {
     for (byte, _) in TOGGLED {

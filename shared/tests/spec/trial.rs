@@ -64,6 +64,9 @@ fn a_bus_that_served_more_slaves_is_tried_again() {
 
 /// Given a try that ended in a tie. When the slave left behind is heard on the other bus for the hold time, then that bus is
 /// tried for it, and after this no bus is.
+///
+/// Verifies: ECSS 5.3.3.2.3k
+/// Notices: ECSS 5.3.3.2.3k: the master changes the bus ever again for slaves behind a cut.
 #[test]
 fn after_a_tie_each_bus_was_tried_once() {
     let mut manager = tried();

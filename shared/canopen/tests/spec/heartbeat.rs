@@ -296,6 +296,18 @@ fn entries_without_a_node_or_a_time_are_not_in_use() {
     }
 }
 
+/// Given an entry with the longest consumer time there is, then its node is missed after that time.
+///
+/// Notices: ECSS 6.5.2a: consumer times of 32768 ms and more are too short.
+#[test]
+fn a_consumer_time_has_16_bits() {
+    let mut monitor = Monitor::<HeartbeatConsumers>::new();
+    monitor.set(1, 0x0003_FFFF);
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
+    assert_eq!(missed(&mut monitor, 65_534), []);
+    assert_eq!(missed(&mut monitor, 65_535), [(3, ms(0))]);
+}
+
 #[test]
 fn writing_an_entry_arms_it_anew() {
     let mut monitor = monitor();

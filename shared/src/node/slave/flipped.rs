@@ -4,11 +4,12 @@ extern crate std;
 
 use std::vec::Vec;
 
+use crate::heartbeat::NodeControl;
 use crate::link::Stamp;
 use crate::node::probe::Probe;
 use crate::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent};
 use crate::profile::Profile;
-use crate::types::{Bus, CobId, Frame, Instant, NodeId};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
 const ID: NodeId = NodeId::of::<5>();
 
@@ -95,6 +96,21 @@ fn a_flipped_node_id_is_mended_before_the_next_heartbeat() {
     bench.heartbeats(1);
     let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
     assert_eq!((heartbeats, bench.mended()), ([CobId::heartbeat(ID)].to_vec(), 1));
+}
+
+/// Given a running slave whose Node-ID is false where its heartbeats are made, too, then the next heartbeat has the right one.
+///
+/// Verifies: ECSS 6.10k
+/// Notices: ECSS 6.10k: a false Node-ID stays where heartbeats are made.
+#[test]
+fn a_flipped_node_id_of_heartbeats_is_mended_too() {
+    let mut bench = Bench::new();
+    let mut control = NodeControl::new(NodeId::of::<7>(), Profile::DEFAULT.heartbeat, Duration::ZERO, false);
+    control.boot(bench.now);
+    bench.slave.canopen.control = control;
+    bench.heartbeats(1);
+    let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
+    assert_eq!(heartbeats, [CobId::heartbeat(ID)]);
 }
 
 /// Given a running slave, when a bit of its Node-ID flips, then it obeys no command for the node that the false one names.

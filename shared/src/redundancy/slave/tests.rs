@@ -172,6 +172,10 @@ fn other_frames_do_not_end_the_warning() {
     assert_eq!(bench.poll(261), []);
 }
 
+/// Given a slave that missed the master, when the master is heard again on the same bus, then search and error end.
+///
+/// Verifies: ECSS 5.3.3.2.3j
+/// Notices: ECSS 5.3.3.2.3j: a slave reports for ever that it missed the master.
 #[test]
 fn heartbeat_of_the_master_ends_warning_and_search() {
     let mut bench = Bench::operational();
@@ -185,7 +189,8 @@ fn heartbeat_of_the_master_ends_warning_and_search() {
 /// Given a searching slave, when "reset communication" arrives on the other bus, then the slave changes the bus first, so
 /// that its boot-up message is on the bus of the master.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 6.5.3a, 8.3.3g
+/// Notices: ECSS 6.5.3a: the boot-up message after a reset is sent on Bdefault.
 #[test]
 fn bus_of_a_reset_is_changed_to_before_it_is_obeyed() {
     let mut bench = Bench::new(BusAccess::Parallel);

@@ -244,7 +244,8 @@ fn master_is_missed_by_its_entry_in_use() {
 
 /// Given that no entry in use has the Node-ID of the master, when the master falls silent, then the slave does not miss it.
 ///
-/// Verifies: ECSS 8.3.1c
+/// Verifies: ECSS 6.5.2b, 8.3.1c
+/// Notices: ECSS 6.5.2b: a written 1016h is obeyed after the next boot only.
 #[test]
 fn master_without_an_entry_in_use_is_not_missed() {
     for first in [[0, 0, 1, 0], [0; 4], [0xFA, 0, 0, 0], [0xFA, 0, 0x81, 0]] {

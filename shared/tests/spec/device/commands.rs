@@ -6,7 +6,7 @@ use ecss_can::emcy::ErrorCode;
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::NmtState;
 
-use super::fixture::{map_tpdo, payloads, powered, read, run_with_master, write_all};
+use super::fixture::{ask, map_tpdo, payloads, powered, read, run_with_master, write_all};
 use crate::bench::{Bench, NOMINAL, frame, span};
 use crate::slave::TestSlave;
 
@@ -138,19 +138,20 @@ fn a_slave_to_be_reset_is_silent_until_the_reset() {
 }
 
 /// Given a slave in any state, with other communication objects than at power-on and a number of the application,
-/// when its communication is to be reset, then it boots up at once with the objects of power-on. The application and the
-/// chip go on.
+/// when its communication is to be reset, or that of all nodes, then it boots up at once with the objects of power-on. The
+/// application and the chip go on.
 ///
 /// Verifies: ECSS 6.5.1a.5
+/// Notices: ECSS 6.5.1a: Reset communication of all nodes is not obeyed.
 /// Notices: ECSS 6.5.1a.5: the PDOs keep what a client wrote.
 #[test]
 fn reset_communication_resets_communication_objects_alone() {
-    for before in [0x80, 0x01, 0x02] {
+    for (before, target) in [(0x80, 5), (0x01, 5), (0x02, 5), (0x01, 0)] {
         let mut slave = configured();
         write_all(&mut slave, &[(0x6210, 0, &[1, 2, 3, 4]), (0x1017, 0, &[50, 0]), (0x1029, 1, &[1])]);
         slave.receive(NOMINAL, 0x000, &[before, 5]);
         slave.clear();
-        slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+        slave.receive(NOMINAL, 0x000, &[0x82, target]);
         assert_eq!(slave.frames(), [(NOMINAL, frame(0x705, &[0x00]))], "{before:02X}h");
         assert_eq!(slave.events, [SlaveEvent::State(NmtState::PreOperational)]);
         assert_eq!(read(&mut slave, 0x1017, 0), [100, 0, 0, 0], "100 ms");
@@ -160,4 +161,18 @@ fn reset_communication_resets_communication_objects_alone() {
         slave.receive(NOMINAL, 0x000, &[0x01, 5]);
         assert_eq!(services_in_use(&mut slave), [0x085, 0x185, 0x585, 0x705]);
     }
+}
+
+/// Given a segmented upload under way, when the communication is reset, then the upload is over: a request for its next segment
+/// is aborted.
+///
+/// Verifies: ECSS 6.5.1a.5
+/// Notices: ECSS 6.5.1a.5: an SDO transfer goes on after Reset communication.
+#[test]
+fn reset_communication_ends_a_transfer() {
+    let mut slave = powered();
+    slave.receive(NOMINAL, 0x701, &[5]);
+    assert_eq!(ask(&mut slave, [0x40, 0x08, 0x10, 0, 0, 0, 0, 0])[0], 0x41);
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(ask(&mut slave, [0x60, 0, 0, 0, 0, 0, 0, 0])[0], 0x80);
 }

@@ -181,7 +181,9 @@ fn a_written_bdefault_is_read_back_and_must_be_a_bus() {
 
 /// Verifies: ECSS 6.7b, 6.7c
 /// Notices: ECSS 6.7b: the application does not learn of the write that starts the test.
+/// Notices: ECSS 6.7b: a test that did not end cannot be started again.
 /// Notices: ECSS 6.7c: a test that runs leaves the result of the one before.
+/// Notices: ECSS 6.7c: the failures of a test are not shown.
 #[test]
 fn the_self_test_is_started_and_its_result_read() {
     let mut slave = powered();
@@ -193,6 +195,17 @@ fn the_self_test_is_started_and_its_result_read() {
         slave.report_self_test(SelfTest { progress: SelfTest::PASSED, failures: 0 }, now);
     });
     assert_eq!(read(&mut slave, 0x2031, 1), [2, 0, 0, 0]);
+    // A test that does not end is started again.
+    for _ in 0..2 {
+        slave.clear();
+        assert_eq!(write(&mut slave, 0x2030, 0, &[1]), done(0x2030, 0));
+        assert!(slave.events.contains(&SlaveEvent::SelfTest));
+    }
+    slave.touch(|slave, now| {
+        slave.report_self_test(SelfTest { progress: SelfTest::FAILED, failures: 0x8000_0002 }, now);
+    });
+    assert_eq!(read(&mut slave, 0x2031, 1), [3, 0, 0, 0]);
+    assert_eq!(read(&mut slave, 0x2031, 2), [2, 0, 0, 0x80]);
 }
 
 #[test]

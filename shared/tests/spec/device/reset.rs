@@ -1,6 +1,6 @@
 //! Reset communication takes back what was configured over the bus.
 //!
-//! Verifies: ECSS 6.10a, 6.10c
+//! Verifies: ECSS 6.5.1a.5, 6.10a, 6.10c
 
 use ecss_can::link::port::Filter;
 use ecss_can::node::{BusCommand, Node};
@@ -64,6 +64,7 @@ fn a_pdo_has_its_cob_id_again_that_another_one_took() {
 }
 
 /// Notices: ECSS 6.10a: a written COB-ID of SYNC is not admitted by the filters.
+/// Notices: ECSS 6.5.1a.5: 1016h keeps what a client wrote.
 #[test]
 fn all_filters_return_to_defaults_beside_the_boot_up_message() {
     let mut slave = powered();

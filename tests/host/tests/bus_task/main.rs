@@ -114,6 +114,10 @@ fn frame_that_made_room_does_not_survive_its_bus() {
     assert_eq!(bench.drain(), []);
 }
 
+/// Given frames that cannot be sent, because of a short, say, when the bus is free again after their lifetime, then none is sent.
+///
+/// Verifies: ECSS 5.3.3.2.3g
+/// Notices: ECSS 5.3.3.2.3g: a frame in a mailbox is sent late, after the short.
 #[test]
 fn a_frame_dies_at_the_end_of_its_lifetime_in_queue_and_mailbox() {
     let mut bench = Bench::joined(0);
@@ -342,6 +346,11 @@ fn warning_and_passive_are_reported_with_controller_counters() {
     bench.tell(WireEvent::Counters(ErrorCounters { transmit: 127, receive: 135 }));
     let receiver = Health { state: ErrorState::Passive, tec: 127, rec: 135, last_error: LastError::Form };
     assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(receiver)));
+    // Frames arrive again.
+    bench.tell(WireEvent::Counters(ErrorCounters { transmit: 127, receive: 127 }));
+    bench.run_for(Time::from_ms(101));
+    let active = Health { state: ErrorState::Active, rec: 127, ..receiver };
+    assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(active)));
 }
 
 /// Given errors that make a sender error passive, when the wire is cut behind it, then the node is told that nobody acknowledges. A

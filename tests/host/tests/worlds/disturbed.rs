@@ -137,6 +137,7 @@ fn a_master_off_its_stub_goes_to_the_other_bus() {
 
 /// Verifies: ECSS 5.3.3.2.2a
 /// Notices: ECSS 5.3.3.2.2a: one silent slave makes the master leave the bus.
+/// Notices: ECSS 5.3.3.2.2a: the loss of one slave ends the commands to all.
 #[test]
 fn a_slave_off_its_stub_is_lost_and_the_others_go_on() {
     let mut world = busy(STANDARD, 3);
@@ -149,6 +150,8 @@ fn a_slave_off_its_stub_is_lost_and_the_others_go_on() {
     for (node, id) in [(THREE, 0x703), (FOUR, 0x704)] {
         assert!(told(&world, node, from, entered(NmtState::PreOperational)).is_empty());
         assert_eq!(between(&world, Bus::Nominal, id, from, from + ms(2_000)).len(), 20);
+        let commands = executed_since(&world, node, from);
+        assert!(commands >= 19, "{commands} commands in two seconds");
     }
     Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::Reconnect(two)));
     world.run_for(ms(3_000));

@@ -209,6 +209,8 @@ fn a_short_frame_does_not_replace_the_one_that_waits_for_sync() {
     assert_eq!(node.told(), [(0, Error(TooShort)), (0, Rejected), (0, Applied)]);
 }
 
+/// Verifies: ECSS 6.4a.2
+/// Notices: ECSS 6.4a.2: PDOs that are too short and too long have the code of each other.
 #[test]
 fn every_error_has_its_emergency() {
     let codes = [(TooShort, 0x8210), (TooLong, 0x8220), (Overdue, 0x8250), (OutOfRange, 0x8200)];
