@@ -80,8 +80,9 @@ fn pdo_and_sdo_services_that_apply_are_there() {
 /// Given what the table leaves to the implementer, then the choice is: all services of SDO, block transfers among them, records for
 /// complex data types, and the objects of each state but TIME.
 ///
-/// Verifies: ECSS 11.1b
+/// Verifies: ECSS 11.1a, 11.1b
 /// Notices: ECSS 11.1b: a block upload that a client begins sends no segments.
+/// Notices: ECSS 11.1a: a block upload does not state its size.
 #[test]
 fn optional_services_are_those_that_were_chosen() {
     let mut slave = operational();

@@ -67,8 +67,9 @@ fn filters_are_function_codes_of_slaves_and_own_sdo_server() {
     assert!(expected.iter().all(|filter| filters.contains(filter)), "{filters:?}");
 }
 
-/// Verifies: ECSS 6.9c, 7.2.2b
+/// Verifies: ECSS 6.9c, 7.2.2b, 7.2.3d
 /// Notices: ECSS 7.2.2b: a single master board withholds its time.
+/// Notices: ECSS 7.2.3d: a master whose clock was not set produces no SYNC.
 #[test]
 fn sync_and_spacecraft_time_are_periodic_and_expire_in_a_period() {
     let mut master = powered(&STANDARD);
@@ -228,6 +229,7 @@ fn emergencies_are_consumed_by_1028h() {
 
 /// Verifies: ECSS 8.1b, 8.3.3b, 8.3.3b.1, 8.3.3b.2
 /// Notices: ECSS 8.3.3b.1: what waits for the old bus, such as a heartbeat, is not abandoned.
+/// Notices: ECSS 8.1b: NMT commands go by the nominal bus, whichever is active.
 #[test]
 fn switch_abandons_old_bus_and_announces_new_one_before_use() {
     let mut master = flying();
@@ -252,6 +254,10 @@ fn switch_abandons_old_bus_and_announces_new_one_before_use() {
     assert_eq!(master.frames(), expected.map(|frame| (REDUNDANT, frame)));
     // With the lifetime they were given when they were asked for.
     assert_eq!(master.sent[0].expires, ms(195));
+    // From now on at once.
+    master.clear();
+    master.request(MasterRequest::Nmt(NmtMessage { command: Command::Stop, target: Target::Node(node(2)) }));
+    assert_eq!(master.frames(), [(REDUNDANT, frame(0x000, &[2, 2]))]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use ecss_can::link::port::Filter;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, Device, MasterEvent, MasterRequest, Node as _, Refusal};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet};
+use ecss_can::pdo::{CobIdOf, Mapping, PdoObjects, PdoSet};
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};
 
 use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
@@ -50,6 +50,7 @@ fn own(command: Command) -> MasterRequest {
 }
 
 /// Verifies: ECSS 7.2.2a
+/// Notices: ECSS 7.2.2a: after "reset communication" the Spacecraft Time PDO is not valid.
 #[test]
 fn the_spacecraft_time_is_its_first_transmit_pdo() {
     let mut master = powered(&STANDARD);
@@ -63,6 +64,11 @@ fn the_spacecraft_time_is_its_first_transmit_pdo() {
     master.clear();
     master.run_until(ms(700));
     assert_eq!(master.times(NOMINAL, 0x181), [301, 601]);
+    // As at power-on.
+    master.request(own(Command::ResetCommunication));
+    let pdos = &master.node.objects().pdos;
+    assert_eq!(pdos.tpdos[0].cob_id, 0x4000_0181);
+    assert_eq!(pdos.tpdo_mappings[0].objects(), [0x2011_0218, 0x2011_0120]);
 }
 
 /// While a new bus is not announced nothing may be sent there. The time waits, and is that of its departure.

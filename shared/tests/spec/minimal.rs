@@ -12,7 +12,7 @@ use ecss_can::node::{BusCommand, LinkEvent, Node};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{BusAccess, BusCause};
-use ecss_can::types::{Bus, CobId, Duration, Instant};
+use ecss_can::types::{Bus, CobId, Duration, Instant, NodeId};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 
@@ -514,6 +514,21 @@ fn numbers_of_one_controller_are_those_of_selective_access() {
     slave.receive(REDUNDANT, 0x701, &[5]);
     assert_eq!((slave.node.device().commands.len(), slave.node.counters()[REDUNDANT].ignored), (0, 2));
     assert_eq!(slave.node.active(), NOMINAL);
+}
+
+/// Given a profile that names node 5 for selective access, then a minimal slave with this Node-ID joins one bus; node 6 joins both.
+///
+/// Verifies: ECSS 8.2.1a
+/// Notices: ECSS 8.2.1a: a minimal slave has parallel access whatever the profile says.
+#[test]
+fn its_access_is_that_of_the_profile() {
+    const PROFILE: Profile = Profile { selective: &[NodeId::of::<5>()], ..Profile::DEFAULT };
+    let joined = |raw| {
+        let id = node(raw);
+        Bench::new(MinimalSlave::new(id, Numbers::of(&PROFILE, id), Probe::default())).controls
+    };
+    assert_eq!(joined(5), [(NOMINAL, BusCommand::Join)]);
+    assert_eq!(joined(6), [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);
 }
 
 /// The answer of a device names a telemetry that follows SYNC, one that is not in use, and one that no node has.

@@ -3,7 +3,7 @@
 //!
 //! Verifies: ECSS 8.1a
 
-mod time;
+pub mod time;
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, Device, FailCause, Master, MasterEvent, MasterRequest, Refusal};
@@ -315,6 +315,29 @@ fn running_slaves_go_on_after_a_takeover() {
     let of_slaves = board.sent.iter().filter(|sent| sent.frame.id().raw() == 0x000);
     assert_eq!(of_slaves.count(), 0);
     assert_eq!(board.times(REDUNDANT, 0x080), [1_500]);
+}
+
+/// Given a board that is strapped second and became active, when a slave waits in Pre-operational, then this board starts it, and sends
+/// the NMT commands of its application.
+///
+/// Verifies: ECSS 8.1b
+/// Notices: ECSS 8.1b: only the board that is strapped prime starts slaves.
+#[test]
+fn the_second_board_is_the_nmt_master_when_it_is_active() {
+    let mut board = powered(Strap::Second);
+    board.run_until(ms(1_000));
+    board.transmitted(NOMINAL, heartbeat());
+    board.clear();
+    board.receive(NOMINAL, 0x702, &[0x7F]);
+    let commands = |board: &Board| {
+        let frames = board.frames().into_iter();
+        frames.filter(|(_, sent)| sent.id().raw() == 0x000).collect::<Vec<_>>()
+    };
+    assert_eq!(commands(&board), [(NOMINAL, frame(0x000, &[1, 2]))]);
+    board.clear();
+    let message = NmtMessage { command: Command::Stop, target: Target::Node(node(2)) };
+    board.request(MasterRequest::Nmt(message));
+    assert_eq!(commands(&board), [(NOMINAL, frame(0x000, &[2, 2]))]);
 }
 
 /// Given two active masters on one bus, when the other one hears more slaves, then this one yields: silent, and whatever

@@ -131,8 +131,9 @@ fn master_missed_pre_operational_switch_heartbeat_there() {
     assert_eq!(slave.times(NOMINAL, 0x705), [0; 0]);
 }
 
-/// Verifies: ECSS 8.2.1a.1
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1
 /// Notices: ECSS 8.2.1a.1: a slave with selective access does not leave the old bus.
+/// Notices: ECSS 8.2.1a: a node with selective access joins a bus and stays on the other one.
 #[test]
 fn with_selective_access_it_leaves_one_bus_and_joins_the_other() {
     let mut slave = operational(&SELECTIVE);
@@ -425,7 +426,8 @@ fn every_loss_is_counted_by_cause() {
     assert_eq!((counters.nominal.failed(), counters.nominal.received), (0, 0));
 }
 
-/// Verifies: ECSS 5.6.2b, 5.6.2c
+/// Verifies: ECSS 5.6.2b, 5.6.2c, 8.2.2a
+/// Notices: ECSS 8.2.2a: bus-off of the redundant controller recovers the nominal one.
 #[test]
 fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
     let mut slave = operational(&STANDARD);

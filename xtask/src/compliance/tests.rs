@@ -269,6 +269,23 @@ fn interpretations_stand_in_the_column_of_their_kind() {
     assert!(summary.ends_with(end), "{summary}");
 }
 
+/// Given Table 11-1, then the page has each of its sections with its mark, also those for reference.
+///
+/// Verifies: ECSS 11.1d
+/// Notices: ECSS 11.1d: the page marks sections for reference as optional.
+#[test]
+fn sections_of_table_11_1_stand_on_the_page_with_their_marks() {
+    let page = page::write(&table(), &[], &clauses(), &[]);
+    for row in [
+        "| 7.2.4.2 | SDO services | O |",
+        "| 7.2.6 | TIME | NA |",
+        "| 7.3.5 | Restricted CAN identifiers | R |",
+        "| 7.4 | Object dictionary | A |",
+    ] {
+        assert!(page.contains(row), "{row}");
+    }
+}
+
 fn interpretation(kind: Kind, text: &str) -> Interpretation {
     Interpretation { id: "8.3.3a".to_owned(), kind, text: text.to_owned(), page: "wiring.md".to_owned() }
 }

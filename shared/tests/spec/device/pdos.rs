@@ -21,7 +21,8 @@ use crate::slave::TestSlave;
 const VALUE: u32 = 0x6210_0020;
 const BDEFAULT: u32 = 0x2000_0108;
 
-/// Verifies: ECSS 6.10a, 6.10c
+/// Verifies: ECSS 6.10a, 6.10c, 8.2.2a
+/// Notices: ECSS 8.2.2a: changed filters are set in the nominal controller alone.
 #[test]
 fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     let mut slave = powered();

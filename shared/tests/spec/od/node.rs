@@ -63,16 +63,17 @@ fn the_redundancy_object_has_four_programmable_values() {
 /// Verifies: ECSS 7.1.2b, 7.1.2e, 7.1.2f
 /// Notices: ECSS 7.1.2b: a client can write the coarse time of Local SCET Get.
 /// Notices: ECSS 7.1.2e: only 16 bits of fine time are taken.
+/// Notices: ECSS 7.1.2e: the highest bit of the fine time that is set is lost.
 #[test]
 fn spacecraft_time_is_set_and_got_in_the_format_of_the_figure() {
     let mut objects = Spacecraft::default();
     // Fine time first, both little-endian.
-    let frame = [0x56, 0x34, 0x12, 0xEF, 0xCD, 0xAB, 0x89, 0];
+    let frame = [0x56, 0x34, 0x92, 0xEF, 0xCD, 0xAB, 0x89, 0];
     let set = Layout::new::<Spacecraft>(Direction::Receive, &[0x2010_0218, 0x2010_0120]).unwrap();
     assert!(set.unpack(&mut objects, u64::from_le_bytes(frame)));
-    assert_eq!(objects.time.scet_set, ScetSet { coarse: 0x89AB_CDEF, fine: U24::new(0x12_3456) });
+    assert_eq!(objects.time.scet_set, ScetSet { coarse: 0x89AB_CDEF, fine: U24::new(0x92_3456) });
     let scet = Scet::from(objects.time.scet_set);
-    assert_eq!((scet.coarse(), scet.fine()), (0x89AB_CDEF, 0x12_3456));
+    assert_eq!((scet.coarse(), scet.fine()), (0x89AB_CDEF, 0x92_3456));
     objects.time.scet_get = ScetGet::from(scet);
     let get = Layout::new::<Spacecraft>(Direction::Transmit, &[0x2011_0218, 0x2011_0120]).unwrap();
     assert_eq!((get.bytes(), get.pack(&objects).to_le_bytes()), (7, frame));

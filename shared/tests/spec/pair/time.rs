@@ -36,10 +36,10 @@ fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
 /// A master whose spacecraft time is in UTC: SCET 0 was day 100, 0:00.
 #[derive(Debug, Objects)]
 #[objects(device)]
-struct Calendar {
+pub struct Calendar {
     /// Time
     #[objects]
-    utc: LocalUtc,
+    pub utc: LocalUtc,
 }
 
 impl Device for Calendar {
@@ -65,7 +65,8 @@ impl Device for Calendar {
     }
 }
 
-/// Verifies: ECSS 7.2.2b
+/// Verifies: ECSS 7.1.3a, 7.2.2b
+/// Notices: ECSS 7.1.3a: a master has no UTC objects.
 #[test]
 fn a_standby_follows_a_spacecraft_time_in_utc() {
     let mut board = standing_by_with(Calendar::default());

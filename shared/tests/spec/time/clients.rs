@@ -40,21 +40,16 @@ fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
     }
 }
 
-/// Given a clock that a client sets to half a second before its end, then it counts all 32 bits of seconds, and begins
-/// again with zero.
+/// Given a client that reads by block uploads and accepts an expedited answer, when 1.5 s have passed, then each answer is of a sample.
 ///
-/// Notices: ECSS 7.1.1a: the coarse time wraps after 2^24 s.
+/// Notices: ECSS 7.1.2a: a block upload of Local SCET Get takes no sample.
 #[test]
-fn the_coarse_time_counts_32_bits_and_begins_again() {
+fn a_block_upload_takes_a_sample() {
     let mut slave = operational::<Keeper>();
-    run(&mut slave, ms(1_000));
-    assert_eq!(write(&mut slave, 0x2010, 1, &[0xFF; 4]), done(0x2010, 1));
-    assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0x80]), done(0x2010, 2));
-    assert_eq!(read(&mut slave, 0x2011, 1), [0xFF; 4]);
-    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x80, 0]);
-    run(&mut slave, ms(1_750));
-    assert_eq!(read(&mut slave, 0x2011, 1), [0; 4]);
-    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x40, 0], "a quarter of a second");
+    run(&mut slave, ms(1_500));
+    let block_upload = |slave: &mut Node<Keeper>, sub| ask(slave, [0xA0, 0x11, 0x20, sub, 127, 4, 0, 0]);
+    assert_eq!(block_upload(&mut slave, 1), [0x43, 0x11, 0x20, 1, 1, 0, 0, 0]);
+    assert_eq!(block_upload(&mut slave, 2), [0x47, 0x11, 0x20, 2, 0, 0, 0x80, 0]);
 }
 
 #[test]
@@ -129,6 +124,29 @@ fn a_time_that_a_pdo_brings_ends_a_pair_that_was_begun() {
     time(&mut slave, scet(50, 0));
     assert_eq!(write(&mut slave, 0x2010, 1, &[7, 0, 0, 0]), done(0x2010, 1));
     assert_eq!(slave.node.scet(slave.now), scet(50, 0));
+}
+
+/// Given a clock that the other one has set, when a client or a PDO brings a time, then this one sets it.
+///
+/// Verifies: ECSS 7.1.2c, 7.2.3f
+/// Notices: ECSS 7.1.2c: a client does not set a clock that follows a Spacecraft Time PDO.
+/// Notices: ECSS 7.2.3f: a clock that a client has set does not follow the PDO.
+#[test]
+fn a_client_and_a_pdo_set_the_clock_one_after_the_other() {
+    for client_first in [true, false] {
+        let mut slave = operational::<Keeper>();
+        for by_client in [client_first, !client_first] {
+            if by_client {
+                assert_eq!(write(&mut slave, 0x2010, 1, &[7, 0, 0, 0]), done(0x2010, 1));
+                assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0]), done(0x2010, 2));
+            } else {
+                sync(&mut slave);
+                time(&mut slave, scet(50, 0));
+            }
+            let expected = if by_client { scet(7, 0) } else { scet(50, 0) };
+            assert_eq!(slave.node.scet(slave.now), expected, "client first: {client_first}");
+        }
+    }
 }
 
 /// Verifies: ECSS 7.1.2g, 7.1.2h
@@ -243,7 +261,8 @@ fn time_of_a_pdo_that_is_not_used_ends_a_pair_begun() {
 /// Given a client that read one part and wrote another, when the slave follows the master to the other bus, then the client goes on
 /// there: what it reads is of one sample, and what it wrote is one step.
 ///
-/// Verifies: ECSS 7.1.2c
+/// Verifies: ECSS 7.1.2b, 7.1.2c
+/// Notices: ECSS 7.1.2b: a sample of Local SCET Get stands in Local SCET Set, too.
 #[test]
 fn parts_before_a_change_of_the_bus_belong_to_those_after() {
     let mut slave = operational::<Keeper>();

@@ -71,6 +71,39 @@ fn a_synchronous_time_is_that_of_the_last_sync() {
     assert_eq!(slave.events[1..], [SlaveEvent::Time(scet(1_000, 0)), SlaveEvent::Step(step)]);
 }
 
+/// Given a slave whose second receive PDO has the spacecraft time, with another object behind it, at every SYNC, when it comes 2 ms
+/// after a SYNC, then it is the time of that SYNC, although the type of the first receive PDO is 255.
+///
+/// Verifies: ECSS 7.2.3g
+/// Notices: ECSS 7.2.3g: a time is taken only if it is mapped last.
+/// Notices: ECSS 7.2.3g: the transmission type of receive PDO 1 holds for the time in another one.
+#[test]
+fn the_spacecraft_time_may_be_another_pdo_of_the_slave() {
+    let mut slave = operational::<Keeper>();
+    // Object 0005h is a dummy of 8 bits.
+    let objects = [0x2010_0218_u32, 0x2010_0120, 0x0005_0008].map(u32::to_le_bytes);
+    let steps: [(u16, u8, &[u8]); 11] = [
+        (0x1400, 1, &[0x81, 1, 0, 0xC0]),
+        (0x1400, 2, &[255]),
+        (0x1401, 1, &[0x05, 3, 0, 0xC0]),
+        (0x1601, 0, &[0]),
+        (0x1601, 1, &objects[0]),
+        (0x1601, 2, &objects[1]),
+        (0x1601, 3, &objects[2]),
+        (0x1601, 0, &[3]),
+        (0x1401, 2, &[1]),
+        (0x1401, 1, &[0x81, 1, 0, 0xC0]),
+        (0x1401, 1, &[0x81, 1, 0, 0x40]),
+    ];
+    write_all(&mut slave, &steps);
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    run(&mut slave, ms(52));
+    slave.receive(NOMINAL, 0x181, &[0, 0, 0, 0xE8, 3, 0, 0, 9]);
+    // 2 ms x 2^24 = 33,554.4.
+    assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554));
+}
+
 #[test]
 fn a_time_without_a_sync_before_it_is_of_no_use() {
     let mut slave = operational::<Keeper>();

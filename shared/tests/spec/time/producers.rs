@@ -14,6 +14,7 @@ use crate::console;
 use crate::device::fixture::{map_tpdo, payloads, write_all};
 use crate::instrument::STANDARD;
 use crate::master_device::{read, write};
+use crate::pair::time::Calendar;
 
 /// The payload of 181h, and until when it lives.
 fn sent(master: &Bench<Master>) -> Vec<([u8; 8], Duration)> {
@@ -89,7 +90,8 @@ fn time_pdo_that_is_not_valid_shortens_no_lifetime() {
 /// Given a synchronous RPDO of the time that is not valid, then an event-driven Local Time PDO has the time when it is sent; while the
 /// RPDO is valid, it has the time of the last SYNC.
 ///
-/// Verifies: ECSS 7.2.3k
+/// Verifies: ECSS 7.2.3i, 7.2.3k
+/// Notices: ECSS 7.2.3i: a Local Time PDO by its event timer has an old time.
 #[test]
 fn time_pdo_that_is_not_valid_makes_no_time_of_sync() {
     for (valid, fine) in [(true, 0), (false, 0x80_0000_u32)] {
@@ -112,7 +114,8 @@ fn time_pdo_that_is_not_valid_makes_no_time_of_sync() {
     }
 }
 
-/// Verifies: ECSS 7.2.3e
+/// Verifies: ECSS 7.2.3e, 7.2.3f
+/// Notices: ECSS 7.2.3f: a single master board withholds its time.
 #[test]
 fn with_type_3_every_third_sync_brings_it() {
     let mut master = high_resolution(3);
@@ -124,6 +127,55 @@ fn with_type_3_every_third_sync_brings_it() {
         counts.push(sent(&master).len());
     }
     assert_eq!(counts, [0, 0, 1, 0, 0, 1, 0, 0, 1]);
+}
+
+/// Given a master whose Spacecraft Time PDO is not its first one, then it has the time of the last SYNC.
+///
+/// Notices: ECSS 7.2.3a: the time is sampled for the first transmit PDO alone.
+#[test]
+fn the_spacecraft_time_may_be_another_pdo_of_the_master() {
+    let mut master = high_resolution(1);
+    let time = [0x2011_0218, 0x2011_0120];
+    for (index, sub, value, len) in [
+        (0x1800, 1, 0xC000_0181, 4),
+        (0x1A00, 0, 0, 1),
+        (0x1801, 1, 0xC000_0302, 4),
+        (0x1A01, 0, 0, 1),
+        (0x1A01, 1, time[0], 4),
+        (0x1A01, 2, time[1], 4),
+        (0x1A01, 0, 2, 1),
+        (0x1801, 2, 1, 1),
+        (0x1801, 1, 0xC000_0181, 4),
+        (0x1801, 1, 0x4000_0181, 4),
+    ] {
+        assert_eq!(write(&mut master, index, sub, value, len), Ok(()), "{index:04X}h sub {sub}");
+    }
+    master.run_until(ms(1_500));
+    master.clear();
+    sync_sent(&mut master, ms(1_500).into());
+    let [(value, _)] = sent(&master)[..] else { panic!("one") };
+    assert_eq!(value, [0, 0, 0x80, 1, 0, 0, 0, 0]);
+}
+
+/// Given a master whose Spacecraft Time PDO has its Local UTC Get, when a SYNC was sent, then the PDO has the UTC of it.
+///
+/// Notices: ECSS 7.2.3a: a master takes no sample of its UTC.
+#[test]
+fn the_spacecraft_time_of_a_master_may_be_utc() {
+    let profile = Profile { autostart: true, ..STANDARD };
+    let mut master = Bench::new(ecss_can::node::Master::new(&profile, Calendar::default(), None));
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    // 1.5 s: every tenth SYNC has its time.
+    for nth in 6..=15 {
+        master.run_until(ms(100 * nth));
+        master.clear();
+        master.link(
+            NOMINAL,
+            LinkEvent::Transmitted { frame: frame(0x080, &[]), stamp: Stamp::captured(ms(100 * nth).into()) },
+        );
+    }
+    let times: Vec<_> = master.frames().into_iter().filter(|(_, sent)| sent.id().raw() == 0x181).collect();
+    assert_eq!(times, [(NOMINAL, frame(0x181, &[0, 0, 0xDC, 5, 0, 0, 100, 0]))]);
 }
 
 /// Two slaves of one network: this one hears the SYNC of the master and tells the time.

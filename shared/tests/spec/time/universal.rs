@@ -34,7 +34,8 @@ fn all_sub_indices_are_of_one_sample() {
     assert_eq!(read(&mut slave, 0x2013, 2), 3_500_u32.to_le_bytes());
 }
 
-/// Verifies: ECSS 7.1.3b
+/// Verifies: ECSS 7.1.3b, 7.1.3c
+/// Notices: ECSS 7.1.3c: the day that is read is that of the relation.
 #[test]
 fn three_writes_are_one_step_of_both_clocks() {
     let mut slave = operational::<Universal<true>>();
@@ -84,8 +85,10 @@ fn utc_comes_and_goes_by_pdos() {
 
 /// Twenty years from the time of the relation, as the first time that arrives.
 ///
-/// Verifies: ECSS 7.1.3e
+/// Verifies: ECSS 7.1.1b, 7.1.3e
 /// Notices: ECSS 7.1.1d: a UTC that a PDO brings is read as SCET.
+/// Notices: ECSS 7.1.1b: UTC in a PDO is not sampled.
+/// Notices: ECSS 7.1.1b: UTC that is set loses its submilliseconds.
 #[test]
 fn utc_is_right_far_from_the_relation() {
     let mut slave = operational::<Universal<true>>();
@@ -114,6 +117,23 @@ fn device_without_submilliseconds_sends_zero_and_ignores_them() {
     slave.clear();
     sync(&mut slave);
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0xD1, 7, 0, 0, 100, 0]))], "2001 ms");
+}
+
+/// Given a device without submilliseconds, when 50.9 ms have passed, then a client reads none, and a SYNC that is stamped in the
+/// interrupt brings none.
+///
+/// Verifies: ECSS 7.1.3f
+/// Notices: ECSS 7.1.3f: a client reads submilliseconds that the device does not have.
+/// Notices: ECSS 7.1.3f: without capture the device sends submilliseconds.
+#[test]
+fn device_without_submilliseconds_has_none_for_a_client_and_without_capture() {
+    let mut slave = operational::<Universal<false>>();
+    run(&mut slave, us(50_900));
+    assert_eq!(read(&mut slave, 0x2013, 3), [0; 4]);
+    assert_eq!(read(&mut slave, 0x2013, 2), [50, 0, 0, 0]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 50, 0, 0, 0, 100, 0]))]);
 }
 
 /// 0.999 s after power-on, of which the fine time is 0.999 x 2^24 = 16,760,438.8; parts of 2011h and 2013h.
@@ -164,7 +184,8 @@ fn parts_of_a_time_are_of_one_sample_despite_other_reads() {
 
 /// Given a client that reads SCET and UTC in turns, then the parts of each are of one sample.
 ///
-/// Verifies: ECSS 7.1.2d, 7.1.3c
+/// Verifies: ECSS 7.1.2a, 7.1.2d, 7.1.3c
+/// Notices: ECSS 7.1.2a: a device with UTC takes no sample of its SCET.
 #[test]
 fn scet_and_utc_read_in_turns_are_whole() {
     let mut slave = operational::<Universal<true>>();
@@ -180,8 +201,9 @@ fn scet_and_utc_read_in_turns_are_whole() {
 
 /// Given a client that writes SCET and UTC in turns, then each is one step, with its own parts.
 ///
-/// Verifies: ECSS 7.1.2c, 7.1.3b
+/// Verifies: ECSS 7.1.2b, 7.1.2c, 7.1.3b
 /// Notices: ECSS 7.1.3b: two of three parts of UTC set the clock.
+/// Notices: ECSS 7.1.2b: parts of SCET and UTC are counted as one.
 #[test]
 fn scet_and_utc_written_in_turns_are_whole() {
     let mut slave = operational::<Universal<true>>();

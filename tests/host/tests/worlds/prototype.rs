@@ -5,7 +5,7 @@
 
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
-use ecss_can::types::Bus;
+use ecss_can::types::{Bus, NodeId};
 use host_worlds::World;
 use mission::LIBRECUBE;
 use mission::minimal::prototype::PrototypeMission;
@@ -21,9 +21,19 @@ const TWO_US: i64 = 34;
 
 /// Node 2 with its heartbeat, and the first one of the master.
 fn powered() -> World {
-    let slave = |_| MinimalSlave::new(TWO, Numbers::of(&LIBRECUBE, TWO), PrototypeMission::new());
-    let application = |slave, events| minimal_application(slave, events, TWO, IndicatorLog::default());
-    let mut world = World::builder().board(TWO, slave, application).build();
+    powered_nodes(&[TWO])
+}
+
+/// As [`powered`], with these nodes.
+fn powered_nodes(nodes: &[NodeId]) -> World {
+    let slave = |id| MinimalSlave::new(id, Numbers::of(&LIBRECUBE, id), PrototypeMission::new());
+    let mut builder = World::builder();
+    for &id in nodes {
+        let application =
+            move |slave, events| minimal_application(slave, events, id, IndicatorLog::default());
+        builder = builder.board(id, move |_| slave(id), application);
+    }
+    let mut world = builder.build();
     world.run_until(ms(100));
     asks(&mut world, 0x701, &[0x05]);
     world
@@ -166,4 +176,24 @@ fn prototype_answers_neither_nmt_nor_sdo_nor_time_stamp() {
     }
     let beats = since(&world, Bus::Nominal, 0x702, Time::ZERO);
     assert!(beats.iter().all(|sent| sent.frame.payload() == [0x05]));
+}
+
+/// Given nodes 2 and 3 whose clocks were not set, when a SYNC comes, then each sends its local time once, by 180h and its Node-ID, and
+/// nobody sends 181h.
+///
+/// Verifies: ECSS 7.2.2d, 7.2.2g, 7.2.3j
+/// Notices: ECSS 7.2.2d: minimal slaves send their local time by 181h.
+/// Notices: ECSS 7.2.2g: a minimal slave has no Local Time PDO until its clock is set.
+/// Notices: ECSS 7.2.3j: all minimal slaves send their local time by 182h.
+#[test]
+fn each_prototype_sends_its_own_local_time_before_it_is_set() {
+    let mut world = powered_nodes(&[TWO, THREE]);
+    let from = world.now();
+    world.inject(Bus::Nominal, standard(0x080, &[]));
+    world.run_for(ms(20));
+    let frames = world.frames(Bus::Nominal).iter().filter(|sent| sent.end > from);
+    let times = frames.filter_map(|sent| sent.id().filter(|id| (0x181..0x200).contains(id)).zip(sent.node));
+    let mut times: Vec<_> = times.collect();
+    times.sort_unstable();
+    assert_eq!(times, [(0x182, TWO), (0x183, THREE)]);
 }

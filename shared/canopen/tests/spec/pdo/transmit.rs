@@ -233,6 +233,8 @@ fn inhibit_time_counts_from_the_transmission_even_if_late() {
     assert_eq!(node.tpdos.deadline(), Some(ms(18)));
 }
 
+/// Verifies: ECSS 11.1a
+/// Notices: ECSS 11.1a: the event timer does not start when Operational is entered.
 #[test]
 fn event_timer_runs_from_operational_and_every_transmission() {
     let mut node = Node::with(event_driven(0, 10));

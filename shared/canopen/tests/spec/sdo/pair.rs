@@ -31,6 +31,8 @@ fn fates(bad: &'static [Fate]) -> impl Strategy<Value = Vec<Fate>> {
     })
 }
 
+/// Verifies: ECSS 11.1b
+/// Notices: ECSS 11.1b: unused bytes of the last segment of a block download are kept.
 #[test]
 fn every_mode_moves_every_size() {
     for mode in [Mode::Auto, Mode::Segmented, Mode::Block] {
