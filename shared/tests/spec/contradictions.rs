@@ -281,6 +281,9 @@ fn bdefault_is_restored_when_a_command_is_not_confirmed() {
 }
 
 /// After giving up a command is confirmed or not, too.
+///
+/// Verifies: ECSS 8.3.3j
+/// Notices: ECSS 8.3.3j: a slave that gave up takes heartbeats alone, and no commands.
 #[test]
 fn listening_slave_goes_back_to_listening() {
     let mut selector = Selector::new(Parameters { ntoggle: 0, ..PARAMETERS });

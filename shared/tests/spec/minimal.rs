@@ -96,9 +96,10 @@ fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
 
 /// Any of the four, any length.
 ///
-/// Verifies: ECSS 9.4.1c, 9.4.2a
+/// Verifies: ECSS 9.4.1c, 9.4.2a, 9.3a
 /// Notices: ECSS 9.4.1c: a command without an answer brings an empty telemetry PDO.
 /// Notices: ECSS 9.4.2a: the device gets 7 bytes of a command at most.
+/// Notices: ECSS 9.3a: RPDO 4 is not received.
 #[test]
 fn a_command_reaches_the_device_and_is_not_answered() {
     let mut slave = powered::<Probe>();
@@ -137,8 +138,10 @@ fn a_request_brings_the_telemetry_that_it_names_at_once() {
     assert_eq!(slave.node.device().commands, []);
 }
 
-/// Verifies: ECSS 9.4.3b.2
+/// Verifies: ECSS 9.4.3b.2, 9.4.3b, 9.4.7.1a
 /// Notices: ECSS 9.4.3b.2: telemetry comes one SYNC later than its type says.
+/// Notices: ECSS 9.4.3b: SYNC brings telemetry that is sent on request.
+/// Notices: ECSS 9.4.7.1a: the slave sends a time stamp with each SYNC.
 #[test]
 fn sync_brings_telemetry_of_its_type_only() {
     let mut slave = powered::<Cyclic>();
@@ -277,8 +280,9 @@ fn services_that_are_forbidden_are_not_answered() {
     assert_eq!(slave.node.device().commands.len(), 1);
 }
 
-/// Verifies: ECSS 9.4.8a
+/// Verifies: ECSS 9.4.8a, 9.4.7.2a
 /// Notices: ECSS 9.4.8a: a command that is one byte too short is taken.
+/// Notices: ECSS 9.4.7.2a: a command that is too short brings an emergency.
 #[test]
 fn frame_against_the_protocol_is_dropped_and_counted() {
     let mut slave = powered::<Cyclic>();
@@ -373,9 +377,10 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
 /// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end, and waits for its bus as long as
 /// other telemetry: no window closes before.
 ///
-/// Verifies: ECSS 9.4.7.3d
+/// Verifies: ECSS 9.4.7.3d, 9.4.10c
 /// Notices: ECSS 9.4.7.3d: a SYNC older than 100 ms is dropped.
 /// Notices: ECSS 9.4.7.3d: telemetry by SYNC is dropped 10 ms after the SYNC.
+/// Notices: ECSS 9.4.10c: a synchronous window of 1 ms (1007h) is in use.
 #[test]
 fn late_sync_brings_its_telemetry() {
     let mut slave = powered::<Cyclic>();
@@ -415,6 +420,8 @@ fn it_looks_for_the_masters_heartbeat_by_itself() {
     assert_eq!(slave.events, [found, MinimalEvent::Heartbeat { bus: REDUNDANT }]);
 }
 
+/// Verifies: ECSS 9.4.9.1.1a
+/// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
 #[test]
 fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();
@@ -434,6 +441,9 @@ fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
 }
 
 /// A master that sends no heartbeat commands it all the same.
+///
+/// Verifies: ECSS 8.3.2a
+/// Notices: ECSS 8.3.2a: a minimal slave starts on the nominal bus.
 #[test]
 fn without_a_consumer_time_it_stays_where_it_is() {
     let mut alone = numbers().without_heartbeat();
@@ -449,6 +459,8 @@ fn without_a_consumer_time_it_stays_where_it_is() {
     assert_eq!(slave.frames(), []);
 }
 
+/// Verifies: ECSS 9.3a
+/// Notices: ECSS 9.3a: the filters of a slave whose TPDOs follow SYNC do not accept it.
 #[test]
 fn its_filters_are_exact() {
     let exact = |ids: &[u16]| -> Vec<Filter> {

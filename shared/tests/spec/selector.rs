@@ -122,8 +122,9 @@ fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
 /// Given a slave that may change the bus once in a search, when it misses the master again after each search that found it, then it
 /// goes to the other bus each time.
 ///
-/// Verifies: ECSS 8.3.3e.2
+/// Verifies: ECSS 8.3.3e.2, 8.3.3i
 /// Notices: ECSS 8.3.3e.2: a miss does not reset Ctoggle, so that searches share Ntoggle.
+/// Notices: ECSS 8.3.3i: a search begins with the Ctoggle of the last one.
 #[test]
 fn each_miss_brings_a_switch_however_many_there_were_before() {
     let mut selector = following(Parameters { ntoggle: 1, ..PARAMETERS });
