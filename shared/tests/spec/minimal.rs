@@ -237,6 +237,7 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
 /// Verifies: ECSS 9.4.1b, 9.4.3b
 /// Notices: ECSS 9.4.1b: a heartbeat of the master makes the slave send TPDO 1.
 /// Notices: ECSS 9.4.3b: a heartbeat of the master triggers a TPDO.
+/// Notices: ECSS 9.4.3b: a SYNC on the bus that is not active brings telemetry.
 #[test]
 fn nothing_is_sent_unasked() {
     let mut slave = powered::<Cyclic>();
@@ -244,6 +245,8 @@ fn nothing_is_sent_unasked() {
         slave.run_until(ms(at));
         slave.receive(NOMINAL, 0x701, &[0x05]);
     }
+    // Nor by a SYNC on the bus that is not active.
+    slave.receive(REDUNDANT, 0x080, &[]);
     assert_eq!(slave.frames(), []);
     // Nor is what SYNC alone brings sent on request, or a PDO that there is not.
     for tpdo in [0, 1, 3, 4, 255] {
@@ -255,10 +258,11 @@ fn nothing_is_sent_unasked() {
 
 /// Module control, time stamps, SDO and emergencies are no part of the minimal set.
 ///
-/// Verifies: ECSS 9.4.7.1a, 9.4.7.2a, 9.4.8a
+/// Verifies: ECSS 9.4.7.1a, 9.4.7.2a, 9.4.8a, 9.4.10c
 /// Notices: ECSS 9.4.6.1a: a module control command starts the slave again.
 /// Notices: ECSS 9.4.7.1a: 100h is handled as a SYNC.
 /// Notices: ECSS 9.4.7.2a: an emergency of the master is handled as its heartbeat.
+/// Notices: ECSS 9.4.10c: the slave answers node guarding with its heartbeat.
 #[test]
 fn services_that_are_forbidden_are_not_answered() {
     let mut slave = powered::<Probe>();
@@ -269,12 +273,14 @@ fn services_that_are_forbidden_are_not_answered() {
     slave.receive(NOMINAL, 0x100, &[0; 6]);
     slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     slave.receive(NOMINAL, 0x605, &[0xFF; 8]);
+    // Node guarding, whose 100Ch and 100Dh are forbidden.
+    slave.receive(NOMINAL, 0x705, &[]);
     // Emergencies of the master, its own and of another slave.
     for id in [0x081, 0x085, 0x086] {
         slave.receive(NOMINAL, id, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]);
     }
     assert_eq!((slave.frames(), slave.events.len()), (vec![], 0));
-    assert_eq!(slave.node.counters()[NOMINAL].ignored, 11);
+    assert_eq!(slave.node.counters()[NOMINAL].ignored, 12);
     // It is there as before.
     slave.receive(NOMINAL, 0x205, &[7]);
     assert_eq!(slave.node.device().commands.len(), 1);
@@ -354,6 +360,7 @@ fn no_condition_that_it_tells_makes_it_send_an_emergency() {
 ///
 /// Verifies: ECSS 9.4.1d, 9.4.4b
 /// Notices: ECSS 9.4.1d: a second request in one instant is refused.
+/// Notices: ECSS 9.4.4b: telemetry of SYNC goes also with each heartbeat of the slave.
 #[test]
 fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
     let mut slave = powered::<Cyclic>();
@@ -372,6 +379,10 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
         slave.receive(NOMINAL, 0x701, &[0x05]);
     }
     assert_eq!(slave.frames(), []);
+    // The heartbeat is no event timer.
+    let mut heard = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
+    heard.run_until(ms(450));
+    assert_eq!(heard.frames(), [(NOMINAL, frame(0x705, &[0x05])); 5]);
 }
 
 /// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end, and waits for its bus as long as

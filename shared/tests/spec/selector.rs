@@ -248,6 +248,19 @@ fn with_ntoggle_zero_switching_is_disabled() {
     assert_eq!(found, Some(Selection::Found { bus: NOMINAL, moved: false }));
 }
 
+/// Given a slave with the largest Ntoggle, then it toggles 255 times and gives up. That 255 is no limit holds for the master alone.
+///
+/// Verifies: ECSS 8.3.3i
+/// Notices: ECSS 8.3.3i: an Ntoggle of 255 is no limit for a slave.
+#[test]
+fn the_largest_ntoggle_is_a_number_of_switches_too() {
+    let mut selector = started(Parameters { ntoggle: 255, ..PARAMETERS });
+    let made = decisions(&mut selector, 100_000);
+    assert_eq!(made.len(), 256);
+    assert_eq!(made.last(), Some(&(256 * 300, Selection::GaveUp { bus: REDUNDANT })));
+    assert_eq!(selector.parameters().ctoggle, 255);
+}
+
 #[test]
 fn with_ttoggle_zero_it_never_toggles() {
     let mut selector = started(Parameters { ttoggle: 0, ..PARAMETERS });
