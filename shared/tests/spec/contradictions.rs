@@ -125,6 +125,22 @@ fn seldom_intruder_moves_a_slave_twice() {
     assert_eq!((moves, selector.selected()), (2, NOMINAL));
 }
 
+/// Given a hold-off, then heartbeats on the other bus do not count for the bus that is followed: the master is missed there 100 ms
+/// after its last one.
+///
+/// Verifies: ECSS 8.3.3e
+/// Notices: ECSS 8.3.3e: in a hold-off a heartbeat on the other bus postpones the miss.
+#[test]
+fn heartbeats_on_the_other_bus_do_not_postpone_the_miss() {
+    let mut selector = following();
+    selector.on_master(REDUNDANT, Heartbeat, ms(1_130));
+    assert_eq!(selector.on_master(NOMINAL, Heartbeat, ms(1_160)), taken_back(NOMINAL));
+    for at in [1_180, 1_200] {
+        assert_eq!(selector.on_master(REDUNDANT, Heartbeat, ms(at)), stays(NOMINAL));
+    }
+    assert_eq!(decisions(&mut selector, 1_260), [(1_260, Selection::Missed { bus: NOMINAL })]);
+}
+
 /// In a hold-off the master is followed after one and a half of the longest gap, here 60 ms.
 #[test]
 fn real_change_in_a_hold_off_needs_silence_on_the_old_bus() {
@@ -281,6 +297,9 @@ fn bdefault_is_restored_when_a_command_is_not_confirmed() {
 }
 
 /// After giving up a command is confirmed or not, too.
+///
+/// Verifies: ECSS 8.3.3j
+/// Notices: ECSS 8.3.3j: a slave that gave up takes heartbeats alone, and no commands.
 #[test]
 fn listening_slave_goes_back_to_listening() {
     let mut selector = Selector::new(Parameters { ntoggle: 0, ..PARAMETERS });

@@ -85,6 +85,7 @@ fn heartbeats_on_the_active_bus_every_period() {
 
 /// Verifies: ECSS 8.3.3b.1, 8.3.3b.2
 /// Notices: ECSS 8.3.3b.2: the heartbeat keeps its rhythm: on the other bus it is late.
+/// Notices: ECSS 8.3.3b.2: after a second switch in the settling time the heartbeat keeps its rhythm.
 #[test]
 fn commanded_switch_stops_heartbeat_here_and_starts_it_there() {
     let mut manager = started();
@@ -94,6 +95,26 @@ fn commanded_switch_stops_heartbeat_here_and_starts_it_there() {
     let beat = Action::Heartbeat { bus: REDUNDANT, frame: heartbeat() };
     assert_eq!(manager.poll(ms(50)), Some(beat));
     assert_eq!(actions(&mut manager, 130), [(90, beat), (130, beat)]);
+    // Back in the settling time, and not in the rhythm of 130 ms.
+    manager.request(NOMINAL);
+    assert_eq!(manager.poll(ms(140)), Some(switched(REDUNDANT, SwitchCause::Commanded)));
+    let beat = Action::Heartbeat { bus: NOMINAL, frame: heartbeat() };
+    assert_eq!(actions(&mut manager, 180), [(140, beat), (180, beat)]);
+}
+
+/// Given a bus that fails 10 ms after a heartbeat, then the next one is on the other bus at once, and every 40 ms from then on.
+///
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2
+/// Notices: ECSS 8.3.3b.2: after bus-off the heartbeat on the other bus begins a period late.
+#[test]
+fn failure_of_a_bus_starts_the_heartbeat_on_the_other_one_at_once() {
+    let mut manager = started();
+    actions(&mut manager, 50);
+    let off = Health { state: ErrorState::BusOff, ..Health::default() };
+    manager.on_health(NOMINAL, off, true, ms(50));
+    assert_eq!(manager.poll(ms(50)), Some(switched(NOMINAL, SwitchCause::BusOff)));
+    let beat = Action::Heartbeat { bus: REDUNDANT, frame: heartbeat() };
+    assert_eq!(actions(&mut manager, 130), [(50, beat), (90, beat), (130, beat)]);
 }
 
 #[test]

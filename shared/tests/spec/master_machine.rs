@@ -140,6 +140,8 @@ fn a_frame_above_the_places_of_held_ones_is_refused() {
     assert_eq!(poll(&mut machine, 8), [0, 1, 2, 3].map(|data| send(REDUNDANT, command(data, 100))));
 }
 
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: a bus that is commanded before the announcement of another is not taken.
 #[test]
 fn frames_held_for_a_bus_that_is_left_are_never_sent() {
     let mut machine = alone();

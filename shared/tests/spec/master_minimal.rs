@@ -1,14 +1,15 @@
 //! A master and minimal slaves (ECSS 9), one of them without heartbeat.
 
+use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
 use ecss_can::node::{MasterEvent, MasterRequest, Refusal};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId, Scet};
 
-use crate::bench::{Bench, Master, NOMINAL, frame, ms, node};
+use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
 use crate::console;
 use crate::instrument::STANDARD;
-use crate::master_device::{powered, read};
+use crate::master_device::{powered, read, write};
 
 const HEARD: u8 = 5;
 const SILENT: u8 = 6;
@@ -179,4 +180,35 @@ fn master_neither_takes_nor_sends_time_stamps() {
     let last = of(0x181).next_back().expect("a time");
     let time = Scet::decode(last.frame.data()).expect("7 bytes");
     assert_eq!(u64::from(time.coarse()), 1_000 + (last.at.as_micros() - 10_000) / 1_000_000);
+}
+
+/// Given a master that sends SYNC, when 1006h is written, then SYNC has that period, and is not sent with zero. Any other number of
+/// 32 bits is taken, but those below 100 us. A reset of its communication brings back the period of the profile.
+///
+/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3b.2
+/// Notices: ECSS 9.4.7.3b: a written 1006h counts from the next start.
+/// Notices: ECSS 9.4.7.3b: with zero in 1006h SYNC goes on.
+/// Notices: ECSS 9.4.7.3b.1: after a reset of the communication 1006h is zero.
+/// Notices: ECSS 9.4.7.3b.2: 1006h takes 65,535 us at most.
+#[test]
+fn sync_has_the_period_that_stands_in_the_dictionary() {
+    let mut master = powered(&MIXED);
+    master.transmitted(NOMINAL, frame(0x701, &[0x05]));
+    let gaps = |master: &mut Bench<Master>, period: u32| {
+        assert_eq!(write(master, 0x1006, 0, period, 4), Ok(()));
+        assert_eq!(read(master, 0x1006, 0), period);
+        master.clear();
+        master.run_until(master.now + span(500));
+        master.times(NOMINAL, 0x080).windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()
+    };
+    assert_eq!(gaps(&mut master, 50_000), [50; 9]);
+    assert_eq!(gaps(&mut master, u32::MAX), []);
+    assert_eq!(gaps(&mut master, 200_000), [200]);
+    assert_eq!(gaps(&mut master, 0), []);
+    assert_eq!(master.times(NOMINAL, 0x080), []);
+    let reset = NmtMessage { command: Command::ResetCommunication, target: Target::Node(NodeId::MASTER) };
+    master.request(MasterRequest::Nmt(reset));
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    master.run_until(master.now + span(1));
+    assert_eq!(read(&mut master, 0x1006, 0), 100_000);
 }

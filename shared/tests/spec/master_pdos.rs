@@ -174,7 +174,8 @@ fn it_consumes_the_heartbeat_of_every_slave_of_its_dictionary() {
     }
 }
 
-/// Verifies: ECSS 6.5.4a
+/// Verifies: ECSS 6.5.4a, 8.3.3a
+/// Notices: ECSS 8.3.3a: the master sends no heartbeat while it is stopped.
 #[test]
 fn its_own_state_is_commanded_and_told_like_that_of_a_slave() {
     let mut master = flying();

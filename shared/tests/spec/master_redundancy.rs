@@ -71,6 +71,8 @@ fn a_master_dwells_for_its_written_ttoggle() {
     assert_eq!(search(&mut master, ms(50_000)), (vec![15, 30, 45], None));
 }
 
+/// Verifies: ECSS 8.3.2a
+/// Notices: ECSS 8.3.2a: a stored Bdefault of the master does not make the bus active.
 #[test]
 fn a_master_starts_on_its_stored_bdefault() {
     let memory = Memory::default();

@@ -96,9 +96,10 @@ fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
 
 /// Any of the four, any length.
 ///
-/// Verifies: ECSS 9.4.1c, 9.4.2a
+/// Verifies: ECSS 9.4.1c, 9.4.2a, 9.3a
 /// Notices: ECSS 9.4.1c: a command without an answer brings an empty telemetry PDO.
 /// Notices: ECSS 9.4.2a: the device gets 7 bytes of a command at most.
+/// Notices: ECSS 9.3a: RPDO 4 is not received.
 #[test]
 fn a_command_reaches_the_device_and_is_not_answered() {
     let mut slave = powered::<Probe>();
@@ -137,8 +138,10 @@ fn a_request_brings_the_telemetry_that_it_names_at_once() {
     assert_eq!(slave.node.device().commands, []);
 }
 
-/// Verifies: ECSS 9.4.3b.2
+/// Verifies: ECSS 9.4.3b.2, 9.4.3b, 9.4.7.1a
 /// Notices: ECSS 9.4.3b.2: telemetry comes one SYNC later than its type says.
+/// Notices: ECSS 9.4.3b: SYNC brings telemetry that is sent on request.
+/// Notices: ECSS 9.4.7.1a: the slave sends a time stamp with each SYNC.
 #[test]
 fn sync_brings_telemetry_of_its_type_only() {
     let mut slave = powered::<Cyclic>();
@@ -234,6 +237,7 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
 /// Verifies: ECSS 9.4.1b, 9.4.3b
 /// Notices: ECSS 9.4.1b: a heartbeat of the master makes the slave send TPDO 1.
 /// Notices: ECSS 9.4.3b: a heartbeat of the master triggers a TPDO.
+/// Notices: ECSS 9.4.3b: a SYNC on the bus that is not active brings telemetry.
 #[test]
 fn nothing_is_sent_unasked() {
     let mut slave = powered::<Cyclic>();
@@ -241,6 +245,8 @@ fn nothing_is_sent_unasked() {
         slave.run_until(ms(at));
         slave.receive(NOMINAL, 0x701, &[0x05]);
     }
+    // Nor by a SYNC on the bus that is not active.
+    slave.receive(REDUNDANT, 0x080, &[]);
     assert_eq!(slave.frames(), []);
     // Nor is what SYNC alone brings sent on request, or a PDO that there is not.
     for tpdo in [0, 1, 3, 4, 255] {
@@ -252,10 +258,11 @@ fn nothing_is_sent_unasked() {
 
 /// Module control, time stamps, SDO and emergencies are no part of the minimal set.
 ///
-/// Verifies: ECSS 9.4.7.1a, 9.4.7.2a, 9.4.8a
+/// Verifies: ECSS 9.4.7.1a, 9.4.7.2a, 9.4.8a, 9.4.10c
 /// Notices: ECSS 9.4.6.1a: a module control command starts the slave again.
 /// Notices: ECSS 9.4.7.1a: 100h is handled as a SYNC.
 /// Notices: ECSS 9.4.7.2a: an emergency of the master is handled as its heartbeat.
+/// Notices: ECSS 9.4.10c: the slave answers node guarding with its heartbeat.
 #[test]
 fn services_that_are_forbidden_are_not_answered() {
     let mut slave = powered::<Probe>();
@@ -266,19 +273,22 @@ fn services_that_are_forbidden_are_not_answered() {
     slave.receive(NOMINAL, 0x100, &[0; 6]);
     slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     slave.receive(NOMINAL, 0x605, &[0xFF; 8]);
+    // Node guarding, whose 100Ch and 100Dh are forbidden.
+    slave.receive(NOMINAL, 0x705, &[]);
     // Emergencies of the master, its own and of another slave.
     for id in [0x081, 0x085, 0x086] {
         slave.receive(NOMINAL, id, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]);
     }
     assert_eq!((slave.frames(), slave.events.len()), (vec![], 0));
-    assert_eq!(slave.node.counters()[NOMINAL].ignored, 11);
+    assert_eq!(slave.node.counters()[NOMINAL].ignored, 12);
     // It is there as before.
     slave.receive(NOMINAL, 0x205, &[7]);
     assert_eq!(slave.node.device().commands.len(), 1);
 }
 
-/// Verifies: ECSS 9.4.8a
+/// Verifies: ECSS 9.4.8a, 9.4.7.2a
 /// Notices: ECSS 9.4.8a: a command that is one byte too short is taken.
+/// Notices: ECSS 9.4.7.2a: a command that is too short brings an emergency.
 #[test]
 fn frame_against_the_protocol_is_dropped_and_counted() {
     let mut slave = powered::<Cyclic>();
@@ -350,6 +360,7 @@ fn no_condition_that_it_tells_makes_it_send_an_emergency() {
 ///
 /// Verifies: ECSS 9.4.1d, 9.4.4b
 /// Notices: ECSS 9.4.1d: a second request in one instant is refused.
+/// Notices: ECSS 9.4.4b: telemetry of SYNC goes also with each heartbeat of the slave.
 #[test]
 fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
     let mut slave = powered::<Cyclic>();
@@ -368,14 +379,19 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
         slave.receive(NOMINAL, 0x701, &[0x05]);
     }
     assert_eq!(slave.frames(), []);
+    // The heartbeat is no event timer.
+    let mut heard = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
+    heard.run_until(ms(450));
+    assert_eq!(heard.frames(), [(NOMINAL, frame(0x705, &[0x05])); 5]);
 }
 
 /// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end, and waits for its bus as long as
 /// other telemetry: no window closes before.
 ///
-/// Verifies: ECSS 9.4.7.3d
+/// Verifies: ECSS 9.4.7.3d, 9.4.10c
 /// Notices: ECSS 9.4.7.3d: a SYNC older than 100 ms is dropped.
 /// Notices: ECSS 9.4.7.3d: telemetry by SYNC is dropped 10 ms after the SYNC.
+/// Notices: ECSS 9.4.10c: a synchronous window of 1 ms (1007h) is in use.
 #[test]
 fn late_sync_brings_its_telemetry() {
     let mut slave = powered::<Cyclic>();
@@ -415,6 +431,8 @@ fn it_looks_for_the_masters_heartbeat_by_itself() {
     assert_eq!(slave.events, [found, MinimalEvent::Heartbeat { bus: REDUNDANT }]);
 }
 
+/// Verifies: ECSS 9.4.9.1.1a
+/// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
 #[test]
 fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();
@@ -434,6 +452,9 @@ fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
 }
 
 /// A master that sends no heartbeat commands it all the same.
+///
+/// Verifies: ECSS 8.3.2a
+/// Notices: ECSS 8.3.2a: a minimal slave starts on the nominal bus.
 #[test]
 fn without_a_consumer_time_it_stays_where_it_is() {
     let mut alone = numbers().without_heartbeat();
@@ -449,6 +470,8 @@ fn without_a_consumer_time_it_stays_where_it_is() {
     assert_eq!(slave.frames(), []);
 }
 
+/// Verifies: ECSS 9.3a
+/// Notices: ECSS 9.3a: the filters of a slave whose TPDOs follow SYNC do not accept it.
 #[test]
 fn its_filters_are_exact() {
     let exact = |ids: &[u16]| -> Vec<Filter> {

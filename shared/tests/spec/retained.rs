@@ -92,8 +92,9 @@ fn notes(slave: &Bench<TestSlave>) -> Vec<(Bus, bool)> {
     noted.collect()
 }
 
-/// Verifies: ECSS 8.3.3k
+/// Verifies: ECSS 8.3.3k, 8.3.3l
 /// Notices: ECSS 8.3.2a: after a reset a slave starts on the stored Bdefault, not on the last one.
+/// Notices: ECSS 8.3.3l: Bdefault of a bus found in a search is not retained.
 #[test]
 fn a_reset_starts_on_the_bus_found_last() {
     let board = Memories::new();

@@ -123,8 +123,9 @@ fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
 /// Given a slave that may change the bus once in a search, when it misses the master again after each search that found it, then it
 /// goes to the other bus each time.
 ///
-/// Verifies: ECSS 8.3.3e.2
+/// Verifies: ECSS 8.3.3e.2, 8.3.3i
 /// Notices: ECSS 8.3.3e.2: a miss does not reset Ctoggle, so that searches share Ntoggle.
+/// Notices: ECSS 8.3.3i: a search begins with the Ctoggle of the last one.
 #[test]
 fn each_miss_brings_a_switch_however_many_there_were_before() {
     let mut selector = following(Parameters { ntoggle: 1, ..PARAMETERS });
@@ -246,6 +247,19 @@ fn with_ntoggle_zero_switching_is_disabled() {
     assert_eq!(decisions(&mut selector, 100_000), [(1_100, Selection::Missed { bus: NOMINAL })]);
     let found = selector.on_master(NOMINAL, Heartbeat, ms(2_000));
     assert_eq!(found, Some(Selection::Found { bus: NOMINAL, moved: false }));
+}
+
+/// Given a slave with the largest Ntoggle, then it toggles 255 times and gives up. That 255 is no limit holds for the master alone.
+///
+/// Verifies: ECSS 8.3.3i
+/// Notices: ECSS 8.3.3i: an Ntoggle of 255 is no limit for a slave.
+#[test]
+fn the_largest_ntoggle_is_a_number_of_switches_too() {
+    let mut selector = started(Parameters { ntoggle: 255, ..PARAMETERS });
+    let made = decisions(&mut selector, 100_000);
+    assert_eq!(made.len(), 256);
+    assert_eq!(made.last(), Some(&(256 * 300, Selection::GaveUp { bus: REDUNDANT })));
+    assert_eq!(selector.parameters().ctoggle, 255);
 }
 
 #[test]

@@ -107,6 +107,47 @@ fn a_command_to_another_node_is_not_obeyed() {
     assert_eq!(slave.events, []);
 }
 
+/// Given a slave in Pre-operational, Operational or Stopped, and a master that tells Operational, Pre-operational or Stopped every
+/// 200 ms, then the master is not missed before 250 ms after its last heartbeat.
+///
+/// Verifies: ECSS 8.3.3c
+/// Notices: ECSS 8.3.3c: a slave that is stopped takes no heartbeat of the master.
+/// Notices: ECSS 8.3.3c: only a master that is Operational is heard.
+#[test]
+fn master_is_heard_in_any_state_of_it_and_of_the_slave() {
+    let missed = SlaveEvent::MasterMissed { bus: NOMINAL };
+    for command in [0x80, 0x01, 0x02] {
+        let mut slave = operational(&STANDARD);
+        slave.receive(NOMINAL, 0x000, &[command, 5]);
+        for (at, state) in [(200, 0x05), (400, 0x7F), (600, 0x04), (800, 0x7F), (1_000, 0x04)] {
+            slave.run_until(ms(at));
+            slave.receive(NOMINAL, 0x701, &[state]);
+        }
+        slave.run_until(ms(1_249));
+        assert!(!slave.events.contains(&missed), "{command:02X}h");
+        slave.run_until(ms(1_250));
+        assert!(slave.events.contains(&missed), "{command:02X}h");
+    }
+}
+
+/// Given a slave that is stopped, when it misses the master, then it enters Pre-operational, and goes to the other bus after that.
+///
+/// Verifies: ECSS 8.3.3e, 8.3.3e.1
+/// Notices: ECSS 8.3.3e.1: a slave that is stopped stays so when it misses the master.
+#[test]
+fn stopped_slave_that_misses_the_master_is_pre_operational() {
+    let mut slave = operational(&STANDARD);
+    slave.receive(NOMINAL, 0x000, &[0x02, 5]);
+    slave.clear();
+    slave.run_until(ms(260));
+    let entered = SlaveEvent::State(NmtState::PreOperational);
+    assert_eq!(slave.events, [SlaveEvent::MasterMissed { bus: NOMINAL }, entered]);
+    slave.clear();
+    slave.run_until(ms(510));
+    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Toggled }]);
+    assert_eq!(slave.frames().last(), Some(&(REDUNDANT, frame(0x705, &[0x7F]))));
+}
+
 /// Verifies: ECSS 8.3.3d, 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3h
 /// Notices: ECSS 8.3.3d: a slave that searches sends its heartbeat on Bdefault.
 /// Notices: ECSS 8.3.3e.1: the slave enters Pre-operational only when it changes the bus.

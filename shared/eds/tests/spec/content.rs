@@ -38,6 +38,8 @@ pub fn compare_declared<D: Objects>(eds: &Ini) {
     assert_eq!(sections, declared);
 }
 
+/// Verifies: ECSS 9.2a
+/// Notices: ECSS 9.2a: the numbers in lists of objects begin with 0.
 #[test]
 fn every_declared_object_is_listed_once_and_has_its_section() {
     compare_declared::<Fixture>(&eds());
@@ -81,6 +83,8 @@ fn objects_have_their_code_and_every_sub_index_its_section() {
     });
 }
 
+/// Verifies: ECSS 9.2a
+/// Notices: ECSS 9.2a: sections have their sub-index as a decimal number.
 #[test]
 fn sub_indices_are_hexadecimal() {
     let eds = eds();

@@ -43,6 +43,8 @@ fn the_redundancy_follows_its_parameters() {
     assert_eq!(slave.events.last(), Some(&SlaveEvent::GaveUp { bus: REDUNDANT }));
 }
 
+/// Verifies: ECSS 8.3.3d
+/// Notices: ECSS 8.3.3d: a written 1017h ends the heartbeat of the slave.
 #[test]
 fn the_heartbeat_follows_its_period() {
     let mut slave = powered();

@@ -60,6 +60,8 @@ fn moved(world: &World, node: NodeId) -> Time {
     first.first().expect("it answers SYNC on the redundant bus").start
 }
 
+/// Verifies: ECSS 9.4.9.1.1a
+/// Notices: ECSS 9.4.9.1.1a: a slave without a heartbeat of its own does not follow the master.
 #[test]
 fn full_and_minimal_slaves_fly_the_cut_of_a_bus() {
     let world = flown();

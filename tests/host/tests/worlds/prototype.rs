@@ -95,7 +95,8 @@ fn request_brings_the_telemetry_of_the_prototype() {
 
 /// A command has a code of 2 bytes and up to 6 of data, and no sequence: each frame is executed.
 ///
-/// Verifies: ECSS 9.4.2a
+/// Verifies: ECSS 9.4.2a, 9.4.2b
+/// Notices: ECSS 9.4.2b: the prototype exchanges the telemetry of codes 102h and 103h.
 #[test]
 fn commands_are_executed_as_often_as_they_come() {
     let mut world = powered();
