@@ -40,16 +40,21 @@ fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
     }
 }
 
-/// Given a client that reads by block uploads and accepts an expedited answer, when 1.5 s have passed, then each answer is of a sample.
+/// Given a clock that a client sets to half a second before its end, then it counts all 32 bits of seconds, and begins
+/// again with zero.
 ///
-/// Notices: ECSS 7.1.2a: a block upload of Local SCET Get takes no sample.
+/// Notices: ECSS 7.1.1a: the coarse time wraps after 2^24 s.
 #[test]
-fn a_block_upload_takes_a_sample() {
+fn the_coarse_time_counts_32_bits_and_begins_again() {
     let mut slave = operational::<Keeper>();
-    run(&mut slave, ms(1_500));
-    let block_upload = |slave: &mut Node<Keeper>, sub| ask(slave, [0xA0, 0x11, 0x20, sub, 127, 4, 0, 0]);
-    assert_eq!(block_upload(&mut slave, 1), [0x43, 0x11, 0x20, 1, 1, 0, 0, 0]);
-    assert_eq!(block_upload(&mut slave, 2), [0x47, 0x11, 0x20, 2, 0, 0, 0x80, 0]);
+    run(&mut slave, ms(1_000));
+    assert_eq!(write(&mut slave, 0x2010, 1, &[0xFF; 4]), done(0x2010, 1));
+    assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0x80]), done(0x2010, 2));
+    assert_eq!(read(&mut slave, 0x2011, 1), [0xFF; 4]);
+    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x80, 0]);
+    run(&mut slave, ms(1_750));
+    assert_eq!(read(&mut slave, 0x2011, 1), [0; 4]);
+    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x40, 0], "a quarter of a second");
 }
 
 #[test]
@@ -68,6 +73,7 @@ fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
 /// Given a client that asks by block upload and accepts an expedited answer, when it reads the coarse time at 1.999 s and the fine time
 /// 2 ms later, then both are of 1.999 s.
 ///
+/// Notices: ECSS 7.1.2a: a block upload of Local SCET Get takes no sample.
 /// Notices: ECSS 7.1.2d: a read of the time by block upload takes no sample.
 #[test]
 fn parts_read_by_block_upload_are_of_one_sample() {
