@@ -11,7 +11,7 @@ use crate::node::index::{EMCY_COB_ID, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::probe::Probe;
 use crate::node::services::Services;
 use crate::node::{NodeObjects, Outbox, SlaveEvent};
-use crate::od::{CobIdEntry, INVALID, NO_REMOTE};
+use crate::od::{INVALID, NO_REMOTE};
 use crate::pdo::{Direction, Layout};
 use crate::profile::Profile;
 use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
