@@ -299,7 +299,7 @@ fn equal_halves_of_slaves_on_both_buses_keep_the_present_bus() {
     }
 }
 
-/// Given slaves that are heard on the active bus, when nobody acknowledges on the other one any more, then the master stays.
+/// Given a master that hears its slaves on the active bus, when no node acknowledges its frames on the other bus, then the master stays.
 ///
 /// Verifies: ECSS 5.3.3.2.2a
 /// Notices: ECSS 5.3.3.2.2a: a master off the other bus leaves the active one.
@@ -330,7 +330,7 @@ fn the_next_fault_is_answered_as_the_first_one() {
 }
 
 /// Verifies: ECSS 5.3.3.2.3e
-/// Notices: ECSS 5.3.3.2.3e: a master that hears nobody stays for a whole dwell.
+/// Notices: ECSS 5.3.3.2.3e: a master that hears no slave stays on the bus for a whole dwell time.
 #[test]
 fn with_all_slaves_silent_master_leaves_at_once_and_every_dwell() {
     let mut manager = started();

@@ -163,7 +163,8 @@ fn sync_is_dithered_when_2043h_says_so() {
     assert!(late.iter().any(|late| *late < 300) && late.iter().any(|late| *late > 600), "{late:?}");
 }
 
-/// Verifies: ECSS 7.1.2a, 7.1.2c, 8.3.3a
+/// Verifies: ECSS 7.1.2a, 7.1.2c, 8.3.1c, 8.3.3a
+/// Notices: ECSS 8.3.1c: a written 1017h of a master takes effect at the next write.
 /// Notices: ECSS 7.1.2a: a master takes no sample of its time for a client.
 /// Notices: ECSS 8.3.3a: a written 1017h ends the heartbeat of the master.
 #[test]

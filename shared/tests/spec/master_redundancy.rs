@@ -93,15 +93,3 @@ fn a_master_starts_on_its_stored_bdefault() {
     let master = powered();
     assert_eq!(master.node.status(master.now).active, REDUNDANT);
 }
-
-/// When 50 is written to 1017h of a master at 1 ms, Then its heartbeat comes every 50 ms.
-///
-/// Notices: ECSS 8.3.1c: a written 1017h of a master takes effect at the next write.
-#[test]
-fn a_master_sends_its_heartbeat_as_the_written_1017h_says() {
-    let mut master = powered(&STANDARD);
-    assert_eq!(write(&mut master, 0x1017, 0, 50, 2), Ok(()));
-    master.clear();
-    master.run_until(ms(160));
-    assert_eq!(master.times(NOMINAL, 0x701), [51, 101, 151]);
-}

@@ -25,7 +25,7 @@ fn errors(master: &mut Bench<Master>) -> (u32, u32, u32) {
 }
 
 /// Verifies: ECSS 5.3.3.2.3g, 5.6.2b, 5.6.2c
-/// Notices: ECSS 5.3.3.2.3g: error passive on the redundant bus is reported for ever.
+/// Notices: ECSS 5.3.3.2.3g: the end of error passive on the redundant bus is not reported.
 /// Notices: ECSS 5.6.2b: the application hears of the active bus alone.
 /// Notices: ECSS 5.6.2c: the object of the redundant bus has the counters of the nominal one.
 #[test]

@@ -88,7 +88,7 @@ fn after_an_even_ntoggle_it_listens_on_bdefault() {
 }
 
 /// Verifies: ECSS 5.3.3.2.3k.2, 8.3.3j, 8.3.3l
-/// Notices: ECSS 5.3.3.2.3k.2: a slave that gave up its search follows nobody.
+/// Notices: ECSS 5.3.3.2.3k.2: a slave that gave up its search does not follow the master.
 /// Notices: ECSS 8.3.3j: after an odd Ntoggle a slave goes back to Bdefault.
 #[test]
 fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {

@@ -107,8 +107,8 @@ fn a_command_to_another_node_is_not_obeyed() {
     assert_eq!(slave.events, []);
 }
 
-/// Given a slave in Pre-operational, Operational or Stopped, and a master that tells Operational, Pre-operational or Stopped every
-/// 200 ms, then the master is not missed before 250 ms after its last heartbeat.
+/// Given a slave in Pre-operational, Operational or Stopped, when the master sends a heartbeat with any of these states every 200 ms, then
+/// the slave misses the master 250 ms after the last heartbeat, and not before.
 ///
 /// Verifies: ECSS 8.3.3c
 /// Notices: ECSS 8.3.3c: a slave that is stopped takes no heartbeat of the master.

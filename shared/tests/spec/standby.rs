@@ -126,7 +126,7 @@ fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
     assert_ne!(second_after, RivalReaction::Changed(YIELDED));
 }
 
-/// Notices: ECSS 8.1a: a claim tells the slaves of this moment, not those of the encounter.
+/// Notices: ECSS 8.1a: a claim has the present number of slaves, not that of the first contact.
 #[test]
 fn claim_is_as_at_first_contact_until_consumer_time_of_silence() {
     let mut prime = active(Strap::Prime);

@@ -162,9 +162,9 @@ impl Reader {
                     }
                     if let Some(TokenTree::Group(group)) = tokens.next() {
                         if is_inner {
+                            let known = own.ids.len();
                             own.add(&group);
-                            self.of_modules.truncate(outer);
-                            self.of_modules.extend(own.ids.clone());
+                            self.of_modules.extend_from_slice(&own.ids[known..]);
                         } else {
                             attributes.add(&group);
                         }
@@ -213,11 +213,10 @@ impl Reader {
 
     fn tag(&mut self, attributes: Attributes, function: String) {
         let Attributes { lines, ids, noticed, is_test, is_ignored, .. } = attributes;
-        let is_of_module = is_test && !self.of_modules.is_empty();
-        if lines.is_empty() && !is_of_module {
+        let of_module = if is_test { self.of_modules.clone() } else { Vec::new() };
+        if lines.is_empty() && of_module.is_empty() {
             return;
         }
-        let of_module = if is_test { self.of_modules.clone() } else { Vec::new() };
         self.tags.push(Found { lines, function, is_test: is_test && !is_ignored, ids, of_module, noticed });
     }
 }

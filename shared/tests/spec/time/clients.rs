@@ -268,7 +268,7 @@ fn time_of_a_pdo_that_is_not_used_ends_a_pair_begun() {
 /// there: what it reads is of one sample, and what it wrote is one step.
 ///
 /// Verifies: ECSS 7.1.2b, 7.1.2c
-/// Notices: ECSS 7.1.2b: a sample of Local SCET Get stands in Local SCET Set, too.
+/// Notices: ECSS 7.1.2b: a sample of Local SCET Get is written to Local SCET Set as well.
 #[test]
 fn parts_before_a_change_of_the_bus_belong_to_those_after() {
     let mut slave = operational::<Keeper>();

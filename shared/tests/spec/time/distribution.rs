@@ -71,12 +71,13 @@ fn a_synchronous_time_is_that_of_the_last_sync() {
     assert_eq!(slave.events[1..], [SlaveEvent::Time(scet(1_000, 0)), SlaveEvent::Step(step)]);
 }
 
-/// Given a slave whose second receive PDO has the spacecraft time, with another object behind it, at every SYNC, when it comes 2 ms
-/// after a SYNC, then it is the time of that SYNC, although the type of the first receive PDO is 255.
+/// Given a slave in Operational, when a client gives the spacecraft time of type 1 to its second RPDO, with another object behind it, and
+/// the frame comes 2 ms after a SYNC, then the clock is set to the time of that SYNC. The first RPDO has type 255.
 ///
-/// Verifies: ECSS 7.2.3g
+/// Verifies: ECSS 7.2.2c, 7.2.3g
+/// Notices: ECSS 7.2.2c: Local SCET Set that a client maps sets no clock until the next boot.
 /// Notices: ECSS 7.2.3g: a time is taken only if it is mapped last.
-/// Notices: ECSS 7.2.3g: the transmission type of receive PDO 1 holds for the time in another one.
+/// Notices: ECSS 7.2.3g: the transmission type of RPDO 1 holds for the time in another RPDO.
 #[test]
 fn the_spacecraft_time_may_be_another_pdo_of_the_slave() {
     let mut slave = operational::<Keeper>();
@@ -375,28 +376,4 @@ fn local_time_is_not_that_of_a_sync_of_wrong_length() {
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(0, now));
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
-}
-
-/// Given a client that maps Local SCET Set to another RPDO of a slave in Operational, when the spacecraft time comes by it, then it sets
-/// the clock.
-///
-/// Verifies: ECSS 7.2.2c
-/// Notices: ECSS 7.2.2c: Local SCET Set that a client maps sets no clock until the next boot.
-#[test]
-fn spacecraft_time_is_taken_by_the_rpdo_to_which_a_client_maps_it() {
-    let mut slave = operational::<Keeper>();
-    let steps: [(u16, u8, &[u8]); 7] = [
-        (0x1400, 1, &[0x81, 1, 0, 0xC0]),
-        (0x1601, 0, &[0]),
-        (0x1601, 1, &[0x18, 2, 0x10, 0x20]),
-        (0x1601, 2, &[0x20, 1, 0x10, 0x20]),
-        (0x1601, 0, &[2]),
-        (0x1401, 2, &[1]),
-        (0x1401, 1, &[0x81, 1, 0, 0x40]),
-    ];
-    write_all(&mut slave, &steps);
-    run(&mut slave, ms(50));
-    sync(&mut slave);
-    time(&mut slave, scet(1_000, 0));
-    assert_eq!(slave.node.scet(slave.now), scet(1_000, 0));
 }

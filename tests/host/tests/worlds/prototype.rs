@@ -179,8 +179,8 @@ fn prototype_answers_neither_nmt_nor_sdo_nor_time_stamp() {
     assert!(beats.iter().all(|sent| sent.frame.payload() == [0x05]));
 }
 
-/// Given nodes 2 and 3 whose clocks were not set, when a SYNC comes, then each sends its local time once, by 180h and its Node-ID, and
-/// nobody sends 181h.
+/// Given nodes 2 and 3 whose clocks were not set, when a SYNC comes, then each sends its local time once, by 180h and its Node-ID. No
+/// node sends 181h.
 ///
 /// Verifies: ECSS 7.2.2d, 7.2.2g, 7.2.3j
 /// Notices: ECSS 7.2.2d: minimal slaves send their local time by 181h.

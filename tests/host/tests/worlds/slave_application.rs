@@ -175,7 +175,7 @@ fn unknown_and_short_requests_are_not_answered() {
 /// dominant it fails: bit 0 is the nominal bus, bit 1 the redundant one.
 ///
 /// Verifies: ECSS 6.7b, 6.7c
-/// Notices: ECSS 6.7c: a failure of the redundant bus stands in the bit of the nominal one.
+/// Notices: ECSS 6.7c: a failure of the redundant bus sets the bit of the nominal bus.
 #[test]
 fn self_test_fails_while_a_controller_is_error_passive() {
     for (stuck, failures) in [(Bus::Nominal, 0b01), (Bus::Redundant, 0b10)] {
