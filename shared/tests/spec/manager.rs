@@ -315,6 +315,7 @@ fn a_master_off_the_other_bus_stays() {
 /// the master leaves as fast as the first time.
 ///
 /// Verifies: ECSS 5.3.3.2.3h
+/// Notices: ECSS 5.3.3.2.3h: slaves that were silent in an earlier fault are never forgotten.
 #[test]
 fn the_next_fault_is_answered_as_the_first_one() {
     let mut manager = started();
