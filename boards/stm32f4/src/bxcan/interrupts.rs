@@ -72,8 +72,8 @@ fn transmitted(registers: Can, events: &EventQueue) {
             request(registers, next);
         }
         registers.tsr().write(|w| w.0 = results.clearing());
-        for event in (0..MAILBOXES).filter_map(|mailbox| results.event(mailbox, stamp)) {
-            waiting.finished(event);
+        for mailbox in (0..MAILBOXES).filter(|mailbox| results.ended(*mailbox)) {
+            waiting.finished(results.event(mailbox, stamp));
         }
         note_errors(registers, waiting);
     });

@@ -23,15 +23,15 @@ impl Results {
         self.0 & (RQCP | RQCP << 8 | RQCP << 16)
     }
 
-    /// What to report of this mailbox. With automatic retransmission a request ends by success or abort; ALST and TERR describe
-    /// the last attempt.
-    pub fn event(self, mailbox: usize, stamp: Stamp) -> Option<PortEvent> {
+    /// What to report of a mailbox whose request has ended. With automatic retransmission it ends by success or abort; ALST and TERR
+    /// describe the last attempt.
+    pub fn event(self, mailbox: usize, stamp: Stamp) -> PortEvent {
         let number = Mailbox(mailbox as u8);
-        self.ended(mailbox).then_some(if self.of(mailbox) & TXOK != 0 {
+        if self.of(mailbox) & TXOK != 0 {
             PortEvent::Transmitted { mailbox: number, stamp }
         } else {
             PortEvent::Failed { mailbox: number }
-        })
+        }
     }
 
     fn of(self, mailbox: usize) -> u32 {
@@ -53,7 +53,9 @@ mod tests {
     const EMPTY: u32 = 0x1C00_0000;
 
     fn told(status: u32) -> Vec<PortEvent> {
-        (0..MAILBOXES).filter_map(|mailbox| Results(EMPTY | status).event(mailbox, STAMP)).collect()
+        let results = Results(EMPTY | status);
+        let ended = (0..MAILBOXES).filter(|mailbox| results.ended(*mailbox));
+        ended.map(|mailbox| results.event(mailbox, STAMP)).collect()
     }
 
     fn sent(number: u8) -> PortEvent {
