@@ -32,6 +32,8 @@ mod interrupts;
 mod lines;
 #[cfg(target_os = "none")]
 mod port;
+#[cfg(target_os = "none")]
+mod registers;
 
 #[cfg(target_os = "none")]
 pub use {

@@ -28,10 +28,11 @@ use super::controller::{self, BANKS, Controller};
 use super::events::EventQueue;
 use super::filters::half_bank;
 use super::held::Held;
-use super::interrupts::{ControllerInterrupts, enable_sources, note_errors, request};
+use super::interrupts::ControllerInterrupts;
 use super::lines::CanLines;
 use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
+use super::registers::{enable_sources, request};
 use super::status::{Enables, Status};
 use crate::Uptime;
 use crate::alternate::AlternatePin;
@@ -161,11 +162,7 @@ impl<S> Port<S> {
         let status = self.registers.tsr().read();
         (0..MAILBOXES).any(|n| status.rqcp(n))
             || self.registers.rfr(0).read().fmp() > 0
-            || self.events.holds(|event| match event {
-                PortEvent::Received { frame, .. } => frame.id() == id,
-                PortEvent::Transmitted { mailbox, .. } => self.mailboxes.holds(*mailbox, id),
-                _ => false,
-            })
+            || self.events.holds(id, &self.mailboxes)
     }
 
     fn is_bus_off(&self) -> bool {
@@ -199,7 +196,7 @@ impl<S> Port<S> {
     }
 
     fn watch_recovery(&mut self) {
-        self.events.note(|waiting| note_errors(self.registers, waiting));
+        self.events.note_errors(self.registers);
         self.recovering = self.is_bus_off();
     }
 }

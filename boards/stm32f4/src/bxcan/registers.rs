@@ -1,0 +1,40 @@
+//! Accesses to the registers of a controller that its port and its interrupts share.
+
+use ecss_can::link::port::Mailbox;
+use ecss_can::types::{CobId, Frame};
+use embassy_stm32::pac::can::Can;
+
+use super::MAILBOXES;
+use super::status::Enables;
+
+/// Requests the transmission of a frame that waits in its mailbox.
+pub(super) fn request(registers: Can, mailbox: Mailbox) {
+    registers.tx(usize::from(mailbox.0).min(MAILBOXES - 1)).tir().modify(|w| w.set_txrq(true));
+}
+
+/// Clears ERRI. Written, not modified: MSR holds other flags that are cleared by writing 1.
+pub(super) fn clear_errors(registers: Can) {
+    registers.msr().write(|w| w.set_erri(true));
+}
+
+/// Sets the sources of interrupts. Not LECIE: on a cut bus it would fire with every attempt.
+pub(super) fn enable_sources(registers: Can, errors: Enables) {
+    registers.ier().write(|w| {
+        w.set_tmeie(true);
+        w.set_fmpie(0, true);
+        w.set_fovie(0, true);
+        w.set_ewgie(errors.warning);
+        w.set_epvie(errors.passive);
+        w.set_bofie(errors.bus_off);
+        w.set_errie(true);
+    });
+}
+
+/// The frame at the output of FIFO 0. The filters admit 11-bit data frames only.
+pub(super) fn oldest(registers: Can) -> Option<Frame> {
+    let mailbox = registers.rx(0);
+    let id = CobId::new(mailbox.rir().read().stid())?;
+    let [a, b, c, d] = mailbox.rdlr().read().0.to_le_bytes();
+    let [e, f, g, h] = mailbox.rdhr().read().0.to_le_bytes();
+    Some(Frame::from_dlc(id, mailbox.rdtr().read().dlc(), [a, b, c, d, e, f, g, h]))
+}
