@@ -5,6 +5,7 @@
 //! master receives the heartbeat one delay later. The delays of the receivers cancel, because each end stamps its
 //! own frames by its own receiver.
 
+use super::left::MEASUREMENT;
 use super::{Handle, Platform};
 use crate::node::{Device, Master, NetworkObjects, Ranging};
 use crate::redundancy::MasterBoards;
@@ -39,9 +40,6 @@ impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
     /// # Errors
     /// Those of the SDO client, which reads 2014h and 2016h. [`Error::BusChanged`]. [`Error::Timeout`] if there is
     /// no heartbeat that both have stamped.
-    ///
-    /// # Panics
-    /// If its future is dropped within [`Handle::with`].
     ///
     /// # Cancel safety
     /// A dropped future ends the measurement and aborts a transfer that is running. Call it again to measure from
@@ -103,8 +101,7 @@ struct Ends<'a, B: Platform, D: Device, M: MasterBoards>(&'a Handle<B, Master<D,
 
 impl<B: Platform, D: Device, M: MasterBoards> Drop for Ends<'_, B, D, M> {
     fn drop(&mut self) {
-        // The object takes a zero always.
-        let _ = self.0.range(0);
+        self.0.core.give_back(MEASUREMENT, |shared, _| shared.node.stop_ranging());
     }
 }
 

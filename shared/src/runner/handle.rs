@@ -4,7 +4,7 @@ use core::future::poll_fn;
 use core::task::Poll;
 
 use super::Platform;
-use super::shared::{register, wake};
+use super::shared::register;
 use super::storage::Core;
 use super::{Diagnostics, SdoClient, SpacecraftClock};
 use crate::node::{Device, DeviceNode, Master, Node, TimeKeeper};
@@ -14,7 +14,7 @@ use crate::types::{AbortCode, Address, Instant};
 
 /// Access to a node between two steps of the protocol.
 pub struct Handle<B: Platform, N: Node> {
-    core: &'static Core<B, N>,
+    pub(super) core: &'static Core<B, N>,
 }
 
 impl<B: Platform, N: Node> Clone for Handle<B, N> {
@@ -30,16 +30,13 @@ impl<B: Platform, N: Node> Handle<B, N> {
         Handle { core }
     }
 
-    /// Reads or changes the node at the present instant. What becomes due by it, such as a PDO, is done at once.
+    /// Reads or changes the node at the present instant. What becomes due by it, such as a PDO, is done before this
+    /// returns. A future that is dropped within `f` ends as it does elsewhere.
     ///
     /// # Panics
     /// When called from within itself.
     pub fn with<R>(&self, f: impl FnOnce(&mut N, Instant) -> R) -> R {
-        self.core.lock(|shared| {
-            let result = f(shared.node, self.core.clock.now());
-            wake(&shared.timekeeper);
-            result
-        })
+        self.core.lend(f)
     }
 
     /// Makes a request to the node. The frames that it needs are sent in their turn.

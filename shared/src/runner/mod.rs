@@ -61,6 +61,7 @@ mod diagnostics;
 mod due;
 mod filters;
 mod handle;
+mod left;
 mod platform;
 mod resources;
 mod sdo_client;

@@ -4,7 +4,7 @@ use core::future::poll_fn;
 use core::task::{Context, Poll};
 
 use super::Platform;
-use super::shared::wake;
+use super::left::TRANSFER;
 use super::storage::Core;
 use crate::node::{Device, Master};
 use crate::redundancy::{MasterBoards, OneBoard};
@@ -153,10 +153,9 @@ impl<B: Platform, D: Device, M: MasterBoards> Turn<B, D, M> {
     }
 
     fn poll(&self, cx: &Context<'_>, step: &mut impl FnMut(&mut Client)) -> Poll<Result<usize, Error>> {
-        // The task of the node sends what has become possible.
-        self.core.lock(|shared| {
-            wake(&shared.timekeeper);
-            let client = shared.node.claimed_sdo(cx.waker());
+        // At the end of the call the node sends what has become possible.
+        self.core.lend(|node, _| {
+            let client = node.claimed_sdo(cx.waker());
             step(client);
             client.outcome().map_or(Poll::Pending, Poll::Ready)
         })
@@ -165,9 +164,6 @@ impl<B: Platform, D: Device, M: MasterBoards> Turn<B, D, M> {
 
 impl<B: Platform, D: Device, M: MasterBoards> Drop for Turn<B, D, M> {
     fn drop(&mut self) {
-        self.core.lock(|shared| {
-            shared.node.release_sdo();
-            wake(&shared.timekeeper);
-        });
+        self.core.give_back(TRANSFER, |shared, _| shared.node.release_sdo());
     }
 }

@@ -10,7 +10,7 @@ use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
 use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// Number of tasks that can wait for a step of the clock.
-const WAITERS: usize = 4;
+pub(super) const WAITERS: usize = 4;
 
 /// A node and what it wants sent.
 pub(super) struct Shared<N: Node> {
@@ -60,8 +60,7 @@ impl<N: Node> Shared<N> {
         step: impl FnOnce(&mut N, &mut Outbox<N::Event, N::Depth>) -> R,
     ) -> R {
         let result = step(self.node, &mut self.out);
-        self.deliver(None, now);
-        self.end_step();
+        self.finish(now);
         result
     }
 
@@ -159,6 +158,24 @@ impl<N: Node> Shared<N> {
             Ok(displaced) => displaced.map(|displaced| displaced.frame),
             Err(Full) => Some(outgoing.frame),
         }
+    }
+
+    /// Frees the place of a task that waited for a time.
+    pub fn free(&mut self, place: usize) {
+        if let Some(waiter) = self.waiters.get_mut(place) {
+            *waiter = None;
+        }
+    }
+
+    /// Does what is due, and ends the step.
+    #[inline(never)] // row `size.pyboard-v11.minimal.flash`: once for all callers
+    pub fn finish(&mut self, now: Instant) {
+        if self.node.deadline().is_some_and(|due| due <= now) {
+            self.node.poll(now, &mut self.out);
+        }
+        // A bus alone obeys other commands than frames.
+        self.deliver(None, now);
+        self.end_step();
     }
 
     /// Ends a step of the node: wakes the application for its events, and the task of everything that is due if

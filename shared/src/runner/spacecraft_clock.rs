@@ -5,6 +5,7 @@ use core::pin::pin;
 use core::task::{Poll, Waker};
 
 use super::Platform;
+use super::shared::Shared;
 use super::storage::Core;
 use crate::node::TimeKeeper;
 use crate::time::{Clock, Quality};
@@ -111,13 +112,9 @@ impl<B: Platform, N: TimeKeeper> WaiterSlot<B, N> {
     }
 
     fn wake_by(&self, waker: &Waker) {
-        self.set(Some(waker.clone()));
-    }
-
-    fn set(&self, waker: Option<Waker>) {
         self.core.lock(|shared| {
             if let Some(slot) = self.nth.and_then(|nth| shared.waiters.get_mut(nth)) {
-                *slot = waker;
+                *slot = Some(waker.clone());
             }
         });
     }
@@ -125,6 +122,7 @@ impl<B: Platform, N: TimeKeeper> WaiterSlot<B, N> {
 
 impl<B: Platform, N: TimeKeeper> Drop for WaiterSlot<B, N> {
     fn drop(&mut self) {
-        self.set(None);
+        let Some(nth) = self.nth else { return };
+        self.core.give_back(nth, Shared::free);
     }
 }

@@ -7,10 +7,12 @@ use core::mem::MaybeUninit;
 use static_cell::StaticCell;
 
 use super::filters::fit;
+use super::left::Left;
 use super::shared::Shared;
 use super::{Diagnostics, Platform};
 use crate::node::{Filters, Node};
 use crate::time::Clock;
+use crate::types::Instant;
 
 /// Storage of a node and of what it works with.
 pub(super) struct NodeStorage<B: Platform, N: Node, L> {
@@ -53,7 +55,12 @@ impl<B: Platform, N: Node, L: BusStates> NodeStorage<B, N, L> {
     ) -> (&'static Core<B, N>, &'static mut L) {
         let node = make(black_box(self.node.try_uninit().unwrap()), node);
         let surroundings = || Surroundings {
-            core: Core { shared: RefCell::new(Shared::new(node, diagnostics)), clock, diagnostics },
+            core: Core {
+                shared: RefCell::new(Shared::new(node, diagnostics)),
+                left: Left::new(),
+                clock,
+                diagnostics,
+            },
             buses: buses(),
         };
         let surroundings = make(black_box(self.surroundings.try_uninit().unwrap()), surroundings);
@@ -70,6 +77,7 @@ pub(super) trait BusStates {
 /// Data that all tasks of a node share.
 pub(super) struct Core<B: Platform, N: Node> {
     pub shared: RefCell<Shared<N>>,
+    pub left: Left<N>,
     pub clock: B::Clock,
     pub diagnostics: &'static Diagnostics,
 }
@@ -79,6 +87,32 @@ impl<B: Platform, N: Node> Core<B, N> {
     #[inline]
     pub fn lock<R>(&self, f: impl FnOnce(&mut Shared<N>) -> R) -> R {
         f(&mut self.shared.borrow_mut())
+    }
+
+    /// Lends the node to code of the application, which may change it and may drop futures. Then does what has become
+    /// due.
+    #[inline]
+    pub fn lend<R>(&self, f: impl FnOnce(&mut N, Instant) -> R) -> R {
+        let now = self.clock.now();
+        self.lock(|shared| {
+            let result = f(shared.node, now);
+            self.end_call(shared, now);
+            result
+        })
+    }
+
+    /// Gives a part of the node back: at once, or at the end of the call that has the node.
+    pub fn give_back(&self, part: usize, give_back: fn(&mut Shared<N>, usize)) {
+        self.left.leave(part, give_back);
+        if let Ok(mut shared) = self.shared.try_borrow_mut() {
+            self.end_call(&mut shared, self.clock.now());
+        }
+    }
+
+    #[inline(never)] // once for all closures of an application
+    fn end_call(&self, shared: &mut Shared<N>, now: Instant) {
+        self.left.settle(shared);
+        shared.finish(now);
     }
 }
 

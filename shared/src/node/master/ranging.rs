@@ -33,6 +33,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
+    /// Ends the measurement: 2044h names no slave.
+    pub(crate) fn stop_ranging(&mut self) {
+        let ranging = &mut self.services.dictionary.objects.application.network.ranging;
+        (ranging.node, ranging.heard) = (0, 0);
+    }
+
     fn ranging(&self) -> &Ranging {
         &self.services.dictionary.objects.application.network.ranging
     }

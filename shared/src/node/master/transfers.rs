@@ -114,12 +114,14 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub fn claimed_sdo(&mut self, task: &Waker) -> &mut Client {
         self.transfers.tasks.register(task);
         self.transfers.is_due = true;
+        self.services.next = Instant::ZERO;
         &mut self.transfers.client
     }
 
     /// Releases the SDO client. A transfer that is not over is aborted.
     pub fn release_sdo(&mut self) {
         (self.transfers.owner, self.transfers.is_due) = (Owner::Abandoned, true);
+        self.services.next = Instant::ZERO;
     }
 
     /// Lets the client do something; its frames go out on the active bus.

@@ -1,6 +1,6 @@
 //! The tasks of a node on mock ports, and a node that obeys the test.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use can_wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
@@ -23,6 +23,10 @@ use host_worlds::timeline::Timeline;
 #[derive(Clone, Default)]
 pub struct Probe {
     pub told: Rc<RefCell<Vec<LinkEvent>>>,
+    /// Number of calls of [`Node::poll`].
+    pub polls: Rc<Cell<usize>>,
+    /// Instant at which something is due, until the next poll.
+    pub due: Rc<Cell<Option<Instant>>>,
     /// Frames it sends for every frame it receives.
     pub replies: u8,
     /// Filters that it has beside that for heartbeats.
@@ -62,10 +66,15 @@ impl Node for Probe {
         out.command(Bus::Nominal, request);
     }
 
-    fn poll(&mut self, _: Instant, _: &mut Outbox<()>) {}
+    fn poll(&mut self, now: Instant, _: &mut Outbox<()>) {
+        self.polls.set(self.polls.get() + 1);
+        if self.due.get().is_some_and(|due| due <= now) {
+            self.due.take();
+        }
+    }
 
     fn deadline(&self) -> Option<Instant> {
-        None
+        self.due.get()
     }
 
     fn is_stamped(&self, _: Bus, frame: &Frame) -> bool {

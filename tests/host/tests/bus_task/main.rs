@@ -237,6 +237,40 @@ fn an_event_future_that_is_dropped_loses_no_event() {
     assert!(port.event().now_or_never().is_none());
 }
 
+/// Given a node with nothing due, when its application reads it, then no task runs.
+#[test]
+fn a_read_of_the_node_wakes_no_task() {
+    let mut bench = Bench::joined(0);
+    let polls = bench.probe.polls.get();
+    bench.node.with(|_, _| ());
+    bench.pool.run_until_stalled();
+    assert_eq!(bench.probe.polls.get(), polls);
+}
+
+/// Given a change by which something is due at once, then it is done before the call returns, and once.
+#[test]
+fn what_an_application_makes_due_is_done_in_its_step() {
+    let mut bench = Bench::joined(0);
+    let polls = bench.probe.polls.get();
+    bench.node.with(|probe, now| probe.due.set(Some(now)));
+    assert_eq!((bench.probe.polls.get(), bench.probe.due.get()), (polls + 1, None));
+    bench.pool.run_until_stalled();
+    assert_eq!(bench.probe.polls.get(), polls + 1);
+}
+
+/// Given a change by which something is due in 3 ms, then the task of what is due runs then.
+#[test]
+fn what_an_application_makes_due_later_is_done_then() {
+    let mut bench = Bench::joined(0);
+    let polls = bench.probe.polls.get();
+    bench.node.with(|probe, now| probe.due.set(Some(now + Duration::from_millis(3))));
+    bench.run_for(Time::from_us(2_999));
+    assert_ne!(bench.probe.due.get(), None);
+    bench.run_for(Time::from_us(2));
+    assert_eq!(bench.probe.due.get(), None);
+    assert!(bench.probe.polls.get() <= polls + 2, "one look at the new deadline, one when it is due");
+}
+
 #[test]
 fn commands_and_receptions_at_the_same_instant_are_all_handled() {
     let mut bench = Bench::joined(0);

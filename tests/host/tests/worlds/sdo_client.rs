@@ -3,12 +3,14 @@
 //! Verifies: ECSS 6.1a
 
 use std::cell::RefCell;
+use std::pin::pin;
 use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::MasterRequest;
 use ecss_can::sdo::{Error, Mode};
-use ecss_can::types::{AbortCode, Address, Bus};
+use ecss_can::types::{AbortCode, Address, Bus, Duration};
+use futures_util::future::select;
 use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
@@ -177,6 +179,29 @@ fn a_dropped_future_aborts_its_transfer_and_frees_the_client() {
         .filter(|payload| payload[..4] == [0x80, 0x00, 0x63, 0x00])
         .collect();
     assert_eq!(aborts, [[0x80, 0, 0x63, 0, 0x21, 0, 0, 8]]);
+}
+
+/// Given a transfer, when its future is dropped within a call that has the node, then it is aborted as elsewhere.
+#[test]
+fn a_future_dropped_within_a_step_aborts_its_transfer() {
+    let mut world = running(STANDARD, 2);
+    let data = seeded(3);
+    let from = world.now();
+    let task = world.on_master(|master| async move {
+        let mut transfer = Box::pin(async move {
+            let _ = master.sdo().write(TWO, STORE, &data).await;
+        });
+        let end = pin!(master.wait_until(master.now() + Duration::from_millis(50)));
+        select(transfer.as_mut(), end).await;
+        master.with(move |_, _| drop(transfer));
+        let mut product = [0; 4];
+        master.sdo().read(TWO, PRODUCT, &mut product).await.map(|_| u32::from_le_bytes(product))
+    });
+    world.run_for(ms(100));
+    assert_eq!(task.take().map(|(_, product)| product), Some(Ok(0x5015)));
+    let requests = since(&world, Bus::Nominal, 0x602, from);
+    let aborts = requests.iter().filter(|sent| sent.frame.payload()[..4] == [0x80, 0x00, 0x63, 0x00]);
+    assert_eq!(aborts.count(), 1);
 }
 
 #[test]

@@ -6,7 +6,8 @@ use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Duration, Scet};
-use futures_util::future::select;
+use futures_util::future::{join_all, select};
+use futures_util::poll;
 use host_worlds::world::{Sent, World};
 use mission::{LIBRECUBE, Received, STANDARD};
 
@@ -243,6 +244,36 @@ fn a_cable_to_nobody_or_of_a_bus_that_was_left_is_a_typed_error() {
     world.request(MasterRequest::SwitchBus(Bus::Redundant));
     world.run_for(ms(5_000));
     assert_eq!(task.take().map(|(_, measured)| measured), Some(Err(Error::BusChanged)));
+}
+
+/// Given a measurement and four waits for a time, when they are dropped within a call that has the node, then 2044h names
+/// no slave, and four others are woken by a step of the clock at once.
+#[test]
+fn futures_dropped_within_a_step_free_their_places() {
+    let mut world = running(STANDARD, 2);
+    let task = world.on_master(|master| async move {
+        let clock = master.clock();
+        let late = Scet::new(clock.now().coarse() + 1_000, 0).expect("a whole second");
+        let mut measured = Box::pin(master.measure_cable(TWO));
+        let mut waits: Vec<_> = (0..4).map(|_| Box::pin(clock.at(late))).collect();
+        for wait in &mut waits {
+            assert!(poll!(wait).is_pending());
+        }
+        let given_up = pin!(master.wait_until(master.now() + Duration::from_millis(300)));
+        select(measured.as_mut(), given_up).await;
+        master.with(move |_, _| drop((measured, waits)));
+        let named = master.with(|master, _| master.objects().application.network.ranging.node);
+        let mut waits: Vec<_> = (0..4).map(|_| Box::pin(clock.at(late))).collect();
+        for wait in &mut waits {
+            assert!(poll!(wait).is_pending());
+        }
+        master.request(MasterRequest::SetTime(late));
+        let stepped = master.now();
+        join_all(waits).await;
+        (named, master.now().since(stepped))
+    });
+    world.run_for(ms(1_000));
+    assert_eq!(task.take().map(|(_, outcome)| outcome), Some((0, Duration::ZERO)));
 }
 
 /// Given a measurement whose future is dropped under way, then 2044h names no slave any more.
