@@ -201,7 +201,8 @@ fn scet_and_utc_read_in_turns_are_whole() {
 
 /// Given a client that writes SCET and UTC in turns, then each is one step, with its own parts.
 ///
-/// Verifies: ECSS 7.1.2b, 7.1.2c, 7.1.3b
+/// Verifies: ECSS 7.1.1b, 7.1.2b, 7.1.2c, 7.1.3b
+/// Notices: ECSS 7.1.1b: UTC has the number of parts of SCET: the clock is set without the submilliseconds.
 /// Notices: ECSS 7.1.3b: two of three parts of UTC set the clock.
 /// Notices: ECSS 7.1.2b: parts of SCET and UTC are counted as one.
 #[test]
