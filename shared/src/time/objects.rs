@@ -213,8 +213,8 @@ pub struct UtcSet {
     pub ms: u32,
     /// Submilliseconds of ms
     ///
-    /// Microseconds of the millisecond, 0 to 999.
-    #[sub(3, rww, pdo, low = 0, high = 999)]
+    /// Microseconds of the millisecond, 0 to 999. A device without submilliseconds takes any value, and ignores it.
+    #[sub(3, rww, pdo)]
     pub submilliseconds: u16,
 }
 

@@ -76,6 +76,28 @@ fn unending_recovery_is_retried_and_counted_until_bus_failed() {
     assert_eq!((recovery.is_failed(), recovery.deadline()), (false, None));
 }
 
+/// Given a recovery from bus-off that has ended because the short is gone, when the longest time of a recovery is over, then the
+/// controller is left alone, and all attempts of a new window are there for the next short.
+///
+/// Verifies: ECSS 5.3.3.2.3h
+/// Notices: ECSS 5.3.3.2.3h: a recovery that has ended counts as another bus-off when its longest time is over.
+#[test]
+fn recovered_controller_is_left_alone() {
+    let mut recovery = BusOffRecovery::new(POLICY);
+    recovery.on_state(BusOff, ms(100));
+    assert_eq!(recovery.poll(ms(110)), Some(RecoveryStep::Recover));
+    recovery.on_state(Active, ms(112));
+    assert_eq!(recovery.deadline(), None);
+    for at in [160, 170, 1_100] {
+        assert_eq!((recovery.poll(ms(at)), recovery.is_failed()), (None, false), "{at} ms");
+    }
+    for at in [1_200, 1_300] {
+        assert_eq!(recovery.on_state(BusOff, ms(at)), None);
+        assert_eq!(recovery.poll(ms(at + 10)), Some(RecoveryStep::Recover));
+        recovery.on_state(Active, ms(at + 12));
+    }
+}
+
 #[test]
 fn bus_off_before_end_of_the_first_was_reported_is_new_attempt() {
     let mut recovery = BusOffRecovery::new(POLICY);

@@ -216,6 +216,11 @@ fn after_switch_isolation_waits_for_settling_and_a_heard_slave() {
     assert_eq!(decisions(&mut manager, 450), [(430, switched(REDUNDANT, SwitchCause::Isolated))]);
 }
 
+/// Given a bus that was left because its controller went bus-off too often, when the other bus fails, then the master returns as soon
+/// as the controller of the first bus has recovered, and not before.
+///
+/// Verifies: ECSS 5.3.3.2.3e
+/// Notices: ECSS 5.3.3.2.3e: a bus that failed once is never used again.
 #[test]
 fn a_failed_bus_is_left_unless_the_other_is_failed_too() {
     let off = Health { state: ErrorState::BusOff, ..Health::default() };

@@ -207,6 +207,11 @@ fn a_self_test_is_the_applications_part() {
     assert_eq!(read(&mut master, 0x2031, 1), u32::from(SelfTest::RUNNING));
 }
 
+/// Given a slave that the master asks, when the answer comes from another node, on the other bus, or to another question, then the
+/// master waits for the right one. Then it checks and starts the slave.
+///
+/// Verifies: ECSS 6.10m
+/// Notices: ECSS 6.10m: the master takes the answer of another node for that of the slave that it asked.
 #[test]
 fn a_slave_is_asked_checked_and_started() {
     let mut master = powered(&BOOTS_TWO);

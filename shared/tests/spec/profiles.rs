@@ -39,7 +39,8 @@ fn a_slave_holds_the_objects_of_table_8_1() {
 /// Given the rate of the profile that images use, at each rate of the standard and at the slower ones that images have in addition, then
 /// bxCAN at 42 MHz meets it: prescaler, TS1, TS2 and SJW. The line of 40 m and its transceivers fit, as do oscillators of 0.1 %.
 ///
-/// Verifies: ECSS 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
+/// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
+/// Notices: ECSS 5.4.2a: the recommended sample point counts as the earliest one: 250 and 500 kbit/s have no timing.
 /// Notices: ECSS 5.4.2a.1: below 800 kbit/s the sample point begins at 87.5 %, which no option has.
 /// Notices: ECSS 5.4.2a.3: a clock that is no multiple of the rate is taken, and the rate is too high.
 /// Notices: ECSS 5.4.2a.2: the sample point at 250 kbit/s may not be before 87 %.
@@ -80,7 +81,8 @@ fn the_settling_time_covers_a_search_and_two_heartbeats() {
 /// Given two master boards, when one number does not fit the others, then the profile is not sound: the standby would take
 /// over while the active master changes the bus, or after the slaves changed the bus, or both boards would be active.
 ///
-/// Verifies: ECSS 8.1a
+/// Verifies: ECSS 8.1a, 6.10l
+/// Notices: ECSS 6.10l: the claims of two master boards may have one COB-ID.
 #[test]
 fn each_number_of_two_master_boards_has_its_limits() {
     let is_sound = |pair| Profile { standby: Some(pair), ..STANDARD }.is_standby_sound();

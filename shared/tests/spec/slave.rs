@@ -304,6 +304,11 @@ fn reset_communication_boots_up_on_the_bus_in_use() {
     assert_eq!(slave.times(REDUNDANT, 0x705), [20, 120]);
 }
 
+/// Given a slave that got Reset node, when its application does not reset the chip, then the slave is silent, and reports the command
+/// again with each frame that it receives.
+///
+/// Verifies: ECSS 6.5.1a.4
+/// Notices: ECSS 6.5.1a.4: the command is reported once, and a full queue of events loses the reset.
 #[test]
 fn reset_node_silences_it_until_the_application_resets_the_chip() {
     let mut slave = operational(&STANDARD);

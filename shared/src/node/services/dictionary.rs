@@ -1,6 +1,7 @@
 //! Dictionary access: checks, rules of the objects, and notification of the services.
 
 use super::rules;
+use super::time::check_submilliseconds;
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{IDENTITY, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO, STORE};
@@ -177,6 +178,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         if let Some(limits) = entry.limits {
             limits.check(entry.data_type, bits)?;
         }
+        check_submilliseconds::<D>(at, bits as u32)?;
         self.objects.check(at, bytes.get(..usize::from(entry.size)).unwrap_or(&bytes))?;
         let Some(variable) = self.objects.variable(place) else { return Ok(false) };
         variable.set_bits(bits);
@@ -226,6 +228,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
             }
         }
         self.find(at)?.accepts(value)?;
+        check_submilliseconds::<D>(at, number)?;
         self.objects.check(at, value)?;
         self.find(at)?.take(value)?;
         self.written = Some(at);

@@ -11,7 +11,7 @@ use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
-use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
+use crate::types::{AbortCode, Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
 
 /// Kind of time that a receive PDO carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +39,9 @@ const CLOCK_SATURATED: u8 = 0x12;
 /// Source of EMCY 8150h: two nodes send the spacecraft time.
 const TWO_PRODUCERS: u8 = 0x81;
 
+/// Sub-index of 2012h with the submilliseconds.
+const SUBMILLISECONDS: Address = Address::new(UTC_SET, 3);
+
 /// Lowest bits of a time of a producer without capture wires, of 24 places or microseconds: zero.
 const LOWEST: u16 = 7;
 /// Half of what they are worth, units of 2^-32 s: 0.24 and 4 us.
@@ -61,6 +64,17 @@ impl MappedTime {
             _ => kind,
         })
     }
+}
+
+/// Checks a `value` that a client writes: submilliseconds of a device that has them (7.1.3g) are below 1000.
+///
+/// # Errors
+/// [`AbortCode::ValueTooHigh`].
+#[inline]
+pub fn check_submilliseconds<D: Device>(at: Address, value: u32) -> Result<(), AbortCode> {
+    let has_limit = const { D::UTC.is_some() && D::SUBMILLISECONDS };
+    let is_too_high = has_limit && at == SUBMILLISECONDS && value >= 1_000;
+    if is_too_high { Err(AbortCode::ValueTooHigh) } else { Ok(()) }
 }
 
 /// Returns whether a mapping has the local time.
@@ -294,7 +308,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         let objects = spacecraft.spacecraft()?;
         if kind == MappedTime::Utc {
             let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
-            let is_short = application.utc()?.utc_set.submilliseconds & LOWEST == 0;
+            // 7.1.3g: bits that a device lacks do not say how the producer stamps.
+            let is_short = D::SUBMILLISECONDS && application.utc()?.utc_set.submilliseconds & LOWEST == 0;
             return brought_utc(application).map(|scet| (scet, Places { bits, is_short }));
         }
         let scet: Scet = objects.time.scet_set.into();
@@ -369,9 +384,11 @@ impl<D: Device, E: Extension> Services<D, E> {
 /// The time in 2012h.
 fn brought_utc<D: Device>(application: &mut D) -> Option<FineScet> {
     let (relation, objects) = D::UTC.zip(application.utc())?;
-    let utc: Utc = objects.utc_set.try_into().ok()?;
-    if D::SUBMILLISECONDS {
-        return Some(relation.scet(utc).into());
+    let mut brought = objects.utc_set;
+    if !D::SUBMILLISECONDS {
+        // 7.1.3g: any value is allowed there.
+        brought.submilliseconds = 0;
     }
-    Some(FineScet::from(relation.scet(utc.whole_ms())).plus(MEAN_OF_MICROS))
+    let scet = FineScet::from(relation.scet(Utc::try_from(brought).ok()?));
+    Some(if D::SUBMILLISECONDS { scet } else { scet.plus(MEAN_OF_MICROS) })
 }

@@ -130,3 +130,18 @@ fn heartbeat_times_of_table_8_1_return_to_those_of_the_profile() {
     assert_eq!(read(&mut slave, 0x1016, 1), [250, 0, 1, 0]);
     assert_eq!(read(&mut slave, 0x1017, 0), [100, 0, 0, 0]);
 }
+
+/// Given a heartbeat period of 50 ms that a client wrote, when the slave gets Reset communication, then its heartbeats have the period
+/// of its profile, 100 ms, from the boot-up message on.
+///
+/// Verifies: ECSS 6.5.2a
+/// Notices: ECSS 6.5.2a: after Reset communication the heartbeats keep the period that a client wrote.
+#[test]
+fn heartbeats_have_the_period_of_the_profile_after_reset() {
+    let mut slave = powered();
+    write_all(&mut slave, &[(0x1017, 0, &[50, 0])]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    slave.run_until(ms(240));
+    assert_eq!(slave.times(NOMINAL, 0x705), [0, 100, 200]);
+}

@@ -119,6 +119,64 @@ fn device_without_submilliseconds_sends_zero_and_ignores_them() {
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0xD1, 7, 0, 0, 100, 0]))], "2001 ms");
 }
 
+/// Given a device without submilliseconds, when a client or a PDO brings any number in that field, then the clock is set as if the
+/// field were not there.
+///
+/// Verifies: ECSS 7.1.3g
+/// Notices: ECSS 7.1.3g: a device without submilliseconds refuses 1000 or more of them.
+#[test]
+fn submilliseconds_a_device_lacks_may_have_any_value() {
+    for [low, high] in [999_u16, 1_000, u16::MAX].map(u16::to_le_bytes) {
+        let mut slave = operational::<Universal<false>>();
+        let parts: [(u8, &[u8]); 3] = [(3, &[low, high]), (1, &[100, 0]), (2, &[0xE8, 3, 0, 0])];
+        for (sub, value) in parts {
+            assert_eq!(write(&mut slave, 0x2012, sub, value), done(0x2012, sub));
+        }
+        // 1000 ms, and the mean of what is cut off.
+        assert_eq!(slave.node.scet(slave.now), scet(1, 8_380));
+
+        let mut slave = operational::<Universal<false>>();
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        slave.receive(NOMINAL, 0x181, &[low, high, 0xE8, 3, 0, 0, 100, 0]);
+        assert_eq!(slave.node.scet(ms(50)), scet(1, 8_380));
+        assert_eq!(slave.node.status(slave.now).counters.nominal.malformed, 0);
+    }
+}
+
+/// Given a device without submilliseconds and SYNCs that are captured, when the lowest bits of that field are zero in each time, or in
+/// none, then the clock is as good: the bits do not say how the producer stamps.
+///
+/// Verifies: ECSS 7.1.3g
+/// Notices: ECSS 7.1.3g: a device without submilliseconds takes zeros in their place for a producer without capture.
+#[test]
+fn submilliseconds_a_device_lacks_leave_the_quality_alone() {
+    for micros in [0, 8, 777] {
+        let mut slave = operational::<Universal<false>>();
+        for second in 1..=8 {
+            run(&mut slave, ms(1_000 * second));
+            sync(&mut slave);
+            time(&mut slave, utc(100, 1_000 * second as u32, micros));
+        }
+        assert_eq!(read(&mut slave, 0x2015, 2), [2, 0, 0, 0], "{micros} us");
+    }
+}
+
+/// Given a device with submilliseconds, when a PDO brings 1000 of them, then its clock stays as it is, and the frame counts as malformed.
+///
+/// Verifies: ECSS 7.1.3d
+/// Notices: ECSS 7.1.3d: a PDO with 1000 submilliseconds sets the clock.
+#[test]
+fn pdo_with_1000_submilliseconds_sets_no_clock() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    let before = slave.node.scet(slave.now);
+    slave.receive(NOMINAL, 0x181, &[0xE8, 3, 0xE8, 3, 0, 0, 100, 0]);
+    assert_eq!(slave.node.scet(slave.now), before);
+    assert_eq!(slave.node.status(slave.now).counters.nominal.malformed, 1);
+}
+
 /// Given a device without submilliseconds, when 50.9 ms have passed, then a client reads none, and a SYNC that is stamped in the
 /// interrupt brings none.
 ///
@@ -201,7 +259,8 @@ fn scet_and_utc_read_in_turns_are_whole() {
 
 /// Given a client that writes SCET and UTC in turns, then each is one step, with its own parts.
 ///
-/// Verifies: ECSS 7.1.2b, 7.1.2c, 7.1.3b
+/// Verifies: ECSS 7.1.1b, 7.1.2b, 7.1.2c, 7.1.3b
+/// Notices: ECSS 7.1.1b: UTC has the number of parts of SCET: the clock is set without the submilliseconds.
 /// Notices: ECSS 7.1.3b: two of three parts of UTC set the clock.
 /// Notices: ECSS 7.1.2b: parts of SCET and UTC are counted as one.
 #[test]

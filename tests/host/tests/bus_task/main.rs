@@ -1,5 +1,6 @@
 //! The policies of the runners, on a mock port whose wire the test plays by hand.
 
+mod behind;
 mod bench;
 mod canopen;
 
@@ -357,6 +358,24 @@ fn counters_that_move_without_an_event_are_told_too() {
     bench.run_for(Time::from_ms(1000));
     assert_eq!(bench.probe.told.borrow().len(), 1, "once");
     assert_eq!(bench.wire.health(), moved, "looking changes nothing");
+}
+
+/// Given receive errors of one kind, when the receive error counter alone changes, up or down, then the node is told of it.
+///
+/// Verifies: ECSS 5.6.2c
+/// Notices: ECSS 5.6.2c: a change of the receive error counter alone is not reported.
+#[test]
+fn change_of_receive_error_counter_alone_is_reported() {
+    let mut bench = Bench::joined(0);
+    bench.tell(WireEvent::ReceiveError(ErrorKind::Stuff));
+    for receive in [9, 10, 3] {
+        bench.tell(WireEvent::Counters(ErrorCounters { transmit: 0, receive }));
+        bench.run_for(Time::from_ms(101));
+        let rec = receive as u8;
+        let moved = Health { state: ErrorState::Active, tec: 0, rec, last_error: LastError::Stuff };
+        assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Counters(moved)));
+    }
+    assert_eq!(bench.probe.told.borrow().len(), 3);
 }
 
 /// Verifies: ECSS 5.6.2b, 5.6.2c

@@ -160,6 +160,22 @@ fn synchronous_rpdo_applies_newest_frame_at_the_next_sync() {
     }
 }
 
+/// Given two synchronous RPDOs, when each has received a frame, then the next SYNC puts both into the dictionary.
+///
+/// Verifies: ECSS 6.9b
+/// Notices: ECSS 6.9b: of two PDOs that wait for SYNC, the first alone takes effect.
+#[test]
+fn rpdos_that_wait_all_take_effect_at_one_sync() {
+    let mut node = Node::with(0, parameters(0x205, 1, 0), &[entry(0x6000, 1, 16)]);
+    node.configure(3, parameters(0x305, 240, 0), &[entry(0x6000, 2, 16)]).unwrap();
+    assert!(node.receive(0x305, &[0x22, 0x22], ms(1)));
+    assert!(node.receive(0x205, &[0x11, 0x11], ms(2)));
+    assert_eq!((node.device.words, node.told()), ([0; 5], vec![]));
+    node.sync(Instant::NEVER);
+    assert_eq!(node.device.words, [0x1111, 0x2222, 0, 0, 0]);
+    assert_eq!(node.told(), [(0, Applied), (3, Applied)]);
+}
+
 #[test]
 fn a_frame_of_others_is_none() {
     let mut node = Node::with(1, parameters(0x205, 255, 0), &WORDS);
@@ -342,6 +358,11 @@ fn two_with_one_cob_id_both_take_it() {
     assert_eq!(node.told(), [(1, Applied), (3, Applied)]);
 }
 
+/// Given RPDOs whose COB-IDs have one function code, then each takes the frames with its own COB-ID, also when another one became
+/// invalid.
+///
+/// Verifies: ECSS 6.10a
+/// Notices: ECSS 6.10a: of two receive PDOs with one function code, the second takes no frame.
 #[test]
 fn those_with_one_function_code_are_told_apart() {
     let mut node = Node::with(0, parameters(0x205, 254, 0), &[entry(0x6000, 1, 16)]);

@@ -233,6 +233,20 @@ fn inhibit_time_counts_from_the_transmission_even_if_late() {
     assert_eq!(node.tpdos.deadline(), Some(ms(18)));
 }
 
+/// Given the longest inhibit time, 6 553.5 ms, when an event follows a transmission, then the PDO is sent at the end of that time.
+///
+/// Notices: ECSS 6.2a: an inhibit time above 65.5 ms ends too early.
+#[test]
+fn longest_inhibit_time_delays_event_to_its_end() {
+    let mut node = Node::with(event_driven(u16::MAX, 0));
+    node.trigger(ms(10));
+    assert_eq!(node.poll(ms(10)), [0]);
+    node.trigger(ms(11));
+    assert_eq!(node.tpdos.deadline(), Some(Instant::from_micros(6_563_500)));
+    assert_eq!(node.poll(Instant::from_micros(6_563_499)), []);
+    assert_eq!(node.poll(Instant::from_micros(6_563_500)), [0]);
+}
+
 /// Verifies: ECSS 11.1a
 /// Notices: ECSS 11.1a: the event timer does not start when Operational is entered.
 #[test]
