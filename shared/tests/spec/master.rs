@@ -260,6 +260,20 @@ fn switch_abandons_old_bus_and_announces_new_one_before_use() {
     assert_eq!(master.frames(), [(REDUNDANT, frame(0x000, &[2, 2]))]);
 }
 
+/// Given a master whose controller is bus-off, when it leaves this bus, then it abandons what waits there. Else that would be sent after
+/// the recovery.
+///
+/// Verifies: ECSS 8.3.3b.1
+/// Notices: ECSS 8.3.3b.1: a heartbeat that waits on a bus in bus-off is not abandoned.
+#[test]
+fn a_bus_that_is_left_in_bus_off_is_abandoned() {
+    let mut master = flying();
+    master.health(NOMINAL, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    assert_eq!(master.controls, [(NOMINAL, BusCommand::Abandon)]);
+    assert_eq!(master.frames(), [(REDUNDANT, frame(0x701, &[0x05]))]);
+}
+
 #[test]
 fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
     let mut master = flying();

@@ -71,6 +71,30 @@ impl MinimalDevice for Cyclic {
     }
 }
 
+/// Telemetry 1 on request, 3 with every SYNC.
+#[derive(Default)]
+struct Mixed(Probe);
+
+impl MinimalDevice for Mixed {
+    const PDOS: MinimalPdos = MinimalPdos {
+        receive: [Some(MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 0 }), None, None, None],
+        transmit: [
+            Some(MinimalTpdo { cob_id: CobIdOf::node(0x180), trigger: Trigger::Request }),
+            None,
+            Some(MinimalTpdo { cob_id: CobIdOf::node(0x380), trigger: Trigger::Sync(1) }),
+            None,
+        ],
+    };
+
+    fn on_pdo(&mut self, number: usize, data: &[u8], at: Instant) -> Option<(usize, Payload)> {
+        self.0.take(number, data, at)
+    }
+
+    fn on_sync(&mut self, number: usize, _at: Instant) -> Option<Payload> {
+        Some(Payload::from_slice(&[number as u8]).unwrap())
+    }
+}
+
 fn numbers() -> Numbers {
     Numbers::of(&Profile::DEFAULT, node(5))
 }
@@ -119,6 +143,7 @@ fn a_command_reaches_the_device_and_is_not_answered() {
 
 /// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b, 9.4.3b.1
 /// Notices: ECSS 9.4.2b: telemetry goes by the TPDO with the number of the RPDO.
+/// Notices: ECSS 9.4.2b: the device gets no more bytes of a request than its RPDO has at least.
 /// Notices: ECSS 9.4.3a: telemetry has 4 bytes at most.
 /// Notices: ECSS 9.4.3b.1: telemetry goes to the bus that is not active.
 #[test]
@@ -254,6 +279,23 @@ fn nothing_is_sent_unasked() {
     }
     assert_eq!(slave.frames(), []);
     assert_eq!(slave.node.counters()[NOMINAL].refused, 5);
+}
+
+/// Given telemetry on request and telemetry with SYNC, when 600 SYNCs and no request come, then only the latter is sent. Transmission
+/// type 254 is no number of SYNCs.
+///
+/// Verifies: ECSS 9.4.3c
+/// Notices: ECSS 9.4.3c: telemetry on request goes also with the 254th SYNC.
+#[test]
+fn no_number_of_syncs_brings_telemetry_on_request() {
+    let mut slave = powered::<Mixed>();
+    for nth in 1..=600 {
+        slave.run_until(ms(10 * nth));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+        slave.receive(NOMINAL, 0x080, &[]);
+        assert_eq!(slave.frames(), [(NOMINAL, frame(0x385, &[2]))], "SYNC {nth}");
+        slave.clear();
+    }
 }
 
 /// Module control, time stamps, SDO and emergencies are no part of the minimal set.
@@ -431,6 +473,26 @@ fn it_looks_for_the_masters_heartbeat_by_itself() {
     assert_eq!(slave.events, [found, MinimalEvent::Heartbeat { bus: REDUNDANT }]);
 }
 
+/// Given a slave that lost the master, when the master boots up on the other bus before the slave changes to it, then that bus is the
+/// active one.
+///
+/// Verifies: ECSS 8.3.3g
+/// Notices: ECSS 8.3.3g: a minimal slave ignores the boot-up message of the master.
+#[test]
+fn boot_up_message_of_the_master_ends_the_search() {
+    let mut slave = powered::<Probe>();
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.run_until(ms(300));
+    assert_eq!(slave.events.last(), Some(&MinimalEvent::MasterMissed { bus: NOMINAL }));
+    slave.clear();
+    slave.receive(REDUNDANT, 0x701, &[0x00]);
+    let found = MinimalEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Found };
+    assert_eq!(slave.events, [found, MinimalEvent::Heartbeat { bus: REDUNDANT }]);
+    // No change of the bus is due 500 ms after the last heartbeat.
+    slave.run_until(ms(549));
+    assert_eq!(slave.node.active(), REDUNDANT);
+}
+
 /// Verifies: ECSS 9.4.9.1.1a
 /// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
 #[test]
@@ -472,6 +534,7 @@ fn without_a_consumer_time_it_stays_where_it_is() {
 
 /// Verifies: ECSS 9.3a
 /// Notices: ECSS 9.3a: the filters of a slave whose TPDOs follow SYNC do not accept it.
+/// Notices: ECSS 9.3a: the filters accept SYNC only if it brings the first TPDO that is in use.
 #[test]
 fn its_filters_are_exact() {
     let exact = |ids: &[u16]| -> Vec<Filter> {
@@ -482,6 +545,8 @@ fn its_filters_are_exact() {
     let cyclic = MinimalSlave::new(node(5), numbers(), Cyclic::default());
     assert_eq!(cyclic.filters()[..], exact(&[0x181, 0x080, 0x701]));
     assert!(!cyclic.is_stamped(NOMINAL, &frame(0x080, &[])));
+    let mixed = MinimalSlave::new(node(5), numbers(), Mixed::default());
+    assert_eq!(mixed.filters()[..], exact(&[0x205, 0x080, 0x701]));
 }
 
 /// One that is late still answers, on the bus that is active then.

@@ -219,6 +219,28 @@ mod dictionaries {
         mapping: [u32; 1],
     }
 
+    /// A mapping without parameters.
+    #[derive(Debug, Objects)]
+    pub struct Unparametrised {
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    /// A synchronous window of 20 ms.
+    #[derive(Debug, Objects)]
+    pub struct Windowed {
+        /// Synchronous window length
+        #[object(0x1007, ro, default = 20_000)]
+        window: u32,
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
     /// As in a constant, where a panic stops the build.
     pub fn refusal<D: Objects>() -> Option<String> {
         refusal_with::<D>([None; PDOS])
@@ -233,20 +255,26 @@ mod dictionaries {
     }
 }
 
-/// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10e
+/// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10d, 9.4.10e
 /// Notices: ECSS 9.4.5a: only sub-index 0 of a mapping is checked for access.
 /// Notices: ECSS 9.4.5a: sub-index 0 of a mapping is not checked for access.
+/// Notices: ECSS 9.4.10d: a forbidden object without sub-indices, such as 1007h, may have a value.
 /// Notices: ECSS 9.4.10e: parameters without a mapping are enough for a PDO.
+/// Notices: ECSS 9.4.10e: a mapping without parameters is enough for a PDO.
 #[test]
 fn dictionaries_that_the_minimal_set_forbids_are_refused() {
-    use dictionaries::{Emptied, Sound, Stored, Timed, Unmapped, Variable, refusal};
+    use dictionaries::{
+        Emptied, Sound, Stored, Timed, Unmapped, Unparametrised, Variable, Windowed, refusal,
+    };
     assert_eq!(refusal::<Sound>(), None);
     for (refusal, reason) in [
         (refusal::<Unmapped>(), "a PDO in use without its parameters or its mapping"),
+        (refusal::<Unparametrised>(), "a PDO in use without its parameters or its mapping"),
         (refusal::<Timed>(), "a PDO with an inhibit time or an event timer"),
         (refusal::<Variable>(), "a mapping that can be written"),
         (refusal::<Emptied>(), "a mapping that can be written"),
         (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
+        (refusal::<Windowed>(), "an object that Table 9-12 of the standard does not authorise"),
     ] {
         assert_eq!(refusal.as_deref(), Some(reason));
     }

@@ -172,6 +172,26 @@ fn master_missed_pre_operational_switch_heartbeat_there() {
     assert_eq!(slave.times(NOMINAL, 0x705), [0; 0]);
 }
 
+/// Given a slave that lost the master, when the master boots up on either bus, then the search ends there.
+///
+/// Verifies: ECSS 8.3.3g
+/// Notices: ECSS 8.3.3g: the boot-up message of the master does not end a search.
+#[test]
+fn boot_up_message_of_the_master_ends_the_search() {
+    for bus in Bus::ALL {
+        let mut slave = operational(&STANDARD);
+        slave.run_until(ms(300));
+        assert_eq!(slave.events[0], SlaveEvent::MasterMissed { bus: NOMINAL });
+        slave.clear();
+        slave.receive(bus, 0x701, &[0x00]);
+        let found = SlaveEvent::ActiveBus { bus, cause: BusCause::Found };
+        assert_eq!(slave.events, [found, SlaveEvent::Heartbeat { bus }]);
+        // The search would change the bus 500 ms after the last heartbeat, at 510 ms.
+        slave.run_until(ms(549));
+        assert_eq!(slave.node.status(slave.now).active, bus);
+    }
+}
+
 /// Verifies: ECSS 8.2.1a, 8.2.1a.1
 /// Notices: ECSS 8.2.1a.1: a slave with selective access does not leave the old bus.
 /// Notices: ECSS 8.2.1a: a node with selective access joins a bus and stays on the other one.
@@ -491,6 +511,24 @@ fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
     assert_eq!(slave.events.last(), Some(&SlaveEvent::BusFailed { bus: REDUNDANT }));
 }
 
+/// Given a slave that followed the master to the redundant bus, when its nominal controller is bus-off, then it recovers that controller
+/// after 10 ms.
+///
+/// Verifies: ECSS 8.2.2a
+/// Notices: ECSS 8.2.2a: the controller of the bus that the master left is not recovered from bus-off.
+#[test]
+fn a_parallel_slave_recovers_the_bus_that_the_master_left() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(50));
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    slave.clear();
+    slave.health(NOMINAL, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
+    slave.run_until(ms(59));
+    assert_eq!(slave.controls, []);
+    slave.run_until(ms(60));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Recover)]);
+}
+
 #[test]
 fn a_selective_slave_does_not_recover_a_bus_it_left() {
     let mut slave = operational(&SELECTIVE);
@@ -500,7 +538,8 @@ fn a_selective_slave_does_not_recover_a_bus_it_left() {
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
 }
 
-/// Verifies: ECSS 6.5.4a
+/// Verifies: ECSS 6.5.4a, 8.3.3h
+/// Notices: ECSS 8.3.3h: a slave that started by itself changes the bus in Operational.
 #[test]
 fn autostart_goes_operational_and_back_when_the_search_toggles() {
     let mut slave = powered(&Profile { autostart: true, ..STANDARD });

@@ -169,6 +169,8 @@ fn synchronous_pdos_go_within_the_window_after_a_sync() {
     assert_eq!(consumer.window_end(), ms(200) + Duration::from_millis(2));
 }
 
+/// Verifies: ECSS 9.4.7.3d
+/// Notices: ECSS 9.4.7.3d: a window of zero, which is not in use, ends with its SYNC.
 #[test]
 fn a_new_window_is_that_of_the_next_sync() {
     let sync = frame(0x080, &[]);

@@ -5,7 +5,7 @@ use ecss_can::node::{BusCommand, DeviceNode, Node, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::types::{AbortCode, Bus, CobId, NmtState, Scet};
 
-use super::fixture::{operational, payloads, powered};
+use super::fixture::{self as client, Memory, operational, payloads, powered, powered_with};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node};
 use crate::slave::TestSlave;
 
@@ -52,6 +52,24 @@ fn the_heartbeat_follows_its_period() {
     slave.clear();
     slave.run_until(ms(200));
     assert_eq!(slave.times(NOMINAL, 0x705), [50, 100, 150, 200]);
+}
+
+/// Given a slave whose stored 1017h is zero, when a client writes 50 ms at 100 ms, then the heartbeat begins at once.
+///
+/// Verifies: ECSS 8.3.3d
+/// Notices: ECSS 8.3.3d: 1017h that was zero at power-on begins no heartbeat.
+#[test]
+fn a_slave_without_heartbeat_begins_one_that_is_written() {
+    let memory = Memory::default();
+    let mut before = powered_with(&memory);
+    write_all(&mut before, &[((0x1017, 0), &[0, 0])]);
+    assert_eq!(client::write(&mut before, 0x1010, 1, b"save"), client::done(0x1010, 1));
+    let mut slave = powered_with(&memory);
+    slave.run_until(ms(100));
+    slave.clear();
+    write_all(&mut slave, &[((0x1017, 0), &[50, 0])]);
+    slave.run_until(ms(220));
+    assert_eq!(slave.times(NOMINAL, 0x705), [100, 150, 200]);
 }
 
 #[test]

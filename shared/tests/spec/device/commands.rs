@@ -4,10 +4,11 @@
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::node::SlaveEvent;
+use ecss_can::redundancy::BusCause;
 use ecss_can::types::NmtState;
 
 use super::fixture::{ask, map_tpdo, payloads, powered, read, run_with_master, write_all};
-use crate::bench::{Bench, NOMINAL, frame, span};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, span};
 use crate::slave::TestSlave;
 
 /// The number of the application, as an entry of a mapping.
@@ -176,4 +177,22 @@ fn reset_communication_ends_a_transfer() {
     assert_eq!(ask(&mut slave, [0x40, 0x08, 0x10, 0, 0, 0, 0, 0])[0], 0x41);
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);
     assert_eq!(ask(&mut slave, [0x60, 0, 0, 0, 0, 0, 0, 0])[0], 0x80);
+}
+
+/// Given a client that switched the search off (1016h, consumer time zero), when the communication is reset, then the slave listens on
+/// both buses in turn. Its consumer time is 250 ms again, so it listens 500 ms on each bus.
+///
+/// Verifies: ECSS 8.3.2b
+/// Notices: ECSS 8.3.2b: a reset of the communication begins the search with the parameters of before.
+#[test]
+fn reset_communication_begins_a_search_switched_off_before() {
+    let mut slave = powered();
+    write_all(&mut slave, &[(0x1016, 1, &[0, 0, 1, 0])]);
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    slave.clear();
+    slave.run_until(ms(1_100));
+    let toggled = |bus| SlaveEvent::ActiveBus { bus, cause: BusCause::Toggled };
+    assert_eq!(slave.events, [toggled(REDUNDANT), toggled(NOMINAL)]);
+    // A heartbeat every 100 ms, and one at once after each change.
+    assert_eq!(slave.times(REDUNDANT, 0x705), [500, 600, 700, 800, 900]);
 }

@@ -71,6 +71,25 @@ fn a_synchronous_time_is_that_of_the_last_sync() {
     assert_eq!(slave.events[1..], [SlaveEvent::Time(scet(1_000, 0)), SlaveEvent::Step(step)]);
 }
 
+/// Given a client that writes an object of SYNC, when a SYNC and 2 ms later its time follow, then the clock is set to the time of that
+/// SYNC.
+///
+/// Notices: ECSS 7.2.3c: after a write to an object of SYNC the ends of SYNCs are not noted.
+#[test]
+fn time_holds_at_the_sync_after_a_write_to_its_objects() {
+    let writes: [(u16, &[u8]); 3] = [(0x1005, &[0x80, 0, 0, 0]), (0x1007, &[0; 4]), (0x1019, &[0])];
+    for (index, value) in writes {
+        let mut slave = operational::<Keeper>();
+        assert_eq!(write(&mut slave, index, 0, value), done(index, 0));
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        run(&mut slave, ms(52));
+        time(&mut slave, scet(1_000, 0));
+        // 2 ms x 2^24 = 33,554.4.
+        assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554), "{index:04X}h");
+    }
+}
+
 /// Given a slave in Operational, when a client gives the spacecraft time of type 1 to its second RPDO, with another object behind it, and
 /// the frame comes 2 ms after a SYNC, then the clock is set to the time of that SYNC. The first RPDO has type 255.
 ///
@@ -261,7 +280,23 @@ fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
 }
 
-/// As above, where the spacecraft time is not distributed by SYNC: the local time is the present one.
+/// Given a slave whose first TPDO is not in use, when a SYNC ends at 1.5 s, then its second TPDO has the local time of that instant.
+///
+/// Verifies: ECSS 7.2.3i
+/// Notices: ECSS 7.2.3i: the local time is sampled for TPDO 1 alone.
+#[test]
+fn local_time_may_be_another_pdo_of_the_slave() {
+    let mut slave = operational::<Keeper>();
+    write_all(&mut slave, &[(0x1800, 1, &[0x85, 1, 0, 0xC0]), (0x1A00, 0, &[0])]);
+    map_tpdo(&mut slave, 2, 1, &[0x2011_0218, 0x2011_0120]);
+    run(&mut slave, ms(1_500));
+    slave.clear();
+    sync(&mut slave);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x285, &[0, 0, 0x80, 1, 0, 0, 0]))]);
+}
+
+/// Given a slave whose spacecraft time is not distributed by SYNC, when the application sends its local time, then that is the present
+/// one.
 ///
 /// Notices: ECSS 7.2.1a: a device whose time comes by type 254 sends that of the last SYNC.
 #[test]

@@ -159,7 +159,9 @@ fn the_spacecraft_time_may_be_another_pdo_of_the_master() {
 
 /// Given a master whose Spacecraft Time PDO has its Local UTC Get, when a SYNC was sent, then the PDO has the UTC of it.
 ///
+/// Verifies: ECSS 7.2.2a
 /// Notices: ECSS 7.2.3a: a master takes no sample of its UTC.
+/// Notices: ECSS 7.2.2a: Local UTC Get in a transmit PDO is never sampled.
 #[test]
 fn the_spacecraft_time_of_a_master_may_be_utc() {
     let profile = Profile { autostart: true, ..STANDARD };

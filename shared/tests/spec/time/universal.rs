@@ -85,8 +85,9 @@ fn utc_comes_and_goes_by_pdos() {
 
 /// Twenty years from the time of the relation, as the first time that arrives.
 ///
-/// Verifies: ECSS 7.1.1b, 7.1.3e
+/// Verifies: ECSS 7.1.1b, 7.1.3e, 7.2.3f
 /// Notices: ECSS 7.1.1d: a UTC that a PDO brings is read as SCET.
+/// Notices: ECSS 7.2.3f: UTC in a synchronous PDO waits for the next SYNC and sets no clock.
 /// Notices: ECSS 7.1.1b: UTC in a PDO is not sampled.
 /// Notices: ECSS 7.1.1b: UTC that is set loses its submilliseconds.
 #[test]

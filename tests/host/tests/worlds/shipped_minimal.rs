@@ -180,6 +180,38 @@ fn shipped_device_answers_no_command() {
     assert_eq!(executed[0].frame.payload()[..6], [3, 1, 2, 0, 0, 0], "two commands");
 }
 
+/// Given the shipped device with a value set by the second of two commands, when RPDO 2 or 3 requests telemetry, then TPDO 3 has the
+/// register that the request names. The six bytes after the code may be there or not.
+///
+/// Verifies: ECSS 9.4.2b
+/// Notices: ECSS 9.4.2b: the request for the value brings the number of commands.
+#[test]
+fn shipped_device_returns_the_register_that_a_request_names() {
+    let mut world = alone(1_000);
+    for command in [[1, 0, 1, 0, 0, 0, 0, 1], [2, 0, 7, 0x0C, 0x0B, 0x0A, 0, 2]] {
+        assert!(asked(&mut world, 0x305, &command).is_empty());
+    }
+    // Codes 0102h and 0103h: value, and commands executed and dropped as repeats.
+    for (code, data) in [(2, [7, 0x0C, 0x0B, 0x0A, 0, 0]), (3, [2, 0, 0, 0, 0, 0])] {
+        for request in [&[code, 1][..], &[code, 1, 0, 0, 0, 0, 0, 0]] {
+            for id in [0x305, 0x405] {
+                let telemetry = asked(&mut world, id, request);
+                let [sent] = &telemetry[..] else { panic!("one answer to {id:03X}h {request:?}") };
+                assert_eq!(
+                    (sent.id(), sent.frame.payload()),
+                    (Some(0x385), &[&[code, 1][..], &data].concat()[..])
+                );
+            }
+        }
+    }
+    // Code 0101h: milliseconds since power-on.
+    let before = world.now().as_us() / 1_000;
+    let telemetry = asked(&mut world, 0x405, &[1, 1]);
+    let [1, 1, a, b, 0, 0, 0, 0] = telemetry[0].frame.payload()[..] else { panic!("less than 65 s") };
+    let uptime = u64::from(u16::from_le_bytes([a, b]));
+    assert!((before..before + 2).contains(&uptime), "{uptime} ms, {before} ms before");
+}
+
 /// From the end of a request to the end of its telemetry, microseconds: 200 in the slave, one frame on its way and the telemetry, 135
 /// bits each.
 const fn stated_delay(kbit: u64) -> u64 {
