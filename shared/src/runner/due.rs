@@ -58,8 +58,7 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
 
 /// Does what is due; when to come again.
 fn turn<N: Node>(shared: &mut Shared<N>, now: Instant) -> Instant {
-    // This task need not wake itself.
-    shared.armed = Instant::ZERO;
-    shared.finish(now);
+    shared.run_due(now);
+    shared.tell_application();
     shared.node.deadline().unwrap_or(Instant::NEVER)
 }
