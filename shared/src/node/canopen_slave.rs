@@ -120,11 +120,19 @@ impl<D: Device> CanopenSlave<D> {
 
     /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if until >= self.canopen.services.next && self.state() != NmtState::Initialising {
-            self.canopen.poll(BUS, until, now, out);
-            self.canopen.set_filters(&[BUS], out);
-            self.canopen.set_deadline(self.canopen.due(), now);
+        if until >= self.canopen.services.next {
+            self.run_due(until, now, out);
         }
+    }
+
+    #[inline(never)] // most frames find nothing due
+    fn run_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        if self.state() == NmtState::Initialising {
+            return;
+        }
+        self.canopen.poll(BUS, until, now, out);
+        self.canopen.set_filters(&[BUS], out);
+        self.canopen.set_deadline(self.canopen.due(), now);
     }
 }
 
@@ -172,7 +180,7 @@ impl<D: Device> Node for CanopenSlave<D> {
     }
 
     fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run(now, now, out);
+        self.run_due(now, now, out);
     }
 
     fn deadline(&self) -> Option<Instant> {

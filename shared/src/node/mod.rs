@@ -61,6 +61,7 @@ mod network_objects;
 mod objects;
 #[cfg(test)]
 mod probe;
+mod save;
 mod services;
 mod slave;
 mod slave_api;

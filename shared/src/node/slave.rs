@@ -200,14 +200,12 @@ impl<D: Device> Node for Slave<D> {
     }
 
     fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run(now, now, out);
-        if self.canopen.services.is_saving() {
-            self.advance_save(now, out);
-        }
+        self.run_due(now, now, out);
+        self.advance_save(now, out);
     }
 
     fn deadline(&self) -> Option<Instant> {
-        self.canopen.services.save_deadline().or_else(|| self.canopen.deadline())
+        earliest(&[self.canopen.services.save_deadline(), self.canopen.deadline()])
     }
 
     #[inline(always)] // called from one place

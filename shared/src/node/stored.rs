@@ -1,16 +1,12 @@
 //! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
+use super::save::{RunningSave, SaveEnd};
 use crate::od::checked::find;
 use crate::od::{Entry, Objects, checked, number};
 use crate::store;
 use crate::store::identity::is_slave;
-use crate::store::{
-    Content, Group, Loaded, Loss, ParameterStore, Parameters, Row, Save, SaveLimit, StoreError, StoreRequest,
-};
+use crate::store::{Content, Group, Loaded, Loss, ParameterStore, Parameters, Row, SaveLimit, StoreError};
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
-
-/// Steps of a save in one call: 32 bytes of values at most, 0.8 ms where flash takes 100 µs for a word.
-const STEPS: u32 = 4;
 
 /// Parameter store as a node uses it.
 pub trait Storage: core::fmt::Debug {
@@ -43,14 +39,16 @@ pub trait Storage: core::fmt::Debug {
     /// The abort code to answer. Then the set that was stored before stays.
     fn begin(&mut self, id: NodeId, at: Address, now: Instant) -> Result<(), AbortCode>;
 
-    /// Returns whether a save or a restore is running.
-    fn is_saving(&self) -> bool;
+    /// Returns the save or the restore that is running.
+    fn running(&mut self) -> Option<&mut RunningSave>;
 
-    /// Continues a running save by a few words of flash. At its end, returns the object that requested it, and
-    /// the abort code if it failed.
-    fn advance<D: Objects>(&mut self, objects: &mut D) -> Option<(Address, Result<(), AbortCode>)>;
+    /// Returns when a running save continues.
+    fn deadline(&self) -> Option<Instant>;
 
-    /// Aborts a running save. The set that was stored before stays.
+    /// Continues a running save if that is due. Returns its end.
+    fn advance<D: Objects>(&mut self, objects: &mut D, now: Instant) -> Option<SaveEnd>;
+
+    /// Aborts a running save. The set that was stored before stays, and its client gets no answer.
     fn give_up(&mut self);
 
     /// Stores a Node-ID, or none, in maintenance mode (ECSS 6.10g). The bytes from the lowest one on are: Node-ID
@@ -93,11 +91,15 @@ impl Storage for NoStore {
         Err(AbortCode::NoObject)
     }
 
-    fn is_saving(&self) -> bool {
-        false
+    fn running(&mut self) -> Option<&mut RunningSave> {
+        None
     }
 
-    fn advance<D: Objects>(&mut self, _: &mut D) -> Option<(Address, Result<(), AbortCode>)> {
+    fn deadline(&self) -> Option<Instant> {
+        None
+    }
+
+    fn advance<D: Objects>(&mut self, _: &mut D, _: Instant) -> Option<SaveEnd> {
         None
     }
 
@@ -114,8 +116,7 @@ pub struct Stored {
     /// Store in maintenance mode, in which it has no parameters.
     pub maintained: Option<&'static mut (dyn ParameterStore + Send)>,
     limit: SaveLimit,
-    /// The save that runs, and the object it was asked by.
-    saving: Option<(Save, Address)>,
+    running: Option<RunningSave>,
 }
 
 impl core::fmt::Debug for Stored {
@@ -126,7 +127,7 @@ impl core::fmt::Debug for Stored {
 
 impl Storage for Stored {
     fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
-        Stored { store, maintained: None, limit: SaveLimit::default(), saving: None }
+        Stored { store, maintained: None, limit: SaveLimit::default(), running: None }
     }
 
     fn is_there(&self) -> bool {
@@ -163,38 +164,31 @@ impl Storage for Stored {
 
     fn begin(&mut self, id: NodeId, at: Address, now: Instant) -> Result<(), AbortCode> {
         let store = self.store.as_mut().ok_or(AbortCode::CannotTransfer)?;
-        let group = Group::from_sub(at.sub).ok_or(AbortCode::NoSubIndex)?;
         if !self.limit.allows(now) {
             return Err(AbortCode::DeviceState);
         }
         self.limit.on_save(now);
-        let request = StoreRequest::of(at.index).ok_or(AbortCode::NoObject)?;
-        let save = Save::begin(&mut **store, id, group, request);
-        self.saving = Some((save.map_err(StoreError::abort_code)?, at));
+        self.running = Some(RunningSave::begin(&mut **store, id, at, now)?);
         Ok(())
     }
 
-    fn is_saving(&self) -> bool {
-        self.saving.is_some()
+    fn running(&mut self) -> Option<&mut RunningSave> {
+        self.running.as_mut()
     }
 
-    fn advance<D: Objects>(&mut self, objects: &mut D) -> Option<(Address, Result<(), AbortCode>)> {
-        let ((save, at), store) = (self.saving.as_mut()?, self.store.as_mut()?);
-        let at = *at;
-        for _ in 0..STEPS {
-            let ended = match save.advance(&mut **store, &mut Present(objects)) {
-                Ok(false) => continue,
-                Ok(true) => Ok(()),
-                Err(error) => Err(error.abort_code()),
-            };
-            self.saving = None;
-            return Some((at, ended));
-        }
-        None
+    fn deadline(&self) -> Option<Instant> {
+        self.running.as_ref().map(RunningSave::deadline)
+    }
+
+    fn advance<D: Objects>(&mut self, objects: &mut D, now: Instant) -> Option<SaveEnd> {
+        let running = self.running.as_mut().filter(|running| running.deadline() <= now)?;
+        let end = running.advance(&mut **self.store.as_mut()?, &mut Present(objects), now)?;
+        self.running = None;
+        Some(end)
     }
 
     fn give_up(&mut self) {
-        self.saving = None;
+        self.running = None;
     }
 
     #[inline(never)] // a write to another object need not pay for it

@@ -33,7 +33,7 @@ fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
     master.receive(NOMINAL, 0x601, &request);
     if master.sent.iter().all(|sent| sent.frame.id().raw() != 0x581) {
         // A save is answered when it has ended.
-        master.settle();
+        master.finish_save();
     }
     let answers: Vec<[u8; 8]> = master
         .sent

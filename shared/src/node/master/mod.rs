@@ -299,18 +299,13 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     }
 
     fn poll(&mut self, now: Instant, out: &mut Out) {
-        if self.services.is_saving() {
-            self.run(now, now, out);
-            self.advance_save(now, out);
-            self.run(now, now, out);
-        } else {
-            self.run_all(now, now, out);
-        }
+        self.run_all(now, now, out);
+        self.advance_save(now, out);
     }
 
     fn deadline(&self) -> Option<Instant> {
         let next = (self.services.next < Instant::NEVER).then_some(self.services.next);
-        self.services.save_deadline().or(next)
+        earliest(&[self.services.save_deadline(), next])
     }
 
     fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {

@@ -192,8 +192,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Goes on with a save that runs, and answers its client at its end.
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
-        self.serve(SdoStep::Save, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
+        if let Some((Some(answer), _)) = self.services.advance_save(now) {
+            out.send_for(self.redundancy.active(), answer, now, self.services.lifetimes.sdo);
+        }
     }
 
     /// Reports frames that were lost in the receiver or before they were sent.

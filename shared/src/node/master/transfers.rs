@@ -9,6 +9,7 @@ use super::{Master, Out};
 use crate::link::bit_timing::BitRate;
 use crate::node::Device;
 use crate::node::services::SdoStep;
+use crate::node::stored::Storage;
 use crate::redundancy::MasterBoards;
 use crate::sdo;
 use crate::sdo::Client;
@@ -107,6 +108,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.transfers.tasks.register(task);
             return None;
         }
+        self.services.next = Instant::ZERO;
         Some(self.transfers.take(Owner::Application, node))
     }
 
@@ -212,7 +214,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.transfers.pause = None;
         self.transfers.wake(now);
         self.serve(SdoStep::BusChanged, now, &mut |_| {});
-        self.services.give_up_save();
+        self.services.dictionary.stored.give_up();
     }
 
     /// Lets the client do what is due.

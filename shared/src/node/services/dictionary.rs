@@ -5,6 +5,7 @@ use super::time::check_submilliseconds;
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{IDENTITY, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO, STORE};
+use crate::node::save::SaveEnd;
 use crate::node::stored::Storage;
 use crate::node::{Communication, Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
@@ -16,18 +17,6 @@ use crate::types::{AbortCode, Address, CobId, Duration, Instant, NodeId};
 /// Sub-index of all parameters.
 const ALL: u8 = 1;
 
-/// State of the SDO server's answer to "save" or "load", which waits until the work is done.
-#[derive(Clone, Copy, Debug, Default)]
-pub enum SaveAnswer {
-    /// No answer waits.
-    #[default]
-    None,
-    /// The server is about to send the answer.
-    Due,
-    /// The answer waits until the save ends.
-    Held([u8; 8]),
-}
-
 /// Objects, and the services that a write changes at once.
 #[derive(Debug)]
 pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
@@ -38,10 +27,6 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub stored: E::Storage,
     /// Object that a client wrote last and the node did not yet handle.
     pub written: Option<Address>,
-    /// State of the answer to the running save.
-    pub answer: SaveAnswer,
-    /// Object of 1010h or 1011h that was obeyed last and the node did not yet handle.
-    pub saved: Option<Address>,
     /// Place of the value that was last requested over the bus.
     found: Option<(Address, Place, &'static Entry)>,
     pub(super) id: NodeId,
@@ -64,8 +49,6 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             emcy: emcy::Producer::new(emcy),
             stored: E::Storage::new(store),
             written: None,
-            answer: SaveAnswer::None,
-            saved: None,
             found: None,
             id,
             now: Instant::ZERO,
@@ -94,17 +77,13 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         Ok(loaded)
     }
 
-    /// Continues a running save. At its end, returns the object that requested it, and the abort code if it
-    /// failed.
-    pub fn advance_save(&mut self) -> Option<(Address, Result<(), AbortCode>)> {
-        let (at, ended) = self.stored.advance(&mut self.objects)?;
-        if ended.is_ok() {
-            self.saved = Some(at);
-            if at.index == STORE || at.sub == ALL {
-                self.clear(ErrorCode::DATA_SET);
-            }
+    /// Continues a running save if that is due. Returns its end.
+    pub fn advance_save(&mut self, now: Instant) -> Option<SaveEnd> {
+        let end = self.stored.advance(&mut self.objects, now)?;
+        if end.result.is_ok() && (end.at.index == STORE || end.at.sub == ALL) {
+            self.clear(ErrorCode::DATA_SET);
         }
-        Some((at, ended))
+        Some(end)
     }
 
     fn clear(&mut self, code: ErrorCode) {
@@ -166,7 +145,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
 
     #[inline(always)] // called from one place
     fn store(&mut self, at: Address, bytes: [u8; 4], count: Option<u8>) -> Result<bool, AbortCode> {
-        if at.index <= rules::LAST || at.index == IDENTITY || self.stored.is_saving() {
+        if at.index <= rules::LAST || at.index == IDENTITY || self.stored.deadline().is_some() {
             return Ok(false);
         }
         let (place, entry) = self.place(at)?;
@@ -192,7 +171,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
 
     fn download(&mut self, at: Address, size: Option<usize>) -> Result<Transfer, AbortCode> {
         // What a save stores does not change meanwhile, and it is the only one.
-        if self.stored.is_saving() {
+        if self.stored.deadline().is_some() {
             return Err(AbortCode::DeviceState);
         }
         self.find(at)?.download(size)
@@ -212,9 +191,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         request.map_or(Ok(()), |request| request.check(number))?;
         if request.is_some() {
             // Obeyed when the save has ended.
-            self.stored.begin(self.id, at, self.now)?;
-            self.answer = SaveAnswer::Due;
-            return Ok(());
+            return self.stored.begin(self.id, at, self.now);
         }
         if at.index <= rules::LAST {
             self.find(at)?.download(Some(value.len()))?;
@@ -246,11 +223,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     }
 
     fn hold(&mut self, answer: &[u8; 8]) -> bool {
-        let is_due = matches!(self.answer, SaveAnswer::Due);
-        if is_due {
-            self.answer = SaveAnswer::Held(*answer);
-        }
-        is_due
+        self.stored.running().is_some_and(|save| save.hold(answer))
     }
 
     fn cancel(&mut self, at: Address) {

@@ -1,6 +1,6 @@
 //! Objects of the services: applies stored values, and makes the services follow a change.
 
-use super::{Dictionary, FIRST_REPORTED, NodeEvent, SaveAnswer, Services};
+use super::{Dictionary, FIRST_REPORTED, NodeEvent, Services};
 use crate::emcy::ErrorCode;
 use crate::node::index::{
     CONFIGURATION, CYCLE_PERIOD, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE,
@@ -16,7 +16,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Takes the parameters of all services from the dictionary, at power-on and after a reset of the
     /// communication.
     pub fn configure(&mut self, now: Instant) {
-        self.give_up_save();
+        self.dictionary.stored.give_up();
         let Self { dictionary, server, .. } = self;
         server.reset(dictionary);
         dictionary.written = None;
@@ -67,7 +67,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         match dictionary.download(at, Some(value.len()))? {
             Transfer::Whole(_) => {
                 dictionary.write(at, value)?;
-                dictionary.answer = SaveAnswer::None;
+                if let Some(save) = dictionary.stored.running() {
+                    save.drop_answer();
+                }
             }
             Transfer::Stream(_) => {
                 dictionary.write_part(at, 0, value)?;

@@ -21,16 +21,16 @@ use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, Monitor, monitored};
 use crate::link::Stamp;
 use crate::link::port::{ErrorState, Health, LastError};
+use crate::node::save::SaveEnd;
 use crate::node::stored::Storage;
 use crate::node::{BusHealth, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
 use crate::store::ParameterStore;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
+use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
 use crate::{sdo, sync};
 pub use dictionary::Dictionary;
-use dictionary::SaveAnswer;
 pub use events::NodeEvent;
 pub use time::{MappedTime, carries_time};
 
@@ -51,8 +51,6 @@ pub enum SdoStep<'a> {
     BusChanged,
     /// Check the deadline, or continue after one of its frames was sent.
     Poll,
-    /// Continue a running save.
-    Save,
 }
 
 /// Dictionary and services of a node. `E`: parts of the node beyond CANopen.
@@ -351,39 +349,33 @@ impl<D: Device, E: Extension> Services<D, E> {
         match step {
             SdoStep::Request(frame) => {
                 let Some(payload) = frame.full() else { return false };
-                if payload[0] == ABORT {
-                    dictionary.answer = SaveAnswer::None;
+                if payload[0] == ABORT
+                    && let Some(save) = dictionary.stored.running()
+                {
+                    save.drop_answer();
                 }
                 return server.on_request(payload, now, dictionary, &mut send);
             }
             SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut send),
             SdoStep::Poll => server.poll(now, dictionary, &mut send),
-            SdoStep::Save => {
-                if let Some((at, ended)) = dictionary.advance_save() {
-                    self.next = Instant::ZERO;
-                    if let SaveAnswer::Held(answer) = core::mem::take(&mut dictionary.answer) {
-                        send(ended.map_or_else(|code| sdo::abort(at, code), |()| answer));
-                    }
-                }
-            }
         }
         true
     }
 
-    /// Returns whether a save is running. It continues when there is nothing else to do.
-    pub fn is_saving(&self) -> bool {
-        self.dictionary.stored.is_saving()
-    }
-
-    /// Returns the last call of the SDO server while a save is running.
+    /// Returns when a running save continues. A received frame does not run it.
     pub fn save_deadline(&self) -> Option<Instant> {
-        self.is_saving().then_some(self.dictionary.now)
+        self.dictionary.stored.deadline()
     }
 
-    /// Aborts a running save. Its client gets no answer.
-    pub fn give_up_save(&mut self) {
-        self.dictionary.stored.give_up();
-        self.dictionary.answer = SaveAnswer::None;
+    /// Continues a running save if that is due. At its end, returns the frame for the client that waits for it, and
+    /// the object that was written if the save succeeded.
+    pub fn advance_save(&mut self, now: Instant) -> Option<(Option<Frame>, Option<Address>)> {
+        let SaveEnd { at, result, answer } = self.dictionary.advance_save(now)?;
+        self.next = Instant::ZERO;
+        let answer = answer.map(|answer| result.map_or_else(|code| sdo::abort(at, code), |()| answer));
+        let id = self.sdo_id.id().map(CobId::sdo_answer);
+        let frame = id.zip(answer).map(|(id, answer)| Frame::of(id, answer));
+        Some((frame, result.is_ok().then_some(at)))
     }
 
     /// Returns whether the SDO server has a transfer.
@@ -399,7 +391,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Takes a new NMT state. A transfer ends without an abort if SDO is not allowed in it.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
         if !state.allows_sdo() {
-            self.give_up_save();
+            self.dictionary.stored.give_up();
             let Self { dictionary, server, .. } = self;
             server.reset(dictionary);
         }

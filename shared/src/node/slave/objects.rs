@@ -4,7 +4,6 @@ use super::{Out, Slave};
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
-use crate::node::services::SdoStep;
 use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
 use crate::store::Group;
 use crate::types::{AbortCode, Address, Frame, Instant};
@@ -89,8 +88,11 @@ impl<D: Device> Slave<D> {
     /// Goes on with a save that runs, and answers its client at its end.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        self.canopen.serve(SdoStep::Save, self.redundancy.selected(), now, out);
-        if let Some(at) = self.canopen.services.dictionary.saved.take()
+        let Some((answer, saved)) = self.canopen.services.advance_save(now) else { return };
+        if let Some(frame) = answer {
+            out.send_for(self.redundancy.selected(), frame, now, self.canopen.services.lifetimes.sdo);
+        }
+        if let Some(at) = saved
             && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
         {
             self.on_stored(at.index == STORE, now, out);

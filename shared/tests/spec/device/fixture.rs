@@ -128,7 +128,7 @@ pub(crate) fn ask_on<A: Device>(slave: &mut Bench<Slave<A>>, bus: Bus, request: 
     slave.receive(bus, 0x605, &request);
     if slave.sent.iter().all(|sent| sent.frame.id().raw() != 0x585) {
         // A save is answered when it has ended.
-        slave.settle();
+        slave.finish_save();
     }
     let answers: Vec<_> = slave.sent.iter().filter(|sent| sent.frame.id().raw() == 0x585).collect();
     assert_eq!((answers.len(), answers[0].bus), (1, bus), "one answer to {request:02X?}");

@@ -2,6 +2,7 @@
 
 use ecss_can::node::Node;
 use ecss_can::store::ParameterStore;
+use ecss_can::types::Duration;
 
 use super::fixture::{Memory, ask, done, payloads, powered_with, read, refused, write};
 use crate::bench::{NOMINAL, REDUNDANT, frame};
@@ -19,6 +20,8 @@ fn a_save_is_answered_once_when_it_has_ended() {
     slave.receive(NOMINAL, 0x605, &SAVE);
     assert!(slave.sent.is_empty(), "it runs");
     assert_eq!(slave.node.deadline(), Some(slave.now), "and goes on at once");
+    slave.settle();
+    assert_eq!(slave.node.deadline(), Some(slave.now + Duration::from_micros(100)), "and pauses");
     assert_eq!(ask(&mut slave, SAVE), refused(0x1010, 1, 0x0800_0022), "a second one");
     assert_eq!(read(&mut slave, 0x6210, 0), [7, 0, 0, 0]);
     for (index, sub, value) in [(0x6210, 0, &[8, 0, 0, 0][..]), (0x1017, 0, &[50, 0]), (0x2000, 1, &[1])] {
@@ -26,7 +29,7 @@ fn a_save_is_answered_once_when_it_has_ended() {
     }
     assert_eq!(memory.stored_len(), 0);
     slave.clear();
-    slave.settle();
+    slave.finish_save();
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x585, &done(0x1010, 1)))]);
     assert_ne!(memory.stored_len(), 0);
     assert_eq!(write(&mut slave, 0x6210, 0, &[8, 0, 0, 0]), done(0x6210, 0));
@@ -40,7 +43,7 @@ fn a_save_that_fails_is_answered_with_its_abort_code_at_the_end() {
     slave.clear();
     slave.receive(NOMINAL, 0x605, &SAVE);
     assert!(slave.sent.is_empty());
-    slave.settle();
+    slave.finish_save();
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x585, &refused(0x1010, 1, 0x0606_0000)))]);
 }
 
@@ -53,7 +56,7 @@ fn a_segmented_save_is_answered_when_it_has_ended() {
     slave.clear();
     slave.receive(NOMINAL, 0x605, &[0x07, b's', b'a', b'v', b'e', 0, 0, 0]);
     assert!(slave.sent.is_empty());
-    slave.settle();
+    slave.finish_save();
     assert_eq!(payloads(&slave, 0x585), [[0x20, 0, 0, 0, 0, 0, 0, 0]]);
     assert_ne!(memory.stored_len(), 0);
 }
@@ -70,7 +73,7 @@ fn a_save_ends_where_sdo_ends_and_keeps_the_set_before() {
         slave.clear();
         slave.receive(NOMINAL, 0x605, &SAVE);
         slave.receive(NOMINAL, 0x000, &command);
-        slave.settle();
+        slave.finish_save();
         assert!(payloads(&slave, 0x585).is_empty(), "{command:X?}");
         assert_eq!(powered_with(&memory).node.objects().application.value, 7, "{command:X?}");
     }
@@ -84,7 +87,7 @@ fn a_client_that_aborts_gets_no_answer_to_its_save() {
     slave.clear();
     slave.receive(NOMINAL, 0x605, &SAVE);
     slave.receive(NOMINAL, 0x605, &refused(0x1010, 1, 0x0504_0000));
-    slave.settle();
+    slave.finish_save();
     assert!(payloads(&slave, 0x585).is_empty());
     assert_ne!(memory.stored_len(), 0);
 }
@@ -98,7 +101,7 @@ fn the_answer_to_a_save_follows_the_bus() {
     slave.clear();
     slave.receive(NOMINAL, 0x605, &SAVE);
     slave.receive(REDUNDANT, 0x701, &[5]);
-    slave.settle();
+    slave.finish_save();
     let answers: Vec<_> = slave.frames().into_iter().filter(|(_, sent)| sent.id().raw() == 0x585).collect();
     assert_eq!(answers, [(REDUNDANT, frame(0x585, &done(0x1010, 1)))]);
 }

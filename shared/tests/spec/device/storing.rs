@@ -37,7 +37,7 @@ fn stored_values_survive_a_reset_and_defaults_return_on_command() {
     assert_eq!(slave.times(REDUNDANT, 0x705), [50, 100]);
     // Defaults of the communication profile only, from the next reset on.
     slave.receive(REDUNDANT, 0x605, &[0x23, 0x11, 0x10, 2, b'l', b'o', b'a', b'd']);
-    slave.settle();
+    slave.finish_save();
     assert!(slave.frames().contains(&(REDUNDANT, frame(0x585, &done(0x1011, 2)))));
     assert_eq!(slave.node.objects().communication.heartbeat.time, 50);
     let slave = powered_with(&memory);
@@ -124,7 +124,7 @@ fn stored_by_another() -> Memory {
         instrument::slave(node(6), &STANDARD, vec![]).with_store(Some(Box::leak(Box::new(memory.clone())))),
     );
     other.receive(NOMINAL, 0x606, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
-    other.settle();
+    other.finish_save();
     assert_ne!(memory.stored_len(), 0);
     memory
 }
@@ -213,7 +213,7 @@ fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
         slave.receive(NOMINAL, 0x000, &[0x82, 5]);
         assert_eq!(slave.sent[0].frame, frame(0x705, &[0]));
         assert_eq!(slave.node.status(slave.now).state, NmtState::Operational);
-        slave.run_until(ms(100));
+        slave.run_until(slave.now + span(100));
         assert_eq!(payloads(slave, 0x705), [[0], [5]], "boot-up, heartbeat");
         assert_eq!(read(slave, 0x1F80, 0), [0; 4]);
     }

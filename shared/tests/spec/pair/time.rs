@@ -191,7 +191,7 @@ fn standby_follows_sync_by_its_stored_cob_id() {
     let mut writer = board();
     move_sync(&mut writer);
     assert_eq!(writer.write((0x1010, 2), b"save"), Ok(()));
-    writer.settle();
+    writer.finish_save();
     let mut board = board();
     stand_by(&mut board);
     assert_follows_moved_sync(&mut board);
