@@ -170,7 +170,9 @@ impl<N: Node> Shared<N> {
     /// Does what is due.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: once for its task and for calls of the application
     pub fn run_due(&mut self, now: Instant) {
-        self.node.poll(now, &mut self.out);
+        if self.node.deadline().is_some_and(|due| due <= now) {
+            self.node.poll(now, &mut self.out);
+        }
         // A bus alone obeys other commands than frames.
         self.deliver(None, now);
     }
@@ -178,11 +180,7 @@ impl<N: Node> Shared<N> {
     /// Does what a call of the application has made due, and ends its step.
     #[inline(never)] // row `size.pyboard-v11.master.flash`: once for all calls
     pub fn finish(&mut self, now: Instant) {
-        if self.node.deadline().is_some_and(|due| due <= now) {
-            self.run_due(now);
-        } else {
-            self.deliver(None, now);
-        }
+        self.run_due(now);
         self.end_step();
     }
 
