@@ -205,7 +205,7 @@ impl<D: Device> Node for Slave<D> {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        earliest(&[self.canopen.services.save_deadline(), self.canopen.deadline()])
+        self.canopen.services.with_save(self.canopen.deadline())
     }
 
     #[inline(always)] // called from one place

@@ -58,7 +58,9 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
 
 /// Does what is due; when to come again.
 fn turn<N: Node>(shared: &mut Shared<N>, now: Instant) -> Instant {
-    shared.run_due(now);
+    if shared.is_due(now) {
+        shared.run_due(now);
+    }
     shared.tell_application();
     shared.node.deadline().unwrap_or(Instant::NEVER)
 }

@@ -17,23 +17,31 @@ pub(super) const MEASUREMENT: usize = WAITERS + 1;
 type GiveBack<N> = fn(&mut Shared<N>, usize);
 
 /// Parts of a node to be given back at the end of the step.
-pub(super) struct Left<N: Node>([Cell<Option<GiveBack<N>>>; WAITERS + 2]);
+pub(super) struct Left<N: Node> {
+    parts: [Cell<Option<GiveBack<N>>>; WAITERS + 2],
+    /// Whether there is one: nearly all calls leave nothing.
+    is_any: Cell<bool>,
+}
 
 impl<N: Node> Left<N> {
     pub const fn new() -> Self {
-        Left([const { Cell::new(None) }; WAITERS + 2])
+        Left { parts: [const { Cell::new(None) }; WAITERS + 2], is_any: Cell::new(false) }
     }
 
     pub fn leave(&self, part: usize, give_back: GiveBack<N>) {
-        if let Some(left) = self.0.get(part) {
+        if let Some(left) = self.parts.get(part) {
             left.set(Some(give_back));
+            self.is_any.set(true);
         }
     }
 
+    /// Gives back what was left.
     pub fn settle(&self, shared: &mut Shared<N>) {
-        for (part, left) in self.0.iter().enumerate() {
-            if let Some(give_back) = left.take() {
-                give_back(shared, part);
+        if self.is_any.take() {
+            for (part, left) in self.parts.iter().enumerate() {
+                if let Some(give_back) = left.take() {
+                    give_back(shared, part);
+                }
             }
         }
     }

@@ -167,12 +167,15 @@ impl<N: Node> Shared<N> {
         }
     }
 
+    /// Returns whether something is due. An alarm may be early.
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.node.deadline().is_some_and(|due| due <= now)
+    }
+
     /// Does what is due.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: once for its task and for calls of the application
     pub fn run_due(&mut self, now: Instant) {
-        if self.node.deadline().is_some_and(|due| due <= now) {
-            self.node.poll(now, &mut self.out);
-        }
+        self.node.poll(now, &mut self.out);
         // A bus alone obeys other commands than frames.
         self.deliver(None, now);
     }
@@ -180,7 +183,11 @@ impl<N: Node> Shared<N> {
     /// Does what a call of the application has made due, and ends its step.
     #[inline(never)] // row `size.pyboard-v11.master.flash`: once for all calls
     pub fn finish(&mut self, now: Instant) {
-        self.run_due(now);
+        if self.is_due(now) {
+            self.run_due(now);
+        } else {
+            self.deliver(None, now);
+        }
         self.end_step();
     }
 

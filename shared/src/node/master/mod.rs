@@ -305,7 +305,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
 
     fn deadline(&self) -> Option<Instant> {
         let next = (self.services.next < Instant::NEVER).then_some(self.services.next);
-        earliest(&[self.services.save_deadline(), next])
+        self.services.with_save(next)
     }
 
     fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {

@@ -362,9 +362,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         true
     }
 
-    /// Returns when a running save continues. A received frame does not run it.
-    pub fn save_deadline(&self) -> Option<Instant> {
-        self.dictionary.stored.deadline()
+    /// Returns the earlier one of `deadline` and the next slice of a running save, which a received frame does not run.
+    #[inline]
+    pub fn with_save(&self, deadline: Option<Instant>) -> Option<Instant> {
+        match self.dictionary.stored.deadline() {
+            // Nearly always.
+            None => deadline,
+            slice => earliest(&[slice, deadline]),
+        }
     }
 
     /// Continues a running save if that is due. At its end, returns the frame for the client that waits for it, and
