@@ -342,6 +342,9 @@ fn chosen_bus_begins_a_search_there() {
 }
 
 /// The master can read how many toggles it took until the next search begins.
+///
+/// Verifies: ECSS 8.3.1a
+/// Notices: ECSS 8.3.1a: Ctoggle also counts the toggles of an earlier search.
 #[test]
 fn ctoggle_stays_until_the_next_search() {
     let mut selector = Selector::new(PARAMETERS);

@@ -2,7 +2,8 @@
 
 use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
-use ecss_can::node::{MasterEvent, SelfTest};
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{MasterEvent, MasterRequest, SelfTest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
 
@@ -177,6 +178,35 @@ fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
     assert_eq!(write(&mut master, 0x2010, 1, 1_000, 4), Ok(()));
     assert_eq!(write(&mut master, 0x2010, 2, 0, 3), Ok(()));
     assert_eq!(read(&mut master, 0x2011, 1), 1_000);
+}
+
+/// Given a master whose heartbeat a client ended by a 1017h of zero, when 1017h gets a period again, or Reset communication restores
+/// that of the profile, then its heartbeats are periodic again.
+///
+/// Verifies: ECSS 8.3.1b, 8.3.1c, 8.3.3a
+/// Notices: ECSS 8.3.1c, 8.3.3a: 1017h that was zero begins no heartbeat of the master.
+/// Notices: ECSS 8.3.1b, 8.3.3a: after Reset communication the master keeps the 1017h that was written.
+#[test]
+fn heartbeat_of_the_master_resumes_after_a_1017h_of_zero() {
+    for (is_reset, period) in [(false, 50), (true, 100)] {
+        let mut master = powered(&STANDARD);
+        assert_eq!(write(&mut master, 0x1017, 0, 0, 2), Ok(()));
+        master.clear();
+        master.run_until(ms(501));
+        assert_eq!(master.times(NOMINAL, 0x701), []);
+        if is_reset {
+            let command = Command::ResetCommunication;
+            master.request(MasterRequest::Nmt(NmtMessage { command, target: Target::Node(node(1)) }));
+        } else {
+            assert_eq!(write(&mut master, 0x1017, 0, 50, 2), Ok(()));
+        }
+        master.clear();
+        master.run_until(ms(801));
+        let times = master.times(NOMINAL, 0x701);
+        assert!(times.len() as u64 >= 300 / period, "{times:?}");
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] == period), "{times:?}");
+        assert_eq!(read(&mut master, 0x1017, 0), u32::try_from(period).unwrap());
+    }
 }
 
 #[test]

@@ -473,11 +473,25 @@ fn it_looks_for_the_masters_heartbeat_by_itself() {
     assert_eq!(slave.events, [found, MinimalEvent::Heartbeat { bus: REDUNDANT }]);
 }
 
+/// Given a minimal slave that never heard a master, then it changes the bus every 500 ms from power-on on.
+///
+/// Verifies: ECSS 8.3.2b
+/// Notices: ECSS 8.3.2b: a minimal slave does not toggle before the first heartbeat of the master.
+#[test]
+fn search_of_a_minimal_slave_begins_at_power_on() {
+    let mut slave = powered::<Probe>();
+    for (until, bus) in [(499, NOMINAL), (500, REDUNDANT), (999, REDUNDANT), (1_000, NOMINAL)] {
+        slave.run_until(ms(until));
+        assert_eq!(slave.node.active(), bus, "{until} ms");
+    }
+}
+
 /// Given a slave that lost the master, when the master boots up on the other bus before the slave changes to it, then that bus is the
 /// active one.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3k
 /// Notices: ECSS 8.3.3g: a minimal slave ignores the boot-up message of the master.
+/// Notices: ECSS 8.3.3k: the search of a minimal slave ends on its selected bus alone.
 #[test]
 fn boot_up_message_of_the_master_ends_the_search() {
     let mut slave = powered::<Probe>();
@@ -493,8 +507,9 @@ fn boot_up_message_of_the_master_ends_the_search() {
     assert_eq!(slave.node.active(), REDUNDANT);
 }
 
-/// Verifies: ECSS 9.4.9.1.1a
+/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2
 /// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
+/// Notices: ECSS 8.2.1a.2: a minimal slave with parallel access does not hear the other bus.
 #[test]
 fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();
@@ -591,7 +606,11 @@ fn the_state_of_its_controllers_is_told() {
     assert_eq!(slave.events, [told, MinimalEvent::BusFailed { bus: NOMINAL }]);
 }
 
-/// Given a slave on one of two buses whose controller is switched, then it obeys there alone.
+/// Given a slave on one of two buses whose controller is switched, then it obeys there alone. That bus is Bdefault.
+///
+/// Verifies: ECSS 8.2.1a.1, 8.3.2a
+/// Notices: ECSS 8.2.1a.1: a minimal slave with one controller takes heartbeats of the bus that it is not on.
+/// Notices: ECSS 8.3.2a: a minimal slave with one controller starts on the nominal bus.
 #[test]
 fn numbers_of_one_controller_are_those_of_selective_access() {
     let one = numbers().on_one_bus();
@@ -602,6 +621,10 @@ fn numbers_of_one_controller_are_those_of_selective_access() {
     slave.receive(REDUNDANT, 0x701, &[5]);
     assert_eq!((slave.node.device().commands.len(), slave.node.counters()[REDUNDANT].ignored), (0, 2));
     assert_eq!(slave.node.active(), NOMINAL);
+    let profile = Profile { bdefault: REDUNDANT, ..Profile::DEFAULT };
+    let one = Numbers::of(&profile, node(5)).on_one_bus();
+    let slave = Bench::new(MinimalSlave::new(node(5), one, Probe::default()));
+    assert_eq!(slave.controls, [(REDUNDANT, BusCommand::Join)]);
 }
 
 /// Given a profile that names node 5 for selective access, then a minimal slave with this Node-ID joins one bus; node 6 joins both.

@@ -123,9 +123,10 @@ fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
 /// Given a slave that may change the bus once in a search, when it misses the master again after each search that found it, then it
 /// goes to the other bus each time.
 ///
-/// Verifies: ECSS 8.3.3e.2, 8.3.3i
+/// Verifies: ECSS 8.3.3e.2, 8.3.3i, 8.3.2b
 /// Notices: ECSS 8.3.3e.2: a miss does not reset Ctoggle, so that searches share Ntoggle.
 /// Notices: ECSS 8.3.3i: a search begins with the Ctoggle of the last one.
+/// Notices: ECSS 8.3.2b: a slave with Ntoggle 1 listens on its first bus alone.
 #[test]
 fn each_miss_brings_a_switch_however_many_there_were_before() {
     let mut selector = following(Parameters { ntoggle: 1, ..PARAMETERS });
@@ -277,6 +278,8 @@ fn with_a_consumer_time_of_zero_nothing_is_monitored() {
     assert_eq!(selector.poll(ms(100_000)), None);
 }
 
+/// Verifies: ECSS 8.3.2b
+/// Notices: ECSS 8.3.2b: a search after a late boot counts from power-on, so that it toggles at once.
 #[test]
 fn reset_communication_keeps_bus_and_alternate_is_the_other_one() {
     let mut selector = following(PARAMETERS);

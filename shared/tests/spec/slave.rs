@@ -36,8 +36,9 @@ fn status_counters(slave: &mut Bench<TestSlave>) -> PerBus<ecss_can::node::Count
 /// A telecommand or a telemetry request on the wire.
 const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
-/// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a
+/// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a, 8.2.1a, 8.2.2a
 /// Notices: ECSS 6.5.3a: the boot-up message has the state Pre-operational.
+/// Notices: ECSS 8.2.1a, 8.2.2a: a node with parallel access and Bdefault 1 does not join the nominal bus.
 #[test]
 fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
     for bus in Bus::ALL {
@@ -216,8 +217,9 @@ fn with_selective_access_it_leaves_one_bus_and_joins_the_other() {
 
 /// Given a slave with selective access whose bus is bus-off, when it leaves that bus before the recovery, then there is none.
 ///
-/// Verifies: ECSS 8.2.1a.1
+/// Verifies: ECSS 8.2.1a.1, 8.2.1a
 /// Notices: ECSS 8.2.1a.1: a bus that was left while bus-off is recovered later.
+/// Notices: ECSS 8.2.1a: a bus in bus-off is not left, so that the node is on both.
 #[test]
 fn with_selective_access_it_recovers_no_bus_that_it_left() {
     let mut slave = operational(&SELECTIVE);
@@ -492,8 +494,9 @@ fn every_loss_is_counted_by_cause() {
     assert_eq!((counters.nominal.failed(), counters.nominal.received), (0, 0));
 }
 
-/// Verifies: ECSS 5.6.2b, 5.6.2c, 8.2.2a
+/// Verifies: ECSS 5.6.2b, 5.6.2c, 8.2.2a, 8.2.1a.2
 /// Notices: ECSS 8.2.2a: bus-off of the redundant controller recovers the nominal one.
+/// Notices: ECSS 8.2.1a.2: the redundant controller of a node with parallel access is not recovered.
 #[test]
 fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
     let mut slave = operational(&STANDARD);

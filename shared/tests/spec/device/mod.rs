@@ -125,8 +125,10 @@ fn heartbeat_lives_no_longer_than_1017h() {
     }
 }
 
-/// Verifies: ECSS 8.3.1c
+/// Verifies: ECSS 8.3.1c, 8.3.1a, 8.3.3c
 /// Notices: ECSS 8.3.1c: a written consumer time is not followed.
+/// Notices: ECSS 8.3.1a: 2000h sub 4 does not show a toggle.
+/// Notices: ECSS 8.3.3c: a written 1016h does not reach the consumer of the master's heartbeat.
 #[test]
 fn redundancy_parameters_are_written_and_obeyed() {
     let mut slave = powered();
