@@ -437,6 +437,7 @@ fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
 }
 
 /// Verifies: ECSS 8.2.1a.1, 8.2.3a
+/// Notices: ECSS 8.2.1a.1: a master joins the other bus before it leaves its own.
 #[test]
 fn a_master_with_selective_access_leaves_and_joins() {
     let mut master = powered(&Profile { selective: &[ecss_can::types::NodeId::MASTER], ..STANDARD });

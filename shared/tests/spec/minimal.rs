@@ -8,7 +8,7 @@ use ecss_can::node::minimal::{
     MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, Numbers, PDOS, Payload,
     Trigger,
 };
-use ecss_can::node::{BusCommand, LinkEvent, Node};
+use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{BusAccess, BusCause};
@@ -365,8 +365,9 @@ fn no_error_makes_it_send_an_emergency() {
 /// Given a slave with heartbeat, when two masters contradict each other, frames break the protocol, an answer names no telemetry,
 /// a bus fails for good, a controller does not obey and the search is in vain, then it sends heartbeats and nothing else.
 ///
-/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a
+/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a, 9.4.7.2a, 9.4.10c
 /// Notices: ECSS 9.4.7.2b: a slave that goes back after a contradiction sends an EMCY.
+/// Notices: ECSS 9.4.7.2a, 9.4.10c: a slave whose controller failed sends an EMCY.
 #[test]
 fn no_condition_that_it_tells_makes_it_send_an_emergency() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
@@ -447,8 +448,9 @@ fn late_sync_brings_its_telemetry() {
 
 /// Consumer time 250 ms, Ttoggle 2.
 ///
-/// Verifies: ECSS 9.4.9.1.1a
+/// Verifies: ECSS 9.4.9.1.1a, 8.3.3d
 /// Notices: ECSS 9.4.9.1.1a: a search goes on on the bus that it left.
+/// Notices: ECSS 8.3.3d: a minimal slave sends its heartbeat on Bdefault.
 #[test]
 fn it_looks_for_the_masters_heartbeat_by_itself() {
     let selective = Numbers { access: BusAccess::Selective, ..numbers() };
@@ -486,6 +488,48 @@ fn search_of_a_minimal_slave_begins_at_power_on() {
     }
 }
 
+/// Given a minimal slave with Ntoggle 1 or 2, when it never hears the master, then it stops after so many changes of the bus, and
+/// listens where it is.
+///
+/// Verifies: ECSS 8.3.3i, 8.3.3j
+/// Notices: ECSS 8.3.3i, 8.3.3j: a minimal slave that gave up begins another search.
+#[test]
+fn minimal_slave_that_gave_up_stays_and_listens() {
+    for (ntoggle, end, stays) in [(1, 1_000, REDUNDANT), (2, 1_500, NOMINAL)] {
+        let mut few = numbers().without_heartbeat();
+        few.redundancy.ntoggle = ntoggle;
+        let mut slave = Bench::new(MinimalSlave::new(node(5), few, Probe::default()));
+        slave.run_until(ms(end));
+        assert_eq!(slave.events.last(), Some(&MinimalEvent::GaveUp { bus: stays }));
+        slave.clear();
+        slave.run_until(ms(60_000));
+        assert_eq!((slave.events.as_slice(), slave.node.active()), (&[][..], stays));
+        slave.receive(stays, 0x701, &[0x05]);
+        let found = MinimalEvent::ActiveBus { bus: stays, cause: BusCause::Found };
+        assert_eq!(slave.events[0], found);
+    }
+}
+
+/// Given telemetry that was asked for on the nominal bus, when the slave follows the master before the telemetry is sent, then it does
+/// not send it on the other bus: nobody asked for it there.
+///
+/// Verifies: ECSS 9.4.3c
+/// Notices: ECSS 9.4.3c: telemetry that was lost with the old bus is sent again on the new one.
+#[test]
+fn telemetry_lost_with_its_bus_is_not_repeated() {
+    let mut slave = powered::<Probe>();
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.receive(NOMINAL, 0x205, &[REQUEST, 1, 0x42]);
+    let telemetry = frame(0x285, &[0x42]);
+    assert_eq!(slave.frames(), [(NOMINAL, telemetry)]);
+    slave.run_until(ms(20));
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    slave.clear();
+    slave.failed(NOMINAL, telemetry, FailCause::BusLeft);
+    slave.run_until(ms(200));
+    assert_eq!(slave.frames(), []);
+}
+
 /// Given a slave that lost the master, when the master boots up on the other bus before the slave changes to it, then that bus is the
 /// active one.
 ///
@@ -507,9 +551,10 @@ fn boot_up_message_of_the_master_ends_the_search() {
     assert_eq!(slave.node.active(), REDUNDANT);
 }
 
-/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2
+/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2, 8.3.3d
 /// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
 /// Notices: ECSS 8.2.1a.2: a minimal slave with parallel access does not hear the other bus.
+/// Notices: ECSS 8.3.3d: a heartbeat of a minimal slave that waits on the old bus is not abandoned.
 #[test]
 fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();

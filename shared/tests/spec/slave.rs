@@ -230,6 +230,31 @@ fn with_selective_access_it_recovers_no_bus_that_it_left() {
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
 }
 
+/// Given a slave that searches on the redundant bus, when a stray Start makes it Operational and no heartbeat follows, then it is
+/// Pre-operational again after a consumer time, and goes on with its search so.
+///
+/// Verifies: ECSS 8.3.3e.1, 8.3.3h
+/// Notices: ECSS 8.3.3e.1, 8.3.3h: a slave that a stray Start made Operational changes the bus in that state.
+#[test]
+fn slave_started_by_a_stray_command_goes_on_in_pre_operational() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(520));
+    slave.receive(REDUNDANT, 0x000, &[0x01, 0x05]);
+    let state = |slave: &Bench<TestSlave>| {
+        let status = slave.node.status(slave.now);
+        (status.state, status.active)
+    };
+    for (until, expected) in [
+        (769, (NmtState::Operational, REDUNDANT)),
+        (770, (NmtState::PreOperational, REDUNDANT)),
+        (1_009, (NmtState::PreOperational, REDUNDANT)),
+        (1_010, (NmtState::PreOperational, NOMINAL)),
+    ] {
+        slave.run_until(ms(until));
+        assert_eq!(state(&slave), expected, "{until} ms");
+    }
+}
+
 /// Verifies: ECSS 8.3.3j
 #[test]
 fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {

@@ -167,7 +167,8 @@ fn abandoned_bus_reports_all_pending_and_sends_nothing_stale() {
     assert_eq!(bench.drain(), [(0x701, 7)]);
 }
 
-/// Verifies: ECSS 8.3.3b.1
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b
+/// Notices: ECSS 8.3.3b: a bus that is left keeps its queue.
 #[test]
 fn a_left_bus_is_silent_and_clean_when_joined_again() {
     let mut bench = Bench::joined(0);
