@@ -264,6 +264,23 @@ fn a_slave_is_asked_checked_and_started() {
     assert_eq!(read(&mut master, 0x1280, 3), 2);
 }
 
+/// Given a master with SDO server and client, then 1200h has the COB-IDs of its server, and 1280h those of the server that it asked
+/// last.
+///
+/// Verifies: ECSS 9.4.10f
+/// Notices: ECSS 9.4.10f: 1280h of a master names the first server that it asked.
+#[test]
+fn sdo_parameters_of_the_master_are_those_in_use() {
+    let mut master = powered(&STANDARD);
+    assert_eq!([1, 2].map(|sub| read(&mut master, 0x1200, sub)), [0x601, 0x581]);
+    for (raw, request, response) in [(3, 0x603, 0x583), (4, 0x604, 0x584)] {
+        master.receive(NOMINAL, 0x700 + raw, &[0x7F]);
+        let parameters = [1, 2, 3].map(|sub| read(&mut master, 0x1280, sub));
+        assert_eq!(parameters, [request, response, u32::from(raw)]);
+        master.receive(NOMINAL, 0x580 + raw, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    }
+}
+
 #[test]
 fn boot_failure_stays_in_dictionary_until_slave_is_started() {
     let mut master = powered(&BOOTS_TWO);
