@@ -300,7 +300,8 @@ fn master_commands_slaves_in_each_of_its_states() {
 ///
 /// Verifies: ECSS 8.2.2a, 8.3.3b, 8.3.3b.1
 /// Notices: ECSS 8.2.2a: a master on the redundant bus hears nothing on the nominal one.
-/// Notices: ECSS 8.3.3b, 8.3.3b.1: the nominal bus is abandoned, whichever is left.
+/// Notices: ECSS 8.3.3b: the nominal bus is abandoned, whichever is left.
+/// Notices: ECSS 8.3.3b.1: the nominal bus is abandoned, whichever is left.
 #[test]
 fn master_on_the_redundant_bus_hears_both_and_abandons_it() {
     let mut master = flying();

@@ -184,8 +184,10 @@ fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
 /// that of the profile, then its heartbeats are periodic again.
 ///
 /// Verifies: ECSS 8.3.1b, 8.3.1c, 8.3.3a
-/// Notices: ECSS 8.3.1c, 8.3.3a: 1017h that was zero begins no heartbeat of the master.
-/// Notices: ECSS 8.3.1b, 8.3.3a: after Reset communication the master keeps the 1017h that was written.
+/// Notices: ECSS 8.3.1c: 1017h that was zero begins no heartbeat of the master.
+/// Notices: ECSS 8.3.3a: 1017h that was zero begins no heartbeat of the master.
+/// Notices: ECSS 8.3.1b: after Reset communication the master keeps the 1017h that was written.
+/// Notices: ECSS 8.3.3a: after Reset communication the master keeps the 1017h that was written.
 #[test]
 fn heartbeat_of_the_master_resumes_after_a_1017h_of_zero() {
     for (is_reset, period) in [(false, 50), (true, 100)] {

@@ -192,7 +192,8 @@ fn master_neither_takes_nor_sends_time_stamps() {
 /// Notices: ECSS 9.4.7.3b: with zero in 1006h SYNC goes on.
 /// Notices: ECSS 9.4.7.3b.1: after a reset of the communication 1006h is zero.
 /// Notices: ECSS 9.4.7.3b.2: 1006h takes 65,535 us at most.
-/// Notices: ECSS 9.4.7.3b, 9.4.7.3b.1: after a reset of the communication SYNC keeps a period that 1006h does not show.
+/// Notices: ECSS 9.4.7.3b: after a reset of the communication SYNC keeps a period that 1006h does not show.
+/// Notices: ECSS 9.4.7.3b.1: after a reset of the communication SYNC keeps a period that 1006h does not show.
 #[test]
 fn sync_has_the_period_that_stands_in_the_dictionary() {
     let mut master = powered(&MIXED);

@@ -365,9 +365,9 @@ fn no_error_makes_it_send_an_emergency() {
 /// Given a slave with heartbeat, when two masters contradict each other, frames break the protocol, an answer names no telemetry,
 /// a bus fails for good, a controller does not obey and the search is in vain, then it sends heartbeats and nothing else.
 ///
-/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a, 9.4.7.2a, 9.4.10c
+/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a, 9.4.7.2a
 /// Notices: ECSS 9.4.7.2b: a slave that goes back after a contradiction sends an EMCY.
-/// Notices: ECSS 9.4.7.2a, 9.4.10c: a slave whose controller failed sends an EMCY.
+/// Notices: ECSS 9.4.7.2a: a slave whose controller failed sends an EMCY.
 #[test]
 fn no_condition_that_it_tells_makes_it_send_an_emergency() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
@@ -492,7 +492,8 @@ fn search_of_a_minimal_slave_begins_at_power_on() {
 /// listens where it is.
 ///
 /// Verifies: ECSS 8.3.3i, 8.3.3j
-/// Notices: ECSS 8.3.3i, 8.3.3j: a minimal slave that gave up begins another search.
+/// Notices: ECSS 8.3.3i: a minimal slave that gave up begins another search.
+/// Notices: ECSS 8.3.3j: a minimal slave that gave up begins another search.
 #[test]
 fn minimal_slave_that_gave_up_stays_and_listens() {
     for (ntoggle, end, stays) in [(1, 1_000, REDUNDANT), (2, 1_500, NOMINAL)] {

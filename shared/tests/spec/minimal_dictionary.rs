@@ -332,7 +332,9 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
 /// Given dictionaries with the last object of a range that Table 9-12 forbids, then none is accepted.
 ///
 /// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d
-/// Notices: ECSS 9.4.10b, 9.4.10c, 9.4.10d: the last object of a forbidden range, such as 1015h, may exist.
+/// Notices: ECSS 9.4.10b: the last object of a forbidden range, such as 1015h, may exist.
+/// Notices: ECSS 9.4.10c: the last object of a forbidden range, such as 1015h, may exist.
+/// Notices: ECSS 9.4.10d: the last object of a forbidden range, such as 1015h, may exist.
 #[test]
 fn last_object_of_a_forbidden_range_is_refused() {
     use dictionaries::{EmcyInhibited, LastTpdo, refusal};

@@ -96,7 +96,8 @@ fn notes(slave: &Bench<TestSlave>) -> Vec<(Bus, bool)> {
 /// it starts there.
 ///
 /// Verifies: ECSS 8.3.3l
-/// Notices: ECSS 8.3.3l, 8.3.2a: Bdefault of a bus that was followed does not outlive a reset.
+/// Notices: ECSS 8.3.3l: Bdefault of a bus that was followed does not outlive a reset.
+/// Notices: ECSS 8.3.2a: Bdefault of a bus that was followed does not outlive a reset.
 #[test]
 fn a_reset_starts_on_the_bus_followed_last() {
     for has_store in [true, false] {

@@ -38,7 +38,8 @@ const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
 /// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a, 8.2.1a, 8.2.2a
 /// Notices: ECSS 6.5.3a: the boot-up message has the state Pre-operational.
-/// Notices: ECSS 8.2.1a, 8.2.2a: a node with parallel access and Bdefault 1 does not join the nominal bus.
+/// Notices: ECSS 8.2.1a: a node with parallel access and Bdefault 1 does not join the nominal bus.
+/// Notices: ECSS 8.2.2a: a node with parallel access and Bdefault 1 does not join the nominal bus.
 #[test]
 fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
     for bus in Bus::ALL {
@@ -234,7 +235,8 @@ fn with_selective_access_it_recovers_no_bus_that_it_left() {
 /// Pre-operational again after a consumer time, and goes on with its search so.
 ///
 /// Verifies: ECSS 8.3.3e.1, 8.3.3h
-/// Notices: ECSS 8.3.3e.1, 8.3.3h: a slave that a stray Start made Operational changes the bus in that state.
+/// Notices: ECSS 8.3.3e.1: a slave that a stray Start made Operational changes the bus in that state.
+/// Notices: ECSS 8.3.3h: a slave that a stray Start made Operational changes the bus in that state.
 #[test]
 fn slave_started_by_a_stray_command_goes_on_in_pre_operational() {
     let mut slave = operational(&STANDARD);
