@@ -164,6 +164,9 @@ fn clash_frames(slave: &Bench<TestSlave>) -> Vec<Vec<u8>> {
 
 /// Given a slave that has just booted, when its own Node-ID is heard, then it sends EMCY 8150h and nothing more until the
 /// other node was silent for Ttoggle consumer times; resets and starts do not end that sooner.
+///
+/// Verifies: ECSS 8.3.3d
+/// Notices: ECSS 8.3.3d: a slave that was silent in a clash sends no heartbeat after it.
 #[test]
 fn newcomer_is_silent_until_the_other_node_is() {
     let mut slave = powered(&STANDARD);

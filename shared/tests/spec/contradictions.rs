@@ -272,7 +272,9 @@ fn heartbeat_confirms_a_bus_found_by_a_command() {
 
 /// Given a bus found by a command alone, when a heartbeat comes on the other bus, then that one is active, and no search goes on.
 ///
+/// Verifies: ECSS 8.3.3g
 /// Notices: ECSS 8.3.3k: after a command, a heartbeat on the other bus does not end the search.
+/// Notices: ECSS 8.3.3g: after a command, a heartbeat on the other bus does not make that one active.
 #[test]
 fn heartbeat_on_the_other_bus_counts_more_than_a_command() {
     let mut selector = Selector::new(PARAMETERS);
@@ -342,6 +344,9 @@ fn chosen_bus_begins_a_search_there() {
 }
 
 /// The master can read how many toggles it took until the next search begins.
+///
+/// Verifies: ECSS 8.3.1a
+/// Notices: ECSS 8.3.1a: Ctoggle also counts the toggles of an earlier search.
 #[test]
 fn ctoggle_stays_until_the_next_search() {
     let mut selector = Selector::new(PARAMETERS);

@@ -274,6 +274,50 @@ fn a_bus_that_is_left_in_bus_off_is_abandoned() {
     assert_eq!(master.frames(), [(REDUNDANT, frame(0x701, &[0x05]))]);
 }
 
+/// Given a master that is stopped or Pre-operational itself, when its application commands slaves, or a slave comes back in
+/// Pre-operational, then the master sends the commands: it stays the NMT master.
+///
+/// Verifies: ECSS 8.1b, 8.3.3f
+/// Notices: ECSS 8.1b: a master that is stopped sends no NMT commands of its application.
+/// Notices: ECSS 8.3.3f: a master that is not Operational starts no slave that changed the bus.
+#[test]
+fn master_commands_slaves_in_each_of_its_states() {
+    for own in [Command::Stop, Command::EnterPreOperational] {
+        let mut master = flying();
+        master.request(MasterRequest::Nmt(NmtMessage { command: own, target: Target::Node(node(1)) }));
+        master.clear();
+        let stop = NmtMessage { command: Command::Stop, target: Target::Node(node(3)) };
+        master.request(MasterRequest::Nmt(stop));
+        master.receive(NOMINAL, 0x702, &[0x7F]);
+        let commands = master.frames().into_iter().filter(|(_, sent)| sent.id() == CobId::NMT);
+        let expected = [(NOMINAL, frame(0, &[0x02, 3])), (NOMINAL, frame(0, &[0x01, 2]))];
+        assert_eq!(commands.collect::<Vec<_>>(), expected, "{own:?}");
+    }
+}
+
+/// Given a master that works on the redundant bus, then it hears a slave on the nominal one. When it goes back, then nothing that waits
+/// on the redundant bus may go out there.
+///
+/// Verifies: ECSS 8.2.2a, 8.3.3b, 8.3.3b.1
+/// Notices: ECSS 8.2.2a: a master on the redundant bus hears nothing on the nominal one.
+/// Notices: ECSS 8.3.3b: the nominal bus is abandoned, whichever is left.
+/// Notices: ECSS 8.3.3b.1: the nominal bus is abandoned, whichever is left.
+#[test]
+fn master_on_the_redundant_bus_hears_both_and_abandons_it() {
+    let mut master = flying();
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    let heartbeat = frame(0x701, &[0x05]);
+    master.transmitted(REDUNDANT, heartbeat);
+    master.clear();
+    master.receive(NOMINAL, 0x702, &[0x7F]);
+    let heard = MasterEvent::SlaveState { node: node(2), bus: NOMINAL, state: NmtState::PreOperational };
+    assert_eq!(master.events, [heard]);
+    master.clear();
+    master.request(MasterRequest::SwitchBus(NOMINAL));
+    assert_eq!(master.controls, [(REDUNDANT, BusCommand::Abandon)]);
+    assert_eq!(master.frames(), [(NOMINAL, heartbeat)]);
+}
+
 #[test]
 fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
     let mut master = flying();
@@ -394,6 +438,7 @@ fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
 }
 
 /// Verifies: ECSS 8.2.1a.1, 8.2.3a
+/// Notices: ECSS 8.2.1a.1: a master joins the other bus before it leaves its own.
 #[test]
 fn a_master_with_selective_access_leaves_and_joins() {
     let mut master = powered(&Profile { selective: &[ecss_can::types::NodeId::MASTER], ..STANDARD });
@@ -408,8 +453,9 @@ fn a_master_with_selective_access_leaves_and_joins() {
 
 /// Given a master with selective access and Ntoggle 0, when its application chooses the other bus, then the master goes there.
 ///
-/// Verifies: ECSS 8.2.3a
+/// Verifies: ECSS 8.2.3a, 8.3.3b
 /// Notices: ECSS 8.2.3a: the application of a master cannot choose the bus while Ntoggle is 0.
+/// Notices: ECSS 8.3.3b: with Ntoggle 0 a commanded switch is ignored.
 #[test]
 fn a_master_that_changes_no_bus_by_itself_goes_to_the_chosen_one() {
     let selective = &[ecss_can::types::NodeId::MASTER];

@@ -2,7 +2,8 @@
 
 use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
-use ecss_can::node::{MasterEvent, SelfTest};
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{MasterEvent, MasterRequest, SelfTest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
 
@@ -179,6 +180,37 @@ fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
     assert_eq!(read(&mut master, 0x2011, 1), 1_000);
 }
 
+/// Given a master whose heartbeat a client ended by a 1017h of zero, when 1017h gets a period again, or Reset communication restores
+/// that of the profile, then its heartbeats are periodic again.
+///
+/// Verifies: ECSS 8.3.1b, 8.3.1c, 8.3.3a
+/// Notices: ECSS 8.3.1c: 1017h that was zero begins no heartbeat of the master.
+/// Notices: ECSS 8.3.3a: 1017h that was zero begins no heartbeat of the master.
+/// Notices: ECSS 8.3.1b: after Reset communication the master keeps the 1017h that was written.
+/// Notices: ECSS 8.3.3a: after Reset communication the master keeps the 1017h that was written.
+#[test]
+fn heartbeat_of_the_master_resumes_after_a_1017h_of_zero() {
+    for (is_reset, period) in [(false, 50), (true, 100)] {
+        let mut master = powered(&STANDARD);
+        assert_eq!(write(&mut master, 0x1017, 0, 0, 2), Ok(()));
+        master.clear();
+        master.run_until(ms(501));
+        assert_eq!(master.times(NOMINAL, 0x701), []);
+        if is_reset {
+            let command = Command::ResetCommunication;
+            master.request(MasterRequest::Nmt(NmtMessage { command, target: Target::Node(node(1)) }));
+        } else {
+            assert_eq!(write(&mut master, 0x1017, 0, 50, 2), Ok(()));
+        }
+        master.clear();
+        master.run_until(ms(801));
+        let times = master.times(NOMINAL, 0x701);
+        assert!(times.len() as u64 >= 300 / period, "{times:?}");
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] == period), "{times:?}");
+        assert_eq!(read(&mut master, 0x1017, 0), u32::try_from(period).unwrap());
+    }
+}
+
 #[test]
 fn request_nmt_commands_a_slave_and_tells_its_state() {
     let mut master = powered(&STANDARD);
@@ -232,6 +264,23 @@ fn a_slave_is_asked_checked_and_started() {
     assert!(master.frames().contains(&(NOMINAL, frame(0x000, &[1, 2]))));
     assert_eq!(read(&mut master, 0x2040, 2), BootProgress::Started as u32);
     assert_eq!(read(&mut master, 0x1280, 3), 2);
+}
+
+/// Given a master with SDO server and client, then 1200h has the COB-IDs of its server, and 1280h those of the server that it asked
+/// last.
+///
+/// Verifies: ECSS 9.4.10f
+/// Notices: ECSS 9.4.10f: 1280h of a master names the first server that it asked.
+#[test]
+fn sdo_parameters_of_the_master_are_those_in_use() {
+    let mut master = powered(&STANDARD);
+    assert_eq!([1, 2].map(|sub| read(&mut master, 0x1200, sub)), [0x601, 0x581]);
+    for (raw, request, response) in [(3, 0x603, 0x583), (4, 0x604, 0x584)] {
+        master.receive(NOMINAL, 0x700 + raw, &[0x7F]);
+        let parameters = [1, 2, 3].map(|sub| read(&mut master, 0x1280, sub));
+        assert_eq!(parameters, [request, response, u32::from(raw)]);
+        master.receive(NOMINAL, 0x580 + raw, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    }
 }
 
 #[test]

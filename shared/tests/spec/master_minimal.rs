@@ -81,6 +81,8 @@ fn master_sends_commands_and_requests_by_each_of_four_pdos() {
     }
 }
 
+/// Verifies: ECSS 9.4.2a
+/// Notices: ECSS 9.4.2a: a command of more than 8 bytes is cut off and sent.
 #[test]
 fn commands_to_a_slave_that_takes_none_are_refused() {
     let mut master = announced();
@@ -190,6 +192,8 @@ fn master_neither_takes_nor_sends_time_stamps() {
 /// Notices: ECSS 9.4.7.3b: with zero in 1006h SYNC goes on.
 /// Notices: ECSS 9.4.7.3b.1: after a reset of the communication 1006h is zero.
 /// Notices: ECSS 9.4.7.3b.2: 1006h takes 65,535 us at most.
+/// Notices: ECSS 9.4.7.3b: after a reset of the communication SYNC keeps a period that 1006h does not show.
+/// Notices: ECSS 9.4.7.3b.1: after a reset of the communication SYNC keeps a period that 1006h does not show.
 #[test]
 fn sync_has_the_period_that_stands_in_the_dictionary() {
     let mut master = powered(&MIXED);
@@ -211,4 +215,8 @@ fn sync_has_the_period_that_stands_in_the_dictionary() {
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     master.run_until(master.now + span(1));
     assert_eq!(read(&mut master, 0x1006, 0), 100_000);
+    master.clear();
+    master.run_until(master.now + span(500));
+    let syncs = master.times(NOMINAL, 0x080);
+    assert!(syncs.len() >= 4 && syncs.windows(2).all(|pair| pair[1] - pair[0] == 100), "{syncs:?}");
 }

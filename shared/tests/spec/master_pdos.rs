@@ -269,8 +269,9 @@ impl Device for Viewer {
     const RAW_FRAMES: &'static [CobId] = &[IMAGE, CobId::heartbeat(NodeId::of::<3>())];
 }
 
-/// Verifies: ECSS 6.10b
+/// Verifies: ECSS 6.10b, 9.5a
 /// Notices: ECSS 6.10b: the application sends raw frames with any COB-ID but that of NMT.
+/// Notices: ECSS 9.5a: an application of the master may send 781h to 7FFh.
 #[test]
 fn frames_that_no_pdo_covers_pass_both_ways() {
     let viewer = ecss_can::node::Master::new(&STANDARD, Viewer::default(), None);

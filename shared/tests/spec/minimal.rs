@@ -8,7 +8,7 @@ use ecss_can::node::minimal::{
     MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, Numbers, PDOS, Payload,
     Trigger,
 };
-use ecss_can::node::{BusCommand, LinkEvent, Node};
+use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{BusAccess, BusCause};
@@ -365,8 +365,9 @@ fn no_error_makes_it_send_an_emergency() {
 /// Given a slave with heartbeat, when two masters contradict each other, frames break the protocol, an answer names no telemetry,
 /// a bus fails for good, a controller does not obey and the search is in vain, then it sends heartbeats and nothing else.
 ///
-/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a
+/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.7.2b, 9.4.9.2a, 9.4.7.2a
 /// Notices: ECSS 9.4.7.2b: a slave that goes back after a contradiction sends an EMCY.
+/// Notices: ECSS 9.4.7.2a: a slave whose controller failed sends an EMCY.
 #[test]
 fn no_condition_that_it_tells_makes_it_send_an_emergency() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
@@ -447,8 +448,9 @@ fn late_sync_brings_its_telemetry() {
 
 /// Consumer time 250 ms, Ttoggle 2.
 ///
-/// Verifies: ECSS 9.4.9.1.1a
+/// Verifies: ECSS 9.4.9.1.1a, 8.3.3d
 /// Notices: ECSS 9.4.9.1.1a: a search goes on on the bus that it left.
+/// Notices: ECSS 8.3.3d: a minimal slave sends its heartbeat on Bdefault.
 #[test]
 fn it_looks_for_the_masters_heartbeat_by_itself() {
     let selective = Numbers { access: BusAccess::Selective, ..numbers() };
@@ -473,11 +475,68 @@ fn it_looks_for_the_masters_heartbeat_by_itself() {
     assert_eq!(slave.events, [found, MinimalEvent::Heartbeat { bus: REDUNDANT }]);
 }
 
+/// Given a minimal slave that never heard a master, then it changes the bus every 500 ms from power-on on.
+///
+/// Verifies: ECSS 8.3.2b
+/// Notices: ECSS 8.3.2b: a minimal slave does not toggle before the first heartbeat of the master.
+#[test]
+fn search_of_a_minimal_slave_begins_at_power_on() {
+    let mut slave = powered::<Probe>();
+    for (until, bus) in [(499, NOMINAL), (500, REDUNDANT), (999, REDUNDANT), (1_000, NOMINAL)] {
+        slave.run_until(ms(until));
+        assert_eq!(slave.node.active(), bus, "{until} ms");
+    }
+}
+
+/// Given a minimal slave with Ntoggle 1 or 2, when it never hears the master, then it stops after so many changes of the bus, and
+/// listens where it is.
+///
+/// Verifies: ECSS 8.3.3i, 8.3.3j
+/// Notices: ECSS 8.3.3i: a minimal slave that gave up begins another search.
+/// Notices: ECSS 8.3.3j: a minimal slave that gave up begins another search.
+#[test]
+fn minimal_slave_that_gave_up_stays_and_listens() {
+    for (ntoggle, end, stays) in [(1, 1_000, REDUNDANT), (2, 1_500, NOMINAL)] {
+        let mut few = numbers().without_heartbeat();
+        few.redundancy.ntoggle = ntoggle;
+        let mut slave = Bench::new(MinimalSlave::new(node(5), few, Probe::default()));
+        slave.run_until(ms(end));
+        assert_eq!(slave.events.last(), Some(&MinimalEvent::GaveUp { bus: stays }));
+        slave.clear();
+        slave.run_until(ms(60_000));
+        assert_eq!((slave.events.as_slice(), slave.node.active()), (&[][..], stays));
+        slave.receive(stays, 0x701, &[0x05]);
+        let found = MinimalEvent::ActiveBus { bus: stays, cause: BusCause::Found };
+        assert_eq!(slave.events[0], found);
+    }
+}
+
+/// Given telemetry that was asked for on the nominal bus, when the slave follows the master before the telemetry is sent, then it does
+/// not send it on the other bus: nobody asked for it there.
+///
+/// Verifies: ECSS 9.4.3c
+/// Notices: ECSS 9.4.3c: telemetry that was lost with the old bus is sent again on the new one.
+#[test]
+fn telemetry_lost_with_its_bus_is_not_repeated() {
+    let mut slave = powered::<Probe>();
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.receive(NOMINAL, 0x205, &[REQUEST, 1, 0x42]);
+    let telemetry = frame(0x285, &[0x42]);
+    assert_eq!(slave.frames(), [(NOMINAL, telemetry)]);
+    slave.run_until(ms(20));
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    slave.clear();
+    slave.failed(NOMINAL, telemetry, FailCause::BusLeft);
+    slave.run_until(ms(200));
+    assert_eq!(slave.frames(), []);
+}
+
 /// Given a slave that lost the master, when the master boots up on the other bus before the slave changes to it, then that bus is the
 /// active one.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3k
 /// Notices: ECSS 8.3.3g: a minimal slave ignores the boot-up message of the master.
+/// Notices: ECSS 8.3.3k: the search of a minimal slave ends on its selected bus alone.
 #[test]
 fn boot_up_message_of_the_master_ends_the_search() {
     let mut slave = powered::<Probe>();
@@ -493,8 +552,10 @@ fn boot_up_message_of_the_master_ends_the_search() {
     assert_eq!(slave.node.active(), REDUNDANT);
 }
 
-/// Verifies: ECSS 9.4.9.1.1a
+/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2, 8.3.3d
 /// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
+/// Notices: ECSS 8.2.1a.2: a minimal slave with parallel access does not hear the other bus.
+/// Notices: ECSS 8.3.3d: a heartbeat of a minimal slave that waits on the old bus is not abandoned.
 #[test]
 fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();
@@ -591,7 +652,11 @@ fn the_state_of_its_controllers_is_told() {
     assert_eq!(slave.events, [told, MinimalEvent::BusFailed { bus: NOMINAL }]);
 }
 
-/// Given a slave on one of two buses whose controller is switched, then it obeys there alone.
+/// Given a slave on one of two buses whose controller is switched, then it obeys there alone. That bus is Bdefault.
+///
+/// Verifies: ECSS 8.2.1a.1, 8.3.2a
+/// Notices: ECSS 8.2.1a.1: a minimal slave with one controller takes heartbeats of the bus that it is not on.
+/// Notices: ECSS 8.3.2a: a minimal slave with one controller starts on the nominal bus.
 #[test]
 fn numbers_of_one_controller_are_those_of_selective_access() {
     let one = numbers().on_one_bus();
@@ -602,6 +667,10 @@ fn numbers_of_one_controller_are_those_of_selective_access() {
     slave.receive(REDUNDANT, 0x701, &[5]);
     assert_eq!((slave.node.device().commands.len(), slave.node.counters()[REDUNDANT].ignored), (0, 2));
     assert_eq!(slave.node.active(), NOMINAL);
+    let profile = Profile { bdefault: REDUNDANT, ..Profile::DEFAULT };
+    let one = Numbers::of(&profile, node(5)).on_one_bus();
+    let slave = Bench::new(MinimalSlave::new(node(5), one, Probe::default()));
+    assert_eq!(slave.controls, [(REDUNDANT, BusCommand::Join)]);
 }
 
 /// Given a profile that names node 5 for selective access, then a minimal slave with this Node-ID joins one bus; node 6 joins both.

@@ -206,6 +206,53 @@ mod dictionaries {
         mapping: Counted,
     }
 
+    /// Mapping of which the last object can be written.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Long {
+        /// Mapped object
+        #[sub(1, ro)]
+        first: u32,
+        /// Mapped object 64
+        #[sub(64, rw)]
+        last: u32,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct LastMapped {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, record)]
+        mapping: Long,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct EmcyInhibited {
+        /// Inhibit time of EMCY
+        #[object(0x1015, ro)]
+        inhibit: u16,
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct LastTpdo {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+        /// Mapping of TPDO 512
+        #[object(0x1BFF, array, ro)]
+        last: [u32; 1],
+    }
+
     #[derive(Debug, Objects)]
     pub struct Stored {
         /// Store parameters
@@ -261,10 +308,11 @@ mod dictionaries {
 /// Notices: ECSS 9.4.10d: a forbidden object without sub-indices, such as 1007h, may have a value.
 /// Notices: ECSS 9.4.10e: parameters without a mapping are enough for a PDO.
 /// Notices: ECSS 9.4.10e: a mapping without parameters is enough for a PDO.
+/// Notices: ECSS 9.4.5a: the access of a mapped object above the eighth is not checked.
 #[test]
 fn dictionaries_that_the_minimal_set_forbids_are_refused() {
     use dictionaries::{
-        Emptied, Sound, Stored, Timed, Unmapped, Unparametrised, Variable, Windowed, refusal,
+        Emptied, LastMapped, Sound, Stored, Timed, Unmapped, Unparametrised, Variable, Windowed, refusal,
     };
     assert_eq!(refusal::<Sound>(), None);
     for (refusal, reason) in [
@@ -273,9 +321,25 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
         (refusal::<Timed>(), "a PDO with an inhibit time or an event timer"),
         (refusal::<Variable>(), "a mapping that can be written"),
         (refusal::<Emptied>(), "a mapping that can be written"),
+        (refusal::<LastMapped>(), "a mapping that can be written"),
         (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
         (refusal::<Windowed>(), "an object that Table 9-12 of the standard does not authorise"),
     ] {
+        assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given dictionaries with the last object of a range that Table 9-12 forbids, then none is accepted.
+///
+/// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d
+/// Notices: ECSS 9.4.10b: the last object of a forbidden range, such as 1015h, may exist.
+/// Notices: ECSS 9.4.10c: the last object of a forbidden range, such as 1015h, may exist.
+/// Notices: ECSS 9.4.10d: the last object of a forbidden range, such as 1015h, may exist.
+#[test]
+fn last_object_of_a_forbidden_range_is_refused() {
+    use dictionaries::{EmcyInhibited, LastTpdo, refusal};
+    let reason = "an object that Table 9-12 of the standard does not authorise";
+    for refusal in [refusal::<EmcyInhibited>(), refusal::<LastTpdo>()] {
         assert_eq!(refusal.as_deref(), Some(reason));
     }
 }

@@ -90,7 +90,8 @@ fn one_wrong_copy_of_three_changes_no_node_id() {
 /// Given copies or straps with the Node-ID of the master, 1, or of boards in maintenance mode, 127, then they give the board none,
 /// alone or together.
 ///
-/// Verifies: ECSS 6.10h
+/// Verifies: ECSS 6.10h, 9.1a
+/// Notices: ECSS 9.1a: a slave accepts Node-ID 1.
 #[test]
 fn no_slave_has_the_node_id_of_master_or_maintenance() {
     for id in [1, 127] {

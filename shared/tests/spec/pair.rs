@@ -432,6 +432,8 @@ fn heartbeats_without_a_claim_are_a_collision_and_move_no_board() {
     assert_eq!(board.times(REDUNDANT, 0x680), [1_500, 1_600, 1_700, 1_800], "with its heartbeat alone");
 }
 
+/// Verifies: ECSS 8.1b
+/// Notices: ECSS 8.1b: commands that wait when a master becomes the standby are sent all the same.
 #[test]
 fn commanded_standby_is_silent_then_takes_over_if_no_other_does() {
     let mut board = taken_over();

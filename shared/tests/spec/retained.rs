@@ -92,6 +92,26 @@ fn notes(slave: &Bench<TestSlave>) -> Vec<(Bus, bool)> {
     noted.collect()
 }
 
+/// Given a slave that followed the master to the redundant bus, when its chip is reset at once, with or without a parameter store, then
+/// it starts there.
+///
+/// Verifies: ECSS 8.3.3l
+/// Notices: ECSS 8.3.3l: Bdefault of a bus that was followed does not outlive a reset.
+/// Notices: ECSS 8.3.2a: Bdefault of a bus that was followed does not outlive a reset.
+#[test]
+fn a_reset_starts_on_the_bus_followed_last() {
+    for has_store in [true, false] {
+        let mut memories = Memories::new();
+        memories.store = memories.store.filter(|_| has_store);
+        let mut slave = memories.start();
+        hear(&mut slave, NOMINAL, 200);
+        slave.run_until(ms(250));
+        slave.receive(REDUNDANT, 0x701, &[0x05]);
+        assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
+        assert_eq!(memories.starts_on(), REDUNDANT);
+    }
+}
+
 /// Verifies: ECSS 8.3.3k, 8.3.3l
 /// Notices: ECSS 8.3.2a: after a reset a slave starts on the stored Bdefault, not on the last one.
 /// Notices: ECSS 8.3.3l: Bdefault of a bus found in a search is not retained.

@@ -123,9 +123,10 @@ fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
 /// Given a slave that may change the bus once in a search, when it misses the master again after each search that found it, then it
 /// goes to the other bus each time.
 ///
-/// Verifies: ECSS 8.3.3e.2, 8.3.3i
+/// Verifies: ECSS 8.3.3e.2, 8.3.3i, 8.3.2b
 /// Notices: ECSS 8.3.3e.2: a miss does not reset Ctoggle, so that searches share Ntoggle.
 /// Notices: ECSS 8.3.3i: a search begins with the Ctoggle of the last one.
+/// Notices: ECSS 8.3.2b: a slave with Ntoggle 1 listens on its first bus alone.
 #[test]
 fn each_miss_brings_a_switch_however_many_there_were_before() {
     let mut selector = following(Parameters { ntoggle: 1, ..PARAMETERS });
@@ -251,8 +252,9 @@ fn with_ntoggle_zero_switching_is_disabled() {
 
 /// Given a slave with the largest Ntoggle, then it toggles 255 times and gives up. That 255 is no limit holds for the master alone.
 ///
-/// Verifies: ECSS 8.3.3i
+/// Verifies: ECSS 8.3.3i, 8.3.3j
 /// Notices: ECSS 8.3.3i: an Ntoggle of 255 is no limit for a slave.
+/// Notices: ECSS 8.3.3j: a slave with Ntoggle 255 never stops toggling.
 #[test]
 fn the_largest_ntoggle_is_a_number_of_switches_too() {
     let mut selector = started(Parameters { ntoggle: 255, ..PARAMETERS });
@@ -260,6 +262,20 @@ fn the_largest_ntoggle_is_a_number_of_switches_too() {
     assert_eq!(made.len(), 256);
     assert_eq!(made.last(), Some(&(256 * 300, Selection::GaveUp { bus: REDUNDANT })));
     assert_eq!(selector.parameters().ctoggle, 255);
+}
+
+/// Given a slave whose Ttoggle consumer times are more microseconds than 32 bits can hold, then it listens for all of that time on each
+/// bus.
+///
+/// Notices: ECSS 8.3.3h: Ttoggle consumer times of 4,295 s or more wrap.
+#[test]
+fn longest_toggling_times_are_listened_to_in_full() {
+    for (consumer, ttoggle, toggles) in [(60_000, 100, 6_000_000), (65_535, 255, 16_711_425)] {
+        let mut selector = started(Parameters { consumer: span(consumer), ttoggle, ..PARAMETERS });
+        let toggled = Selection::Toggled { to: REDUNDANT };
+        assert_eq!(decisions(&mut selector, toggles), [(toggles, toggled)]);
+        assert_eq!(decisions(&mut selector, 2 * toggles - 1), []);
+    }
 }
 
 #[test]
@@ -277,6 +293,8 @@ fn with_a_consumer_time_of_zero_nothing_is_monitored() {
     assert_eq!(selector.poll(ms(100_000)), None);
 }
 
+/// Verifies: ECSS 8.3.2b
+/// Notices: ECSS 8.3.2b: a search after a late boot counts from power-on, so that it toggles at once.
 #[test]
 fn reset_communication_keeps_bus_and_alternate_is_the_other_one() {
     let mut selector = following(PARAMETERS);

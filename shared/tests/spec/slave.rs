@@ -36,8 +36,10 @@ fn status_counters(slave: &mut Bench<TestSlave>) -> PerBus<ecss_can::node::Count
 /// A telecommand or a telemetry request on the wire.
 const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
-/// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a
+/// Verifies: ECSS 8.2.1a.2, 8.3.2a, 6.5.3a, 8.2.1a, 8.2.2a
 /// Notices: ECSS 6.5.3a: the boot-up message has the state Pre-operational.
+/// Notices: ECSS 8.2.1a: a node with parallel access and Bdefault 1 does not join the nominal bus.
+/// Notices: ECSS 8.2.2a: a node with parallel access and Bdefault 1 does not join the nominal bus.
 #[test]
 fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
     for bus in Bus::ALL {
@@ -216,8 +218,9 @@ fn with_selective_access_it_leaves_one_bus_and_joins_the_other() {
 
 /// Given a slave with selective access whose bus is bus-off, when it leaves that bus before the recovery, then there is none.
 ///
-/// Verifies: ECSS 8.2.1a.1
+/// Verifies: ECSS 8.2.1a.1, 8.2.1a
 /// Notices: ECSS 8.2.1a.1: a bus that was left while bus-off is recovered later.
+/// Notices: ECSS 8.2.1a: a bus in bus-off is not left, so that the node is on both.
 #[test]
 fn with_selective_access_it_recovers_no_bus_that_it_left() {
     let mut slave = operational(&SELECTIVE);
@@ -226,6 +229,32 @@ fn with_selective_access_it_recovers_no_bus_that_it_left() {
     slave.clear();
     slave.run_until(ms(700));
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+}
+
+/// Given a slave that searches on the redundant bus, when a stray Start makes it Operational and no heartbeat follows, then it is
+/// Pre-operational again after a consumer time, and goes on with its search so.
+///
+/// Verifies: ECSS 8.3.3e.1, 8.3.3h
+/// Notices: ECSS 8.3.3e.1: a slave that a stray Start made Operational changes the bus in that state.
+/// Notices: ECSS 8.3.3h: a slave that a stray Start made Operational changes the bus in that state.
+#[test]
+fn slave_started_by_a_stray_command_goes_on_in_pre_operational() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(520));
+    slave.receive(REDUNDANT, 0x000, &[0x01, 0x05]);
+    let state = |slave: &Bench<TestSlave>| {
+        let status = slave.node.status(slave.now);
+        (status.state, status.active)
+    };
+    for (until, expected) in [
+        (769, (NmtState::Operational, REDUNDANT)),
+        (770, (NmtState::PreOperational, REDUNDANT)),
+        (1_009, (NmtState::PreOperational, REDUNDANT)),
+        (1_010, (NmtState::PreOperational, NOMINAL)),
+    ] {
+        slave.run_until(ms(until));
+        assert_eq!(state(&slave), expected, "{until} ms");
+    }
 }
 
 /// Verifies: ECSS 8.3.3j
@@ -492,8 +521,9 @@ fn every_loss_is_counted_by_cause() {
     assert_eq!((counters.nominal.failed(), counters.nominal.received), (0, 0));
 }
 
-/// Verifies: ECSS 5.6.2b, 5.6.2c, 8.2.2a
+/// Verifies: ECSS 5.6.2b, 5.6.2c, 8.2.2a, 8.2.1a.2
 /// Notices: ECSS 8.2.2a: bus-off of the redundant controller recovers the nominal one.
+/// Notices: ECSS 8.2.1a.2: the redundant controller of a node with parallel access is not recovered.
 #[test]
 fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
     let mut slave = operational(&STANDARD);

@@ -124,6 +124,26 @@ fn application_chooses_the_bus_with_selective_access() {
     assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: NOMINAL, cause: BusCause::Toggled }]);
 }
 
+/// Given a slave with selective access that toggles never, because Ttoggle or Ntoggle is zero, when its application chooses the other
+/// bus and then Bdefault again, then the slave goes there each time, and stays.
+///
+/// Notices: ECSS 8.2.3a: with toggling disabled the application cannot choose the bus.
+/// Notices: ECSS 8.2.3a: the application cannot choose Bdefault.
+#[test]
+fn bus_is_chosen_also_with_toggling_disabled() {
+    for disabled in [Profile { ttoggle: 0, ..SELECTIVE }, Profile { ntoggle: 0, ..SELECTIVE }] {
+        let mut slave = powered(&disabled);
+        for bus in [REDUNDANT, NOMINAL] {
+            slave.clear();
+            slave.touch(|slave, _| slave.select_bus(bus).unwrap());
+            assert_eq!(slave.controls, [(bus.other(), BusCommand::Leave), (bus, BusCommand::Join)]);
+            let until = slave.now + ecss_can::types::Duration::from_millis(10_000);
+            slave.run_until(until);
+            assert_eq!(slave.node.status(slave.now).active, bus);
+        }
+    }
+}
+
 #[test]
 fn choice_of_the_same_bus_begins_a_search_there() {
     let mut slave = powered(&SELECTIVE);

@@ -57,7 +57,9 @@ fn heartbeat_with_bit_7_ends_a_search() {
     }
 }
 
-/// Verifies: ECSS 8.3.3d
+/// Verifies: ECSS 8.3.3d, 8.3.3c, 8.3.3e
+/// Notices: ECSS 8.3.3c: a malformed heartbeat on the active bus counts as one of the master.
+/// Notices: ECSS 8.3.3e: a malformed heartbeat on the active bus counts as one of the master.
 #[test]
 fn bytes_of_no_state_are_no_heartbeats_of_the_master() {
     for byte in NO_STATE {

@@ -62,6 +62,33 @@ fn a_bus_that_served_more_slaves_is_tried_again() {
     assert_eq!(fly(&mut manager, 4_000, 9_000, &[2, 3, 4, 5], &[]), []);
 }
 
+/// Given a try of the other bus, when it was in vain, then the heartbeat begins on the bus that the master returns to at once, not in
+/// the rhythm of the one that it leaves.
+///
+/// Verifies: ECSS 8.3.3b.2
+/// Notices: ECSS 8.3.3b.2: after a try in vain the heartbeat begins a period late.
+#[test]
+fn heartbeat_begins_at_once_after_a_try_in_vain() {
+    let mut manager = tried();
+    let mut beats = vec![];
+    for at in (1_340..1_800).step_by(10) {
+        while let Some(action) = manager.poll(ms(at)) {
+            match action {
+                Action::Switched { to, .. } => beats = vec![(at, to, false)],
+                Action::Heartbeat { bus, .. } => beats.push((at, bus, true)),
+                _ => {}
+            }
+        }
+        if at % 20 == 0 {
+            let active = manager.active();
+            hear(&mut manager, active, 5, at);
+            [2, 3, 4].iter().for_each(|raw| _ = hear(&mut manager, active.other(), *raw, at));
+        }
+    }
+    let expected = [(1_720, NOMINAL, false), (1_720, NOMINAL, true), (1_760, NOMINAL, true)];
+    assert_eq!(beats, expected);
+}
+
 /// Given a try that ended in a tie. When the slave left behind is heard on the other bus for the hold time, then that bus is
 /// tried for it, and after this no bus is.
 ///

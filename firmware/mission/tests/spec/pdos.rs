@@ -194,10 +194,11 @@ fn each_slave_has_one_local_time_pdo() {
 /// the clock of a slave to the time at that SYNC. The slave answers a SYNC with its local time. TIME of CANopen, 100h, is neither
 /// sent nor taken.
 ///
-/// Verifies: ECSS 7.2.3b, 7.2.3e, 7.2.3f, 7.2.3i
+/// Verifies: ECSS 7.2.3b, 7.2.3e, 7.2.3f, 7.2.3i, 9.4.7.1b
 /// Notices: ECSS 7.2.3e: the master sends the time by type 255.
 /// Notices: ECSS 7.2.3f: the master sends the time by 100h.
 /// Notices: ECSS 7.2.3i: the local time is acyclic: a SYNC alone does not send it.
+/// Notices: ECSS 9.4.7.1b: a master whose time is set sends a time stamp.
 #[test]
 fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
     let (mut master, mut slave) = (flying(), operational());

@@ -245,8 +245,9 @@ fn cob_ids_of_other_senders_are_refused() {
 /// Given entries of 1016h with the Node-ID of the master, of which one is in use, when the master falls silent, then the slave
 /// misses it after the time of that entry. An entry without a time or without a Node-ID is not in use (CiA 301 7.5.2.15).
 ///
-/// Verifies: ECSS 6.5.2b, 8.3.1c
+/// Verifies: ECSS 6.5.2b, 8.3.1c, 8.3.3c
 /// Notices: ECSS 6.5.2b: the first entry of 1016h counts, whatever node it names.
+/// Notices: ECSS 8.3.3c: only sub-index 1 of 1016h makes a slave a consumer of the master's heartbeat.
 #[test]
 fn master_is_missed_by_its_entry_in_use() {
     const NOT_IN_USE: [[u8; 4]; 4] = [[0, 0, 1, 0], [0; 4], [0xFA, 0, 0, 0], [100, 0, 0x81, 0]];

@@ -125,8 +125,21 @@ fn heartbeat_lives_no_longer_than_1017h() {
     }
 }
 
-/// Verifies: ECSS 8.3.1c
+/// Given a slave with an SDO server, then 1200h has the two COB-IDs of its server.
+///
+/// Verifies: ECSS 9.4.10f
+/// Notices: ECSS 9.4.10f: both COB-IDs in 1200h are that of requests.
+#[test]
+fn sdo_parameters_are_those_of_the_server() {
+    let mut slave = powered();
+    let parameters = [1, 2].map(|sub| read(&mut slave, 0x1200, sub));
+    assert_eq!(parameters, [[0x05, 0x06, 0, 0], [0x85, 0x05, 0, 0]]);
+}
+
+/// Verifies: ECSS 8.3.1c, 8.3.1a, 8.3.3c
 /// Notices: ECSS 8.3.1c: a written consumer time is not followed.
+/// Notices: ECSS 8.3.1a: 2000h sub 4 does not show a toggle.
+/// Notices: ECSS 8.3.3c: a written 1016h does not reach the consumer of the master's heartbeat.
 #[test]
 fn redundancy_parameters_are_written_and_obeyed() {
     let mut slave = powered();

@@ -115,6 +115,28 @@ fn frame_that_made_room_does_not_survive_its_bus() {
     assert_eq!(bench.drain(), []);
 }
 
+/// Given a frame on the wire that has to make room, when its bus is abandoned before the attempt fails, then the frame is reported and
+/// does not return to the queue.
+///
+/// Verifies: ECSS 8.3.3b.1
+/// Notices: ECSS 8.3.3b.1: a heartbeat that makes room for an urgent frame is sent after its bus was left.
+#[test]
+fn preempted_frame_on_the_wire_dies_with_its_bus() {
+    let mut bench = Bench::joined(0);
+    bench.send(0x701, 0);
+    bench.begin().expect("a frame waits");
+    // The last mailbox is kept for urgent frames.
+    for (raw, byte) in [(0x302, 1), (0x181, 2), (0x080, 3)] {
+        bench.send(raw, byte);
+    }
+    bench.command(BusCommand::Abandon);
+    bench.end(WireEvent::TransmitError(ErrorKind::Ack));
+    let mut failures = bench.failures();
+    failures.sort_by_key(|(byte, _)| *byte);
+    assert_eq!(failures, [0, 1, 2, 3].map(|byte| (byte, FailCause::BusLeft)));
+    assert_eq!(bench.drain(), []);
+}
+
 /// Given frames that cannot be sent, because of a short, say, when the bus is free again after their lifetime, then none is sent.
 ///
 /// Verifies: ECSS 5.3.3.2.3g
@@ -167,7 +189,8 @@ fn abandoned_bus_reports_all_pending_and_sends_nothing_stale() {
     assert_eq!(bench.drain(), [(0x701, 7)]);
 }
 
-/// Verifies: ECSS 8.3.3b.1
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b
+/// Notices: ECSS 8.3.3b: a bus that is left keeps its queue.
 #[test]
 fn a_left_bus_is_silent_and_clean_when_joined_again() {
     let mut bench = Bench::joined(0);

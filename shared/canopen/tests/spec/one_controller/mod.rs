@@ -211,6 +211,10 @@ fn port_may_listen_on_either_bus() {
 
 /// Given a bus that is dominant all the time, which lets no controller off, when the node goes to the other bus, then the
 /// controller is moved as it is.
+///
+/// Verifies: ECSS 8.3.3b.2, 8.3.3e.2
+/// Notices: ECSS 8.3.3b.2: a node with one controller does not get away from a bus that is dominant all the time.
+/// Notices: ECSS 8.3.3e.2: a node with one controller does not get away from a bus that is dominant all the time.
 #[test]
 fn always_dominant_bus_does_not_keep_the_controller() {
     let mut bench = Bench::joined();
