@@ -111,6 +111,7 @@ fn spacecraft_time_is_mapped_at_a_master_that_had_none() {
 fn assert_restored<D: Device>(id: u16, syncs: usize) {
     let mut slave = operational::<D>();
     unmap_local_time(&mut slave, id as u8);
+    run(&mut slave, ms(100));
     sync(&mut slave);
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);
     slave.settle();

@@ -115,7 +115,10 @@ fn commands_are_executed_as_often_as_they_come() {
 
 /// Given a SYNC and the spacecraft time of it 20 ms later, when another SYNC comes after a second, then 182h has the time of that SYNC.
 ///
-/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.3g, 7.2.3k, 9.4.3b.2
+/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.3c, 7.2.3g, 7.2.3i, 7.2.3k, 9.4.3b.2
+/// Notices: ECSS 7.2.3c: the time is taken for that of its arrival.
+/// Notices: ECSS 7.2.2f: a minimal slave sends no local time before it is set.
+/// Notices: ECSS 7.2.3i: SYNC brings no local time of a clock that counts from power-on.
 #[test]
 fn sync_brings_the_local_time_that_181h_has_set() {
     let mut world = powered();
