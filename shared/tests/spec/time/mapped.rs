@@ -6,7 +6,7 @@ use ecss_can::node::{Device, LinkEvent, Master};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
-use ecss_can::types::FineInstant;
+use ecss_can::types::{FineInstant, Utc};
 
 use super::devices::{Coarse, Keeper, Node, Producer, Universal, operational};
 use super::{run, scet, sync, time};
@@ -241,4 +241,47 @@ fn local_time_pdo_shares_its_cob_id_with_no_other() {
     map_tpdo(&mut slave, 2, 1, &LOCAL);
     assert_eq!(write(&mut slave, 0x1800, 1, &[0x85, 2, 0, 0xC0]), done(0x1800, 1));
     assert_eq!(write(&mut slave, 0x1800, 1, &[0x85, 2, 0, 0x40]), taken(0x1800));
+}
+
+/// Given a device with submilliseconds, when a PDO with 1000 of them was refused, then a client that writes the three parts of Local UTC
+/// Set in any order sets the clock.
+///
+/// Verifies: ECSS 7.1.3b
+/// Notices: ECSS 7.1.3b: after a time that was refused a client has to write twice.
+#[test]
+fn client_sets_utc_after_a_time_that_was_refused() {
+    for order in [[1, 2, 3], [3, 2, 1], [2, 3, 1]] {
+        let mut slave = operational::<Universal<true>>();
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        slave.receive(NOMINAL, 0x181, &[0xE8, 3, 0xE8, 3, 0, 0, 100, 0]);
+        for sub in order {
+            let value: &[u8] = [&[110, 0][..], &[5, 0, 0, 0], &[250, 0]][usize::from(sub) - 1];
+            assert_eq!(write(&mut slave, 0x2012, sub, value), done(0x2012, sub));
+        }
+        slave.clear();
+        sync(&mut slave);
+        let utc = Utc::new(110, 5, 250).unwrap();
+        assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &utc.encode()))], "{order:?}");
+    }
+}
+
+/// Given a client that wrote the day, when a PDO with 1000 submilliseconds is refused, then the other two parts set nothing: the day in
+/// Local UTC Set is that of the PDO now.
+///
+/// Verifies: ECSS 7.1.3b
+/// Notices: ECSS 7.1.3b: the clock is set with a part that a refused PDO has brought.
+#[test]
+fn time_that_was_refused_ends_a_record_begun() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    assert_eq!(write(&mut slave, 0x2012, 1, &[110, 0]), done(0x2012, 1));
+    slave.receive(NOMINAL, 0x181, &[0xE8, 3, 0xE8, 3, 0, 0, 105, 0]);
+    let before = slave.node.scet(slave.now);
+    write_all(&mut slave, &[(0x2012, 3, &[250, 0]), (0x2012, 2, &[5, 0, 0, 0])]);
+    assert_eq!(slave.node.scet(slave.now), before);
+    write_all(&mut slave, &[(0x2012, 1, &[110, 0])]);
+    // Ten days and 5.25 ms: 0.00525 x 2^24 = 88,080.4.
+    assert_eq!(slave.node.scet(slave.now), scet(864_000, 88_080));
 }
