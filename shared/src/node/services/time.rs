@@ -315,12 +315,11 @@ impl<D: Device, E: Extension> Services<D, E> {
             let is_short = D::SUBMILLISECONDS && application.utc()?.utc_set.submilliseconds & LOWEST == 0;
             return brought_utc(application).map(|scet| (scet, Places { bits, is_short }));
         }
-        let scet: Scet = objects.time.scet_set.into();
+        // 7.1.2h: what a device lacks it does not look at.
+        let scet = Scet::from(objects.time.scet_set).truncated(D::FINE_BITS);
         let bits = D::FINE_BITS.min(u32::from(objects.clock.correction.fine_bits));
         let is_short = bits > Places::SHORT && scet.fine() as u16 & LOWEST == 0;
-        // 7.1.2h: what a device lacks it does not look at.
-        let scet = FineScet::from(scet.truncated(D::FINE_BITS)).plus(mean_of_truncated(bits));
-        Some((scet, Places { bits, is_short }))
+        Some((FineScet::from(scet).plus(mean_of_truncated(bits)), Places { bits, is_short }))
     }
 
     /// Sets the clock by command.

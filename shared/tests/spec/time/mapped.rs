@@ -221,6 +221,40 @@ fn fine_bits_a_device_lacks_leave_the_quality_alone() {
     }
 }
 
+/// Keeps 22 bits of fine time: one of the three that are zero in times of a producer without capture.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Almost {
+    /// Value
+    #[object(0x6000, rw)]
+    value: u8,
+}
+
+impl Device for Almost {
+    type Pdos = PdoObjects<2, 2>;
+    type Consumers = HeartbeatConsumers<1>;
+    const PDOS: PdoSet = Keeper::PDOS;
+    const FINE_BITS: u32 = 22;
+}
+
+/// Given a device with 22 bits of fine time and SYNCs that are captured, then the lowest of its own bits alone says how the producer
+/// stamps (2 in hardware, 3 in the interrupt); the two below it mean nothing.
+///
+/// Verifies: ECSS 7.1.2h
+/// Notices: ECSS 7.1.2h: a device with 22 bits evaluates the two lowest of 24.
+#[test]
+fn the_two_bits_that_a_device_of_22_lacks_mean_nothing() {
+    for (lowest, source) in [(0, 3), (1, 3), (3, 3), (4, 2), (7, 2)] {
+        let mut slave = operational::<Almost>();
+        for second in 1..=8 {
+            run(&mut slave, ms(1_000 * second));
+            sync(&mut slave);
+            time(&mut slave, scet(second as u32, lowest));
+        }
+        assert_eq!(read(&mut slave, 0x2015, 2), [source, 0, 0, 0], "lowest bits {lowest}");
+    }
+}
+
 /// Given a slave whose TPDO 1 is its Local Time PDO, then no other TPDO of it gets the same COB-ID, whichever of the two has the lower
 /// number.
 ///
