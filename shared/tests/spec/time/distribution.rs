@@ -310,7 +310,7 @@ fn local_time_may_be_another_pdo_of_the_slave() {
 /// Given a slave whose spacecraft time is not distributed by SYNC, when the application sends its local time, then that is the present
 /// one.
 ///
-/// Verifies: ECSS 7.2.1a, 7.2.2f
+/// Verifies: ECSS 7.2.2f
 /// Notices: ECSS 7.2.1a: a device whose time comes by type 254 sends that of the last SYNC.
 /// Notices: ECSS 7.2.2f: the local time is that of the last SYNC where the spacecraft time comes without SYNC.
 /// Notices: ECSS 7.2.2f: there is no local time before the clock was set.

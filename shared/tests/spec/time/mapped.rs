@@ -173,7 +173,7 @@ fn device_with_utc_follows_scet_by_pdo() {
 /// Given a slave that follows its master to the redundant bus, when SYNC and the spacecraft time come there, then its clock is set, and
 /// with the next SYNC it sends its local time there.
 ///
-/// Verifies: ECSS 7.2.1a, 7.2.2c, 7.2.2f, 7.2.3c, 7.2.3f, 7.2.3g, 7.2.3i, 7.2.3k
+/// Verifies: ECSS 7.2.1a, 7.2.2c, 7.2.3f, 7.2.3i, 7.2.3k
 /// Notices: ECSS 7.2.1a: a slave takes no time on the redundant bus.
 /// Notices: ECSS 7.2.2c: a time of type 254 sets the clock on the nominal bus alone.
 /// Notices: ECSS 7.2.3f: a synchronous time sets the clock on the nominal bus alone.

@@ -302,7 +302,7 @@ fn utc_read_by_block_upload_is_of_one_sample() {
 /// Given a device with submilliseconds, when its SYNC is stamped in the interrupt 50.9 ms after power-on, then its Local Time PDO has UTC
 /// to the nearest multiple of eight microseconds: 900 us are 904.
 ///
-/// Verifies: ECSS 7.1.3a, 7.1.3c
+/// Verifies: ECSS 7.1.3c
 /// Notices: ECSS 7.1.3a: Local UTC Get is not sampled at a SYNC without capture.
 #[test]
 fn utc_goes_by_pdo_without_capture() {
