@@ -204,10 +204,13 @@ impl TimeService {
         self.clock.set(at, scet)
     }
 
-    /// Notes the binary places of a spacecraft time that was received. It stands in 2010h or 2012h in place of the
-    /// parts that a client wrote.
-    pub fn on_places(&mut self, places: Places) {
+    /// Forgets the parts that a client wrote: a time that was received stands in 2010h or 2012h in their place.
+    pub fn forget_written(&mut self) {
         self.written = Default::default();
+    }
+
+    /// Notes the binary places of a spacecraft time that was received.
+    pub fn on_places(&mut self, places: Places) {
         self.times = self.times.saturating_add(1);
         self.clock.set_fine_bits(places.bits);
         self.short.note(places.is_short);

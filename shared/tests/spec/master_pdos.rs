@@ -49,8 +49,9 @@ fn own(command: Command) -> MasterRequest {
     MasterRequest::Nmt(NmtMessage { command, target: Target::Node(NodeId::MASTER) })
 }
 
-/// Verifies: ECSS 7.2.2a
+/// Verifies: ECSS 7.2.2a, 11.1c
 /// Notices: ECSS 7.2.2a: after "reset communication" the Spacecraft Time PDO is not valid.
+/// Notices: ECSS 11.1c: PDOs allow remote requests at power-on.
 #[test]
 fn the_spacecraft_time_is_its_first_transmit_pdo() {
     let mut master = powered(&STANDARD);

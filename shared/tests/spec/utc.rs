@@ -67,6 +67,10 @@ fn days_are_carried_and_wrap() {
 }
 
 /// SCET 1000 s was day 5, 0:00:00.5.
+///
+/// Verifies: ECSS 7.1.1b, 7.1.3c
+/// Notices: ECSS 7.1.1b: UTC before the relation is a second off.
+/// Notices: ECSS 7.1.3c: seconds before the relation are rounded to the wrong side.
 #[test]
 fn scet_and_utc_follow_from_one_relation() {
     let scet = |coarse, fine| Scet::new(coarse, fine).unwrap();

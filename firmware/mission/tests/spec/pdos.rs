@@ -224,14 +224,18 @@ fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
     assert_eq!(slave.node.scet(ms(1)), time);
 }
 
-/// Given SYNC every 100 ms, when the time is to go out every minute, then its type is 240, the longest cycle that there is.
+/// Given SYNC every 100 ms, when the time is to go out every minute or every 50 ms, then its type is 240 or 1: the longest and the
+/// shortest cycle that there is.
 ///
 /// Verifies: ECSS 7.2.3e
 /// Notices: ECSS 7.2.3e: a time period of more than 240 SYNCs gives a type above 240.
+/// Notices: ECSS 7.2.3e: a time period of less than a SYNC gives type 0.
 #[test]
-fn type_of_the_time_is_240_at_most() {
+fn type_of_the_time_is_1_to_240() {
     const RARE: Profile = Profile { time: Duration::from_millis(60_000), ..STANDARD };
-    assert_eq!(master(&RARE, None).objects().pdos.tpdos[0].transmission, 240);
+    const FREQUENT: Profile = Profile { time: Duration::from_millis(50), ..STANDARD };
+    let transmission = |profile| master(profile, None).objects().pdos.tpdos[0].transmission;
+    assert_eq!([&RARE, &FREQUENT].map(transmission), [240, 1]);
 }
 
 #[test]

@@ -76,6 +76,9 @@ const INVALID: u32 = 1 << 31;
 const NO_REMOTE: u32 = 1 << 30;
 
 /// Given slave 2 that sends 3A0h, When slave 3 boots up with that COB-ID in its second TPDO, Then it is not started.
+///
+/// Verifies: ECSS 7.2.3j
+/// Notices: ECSS 7.2.3j: two slaves that send one Local Time PDO are started.
 #[test]
 fn a_slave_with_the_cob_id_of_another_one_is_not_started() {
     let mut network = Network::new();
@@ -84,6 +87,8 @@ fn a_slave_with_the_cob_id_of_another_one_is_not_started() {
     assert_eq!(network.boot(3, &three), in_use(SECOND, 0x3A0, 2));
     assert_eq!(network.0.progress(node(3)), BootProgress::Failed);
     assert_eq!(network.boot(4, &[Some(0x82)]), in_use(EMCY, 0x82, 2));
+    let local_time = Address::new(0x1800, 1);
+    assert_eq!(network.boot(4, &[Some(0x84), Some(NO_REMOTE | 0x182)]), in_use(local_time, 0x182, 2));
     // Not valid: not sent.
     let three = [Some(INVALID | 0x82), Some(INVALID | NO_REMOTE | 0x182), Some(INVALID | 0x3A0)];
     assert_eq!(network.boot(3, &three), Ok(()));

@@ -49,8 +49,9 @@ fn master_wins_arbitration_against_same_object_of_any_slave() {
     }
 }
 
-/// Verifies: ECSS 9.5a
+/// Verifies: ECSS 9.5a, 11.1d
 /// Notices: ECSS 9.5a: COB-IDs above 77Fh are not restricted.
+/// Notices: ECSS 11.1d: 780h and above, 180h or 6FFh are free (row 7.3.5).
 #[test]
 fn restricted_identifiers() {
     let restricted = |raw: u16| CobId::new(raw).unwrap().is_restricted();

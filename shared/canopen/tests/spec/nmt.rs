@@ -86,7 +86,9 @@ fn bit_7_of_a_heartbeat_is_ignored_but_in_80h() {
     assert_eq!(NmtState::from_byte(0x80), None, "no boot-up message");
 }
 
+/// Verifies: ECSS 11.1b
 /// Notices: ECSS 6.5.4a: SDO, SYNC and emergencies go on in Stopped.
+/// Notices: ECSS 11.1b: emergencies, which are optional, go out in Stopped.
 #[test]
 fn services_by_state() {
     use NmtState::{Initialising, Operational, PreOperational, Stopped};

@@ -32,8 +32,9 @@ fn sync_on_the_wire_and_every_period() {
     assert_eq!(producer.deadline(), Some(ms(10_000)));
 }
 
-/// Verifies: ECSS 6.3b
+/// Verifies: ECSS 6.3b, 11.1a
 /// Notices: ECSS 6.3b: the counter goes on with 0 after its greatest value.
+/// Notices: ECSS 11.1a: the counter goes one beyond its overflow value.
 #[test]
 fn the_counter_goes_from_1_to_the_overflow_value() {
     let mut producer = Producer::with(Config::new(PRODUCER, 10_000, 3));

@@ -259,6 +259,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         now: Instant,
         out: &mut Outbox<V>,
     ) -> bool {
+        if let Some(time) = E::time(&mut self.time) {
+            time.forget_written();
+        }
         let Some((scet, places)) = self.brought_time(kind) else { return false };
         let NodeObjects { spacecraft, .. } = &mut self.dictionary.objects;
         let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else {
@@ -312,12 +315,11 @@ impl<D: Device, E: Extension> Services<D, E> {
             let is_short = D::SUBMILLISECONDS && application.utc()?.utc_set.submilliseconds & LOWEST == 0;
             return brought_utc(application).map(|scet| (scet, Places { bits, is_short }));
         }
-        let scet: Scet = objects.time.scet_set.into();
+        // 7.1.2h: what a device lacks it does not look at.
+        let scet = Scet::from(objects.time.scet_set).truncated(D::FINE_BITS);
         let bits = D::FINE_BITS.min(u32::from(objects.clock.correction.fine_bits));
         let is_short = bits > Places::SHORT && scet.fine() as u16 & LOWEST == 0;
-        // 7.1.2h: what a device lacks it does not look at.
-        let scet = FineScet::from(scet.truncated(D::FINE_BITS)).plus(mean_of_truncated(bits));
-        Some((scet, Places { bits, is_short }))
+        Some((FineScet::from(scet).plus(mean_of_truncated(bits)), Places { bits, is_short }))
     }
 
     /// Sets the clock by command.
@@ -330,20 +332,23 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Takes a write to 2010h or 2012h by a client. The clock is set when the last sub-index of the record is
     /// written.
     pub fn on_time_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
-        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
-        let Some(objects) = spacecraft.spacecraft() else { return };
-        let scet = match at.index {
-            SCET_SET => {
-                let scet: Scet = objects.time.scet_set.into();
-                Some((LocalScet::PARTS, FineScet::from(scet.truncated(D::FINE_BITS))))
-            }
-            UTC_SET => brought_utc(application).map(|scet| (LocalUtc::PARTS, scet)),
-            _ => None,
+        let parts = match at.index {
+            SCET_SET => LocalScet::PARTS,
+            UTC_SET => LocalUtc::PARTS,
+            _ => return,
         };
-        if let Some((parts, scet)) = scet
-            && let Some(time) = E::time(&mut self.time)
-            && time.on_part_written(at, parts, now)
-        {
+        // Noted whatever the other parts are: a PDO may have left a time there that is none.
+        if !E::time(&mut self.time).is_some_and(|time| time.on_part_written(at, parts, now)) {
+            return;
+        }
+        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
+        let scet = if at.index == SCET_SET {
+            let scet = spacecraft.spacecraft().map(|objects| Scet::from(objects.time.scet_set));
+            scet.map(|scet| FineScet::from(scet.truncated(D::FINE_BITS)))
+        } else {
+            brought_utc(application)
+        };
+        if let Some(scet) = scet {
             self.set_time(scet, now, out);
         }
     }

@@ -207,9 +207,12 @@ fn a_pdo_that_cannot_be_is_refused_and_others_go_on() {
 /// Given a slave that hears the master and node 7, then it sends nothing with a COB-ID of these two in the pre-defined
 /// connection set; that of a node which it does not know is free.
 ///
-/// Verifies: ECSS 6.10l, 6.10m
+/// Verifies: ECSS 6.10l, 6.10m, 7.2.2d, 7.2.2g, 7.2.3j
 /// Notices: ECSS 6.10l: a slave may take a COB-ID of a master that 1016h does not name.
 /// Notices: ECSS 6.10m: TPDO 4 of another node is not known as that of another node.
+/// Notices: ECSS 7.2.2d: a slave may send 181h when it does not consume the heartbeat of the master.
+/// Notices: ECSS 7.2.2g: a slave may send the Local Time PDO of another one.
+/// Notices: ECSS 7.2.3j: 180h and Node-ID are not known as those of another node.
 #[test]
 fn cob_ids_of_other_senders_are_refused() {
     let mut slave = operational();

@@ -113,10 +113,12 @@ fn a_default_rpdo_that_cannot_be_is_reported() {
     assert_eq!(slave.events, []);
 }
 
+/// Verifies: ECSS 11.1c
+/// Notices: ECSS 11.1c: the defaults of a device may have types 252 and 253, remote requests.
 #[test]
 fn every_reason_for_which_a_default_cannot_be_is_reported() {
     type Defaults = fn(NodeId) -> PdoObjects;
-    let table: [(Defaults, u16); 9] = [
+    let table: [(Defaults, u16); 11] = [
         // No object, no sub-index, too long, nothing.
         (|id| mapped(id, &[0x6009_0008], &[0x6002_0008]), 0x0000),
         (|id| mapped(id, &[0x6001_0108], &[0x6002_0008]), 0x0011),
@@ -128,6 +130,9 @@ fn every_reason_for_which_a_default_cannot_be_is_reported() {
         (|id| with(id, NO_REMOTE | 0x085, 254), 0x0043),
         (|id| with(id, NO_REMOTE | 1 << 29 | 0x285, 254), 0x0030),
         (|id| with(id, NO_REMOTE | 0x285, 245), 0x0030),
+        // Remote requests.
+        (|id| with(id, NO_REMOTE | 0x285, 252), 0x0030),
+        (|id| with(id, NO_REMOTE | 0x285, 253), 0x0030),
     ];
     for (nth, (defaults, abort)) in table.into_iter().enumerate() {
         let mut slave = started(defaults);

@@ -65,8 +65,11 @@ impl Device for Calendar {
     }
 }
 
-/// Verifies: ECSS 7.1.3a, 7.2.2b
+/// Verifies: ECSS 7.1.1b, 7.1.1d, 7.1.3a, 7.2.1a, 7.2.2b
 /// Notices: ECSS 7.1.3a: a master has no UTC objects.
+/// Notices: ECSS 7.1.1b: UTC is for slaves alone.
+/// Notices: ECSS 7.1.1d: a standby follows SCET alone.
+/// Notices: ECSS 7.2.1a: a standby does not follow UTC of the active master.
 #[test]
 fn a_standby_follows_a_spacecraft_time_in_utc() {
     let mut board = standing_by_with(Calendar::default());
@@ -99,7 +102,9 @@ fn times_after_takeover(by_sync: bool, prepare: impl FnOnce(&mut Board)) -> Vec<
 /// Given a standby that heard no spacecraft time, when it has taken over, then it sends none: slaves keep the time that they have,
 /// until this one is set by command.
 ///
-/// Verifies: ECSS 7.2.2b
+/// Verifies: ECSS 7.2.2b, 7.2.3b
+/// Notices: ECSS 7.2.3b: the time stays withheld after it was set.
+/// Notices: ECSS 7.2.3b: synchronous PDOs of a master go out on the nominal bus alone.
 #[test]
 fn a_new_master_without_a_time_sends_none_until_it_is_set() {
     for by_sync in [false, true] {

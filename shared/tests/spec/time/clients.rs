@@ -172,7 +172,8 @@ fn a_device_with_8_bits_of_fine_time_sends_and_takes_no_more() {
 
 /// 1 km of cable, and then some, on the bus of the SYNC; 1 ms less on the other one.
 ///
-/// Verifies: ECSS 7.2.3c
+/// Verifies: ECSS 7.2.3c, 7.2.3k
+/// Notices: ECSS 7.2.3k: the delay of the nominal bus corrects SYNCs of both.
 #[test]
 fn stamps_are_corrected_by_the_delay_of_their_bus() {
     for (bus, delays) in [(NOMINAL, [5_150_i32, -1_000_000]), (REDUNDANT, [-1_000_000, 5_150])] {
@@ -188,6 +189,16 @@ fn stamps_are_corrected_by_the_delay_of_their_bus() {
         slave.receive(bus, 0x181, &scet(1_000, 0).encode());
         assert_eq!(slave.node.scet(us(10_000)), scet(1_000, 0), "{bus:?}");
         assert_eq!(slave.node.scet(us(11_000)), scet(1_000, 16_777), "{bus:?}");
+        // The local time at the SYNC a second later.
+        for beat in 1..=10 {
+            slave.run_until(ms(beat * 100));
+            slave.receive(bus, 0x701, &[5]);
+        }
+        slave.run_until(us(1_010_006));
+        slave.clear();
+        let stamp = Stamp::captured(FineInstant::from_units(1_010_000 * 256 + 1_318));
+        slave.link(bus, LinkEvent::Received { frame: frame(0x080, &[]), stamp });
+        assert_eq!(slave.frames(), [(bus, frame(0x185, &scet(1_001, 0).encode()))], "{bus:?}");
     }
 }
 

@@ -56,19 +56,24 @@ fn set_transmission(slave: &mut Node<Keeper>, index: u16, transmission: u8) {
 
 /// The value holds for the SYNC before it, and takes effect when it arrives: not at the SYNC after it.
 ///
-/// Verifies: ECSS 7.2.2c, 7.2.3g
+/// Verifies: ECSS 7.2.2c, 7.2.3f, 7.2.3g
 /// Notices: ECSS 7.2.3c: the value is taken for the time of its arrival.
+/// Notices: ECSS 7.2.3f: a time of types 2 to 240 waits for the next SYNC.
 #[test]
 fn a_synchronous_time_is_that_of_the_last_sync() {
-    let mut slave = operational::<Keeper>();
-    run(&mut slave, ms(50));
-    sync(&mut slave);
-    run(&mut slave, ms(52));
-    time(&mut slave, scet(1_000, 0));
-    // 2 ms x 2^24 = 33,554.4.
-    assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554));
-    let step = Step { from: scet(0, 838_861), to: scet(1_000, 0) };
-    assert_eq!(slave.events[1..], [SlaveEvent::Time(scet(1_000, 0)), SlaveEvent::Step(step)]);
+    for transmission in [1, 2, 240] {
+        let mut slave = operational::<Keeper>();
+        set_transmission(&mut slave, 0x1400, transmission);
+        slave.clear();
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        run(&mut slave, ms(52));
+        time(&mut slave, scet(1_000, 0));
+        // 2 ms x 2^24 = 33,554.4.
+        assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554), "type {transmission}");
+        let step = Step { from: scet(0, 838_861), to: scet(1_000, 0) };
+        assert_eq!(slave.events[1..], [SlaveEvent::Time(scet(1_000, 0)), SlaveEvent::Step(step)]);
+    }
 }
 
 /// Given a client that writes an object of SYNC, when a SYNC and 2 ms later its time follow, then the clock is set to the time of that
@@ -90,38 +95,45 @@ fn time_holds_at_the_sync_after_a_write_to_its_objects() {
     }
 }
 
-/// Given a slave in Operational, when a client gives the spacecraft time of type 1 to its second RPDO, with another object behind it, and
+/// Given a slave in Operational, when a client gives the spacecraft time of type 1 to its second RPDO, behind or before another object, and
 /// the frame comes 2 ms after a SYNC, then the clock is set to the time of that SYNC. The first RPDO has type 255.
 ///
 /// Verifies: ECSS 7.2.2c, 7.2.3g
 /// Notices: ECSS 7.2.2c: Local SCET Set that a client maps sets no clock until the next boot.
 /// Notices: ECSS 7.2.3g: a time is taken only if it is mapped last.
 /// Notices: ECSS 7.2.3g: the transmission type of RPDO 1 holds for the time in another RPDO.
+/// Notices: ECSS 7.2.3g: a time is taken only if it is mapped first.
 #[test]
 fn the_spacecraft_time_may_be_another_pdo_of_the_slave() {
-    let mut slave = operational::<Keeper>();
     // Object 0005h is a dummy of 8 bits.
-    let objects = [0x2010_0218_u32, 0x2010_0120, 0x0005_0008].map(u32::to_le_bytes);
-    let steps: [(u16, u8, &[u8]); 11] = [
-        (0x1400, 1, &[0x81, 1, 0, 0xC0]),
-        (0x1400, 2, &[255]),
-        (0x1401, 1, &[0x05, 3, 0, 0xC0]),
-        (0x1601, 0, &[0]),
-        (0x1601, 1, &objects[0]),
-        (0x1601, 2, &objects[1]),
-        (0x1601, 3, &objects[2]),
-        (0x1601, 0, &[3]),
-        (0x1401, 2, &[1]),
-        (0x1401, 1, &[0x81, 1, 0, 0xC0]),
-        (0x1401, 1, &[0x81, 1, 0, 0x40]),
-    ];
-    write_all(&mut slave, &steps);
-    run(&mut slave, ms(50));
-    sync(&mut slave);
-    run(&mut slave, ms(52));
-    slave.receive(NOMINAL, 0x181, &[0, 0, 0, 0xE8, 3, 0, 0, 9]);
-    // 2 ms x 2^24 = 33,554.4.
-    assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554));
+    let time = [0x2010_0218_u32, 0x2010_0120];
+    let behind = [time[0], time[1], 0x0005_0008];
+    let before = [0x0005_0008, time[0], time[1]];
+    let frames = [(behind, [0, 0, 0, 0xE8, 3, 0, 0, 9]), (before, [9, 0, 0, 0, 0xE8, 3, 0, 0])];
+    for (objects, data) in frames {
+        let mut slave = operational::<Keeper>();
+        let objects = objects.map(u32::to_le_bytes);
+        let steps: [(u16, u8, &[u8]); 11] = [
+            (0x1400, 1, &[0x81, 1, 0, 0xC0]),
+            (0x1400, 2, &[255]),
+            (0x1401, 1, &[0x05, 3, 0, 0xC0]),
+            (0x1601, 0, &[0]),
+            (0x1601, 1, &objects[0]),
+            (0x1601, 2, &objects[1]),
+            (0x1601, 3, &objects[2]),
+            (0x1601, 0, &[3]),
+            (0x1401, 2, &[1]),
+            (0x1401, 1, &[0x81, 1, 0, 0xC0]),
+            (0x1401, 1, &[0x81, 1, 0, 0x40]),
+        ];
+        write_all(&mut slave, &steps);
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        run(&mut slave, ms(52));
+        slave.receive(NOMINAL, 0x181, &data);
+        // 2 ms x 2^24 = 33,554.4.
+        assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554), "{data:02X?}");
+    }
 }
 
 #[test]
@@ -298,7 +310,10 @@ fn local_time_may_be_another_pdo_of_the_slave() {
 /// Given a slave whose spacecraft time is not distributed by SYNC, when the application sends its local time, then that is the present
 /// one.
 ///
+/// Verifies: ECSS 7.2.2f
 /// Notices: ECSS 7.2.1a: a device whose time comes by type 254 sends that of the last SYNC.
+/// Notices: ECSS 7.2.2f: the local time is that of the last SYNC where the spacecraft time comes without SYNC.
+/// Notices: ECSS 7.2.2f: there is no local time before the clock was set.
 #[test]
 fn local_time_pdo_by_event_has_present_time_without_sync_times() {
     let mut slave = operational::<Keeper>();
@@ -312,6 +327,9 @@ fn local_time_pdo_by_event_has_present_time_without_sync_times() {
 }
 
 /// Synchronous PDOs wait for half of the SYNC period where one of them has the time at the SYNC, else for all of it.
+///
+/// Verifies: ECSS 7.2.3i
+/// Notices: ECSS 7.2.3i: PDOs of a slave whose 1006h is zero expire at once.
 #[test]
 fn time_at_a_sync_expires_before_it_could_be_that_of_the_next() {
     for (of_time, lifetime) in [(1, 50), (254, 100)] {
@@ -380,18 +398,22 @@ fn a_device_with_8_bits_ignores_the_others_of_a_spacecraft_time() {
     }
 }
 
-/// Remote requests are not for PDOs (ECSS Table 11-1).
+/// Types 241 to 251 are reserved. Remote requests, 252 and 253, are not for PDOs (ECSS Table 11-1).
 ///
 /// Verifies: ECSS 7.2.3e
+/// Notices: ECSS 7.2.3e: a client cannot set type 240.
 #[test]
-fn types_252_and_253_are_refused_for_the_time() {
+fn types_241_to_253_are_refused_for_the_time() {
     let mut slave = operational::<Keeper>();
     for index in [0x1400, 0x1800] {
         let id = if index == 0x1400 { 0x181_u32 } else { 0x185 };
         write(&mut slave, index, 1, &(0xC000_0000 | id).to_le_bytes());
-        for transmission in [252, 253] {
+        for transmission in [241, 251, 252, 253] {
             let refused = crate::device::fixture::refused(index, 2, 0x0609_0030);
             assert_eq!(write(&mut slave, index, 2, &[transmission]), refused);
+        }
+        for transmission in [1, 240] {
+            assert_eq!(write(&mut slave, index, 2, &[transmission]), done(index, 2), "{transmission}");
         }
     }
 }

@@ -55,6 +55,10 @@ fn step_of_a_clock_is_an_emergency() {
 }
 
 /// Two nodes send the spacecraft time: after the third SYNC with two times it is an emergency, until a SYNC has one.
+///
+/// Verifies: ECSS 7.2.2d
+/// Notices: ECSS 7.2.2d: two times after each SYNC are taken as they come.
+/// Notices: ECSS 7.2.2d: a second producer with another time is not noticed.
 #[test]
 fn second_producer_of_the_time_is_an_emergency() {
     let mut slave = operational::<Keeper>();

@@ -4,6 +4,8 @@ mod clients;
 mod devices;
 mod distribution;
 mod doubt;
+mod mapped;
+mod masters;
 mod producers;
 mod universal;
 

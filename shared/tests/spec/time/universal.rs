@@ -53,8 +53,9 @@ fn three_writes_are_one_step_of_both_clocks() {
 /// Given values beyond a day with a leap second or beyond a millisecond, then they are refused. The last ones below are
 /// taken.
 ///
-/// Verifies: ECSS 7.1.3d
+/// Verifies: ECSS 7.1.3b, 7.1.3d
 /// Notices: ECSS 7.1.1c: no time within a leap second can be written.
+/// Notices: ECSS 7.1.3b: 1000 submilliseconds are taken, and set nothing.
 #[test]
 fn what_no_day_and_no_millisecond_has_is_refused() {
     let mut slave = operational::<Universal<true>>();
@@ -260,10 +261,11 @@ fn scet_and_utc_read_in_turns_are_whole() {
 
 /// Given a client that writes SCET and UTC in turns, then each is one step, with its own parts.
 ///
-/// Verifies: ECSS 7.1.1b, 7.1.2b, 7.1.2c, 7.1.3b
+/// Verifies: ECSS 7.1.1b, 7.1.2a, 7.1.2b, 7.1.2c, 7.1.3b
 /// Notices: ECSS 7.1.1b: UTC has the number of parts of SCET: the clock is set without the submilliseconds.
 /// Notices: ECSS 7.1.3b: two of three parts of UTC set the clock.
 /// Notices: ECSS 7.1.2b: parts of SCET and UTC are counted as one.
+/// Notices: ECSS 7.1.2a: a device with UTC does not take Local SCET Set.
 #[test]
 fn scet_and_utc_written_in_turns_are_whole() {
     let mut slave = operational::<Universal<true>>();
@@ -279,4 +281,34 @@ fn scet_and_utc_written_in_turns_are_whole() {
         assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
         assert_eq!(slave.node.scet(slave.now), after, "{index:04X}h sub {sub}");
     }
+}
+
+/// Given a client that asks by block upload and accepts an expedited answer, when it reads the milliseconds at 999 ms and the day and the
+/// submilliseconds later, then all are of 999 ms.
+///
+/// Verifies: ECSS 7.1.3c
+/// Notices: ECSS 7.1.3c: a read of UTC by block upload takes no sample.
+#[test]
+fn utc_read_by_block_upload_is_of_one_sample() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, us(999_007));
+    let ask = |slave: &mut _, sub| ask(slave, [0xA0, 0x13, 0x20, sub, 1, 4, 0, 0]);
+    assert_eq!(ask(&mut slave, 2), [0x43, 0x13, 0x20, 2, 0xE7, 3, 0, 0]);
+    run(&mut slave, ms(1_001));
+    assert_eq!(ask(&mut slave, 1), [0x4B, 0x13, 0x20, 1, 100, 0, 0, 0]);
+    assert_eq!(ask(&mut slave, 3), [0x4B, 0x13, 0x20, 3, 7, 0, 0, 0]);
+}
+
+/// Given a device with submilliseconds, when its SYNC is stamped in the interrupt 50.9 ms after power-on, then its Local Time PDO has UTC
+/// to the nearest multiple of eight microseconds: 900 us are 904.
+///
+/// Verifies: ECSS 7.1.3c
+/// Notices: ECSS 7.1.3a: Local UTC Get is not sampled at a SYNC without capture.
+#[test]
+fn utc_goes_by_pdo_without_capture() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, us(50_900));
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0x88, 3, 50, 0, 0, 0, 100, 0]))]);
 }

@@ -115,7 +115,8 @@ fn commands_are_executed_as_often_as_they_come() {
 
 /// Given a SYNC and the spacecraft time of it 20 ms later, when another SYNC comes after a second, then 182h has the time of that SYNC.
 ///
-/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.3g, 7.2.3k, 9.4.3b.2
+/// Verifies: ECSS 7.2.2e, 7.2.3c, 7.2.3g, 7.2.3k, 9.4.3b.2
+/// Notices: ECSS 7.2.3c: the time is taken for that of its arrival.
 #[test]
 fn sync_brings_the_local_time_that_181h_has_set() {
     let mut world = powered();
@@ -182,9 +183,11 @@ fn prototype_answers_neither_nmt_nor_sdo_nor_time_stamp() {
 /// Given nodes 2 and 3 whose clocks were not set, when a SYNC comes, then each sends its local time once, by 180h and its Node-ID. No
 /// node sends 181h.
 ///
-/// Verifies: ECSS 7.2.2d, 7.2.2g, 7.2.3j
+/// Verifies: ECSS 7.2.2d, 7.2.2f, 7.2.2g, 7.2.3i, 7.2.3j
 /// Notices: ECSS 7.2.2d: minimal slaves send their local time by 181h.
 /// Notices: ECSS 7.2.2g: a minimal slave has no Local Time PDO until its clock is set.
+/// Notices: ECSS 7.2.2f: a minimal slave sends no local time before it is set.
+/// Notices: ECSS 7.2.3i: SYNC brings no local time of a clock that counts from power-on.
 /// Notices: ECSS 7.2.3j: all minimal slaves send their local time by 182h.
 #[test]
 fn each_prototype_sends_its_own_local_time_before_it_is_set() {

@@ -6,6 +6,7 @@ use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::node::{MasterRequest, Refusal};
 use ecss_can::od::{Access, DataType, Entry, Objects, checked};
+use ecss_can::pdo::Mapping;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, NodeId};
@@ -305,6 +306,22 @@ fn objects_of_shipped_images_are_those_of_the_tables() {
     let sent = [(Some(0x186), 1), (None, 254), (Some(0x386), 254), (Some(0x486), 254)];
     assert_eq!(of(prototype.tpdos), sent);
     assert_eq!((prototype.consumer_heartbeat, prototype.producer_heartbeat), ([1 << 16 | 2_500], 250));
+}
+
+/// Given the minimal slave of profile `librecube`, then its RPDO 1 has Local SCET Set and its TPDO 1 Local SCET Get, in the order of
+/// Figure 7-1: fine time, coarse time.
+///
+/// Verifies: ECSS 7.2.2c, 7.2.2e, 7.2.3g, 7.2.3h
+/// Notices: ECSS 7.2.2e: a minimal slave maps Local SCET Set to its Local Time PDO.
+/// Notices: ECSS 7.2.3h: the Local Time PDO of a minimal slave has no Local SCET Get.
+#[test]
+fn prototype_maps_its_time_as_figure_7_1_has_it() {
+    let six = NodeId::of::<6>();
+    let prototype = PrototypeObjects::new(six, &Numbers::of(&LIBRECUBE, six));
+    let [spacecraft_time, ..] = &prototype.rpdo_mappings;
+    assert_eq!(spacecraft_time.objects(), [0x2010_0218, 0x2010_0120]);
+    let [local_time, ..] = &prototype.tpdo_mappings;
+    assert_eq!(local_time.objects(), [0x2011_0218, 0x2011_0120]);
 }
 
 /// Given the images of a mission with minimal slaves, then 1005h of these is 80h and read-only, and they have neither 1006h nor 1007h.

@@ -298,6 +298,8 @@ fn a_change_of_a_value_is_an_event_for_those_that_carry_it() {
     assert_eq!(node.sync(0), [3]);
 }
 
+/// Verifies: ECSS 11.1a
+/// Notices: ECSS 11.1a: events send PDOs in Pre-operational.
 #[test]
 fn nothing_goes_out_outside_of_operational() {
     for parameters in [event_driven(50, 10), synchronous(1, 0), synchronous(0, 0), synchronous(1, 2)] {

@@ -31,8 +31,9 @@ fn fates(bad: &'static [Fate]) -> impl Strategy<Value = Vec<Fate>> {
     })
 }
 
-/// Verifies: ECSS 11.1b
+/// Verifies: ECSS 11.1a, 11.1b
 /// Notices: ECSS 11.1b: unused bytes of the last segment of a block download are kept.
+/// Notices: ECSS 11.1a: a segmented upload of a multiple of seven bytes has a segment too many.
 #[test]
 fn every_mode_moves_every_size() {
     for mode in [Mode::Auto, Mode::Segmented, Mode::Block] {

@@ -95,6 +95,8 @@ fn an_acknowledgement_or_a_start_that_comes_twice_is_ignored() {
     bench.exchange(&[("A1", "")]);
 }
 
+/// Verifies: ECSS 11.1b
+/// Notices: ECSS 11.1b: a value as long as the threshold is uploaded in blocks.
 #[test]
 fn small_values_are_uploaded_without_blocks_on_client_request() {
     for (request, answer) in [
