@@ -89,6 +89,8 @@ fn other_heartbeats_are_consumed_and_pass_the_filters() {
     assert_eq!(payloads(&slave, 0x085), [[0x30, 0x81, 0x11, 7, 0, 0, 0, 0]]);
 }
 
+/// Verifies: ECSS 6.9e
+/// Notices: ECSS 6.9e: after a write of 1005h the filters still accept the old SYNC only.
 #[test]
 fn sync_and_emergency_follow_their_objects() {
     let mut slave = operational();
