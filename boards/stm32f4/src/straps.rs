@@ -129,8 +129,9 @@ mod tests {
         }
     }
 
-    /// Verifies: ECSS 6.10f
+    /// Verifies: ECSS 6.10e, 6.10f
     /// Verifies: ECSS 6.10k
+    /// Notices: ECSS 6.10e: the parity of the straps is not looked at when a strap is closed.
     #[test]
     fn every_single_fault_of_every_slave_is_recognised() {
         for id in 2..=15 {
@@ -146,8 +147,9 @@ mod tests {
 
     /// Given a stored Node-ID, then straps alone that are all open leave it to that one. Those of a master are wrong for a slave.
     ///
-    /// Verifies: ECSS 6.10e
+    /// Verifies: ECSS 6.10e, 6.10f
     /// Notices: ECSS 6.10e: straps of a master count as open straps of a slave.
+    /// Notices: ECSS 6.10f: straps of no slave count as open, and a stored Node-ID is taken.
     #[test]
     fn straps_that_name_no_slave_are_wrong_and_not_open() {
         let id = NodeId::of::<2>();

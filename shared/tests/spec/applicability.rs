@@ -19,7 +19,8 @@ const ABSENT: u32 = 0x0602_0000;
 /// Given a slave, when it is powered and commanded, then it boots up, sends its heartbeat and obeys the five commands of NMT, also
 /// straight from reset communication to Operational.
 ///
-/// Verifies: ECSS 11.1a
+/// Verifies: ECSS 6.5.1a.1, 11.1a
+/// Notices: ECSS 6.5.1a.1: Start is ignored until a heartbeat of the master is heard.
 #[test]
 fn nmt_services_that_apply_are_there() {
     let mut slave = powered();

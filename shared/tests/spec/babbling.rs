@@ -107,6 +107,22 @@ fn a_babbling_slave_is_silent_for_its_time_and_boots_up() {
     assert_eq!(babble(&mut slave, 1), 1);
 }
 
+/// Given a slave that is silent because it babbled, when the master stops it, then it is stopped.
+///
+/// Verifies: ECSS 6.5.1a, 6.5.1a.2
+/// Notices: ECSS 6.5.1a: a slave above its budget ignores all commands but resets.
+/// Notices: ECSS 6.5.1a.2: a slave above its budget cannot be stopped.
+#[test]
+fn a_silent_slave_is_stopped_by_command() {
+    for target in [0, 5] {
+        let mut slave = operational(&OF_NODE);
+        assert_eq!(babble(&mut slave, 5), 4);
+        assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+        slave.receive(NOMINAL, 0x000, &[2, target]);
+        assert_eq!(slave.node.status(slave.now).state, NmtState::Stopped, "target {target}");
+    }
+}
+
 /// A master with reset communication of its slave: the reset is the other way out of silence.
 #[test]
 fn reset_ends_pre_operational_of_silent_slave_not_its_silence() {

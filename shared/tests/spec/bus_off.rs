@@ -27,6 +27,8 @@ fn a_pause_and_then_the_recovery_once() {
     assert!(!recovery.is_failed());
 }
 
+/// Verifies: ECSS 5.3.3.2.3j
+/// Notices: ECSS 5.3.3.2.3j: attempts of an old window count against a later short.
 #[test]
 fn too_many_bus_offs_in_a_window_fail_the_bus_until_it_recovers() {
     let mut recovery = BusOffRecovery::new(POLICY);
@@ -56,6 +58,8 @@ fn a_bus_that_was_left_is_not_recovered() {
     assert_eq!(recovery.poll(ms(500)), None);
 }
 
+/// Verifies: ECSS 5.3.3.2.3g
+/// Notices: ECSS 5.3.3.2.3g: a recovery that found the bus still dominant is the last one.
 /// Notices: ECSS 5.6.2a: a recovery from bus-off that does not end is waited for without end.
 #[test]
 fn unending_recovery_is_retried_and_counted_until_bus_failed() {

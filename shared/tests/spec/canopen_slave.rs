@@ -68,6 +68,11 @@ fn boots_on_its_only_bus() {
     assert_eq!(beats.len(), 3, "boot-up, then every 100 ms: {beats:?}");
 }
 
+/// Verifies: ECSS 6.5.1a, 6.5.1a.2, 6.5.1a.4, 6.5.3a
+/// Notices: ECSS 6.5.1a: a plain slave does not obey a broadcast.
+/// Notices: ECSS 6.5.1a.2: a plain slave does not obey a broadcast.
+/// Notices: ECSS 6.5.1a.4: reset node resets the communication of a plain slave alone.
+/// Notices: ECSS 6.5.3a: a plain slave sends no boot-up message after reset communication.
 #[test]
 fn obeys_every_command_without_a_heartbeat_of_the_master() {
     let mut slave = operational();

@@ -74,6 +74,9 @@ fn failed_bus_is_tried_again_when_no_slave_is_heard_any_more() {
 }
 
 /// When all slaves were heard on the bus to which the master fled, then the share counts again.
+///
+/// Verifies: ECSS 5.3.3.2.3k
+/// Notices: ECSS 5.3.3.2.3k: slaves behind a cut that is healed are never forgotten, and the next cut changes no bus.
 #[test]
 fn what_failed_long_ago_is_forgotten() {
     let mut manager = started();

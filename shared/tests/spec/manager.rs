@@ -180,6 +180,11 @@ fn isolated_where_a_slave_was_heard_it_switches_within_5_ms() {
     assert_eq!(decisions(&mut manager, 88), [(85, switched(NOMINAL, SwitchCause::Isolated))]);
 }
 
+/// Verifies: ECSS 5.3.3.2.3h, 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3h: a bus that is acknowledged again is left as isolated.
+/// Notices: ECSS 5.3.3.2.3k: a bus that is acknowledged again is left as isolated.
+/// Notices: ECSS 5.3.3.2.3k.1: acknowledged frames do not end the isolation of a master.
+/// Notices: ECSS 5.3.3.2.3k.2: a bus that is acknowledged again is left as isolated.
 #[test]
 fn reception_or_an_acknowledge_is_no_isolation() {
     let mut manager = started();
@@ -219,8 +224,9 @@ fn after_switch_isolation_waits_for_settling_and_a_heard_slave() {
 /// Given a bus that was left because its controller went bus-off too often, when the other bus fails, then the master returns as soon
 /// as the controller of the first bus has recovered, and not before.
 ///
-/// Verifies: ECSS 5.3.3.2.3e
+/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i
 /// Notices: ECSS 5.3.3.2.3e: a bus that failed once is never used again.
+/// Notices: ECSS 5.3.3.2.3i: the failed bus is compared with itself and is not left.
 #[test]
 fn a_failed_bus_is_left_unless_the_other_is_failed_too() {
     let off = Health { state: ErrorState::BusOff, ..Health::default() };

@@ -133,6 +133,24 @@ fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
     assert_eq!(counters, [[1], [2], [3], [1], [2]]);
 }
 
+/// Given a master that produces SYNC, when bit 30 of 1005h is cleared, then it sends no SYNC. When the bit is set again with another
+/// COB-ID, then SYNC has this COB-ID.
+///
+/// Verifies: ECSS 6.9c
+/// Notices: ECSS 6.9c: a write of 1005h does not reach the producer of SYNC.
+#[test]
+fn sync_follows_bit_30_and_cob_id_of_1005h() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x1005, 0, 0x80, 4), Ok(()));
+    master.clear();
+    master.run_until(ms(300));
+    assert_eq!(master.times(NOMINAL, 0x080), []);
+    assert_eq!(write(&mut master, 0x1005, 0, 0x4000_0082, 4), Ok(()));
+    master.run_until(ms(650));
+    assert_eq!(master.times(NOMINAL, 0x080), []);
+    assert_eq!(master.times(NOMINAL, 0x082).len(), 3);
+}
+
 /// Given a written 1017h, then a heartbeat of the master lives at most one period.
 #[test]
 fn its_heartbeat_lives_no_longer_than_1017h() {

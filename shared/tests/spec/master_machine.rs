@@ -199,6 +199,9 @@ fn a_slave_that_the_application_stopped_gets_no_command() {
     assert_eq!(hear(&mut machine, Stopped, true), Some(Command::Start));
 }
 
+/// Verifies: ECSS 6.5.1a.3, 6.5.2a
+/// Notices: ECSS 6.5.1a.3: a master in Pre-operational still reports Operational.
+/// Notices: ECSS 6.5.2a: a master in Pre-operational still reports Operational.
 #[test]
 fn heartbeats_report_the_own_state_of_the_master() {
     let mut machine = alone();

@@ -210,7 +210,8 @@ fn a_reset_of_the_chip_is_its_applications_part() {
     assert!(ids(&master).contains(&0x701), "it goes on until then");
 }
 
-/// Verifies: ECSS 6.5.4a
+/// Verifies: ECSS 6.5.1a.5, 6.5.4a
+/// Notices: ECSS 6.5.1a.5: reset communication of the master keeps 1016h.
 #[test]
 fn reset_communication_brings_its_parameters_back() {
     let mut master = flying();

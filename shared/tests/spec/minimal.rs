@@ -593,7 +593,26 @@ fn without_a_consumer_time_it_stays_where_it_is() {
     assert_eq!(slave.frames(), []);
 }
 
-/// Verifies: ECSS 9.3a
+/// Given a slave that consumes no heartbeat, when its controller is bus-off, then it recovers the controller after 10 ms.
+///
+/// Verifies: ECSS 5.3.3.2.3j, 5.6.2a
+/// Notices: ECSS 5.3.3.2.3j: a minimal slave that consumes no heartbeat stays off the bus when the short is over.
+/// Notices: ECSS 5.6.2a: a minimal slave that consumes no heartbeat does not recover from bus-off.
+#[test]
+fn without_a_consumer_time_bus_off_is_recovered() {
+    let mut alone = numbers().without_heartbeat();
+    alone.redundancy.consumer = Duration::ZERO;
+    let mut slave = Bench::new(MinimalSlave::new(node(5), alone, Probe::default()));
+    slave.clear();
+    slave.health(NOMINAL, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
+    slave.run_until(ms(9));
+    assert_eq!(slave.controls, []);
+    slave.run_until(ms(10));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Recover)]);
+}
+
+/// Verifies: ECSS 6.3a, 9.3a
+/// Notices: ECSS 6.3a: the filters accept SYNC only if the device listens to it as well.
 /// Notices: ECSS 9.3a: the filters of a slave whose TPDOs follow SYNC do not accept it.
 /// Notices: ECSS 9.3a: the filters accept SYNC only if it brings the first TPDO that is in use.
 #[test]

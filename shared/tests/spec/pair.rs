@@ -198,7 +198,8 @@ fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
     assert_eq!(switched, Some(SwitchCause::SlavesSilent), "{:?}", board.events);
 }
 
-/// Verifies: ECSS 8.3.3a
+/// Verifies: ECSS 5.3.3.2.2b, 8.3.3a
+/// Notices: ECSS 5.3.3.2.2b: slaves that still send keep the standby from taking over.
 /// Notices: ECSS 8.3.3a: the master sends its heartbeat on Bdefault, not on the active bus.
 #[test]
 fn a_standby_takes_over_where_the_master_was_heard_last() {
@@ -220,6 +221,9 @@ fn a_standby_takes_over_where_the_master_was_heard_last() {
 
 /// Given a board that told of no acknowledgement while it was the standby, when it takes over, then that counts no more: the bus
 /// is left after 2 ms without one, not at once.
+///
+/// Verifies: ECSS 5.6.2b
+/// Notices: ECSS 5.6.2b: a standby master does not report its error states.
 #[test]
 fn what_a_standby_knew_of_its_controllers_moves_no_bus() {
     let mut board = standing_by();

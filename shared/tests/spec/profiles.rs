@@ -134,20 +134,26 @@ fn a_budget_admits_twice_what_the_periods_make() {
 /// On paper: 350 bits are 35 ms at 10 kbit/s, 2.8 ms at 125 kbit/s and 350 us at 1 Mbit/s; four recoveries of 128 x 11 bits are
 /// 563.2 ms, 45.056 ms and 5.632 ms.
 ///
-/// Verifies: ECSS 5.4.2a
+/// Verifies: ECSS 5.4.2a, 5.4.2a.2, 5.4.2a.3
 /// Notices: ECSS 5.4.2a: frames of a slow bus have the time of those at 1 Mbit/s.
+/// Notices: ECSS 5.4.2a.2: at 250 kbit/s late heartbeats are as late as at 1 Mbit/s.
+/// Notices: ECSS 5.4.2a.3: at 125 kbit/s a master is isolated before a frame is acknowledged.
 #[test]
 fn a_slow_bus_has_more_time_for_its_frames_and_recoveries() {
     let us = Duration::from_micros;
     let profile = Profile { grace: us(2_000), ..STANDARD };
     assert_eq!(profile.bus_off.patience, us(50_000));
-    for (bits_per_second, grace, patience) in
-        [(10_000, 35_000, 563_200), (125_000, 2_800, 50_000), (1_000_000, 2_000, 50_000)]
-    {
+    for (bits_per_second, grace, patience, late) in [
+        (10_000, 35_000, 563_200, 54_000),
+        (125_000, 2_800, 50_000, 4_320),
+        (250_000, 2_000, 50_000, 2_160),
+        (1_000_000, 2_000, 50_000, 540),
+    ] {
         let bit_rate = BitRate::new(bits_per_second).unwrap();
         let at = profile.at(bit_rate);
         assert_eq!(at.network, Network { bit_rate, ..profile.network });
         assert_eq!((at.grace, at.bus_off.patience), (us(grace), us(patience)), "{bits_per_second} bit/s");
+        assert_eq!(at.late_heartbeat, us(late), "{bits_per_second} bit/s: four frames of 135 bits");
         assert_eq!((at.heartbeat, at.sync), (profile.heartbeat, profile.sync), "periods stay");
     }
 }

@@ -123,7 +123,8 @@ fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
 /// Given a slave that may change the bus once in a search, when it misses the master again after each search that found it, then it
 /// goes to the other bus each time.
 ///
-/// Verifies: ECSS 8.3.3e.2, 8.3.3i, 8.3.2b
+/// Verifies: ECSS 5.3.3.2.3i, 8.3.3e.2, 8.3.3i, 8.3.2b
+/// Notices: ECSS 5.3.3.2.3i: after one search no toggle is left for the next fault.
 /// Notices: ECSS 8.3.3e.2: a miss does not reset Ctoggle, so that searches share Ntoggle.
 /// Notices: ECSS 8.3.3i: a search begins with the Ctoggle of the last one.
 /// Notices: ECSS 8.3.2b: a slave with Ntoggle 1 listens on its first bus alone.

@@ -59,6 +59,10 @@ fn after_an_odd_ntoggle_the_master_stays_on_the_other_bus() {
 }
 
 /// Given Ttoggle or Ntoggle 0, Then neither silence nor a missing acknowledgement moves the master, but a command does.
+///
+/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i
+/// Notices: ECSS 5.3.3.2.3e: a command does not move a master that changes no bus itself.
+/// Notices: ECSS 5.3.3.2.3i: a command does not move a master that changes no bus itself.
 #[test]
 fn with_ttoggle_or_ntoggle_zero_only_a_command_moves_the_master() {
     for parameters in [Parameters { ntoggle: 0, ..PARAMETERS }, Parameters { ttoggle: 0, ..PARAMETERS }] {

@@ -266,6 +266,8 @@ mod tests {
         assert_eq!(causes, [Stuff, Form, Ack, BitRecessive, BitDominant, Crc]);
     }
 
+    /// Verifies: ECSS 5.6.2b
+    /// Notices: ECSS 5.6.2b: the return to error active is not reported.
     #[test]
     fn a_change_of_state_is_told_once_and_moving_counters_are_none() {
         let mut log = ErrorLog::new();

@@ -13,6 +13,8 @@ fn known(errors: &ActiveErrors) -> Vec<(u8, u16, u8)> {
     errors.iter().map(|ActiveError { node, code, source }| (node.get(), code.get(), source)).collect()
 }
 
+/// Verifies: ECSS 6.10m
+/// Notices: ECSS 6.10m: an EMCY of one node clears the errors of another one.
 #[test]
 fn a_consumer_knows_the_active_errors_of_each_node() {
     let mut errors = ActiveErrors::default();

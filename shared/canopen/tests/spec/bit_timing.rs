@@ -169,6 +169,9 @@ fn more_propagation_wins_over_finer_quanta() {
 
 /// 25 time quanta of 12.5 MHz are what segment 1 of bxCAN is too short for: 22 before the sample point are 88 %, 23 are
 /// more than 90 %.
+///
+/// Verifies: ECSS 5.4.3a
+/// Notices: ECSS 5.4.3a: 25 time quanta, or the smallest prescaler, are not tried.
 #[test]
 fn another_controller_has_the_settings_of_its_registers() {
     let timing = BitTiming::new(&FDCAN, Hertz(80 * MHZ), &desk(1_000_000)).unwrap();

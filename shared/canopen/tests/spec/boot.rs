@@ -254,6 +254,8 @@ fn failed_slave_begins_again_after_a_change_of_bus() {
     assert_eq!(boot.progress(TWO), BootProgress::Comparing);
 }
 
+/// Verifies: ECSS 5.3.3.2.2b
+/// Notices: ECSS 5.3.3.2.2b: a slave without power is asked without end, and the next slaves wait.
 #[test]
 fn a_slave_that_does_not_answer_is_asked_three_times() {
     let mut boot = started(POLICY);

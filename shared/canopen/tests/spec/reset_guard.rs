@@ -42,6 +42,9 @@ fn the_fourth_reset_in_a_row_is_ignored_and_reported_once() {
     assert_eq!(reset(&mut guard, 402), FURTHER);
 }
 
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
+/// Notices: ECSS 6.5.1a.4: resets before a heartbeat of the master count for ever.
+/// Notices: ECSS 6.5.1a.5: resets before a heartbeat of the master count for ever.
 #[test]
 fn a_heartbeat_of_the_master_ends_the_row() {
     let mut guard = shut_guard();

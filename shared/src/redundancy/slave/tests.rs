@@ -174,8 +174,9 @@ fn other_frames_do_not_end_the_warning() {
 
 /// Given a slave that missed the master, when the master is heard again on the same bus, then search and error end.
 ///
-/// Verifies: ECSS 5.3.3.2.3j
+/// Verifies: ECSS 5.3.3.2.3j, 5.3.3.2.3k.2
 /// Notices: ECSS 5.3.3.2.3j: a slave never ends its report that it missed the master.
+/// Notices: ECSS 5.3.3.2.3k.2: the error of the missed master stays when it is heard again on the same bus.
 #[test]
 fn heartbeat_of_the_master_ends_warning_and_search() {
     let mut bench = Bench::operational();

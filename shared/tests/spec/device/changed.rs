@@ -89,6 +89,9 @@ fn other_heartbeats_are_consumed_and_pass_the_filters() {
     assert_eq!(payloads(&slave, 0x085), [[0x30, 0x81, 0x11, 7, 0, 0, 0, 0]]);
 }
 
+/// Verifies: ECSS 6.9e, 6.10a
+/// Notices: ECSS 6.9e: after a write of 1005h the filters still accept the old SYNC only.
+/// Notices: ECSS 6.10a: a written 1014h does not reach the producer of EMCY.
 #[test]
 fn sync_and_emergency_follow_their_objects() {
     let mut slave = operational();

@@ -79,8 +79,9 @@ fn a_started_slave_uses_every_service() {
 /// Given a slave whose PDOs go out by timer, event and SYNC, when it is stopped, then it sends heartbeats alone. When
 /// it is started again, then nothing comes late that was due while it was stopped.
 ///
-/// Verifies: ECSS 6.5.1a.2, 8.3.3d
+/// Verifies: ECSS 6.5.1a.2, 6.5.2a, 8.3.3d
 /// Notices: ECSS 6.5.1a.2: event timers and SYNC go on sending PDOs in Stopped.
+/// Notices: ECSS 6.5.2a: a stopped slave sends no heartbeat.
 /// Notices: ECSS 8.3.3d: a slave sends no heartbeat while it is stopped.
 #[test]
 fn a_stopped_slave_sends_heartbeats_alone() {

@@ -195,8 +195,10 @@ fn a_written_bdefault_is_read_back_and_must_be_a_bus() {
 /// Verifies: ECSS 6.7b, 6.7c
 /// Notices: ECSS 6.7b: the application does not learn of the write that starts the test.
 /// Notices: ECSS 6.7b: a test that did not end cannot be started again.
+/// Notices: ECSS 6.7b: a start by a segmented download is stored and begins no test.
 /// Notices: ECSS 6.7c: a test that runs leaves the result of the one before.
 /// Notices: ECSS 6.7c: the failures of a test are not shown.
+/// Notices: ECSS 6.7c: failures of the last test stay while the next one runs.
 #[test]
 fn the_self_test_is_started_and_its_result_read() {
     let mut slave = powered();
@@ -219,6 +221,15 @@ fn the_self_test_is_started_and_its_result_read() {
     });
     assert_eq!(read(&mut slave, 0x2031, 1), [3, 0, 0, 0]);
     assert_eq!(read(&mut slave, 0x2031, 2), [2, 0, 0, 0x80]);
+    // A segmented download of one byte starts it too.
+    slave.clear();
+    assert_eq!(ask(&mut slave, [0x21, 0x30, 0x20, 0, 1, 0, 0, 0]), done(0x2030, 0));
+    assert_eq!(ask(&mut slave, [0x0D, 1, 0, 0, 0, 0, 0, 0]), [0x20, 0, 0, 0, 0, 0, 0, 0]);
+    assert!(slave.events.contains(&SlaveEvent::SelfTest));
+    // The next test begins without the failures of the last one.
+    assert_eq!(write(&mut slave, 0x2030, 0, &[1]), done(0x2030, 0));
+    assert_eq!(read(&mut slave, 0x2031, 1), [1, 0, 0, 0]);
+    assert_eq!(read(&mut slave, 0x2031, 2), [0, 0, 0, 0]);
 }
 
 #[test]

@@ -103,7 +103,8 @@ fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
     assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 3]))]);
 }
 
-/// Verifies: ECSS 6.9e
+/// Verifies: ECSS 6.9b, 6.9e
+/// Notices: ECSS 6.9b: a synchronous TPDO is sent after the end of the window.
 #[test]
 fn synchronous_pdo_not_sent_by_the_end_of_the_window_is_stale() {
     let mut slave = autostarted();
@@ -153,6 +154,35 @@ fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
     assert_eq!(slave.node.objects().application.value, 9);
 }
 
+/// Given a synchronous RPDO that waits for SYNC, when the slave leaves Operational and is started again, then the next SYNC does not
+/// apply the old value.
+///
+/// Verifies: ECSS 6.5.1a.2, 6.5.1a.3
+/// Notices: ECSS 6.5.1a.2: a value that was received before Stop takes effect after the next Start.
+/// Notices: ECSS 6.5.1a.3: a value that was received before Pre-operational takes effect after the next Start.
+#[test]
+fn an_rpdo_that_waits_is_dropped_when_operational_is_left() {
+    for leave in [0x02, 0x80] {
+        let mut slave = autostarted();
+        for (index, sub, bytes) in [
+            (0x1604, 1, 0x6210_0020_u32.to_le_bytes().to_vec()),
+            (0x1604, 0, vec![1]),
+            (0x1404, 2, vec![1]),
+            (0x1404, 1, 0x4000_0250_u32.to_le_bytes().to_vec()),
+        ] {
+            assert_eq!(write(&mut slave, index, sub, &bytes), done(index, sub));
+        }
+        slave.receive(NOMINAL, 0x250, &[9, 0, 0, 0]);
+        slave.receive(NOMINAL, 0x000, &[leave, 5]);
+        slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+        slave.receive(NOMINAL, 0x080, &[]);
+        assert_eq!(slave.node.objects().application.value, 0, "command {leave:02X}h");
+        slave.receive(NOMINAL, 0x250, &[7, 0, 0, 0]);
+        slave.receive(NOMINAL, 0x080, &[]);
+        assert_eq!(slave.node.objects().application.value, 7);
+    }
+}
+
 /// The local time and the frames received so far, 8 bytes.
 const VALUES_OF_THE_MOMENT: [u32; 2] = [0x2011_0120, 0x2020_0520];
 
@@ -176,6 +206,8 @@ fn pdo_by_event_timer_carries_present_time_and_health() {
     assert_eq!(values_of_the_moment(&slave), expected);
 }
 
+/// Verifies: ECSS 6.9a
+/// Notices: ECSS 6.9a: of several synchronous TPDOs the first one alone is sent.
 #[test]
 fn pdo_by_event_or_sync_carries_present_time_and_health() {
     for transmission in [254, 0, 1] {

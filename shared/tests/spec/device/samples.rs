@@ -35,6 +35,8 @@ impl Device for Sampler {
     const PDOS: PdoSet = PdoSet::NONE;
 }
 
+/// Verifies: ECSS 6.8a
+/// Notices: ECSS 6.8a: an expedited download writes a number outside its limits.
 #[test]
 fn value_outside_its_limits_or_no_boolean_is_refused() {
     let mut device = Bench::new(Slave::new(node(5), &STANDARD, Sampler::default()));

@@ -309,7 +309,8 @@ fn cob_ids(memory: &Memory) -> (u32, u32, Vec<Vec<u8>>) {
     (communication.sync.cob_id, communication.emcy.cob_id, told.collect())
 }
 
-/// Verifies: ECSS 6.10b, 6.10d
+/// Verifies: ECSS 6.9d, 6.10b, 6.10d
+/// Notices: ECSS 6.9d: a stored 1005h makes a slave a second producer of SYNC.
 #[test]
 fn stored_cob_ids_that_no_client_may_write_are_not_taken() {
     let refused = [

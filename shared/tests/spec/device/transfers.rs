@@ -36,7 +36,8 @@ fn leaves(slave: &mut Bench<TestSlave>) {
     }
 }
 
-/// Verifies: ECSS 6.5.4a
+/// Verifies: ECSS 6.5.1a.2, 6.5.4a
+/// Notices: ECSS 6.5.1a.2: a running SDO transfer goes on after Stop.
 #[test]
 fn a_transfer_ends_without_a_word_when_the_node_is_stopped() {
     type Begin = fn(&mut Bench<TestSlave>);

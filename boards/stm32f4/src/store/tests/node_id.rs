@@ -55,6 +55,8 @@ fn copies_that_no_slave_may_have_are_none() {
     }
 }
 
+/// Verifies: ECSS 6.10j
+/// Notices: ECSS 6.10j: a stored Node-ID is lost when the log changes its page.
 #[test]
 fn sets_notes_and_changes_of_pages_keep_the_node_id() {
     let (mut log, _) = open(Flash::erased());

@@ -313,6 +313,8 @@ fn what_is_too_large_is_refused() {
     assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
 }
 
+/// Verifies: ECSS 5.3.3.2.2a
+/// Notices: ECSS 5.3.3.2.2a: an upload from a node that left the bus never ends, and no other node is served.
 #[test]
 fn a_server_that_does_not_answer_is_told_so() {
     let abort = "80 00 20 01 00 00 04 05";
