@@ -29,6 +29,7 @@ pub struct CanopenSlave<D: Device> {
 impl<D: Device> CanopenSlave<D> {
     /// Makes a slave before power-on. `id` is 2 to 127. The profile gives heartbeat, lifetimes, time-out of SDO,
     /// recovery from bus-off and autostart.
+    #[inline(never)]
     pub fn new(id: NodeId, profile: &Profile, device: D) -> Self {
         let initial = profile.redundancy();
         let objects = NodeObjects::at_power_on(id, &initial, device);

@@ -29,6 +29,7 @@ impl Rhythm {
     }
 
     /// Records the time between two consecutive heartbeats on one bus.
+    #[inline]
     pub fn note(&mut self, gap: Duration) {
         if let Some(oldest) = self.gaps.get_mut(usize::from(self.count & 3)) {
             *oldest = gap.as_micros().min(u64::from(u32::MAX)) as u32;

@@ -84,6 +84,7 @@ impl<const N: usize> Manager<N> {
     /// Makes a manager on the default bus with Ctoggle zero (ECSS 8.3.2a), idle until [`Manager::start`].
     /// `silent_share`: in percent, `1..=100`. `dwell`: shortest time on a bus while no slave is heard on either.
     /// `grace`: time that errors may last without an effect.
+    #[inline(never)] // made in its place
     pub const fn new(parameters: Parameters, silent_share: u8, dwell: Duration, grace: Duration) -> Self {
         Manager {
             parameters: Parameters { ctoggle: 0, ..parameters },

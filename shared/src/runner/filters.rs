@@ -4,6 +4,7 @@ use crate::link::port::{CanPort, Filter};
 use crate::node::{Filters, MAX_FILTERS, Node};
 
 /// Keeps the filters that a port has. If those of the node are more, the last one admits every frame.
+#[inline]
 pub(super) fn fit<P: CanPort>(filters: &mut Filters) {
     const { assert!(P::FILTERS > 0 && P::FILTERS <= MAX_FILTERS, "a port has 1 to 32 filters") };
     if let Some(last) = filters.get_mut(P::FILTERS - 1) {

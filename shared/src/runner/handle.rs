@@ -154,6 +154,7 @@ impl<B: Platform, N: Node> Events<B, N> {
 impl<B: Platform, N: Node> EventSource for Events<B, N> {
     type Event = N::Event;
 
+    #[inline]
     fn next(&mut self) -> impl Future<Output = N::Event> {
         Events::next(self)
     }

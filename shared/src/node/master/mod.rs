@@ -100,6 +100,7 @@ impl<D: Device> Master<D, TwoBoards> {
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     // One expression of calls: each part is made in its place, and a copy of a master is 20 kB of stack.
+    #[inline(never)]
     fn with(
         boards: B,
         profile: &Profile,
@@ -128,6 +129,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Does all that was due at `until`, which may be before `now`: a frame is judged as of its end.
+    #[inline]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.services.next {
             self.run_all(until, now, out);

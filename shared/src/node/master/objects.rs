@@ -57,6 +57,7 @@ impl Initial {
     }
 
     /// Makes the objects at power-on.
+    #[inline(never)] // made in their place
     pub fn objects<D: Device>(&self, profile: &Profile, device: D) -> NodeObjects<MasterObjects<D>> {
         const { assert_device::<MasterObjects<D>>() };
         NodeObjects {
@@ -103,6 +104,7 @@ impl Initial {
     }
 
     /// PDOs of the time take the period of the profile where the device declares none: with SYNCs every n-th one.
+    #[inline(never)] // made in their place
     fn pdos<D: Device>(&self) -> D::Pdos {
         let mut pdos = D::pdos(NodeId::MASTER);
         let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
@@ -122,6 +124,7 @@ impl Initial {
     }
 }
 
+#[inline(never)] // made in their place
 fn application<D: Device>(profile: &Profile, device: D) -> MasterObjects<D> {
     MasterObjects {
         device,
@@ -132,6 +135,7 @@ fn application<D: Device>(profile: &Profile, device: D) -> MasterObjects<D> {
 }
 
 /// The slaves of the profile.
+#[inline(never)] // made in its place
 fn network(profile: &Profile) -> NetworkObjects {
     let boot_time = profile.boot.time.as_millis() as u32;
     let mut network = NetworkObjects { boot_time, ..NetworkObjects::default() };

@@ -102,6 +102,7 @@ pub struct MasterRedundancy<B: MasterBoards = OneBoard, const N: usize = PLACES,
 
 impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> {
     /// Makes the redundancy of a master before power-on.
+    #[inline(never)] // made in its place
     pub fn new(boards: B, setup: &MasterSetup) -> Self {
         let MasterSetup { parameters, silent_share, dwell, grace, access, lifetime } = *setup;
         MasterRedundancy {
