@@ -521,7 +521,7 @@ fn every_loss_is_counted_by_cause() {
     assert_eq!((counters.nominal.failed(), counters.nominal.received), (0, 0));
 }
 
-/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h, 5.6.2b, 5.6.2c, 8.2.2a, 8.2.1a.2
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h, 5.6.2b, 8.2.2a, 8.2.1a.2
 /// Notices: ECSS 5.3.3.2.3d: the redundant controller is not recovered from bus-off.
 /// Notices: ECSS 5.3.3.2.3h: the redundant controller is not recovered from bus-off.
 /// Notices: ECSS 8.2.2a: bus-off of the redundant controller recovers the nominal one.
