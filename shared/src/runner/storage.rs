@@ -91,7 +91,6 @@ impl<B: Platform, N: Node> Core<B, N> {
 
     /// Lends the node to code of the application, which may change it and may drop futures. Then does what has become
     /// due.
-    #[inline]
     pub fn lend<R>(&self, f: impl FnOnce(&mut N, Instant) -> R) -> R {
         let now = self.clock.now();
         self.lock(|shared| {

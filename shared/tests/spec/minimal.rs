@@ -143,7 +143,7 @@ fn a_command_reaches_the_device_and_is_not_answered() {
 
 /// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b, 9.4.3b.1
 /// Notices: ECSS 9.4.2b: telemetry goes by the TPDO with the number of the RPDO.
-/// Notices: ECSS 9.4.2b: the device gets no more bytes of a request than its RPDO has at least.
+/// Notices: ECSS 9.4.2b: the device gets only as many bytes of a request as its RPDO must have.
 /// Notices: ECSS 9.4.3a: telemetry has 4 bytes at most.
 /// Notices: ECSS 9.4.3b.1: telemetry goes to the bus that is not active.
 #[test]
@@ -488,8 +488,8 @@ fn search_of_a_minimal_slave_begins_at_power_on() {
     }
 }
 
-/// Given a minimal slave with Ntoggle 1 or 2, when it never hears the master, then it stops after so many changes of the bus, and
-/// listens where it is.
+/// Given a minimal slave with Ntoggle 1 or 2, when it never hears the master, then it changes the bus once or twice and listens on
+/// the bus that it has reached.
 ///
 /// Verifies: ECSS 8.3.3i, 8.3.3j
 /// Notices: ECSS 8.3.3i: a minimal slave that gave up begins another search.
@@ -512,7 +512,7 @@ fn minimal_slave_that_gave_up_stays_and_listens() {
 }
 
 /// Given telemetry that was asked for on the nominal bus, when the slave follows the master before the telemetry is sent, then it does
-/// not send it on the other bus: nobody asked for it there.
+/// not send it on the other bus, where the master has not requested it.
 ///
 /// Verifies: ECSS 9.4.3c
 /// Notices: ECSS 9.4.3c: telemetry that was lost with the old bus is sent again on the new one.

@@ -57,7 +57,7 @@ fn heartbeat_with_bit_7_ends_a_search() {
     }
 }
 
-/// Verifies: ECSS 8.3.3d, 8.3.3c, 8.3.3e
+/// Verifies: ECSS 8.3.3c, 8.3.3e
 /// Notices: ECSS 8.3.3c: a malformed heartbeat on the active bus counts as one of the master.
 /// Notices: ECSS 8.3.3e: a malformed heartbeat on the active bus counts as one of the master.
 #[test]

@@ -165,7 +165,6 @@ impl EventQueue {
     }
 
     /// Adds what an interrupt found. Wakes the task once.
-    #[inline(always)]
     fn add<R>(&self, change: impl FnOnce(&mut Waiting) -> R) -> R {
         self.with(|queue| {
             let result = change(&mut queue.waiting);

@@ -363,7 +363,6 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Returns the earlier one of `deadline` and the next slice of a running save, which a received frame does not run.
-    #[inline]
     pub fn with_save(&self, deadline: Option<Instant>) -> Option<Instant> {
         match self.dictionary.stored.deadline() {
             // Nearly always.

@@ -70,7 +70,6 @@ impl MappedTime {
 ///
 /// # Errors
 /// [`AbortCode::ValueTooHigh`].
-#[inline]
 pub fn check_submilliseconds<D: Device>(at: Address, value: u32) -> Result<(), AbortCode> {
     let has_limit = const { D::UTC.is_some() && D::SUBMILLISECONDS };
     let is_too_high = has_limit && at == SUBMILLISECONDS && value >= 1_000;

@@ -124,22 +124,27 @@ fn synchronous_pdo_not_sent_by_the_end_of_the_window_is_stale() {
     assert_eq!(expires(&mut slave), without);
 }
 
-/// Verifies: ECSS 6.9e
-#[test]
-fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
-    let mut slave = autostarted();
-    write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes());
-    slave.receive(NOMINAL, 0x080, &[]);
-    // RPDO 5 takes a synchronous word, long after the window of the only SYNC.
-    let value = slave.node.objects().application.value;
+/// Makes RPDO 5 a synchronous word, 250h.
+fn map_synchronous_word(slave: &mut Bench<TestSlave>) {
     for (index, sub, bytes) in [
         (0x1604, 1, 0x6210_0020_u32.to_le_bytes().to_vec()),
         (0x1604, 0, vec![1]),
         (0x1404, 2, vec![1]),
         (0x1404, 1, 0x4000_0250_u32.to_le_bytes().to_vec()),
     ] {
-        assert_eq!(write(&mut slave, index, sub, &bytes), done(index, sub));
+        assert_eq!(write(slave, index, sub, &bytes), done(index, sub));
     }
+}
+
+/// Verifies: ECSS 6.9e
+#[test]
+fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
+    let mut slave = autostarted();
+    write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes());
+    slave.receive(NOMINAL, 0x080, &[]);
+    // RPDO 5 has a frame long after the window of the only SYNC.
+    let value = slave.node.objects().application.value;
+    map_synchronous_word(&mut slave);
     slave.run_until(ms(100));
     let ignored = |slave: &Bench<TestSlave>| slave.node.status(slave.now).counters[NOMINAL].ignored;
     let before = ignored(&slave);
@@ -164,14 +169,7 @@ fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
 fn an_rpdo_that_waits_is_dropped_when_operational_is_left() {
     for leave in [0x02, 0x80] {
         let mut slave = autostarted();
-        for (index, sub, bytes) in [
-            (0x1604, 1, 0x6210_0020_u32.to_le_bytes().to_vec()),
-            (0x1604, 0, vec![1]),
-            (0x1404, 2, vec![1]),
-            (0x1404, 1, 0x4000_0250_u32.to_le_bytes().to_vec()),
-        ] {
-            assert_eq!(write(&mut slave, index, sub, &bytes), done(index, sub));
-        }
+        map_synchronous_word(&mut slave);
         slave.receive(NOMINAL, 0x250, &[9, 0, 0, 0]);
         slave.receive(NOMINAL, 0x000, &[leave, 5]);
         slave.receive(NOMINAL, 0x000, &[0x01, 5]);

@@ -96,8 +96,8 @@ fn stamp() -> Stamp {
     Stamp::captured(FineInstant::from_units(0))
 }
 
-/// Given a node with a frame to handle, when its controller becomes error passive before that, or error active again, then the node is
-/// told of the new state, with that frame and once. The event of the controller behind the frame adds nothing.
+/// Given a frame that waits for the node, when the controller becomes error passive or error active before the node handles the frame,
+/// then the runner reports the new state once, with that frame. The later event of the controller adds no report.
 ///
 /// Verifies: ECSS 5.6.2b
 /// Notices: ECSS 5.6.2b: a change of the state that is seen before its event counts as a change of the counters alone.

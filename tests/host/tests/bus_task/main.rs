@@ -99,10 +99,9 @@ fn frame_on_the_wire_makes_no_room_and_is_sent_once() {
     assert_eq!((bench.transmitted(), bench.failures()), (4, vec![]));
 }
 
-/// Given a frame that has to make room, when its bus is left before its abort has ended, then it is reported and does not
-/// return.
+/// Given frames in mailboxes and one in the queue, when their bus is abandoned, then each is reported once and none goes out.
 #[test]
-fn frame_that_made_room_does_not_survive_its_bus() {
+fn frames_that_wait_die_with_their_bus() {
     let mut bench = Bench::joined(0);
     for (raw, byte) in [(0x302, 0), (0x303, 1), (0x181, 2)] {
         bench.send(raw, byte);
@@ -383,7 +382,7 @@ fn counters_that_move_without_an_event_are_told_too() {
     assert_eq!(bench.wire.health(), moved, "looking changes nothing");
 }
 
-/// Given receive errors of one kind, when the receive error counter alone changes, up or down, then the node is told of it.
+/// Given receive errors of one kind, when only the receive error counter rises or falls, then the runner reports it to the node.
 ///
 /// Verifies: ECSS 5.6.2c
 /// Notices: ECSS 5.6.2c: a change of the receive error counter alone is not reported.
