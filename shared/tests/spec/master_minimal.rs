@@ -57,8 +57,9 @@ impl MinimalDevice for Echo {
 
 /// Commands and requests of any length to a slave that was never heard: it takes each, and answers what asks for it.
 ///
-/// Verifies: ECSS 9.4.1a, 9.4.2c
+/// Verifies: ECSS 9.4.1a, 9.4.2a, 9.4.2c
 /// Notices: ECSS 9.4.1a: the master pads commands to 8 bytes.
+/// Notices: ECSS 9.4.2a: a command of 8 bytes loses its last one.
 /// Notices: ECSS 9.4.2c: the master refuses the fourth RPDO.
 #[test]
 fn master_sends_commands_and_requests_by_each_of_four_pdos() {
