@@ -186,9 +186,11 @@ fn master_neither_takes_nor_sends_time_stamps() {
 }
 
 /// Given a master that sends SYNC, when 1006h is written, then SYNC has that period, and is not sent with zero. Any other number of
-/// 32 bits is taken, but those below 100 us. A reset of its communication brings back the period of the profile.
+/// 32 bits is taken, but those below 100 us. A reset of its communication brings back the period of the profile, and 1005h says that
+/// the master still produces SYNC.
 ///
-/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3b.2
+/// Verifies: ECSS 9.4.7.3a, 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3b.2
+/// Notices: ECSS 9.4.7.3a: after a reset of the communication 1005h of the master is 80h.
 /// Notices: ECSS 9.4.7.3b: a written 1006h counts from the next start.
 /// Notices: ECSS 9.4.7.3b: with zero in 1006h SYNC goes on.
 /// Notices: ECSS 9.4.7.3b.1: after a reset of the communication 1006h is zero.
@@ -215,6 +217,7 @@ fn sync_has_the_period_that_stands_in_the_dictionary() {
     master.request(MasterRequest::Nmt(reset));
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     master.run_until(master.now + span(1));
+    assert_eq!(read(&mut master, 0x1005, 0), 0x4000_0080);
     assert_eq!(read(&mut master, 0x1006, 0), 100_000);
     master.clear();
     master.run_until(master.now + span(500));
