@@ -561,10 +561,15 @@ fn a_parallel_slave_recovers_the_bus_that_the_master_left() {
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Recover)]);
 }
 
+/// Given a slave with selective access that has changed the bus, when the controller of the old bus reports that it was bus-off, then
+/// it is not recovered.
+///
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1
+/// Notices: ECSS 8.2.1a: a bus that was left is recovered when its bus-off is reported late.
 #[test]
 fn a_selective_slave_does_not_recover_a_bus_it_left() {
     let mut slave = operational(&SELECTIVE);
-    slave.run_until(ms(505));
+    slave.run_until(ms(510));
     slave.health(NOMINAL, Health { state: ErrorState::BusOff, ..Health::default() });
     slave.run_until(ms(600));
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);

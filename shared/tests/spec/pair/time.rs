@@ -102,7 +102,8 @@ fn times_after_takeover(by_sync: bool, prepare: impl FnOnce(&mut Board)) -> Vec<
 /// Given a standby that heard no spacecraft time, when it has taken over, then it sends none: slaves keep the time that they have,
 /// until this one is set by command.
 ///
-/// Verifies: ECSS 7.2.2b, 7.2.3b
+/// Verifies: ECSS 7.2.2b, 7.2.3b, 7.2.3d
+/// Notices: ECSS 7.2.3d: a master sends no SYNC while it withholds the time.
 /// Notices: ECSS 7.2.3b: the time stays withheld after it was set.
 /// Notices: ECSS 7.2.3b: synchronous PDOs of a master go out on the nominal bus alone.
 #[test]

@@ -294,7 +294,8 @@ fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
 
 /// Given a slave whose first TPDO is not in use, when a SYNC ends at 1.5 s, then its second TPDO has the local time of that instant.
 ///
-/// Verifies: ECSS 7.2.3i
+/// Verifies: ECSS 7.2.3h, 7.2.3i
+/// Notices: ECSS 7.2.3h: the local time is sampled only where TPDO 1 carries it.
 /// Notices: ECSS 7.2.3i: the local time is sampled for TPDO 1 alone.
 #[test]
 fn local_time_may_be_another_pdo_of_the_slave() {

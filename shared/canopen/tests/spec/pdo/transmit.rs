@@ -153,6 +153,18 @@ fn an_acyclic_one_waits_for_an_event_and_then_for_the_next_sync() {
     assert_eq!(syncs_with(&mut node, 3), [1]);
 }
 
+/// Given a TPDO whose event timer runs, when it becomes cyclic, then only SYNCs send it.
+///
+/// Verifies: ECSS 6.9b
+/// Notices: ECSS 6.9b: a cyclic PDO is sent without SYNC when an event timer expires that was started before.
+#[test]
+fn the_event_timer_ends_when_a_pdo_becomes_cyclic() {
+    let mut node = Node::with(event_driven(0, 100));
+    node.configure(0, PdoParameters { event_timer: 100, ..synchronous(2, 0) }, &WORDS, ms(50)).unwrap();
+    assert_eq!(node.run(ms(1_000)), []);
+    assert_eq!(syncs_with(&mut node, 4), [2, 4]);
+}
+
 /// Notices: ECSS 6.2a: an event sends a cyclic PDO with the next SYNC.
 #[test]
 fn an_event_does_nothing_to_a_cyclic_one() {
