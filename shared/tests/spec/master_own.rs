@@ -123,7 +123,8 @@ fn emergency_waits_for_the_boot_up_message() {
 /// Given a master that is the first node on its bus, when it becomes error passive because nobody acknowledges, then that is
 /// no error. When another node was there, it is one.
 ///
-/// Verifies: ECSS 5.6.2b, 6.4a.1
+/// Verifies: ECSS 5.6.2b, 6.4a, 6.4a.1
+/// Notices: ECSS 6.4a: an end of error passive is reported as a recovery from bus-off.
 /// Notices: ECSS 6.4a.1: a controller that was error passive is said to have recovered from bus-off.
 #[test]
 fn first_node_on_a_bus_reports_no_passive_controller() {

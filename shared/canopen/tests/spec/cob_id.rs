@@ -105,12 +105,20 @@ fn the_identifier_of_an_object_in_use_stays() {
     }
 }
 
+/// Given objects that use no restricted identifier, when a client writes one, then a PDO and the emergencies refuse it if they become
+/// valid, and SYNC refuses it always: its bit 31 does not make it invalid.
+///
+/// Verifies: ECSS 11.1d
+/// Notices: ECSS 11.1d: 1005h takes a restricted identifier (row 7.3.5).
 #[test]
 fn restricted_identifiers_are_refused_for_valid_objects() {
     for raw in [0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x701, 0x7FF] {
         for entry_use in [EntryUse::Pdo, EntryUse::Emcy] {
             assert_eq!(write(UNUSED, raw, entry_use), REFUSED, "{entry_use:?} {raw:03X}");
             assert!(write(UNUSED, 0x8000_0000 | raw, entry_use).is_ok());
+        }
+        for flags in [0, 0x4000_0000, 0x8000_0000] {
+            assert_eq!(write(0x0000_0080, flags | raw, EntryUse::Sync), REFUSED, "SYNC {flags:X} {raw:03X}");
         }
     }
 }

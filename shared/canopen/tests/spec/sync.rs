@@ -128,6 +128,7 @@ fn a_period_is_zero_or_leaves_room_for_others() {
 }
 
 /// Verifies: ECSS 6.3b
+/// Notices: ECSS 6.3b: 1019h changes while SYNC has a period.
 #[test]
 fn overflow_is_0_or_2_to_240_and_fixed_while_there_is_a_period() {
     for overflow in 0..=255 {

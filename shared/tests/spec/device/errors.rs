@@ -4,7 +4,7 @@
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::node::{LinkEvent, SlaveEvent};
-use ecss_can::types::Bus;
+use ecss_can::types::{Bus, NmtState};
 
 use super::fixture::{NO_INHIBIT, errors, operational, payloads, powered, read, run_with_master, write_all};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};
@@ -22,6 +22,25 @@ fn misses_seven(slave: &mut Bench<TestSlave>) {
     let missed_at = slave.now + span(150);
     run_with_master(slave, missed_at);
     assert!(slave.events.contains(&SlaveEvent::PeerMissed { node: node(7) }));
+}
+
+/// Given a slave that monitors node 7, when that node loses its power, then the slave does what 1029h says. With 1 (no change) it stays
+/// Operational and sends its telemetry.
+///
+/// Verifies: ECSS 5.3.3.2.2b
+/// Notices: ECSS 5.3.3.2.2b: a slave whose 1029h is 1 leaves Operational when another node has no power.
+#[test]
+fn slave_with_1029h_1_stays_operational_without_its_peer() {
+    use NmtState::{Operational, PreOperational, Stopped};
+    for (behaviour, state, sent) in [(0, PreOperational, 0), (1, Operational, 1), (2, Stopped, 0)] {
+        let mut slave = operational();
+        write_all(&mut slave, &[(0x1029, 1, &[behaviour])]);
+        misses_seven(&mut slave);
+        assert_eq!(slave.node.status(slave.now).state, state, "1029h is {behaviour}");
+        slave.clear();
+        slave.touch(|slave, now| slave.send_pdo(2, now));
+        assert_eq!(payloads(&slave, 0x385).len(), sent, "1029h is {behaviour}");
+    }
 }
 
 /// Verifies: ECSS 6.4a.1

@@ -3,6 +3,7 @@
 //! Verifies: ECSS 6.8a
 
 use crate::instrument::{self, STANDARD};
+use ecss_can::emcy::ErrorCode;
 use ecss_can::profile::Profile;
 use ecss_can::store::{Loss, ParameterStore};
 use ecss_can::types::NmtState;
@@ -43,6 +44,33 @@ fn stored_values_survive_a_reset_and_defaults_return_on_command() {
     let slave = powered_with(&memory);
     assert_eq!(slave.node.objects().communication.heartbeat.time, 100);
     assert_eq!(slave.node.objects().application.value, 7);
+}
+
+/// Given a slave with another COB-ID for its emergencies, when it is reset, then emergencies have the stored one after power-on and after
+/// reset communication. Without a store they have the default.
+///
+/// Verifies: ECSS 6.10a
+/// Notices: ECSS 6.10a: after a reset the emergencies have the COB-ID that they had before.
+#[test]
+fn emergencies_have_their_stored_cob_id_after_each_reset() {
+    let memory = Memory::default();
+    let mut slave = powered_with(&memory);
+    write_all(
+        &mut slave,
+        &[(0x1014, 0, &[0x85, 0, 0, 0x80]), (0x1014, 0, &[0x86, 0, 0, 0]), (0x1010, 2, b"save")],
+    );
+    let mut without = powered();
+    for (slave, id) in [(&mut slave, 0x86), (&mut without, 0x85)] {
+        // Not saved: forgotten by the reset.
+        write_all(slave, &[(0x1014, 0, &[id, 0, 0, 0x80]), (0x1014, 0, &[0x87, 0, 0, 0])]);
+        slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    }
+    for (mut slave, id) in [(powered_with(&memory), 0x086), (slave, 0x086), (without, 0x085)] {
+        slave.clear();
+        slave.touch(|slave, _| slave.raise(ErrorCode::TEMPERATURE, [0; 5]));
+        let sent = [0x085, 0x086, 0x087].map(|id| payloads(&slave, id).len());
+        assert_eq!(sent, [0x085, 0x086, 0x087].map(|other| usize::from(other == id)), "{id:03X}h");
+    }
 }
 
 #[test]
@@ -354,4 +382,22 @@ fn stored_pdos_with_an_identifier_of_others_are_not_valid() {
         let mut slave = powered_with(&stored(&[(0x1800, 1, 0x4000_0000 | id)]));
         assert_eq!(read(&mut slave, 0x1800, 1)[3] & 0x80, 0x80, "{id:X}h");
     }
+}
+
+/// Given a slave whose stored heartbeat period is zero, when it boots up, at power-on and by command, then it sends its boot-up message and
+/// no heartbeat.
+///
+/// Verifies: ECSS 6.5.3a
+/// Notices: ECSS 6.5.3a: a slave without heartbeats boots up without a message.
+#[test]
+fn slave_without_heartbeats_sends_its_boot_up_message() {
+    let memory = Memory::default();
+    write_all(&mut powered_with(&memory), &[(0x1017, 0, &[0, 0]), (0x1010, 2, b"save")]);
+    let mut slave = powered_with(&memory);
+    slave.run_until(ms(400));
+    assert_eq!(payloads(&slave, 0x705), [[0]], "power-on");
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    slave.run_until(slave.now + span(300));
+    assert_eq!(payloads(&slave, 0x705), [[0]], "reset communication");
 }
