@@ -115,6 +115,7 @@ fn optional_services_are_those_that_were_chosen() {
 ///
 /// Verifies: ECSS 11.1c
 /// Notices: ECSS 11.1c: transmission types 252 and 253 are taken.
+/// Notices: ECSS 11.1c: a valid TPDO may be changed to one that allows remote frames.
 #[test]
 fn excluded_services_are_not_used() {
     let mut slave = operational();
@@ -124,6 +125,9 @@ fn excluded_services_are_not_used() {
         assert_eq!(write(&mut slave, 0x1403, 2, &[transmission]), refused(0x1403, 2, 0x0609_0030));
     }
     assert_eq!(write(&mut slave, 0x1803, 1, &[0x85, 4, 0, 0]), refused(0x1803, 1, 0x0609_0030));
+    // Also of a TPDO that is valid, with the identifier that it has.
+    assert_eq!(read(&mut slave, 0x1802, 1), [0x85, 3, 0, 0x40]);
+    assert_eq!(write(&mut slave, 0x1802, 1, &[0x85, 3, 0, 0]), refused(0x1802, 1, 0x0609_0030));
     // A mapping of 254 or 255 objects is that of a multiplex PDO.
     for mapping in [0x1603, 0x1A03] {
         for count in [0xFE, 0xFF] {

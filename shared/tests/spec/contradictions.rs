@@ -228,7 +228,8 @@ fn slave_returns_to_where_the_master_works() {
 
 /// Given a bus found by a command, when no heartbeat follows, then the search goes on as if it had not ended.
 ///
-/// Verifies: ECSS 8.3.3g, 8.3.3h
+/// Verifies: ECSS 8.3.3g, 8.3.3h, 8.3.3i
+/// Notices: ECSS 8.3.3i: the return from a bus found by a command alone counts as a switch.
 #[test]
 fn bus_found_by_a_command_alone_is_given_up_again() {
     let mut selector = Selector::new(PARAMETERS);

@@ -117,6 +117,25 @@ fn failure_of_a_bus_starts_the_heartbeat_on_the_other_one_at_once() {
     assert_eq!(actions(&mut manager, 130), [(50, beat), (90, beat), (130, beat)]);
 }
 
+/// Given no acknowledgement on either bus, when the master changes the bus by command, then its heartbeat is on the other one at
+/// once, and every 40 ms from then on.
+///
+/// Verifies: ECSS 8.3.3b.2
+/// Notices: ECSS 8.3.3b.2: the heartbeat does not start on a bus without acknowledgement.
+#[test]
+fn switch_to_a_bus_without_acknowledgement_starts_heartbeats() {
+    let mut manager = started();
+    actions(&mut manager, 50);
+    let alone = Health { state: ErrorState::Passive, last_error: LastError::Ack, ..Health::default() };
+    for bus in Bus::ALL {
+        manager.on_health(bus, alone, false, ms(50));
+    }
+    manager.request(REDUNDANT);
+    assert_eq!(manager.poll(ms(50)), Some(switched(NOMINAL, SwitchCause::Commanded)));
+    let beat = Action::Heartbeat { bus: REDUNDANT, frame: heartbeat() };
+    assert_eq!(actions(&mut manager, 130), [(50, beat), (90, beat), (130, beat)]);
+}
+
 #[test]
 fn a_switch_to_the_active_bus_is_none() {
     let mut manager = started();

@@ -8,6 +8,7 @@ use ecss_can::types::{Bus, Instant, NmtState, NodeId, Scet};
 
 use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
 use crate::console;
+use crate::device::fixture::Memory;
 use crate::instrument::STANDARD;
 use crate::master_device::{powered, read, write};
 
@@ -195,6 +196,7 @@ fn master_neither_takes_nor_sends_time_stamps() {
 /// Notices: ECSS 9.4.7.3b: with zero in 1006h SYNC goes on.
 /// Notices: ECSS 9.4.7.3b.1: after a reset of the communication 1006h is zero.
 /// Notices: ECSS 9.4.7.3b.2: 1006h takes 65,535 us at most.
+/// Notices: ECSS 9.4.7.3b.2: SYNC has the low 24 bits of 1006h.
 /// Notices: ECSS 9.4.7.3b: after a reset of the communication SYNC keeps a period that 1006h does not show.
 /// Notices: ECSS 9.4.7.3b.1: after a reset of the communication SYNC keeps a period that 1006h does not show.
 #[test]
@@ -210,6 +212,8 @@ fn sync_has_the_period_that_stands_in_the_dictionary() {
     };
     assert_eq!(gaps(&mut master, 50_000), [50; 9]);
     assert_eq!(gaps(&mut master, u32::MAX), []);
+    // 2^24 us more than 50 ms.
+    assert_eq!(gaps(&mut master, 16_827_216), []);
     assert_eq!(gaps(&mut master, 200_000), [200]);
     assert_eq!(gaps(&mut master, 0), []);
     assert_eq!(master.times(NOMINAL, 0x080), []);
@@ -223,4 +227,28 @@ fn sync_has_the_period_that_stands_in_the_dictionary() {
     master.run_until(master.now + span(500));
     let syncs = master.times(NOMINAL, 0x080);
     assert!(syncs.len() >= 4 && syncs.windows(2).all(|pair| pair[1] - pair[0] == 100), "{syncs:?}");
+}
+
+/// Given a master that stored a 1006h of 50 ms, when it is powered on again, then its dictionary has 50 ms and SYNC that period.
+///
+/// Verifies: ECSS 9.4.7.3b.1
+/// Notices: ECSS 9.4.7.3b.1: after power-on SYNC has the period of the profile, and 1006h the stored one.
+#[test]
+fn sync_has_the_stored_period_after_power_on() {
+    let memory = Memory::default();
+    let powered = || {
+        let mut master = Bench::new(console::master(&MIXED, Some(Box::leak(Box::new(memory.clone())))));
+        master.run_until(ms(1));
+        master
+    };
+    let mut master = powered();
+    assert_eq!(write(&mut master, 0x1006, 0, 50_000, 4), Ok(()));
+    assert_eq!(write(&mut master, 0x1010, 1, u32::from_le_bytes(*b"save"), 4), Ok(()));
+    let mut master = powered();
+    master.transmitted(NOMINAL, frame(0x701, &[0x05]));
+    assert_eq!(read(&mut master, 0x1006, 0), 50_000);
+    master.clear();
+    master.run_until(ms(301));
+    let syncs = master.times(NOMINAL, 0x080);
+    assert!(syncs.len() >= 5 && syncs.windows(2).all(|pair| pair[1] - pair[0] == 50), "{syncs:?}");
 }

@@ -95,6 +95,25 @@ impl MinimalDevice for Mixed {
     }
 }
 
+/// Listens to SYNC, which brings no telemetry.
+struct Listener;
+
+impl MinimalDevice for Listener {
+    const PDOS: MinimalPdos = MinimalPdos {
+        receive: [Some(MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 0 }), None, None, None],
+        transmit: [None; PDOS],
+    };
+    const LISTENS_TO_SYNC: bool = true;
+
+    fn on_pdo(&mut self, _: usize, _: &[u8], _: Instant) -> Option<(usize, Payload)> {
+        None
+    }
+
+    fn on_sync(&mut self, _: usize, _: Instant) -> Option<Payload> {
+        unreachable!("no PDO follows SYNC")
+    }
+}
+
 fn numbers() -> Numbers {
     Numbers::of(&Profile::DEFAULT, node(5))
 }
@@ -106,7 +125,8 @@ pub fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
     bench
 }
 
-/// Verifies: ECSS 9.4.9.2a
+/// Verifies: ECSS 9.4.7.1a, 9.4.9.2a
+/// Notices: ECSS 9.4.7.1a: the slave sends a time stamp at power-on.
 /// Notices: ECSS 9.4.9.2a: the slave sends a boot-up message at power-on.
 #[test]
 fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
@@ -211,7 +231,8 @@ impl MinimalDevice for SlowFirst {
 
 /// Given telemetry with every third SYNC before telemetry with every one, then each SYNC brings the latter.
 ///
-/// Verifies: ECSS 9.4.3b.2
+/// Verifies: ECSS 9.4.3b, 9.4.3b.2
+/// Notices: ECSS 9.4.3b: a PDO that waits for a later SYNC ends the list for this one.
 /// Notices: ECSS 9.4.3b.2: a PDO that waits for a later SYNC holds back those behind it.
 #[test]
 fn sync_brings_telemetry_behind_one_that_waits() {
@@ -615,6 +636,7 @@ fn without_a_consumer_time_bus_off_is_recovered() {
 /// Notices: ECSS 6.3a: the filters accept SYNC only if the device listens to it as well.
 /// Notices: ECSS 9.3a: the filters of a slave whose TPDOs follow SYNC do not accept it.
 /// Notices: ECSS 9.3a: the filters accept SYNC only if it brings the first TPDO that is in use.
+/// Notices: ECSS 9.3a: the filters do not accept SYNC for a device that only listens to it.
 #[test]
 fn its_filters_are_exact() {
     let exact = |ids: &[u16]| -> Vec<Filter> {
@@ -627,6 +649,8 @@ fn its_filters_are_exact() {
     assert!(!cyclic.is_stamped(NOMINAL, &frame(0x080, &[])));
     let mixed = MinimalSlave::new(node(5), numbers(), Mixed::default());
     assert_eq!(mixed.filters()[..], exact(&[0x205, 0x080, 0x701]));
+    let listener = MinimalSlave::new(node(5), numbers(), Listener);
+    assert_eq!(listener.filters()[..], exact(&[0x205, 0x080, 0x701]));
 }
 
 /// One that is late still answers, on the bus that is active then.

@@ -7,17 +7,26 @@ use ecss_can::pdo::CobIdOf;
 
 use crate::bench::node;
 
-/// Verifies: ECSS 9.4.4c, 9.4.4d
+/// Given slaves with the lowest, a middle and the highest Node-ID, then their COB-IDs are those of Tables 9-4 and 9-6.
+///
+/// Verifies: ECSS 9.4.2d, 9.4.4c, 9.4.4d
+/// Notices: ECSS 9.4.2d: COB-IDs have the low six bits of the Node-ID.
 /// Notices: ECSS 9.4.4c: TPDO 4 has COB-ID 500h + node.
 /// Notices: ECSS 9.4.4d: telemetry on request has transmission type 255.
 #[test]
 fn its_pdos_are_those_of_the_tables() {
     let pdos = MinimalPdos::DEFAULT;
-    let receive = pdos.receive.map(|pdo| pdo.map(|pdo| (pdo.cob_id.of(node(5)).raw(), pdo.least)));
-    assert_eq!(receive, [0x205, 0x305, 0x405, 0x505].map(|id| Some((id, 0))));
-    let transmit = pdos.transmit.map(|pdo| pdo.unwrap());
-    let transmit = transmit.map(|pdo| (pdo.cob_id.of(node(5)).raw(), pdo.trigger.transmission_type()));
-    assert_eq!(transmit, [0x185, 0x285, 0x385, 0x485].map(|id| (id, 254)));
+    for (id, received, sent) in [
+        (2, [0x202, 0x302, 0x402, 0x502], [0x182, 0x282, 0x382, 0x482]),
+        (5, [0x205, 0x305, 0x405, 0x505], [0x185, 0x285, 0x385, 0x485]),
+        (126, [0x27E, 0x37E, 0x47E, 0x57E], [0x1FE, 0x2FE, 0x3FE, 0x4FE]),
+    ] {
+        let receive = pdos.receive.map(|pdo| pdo.map(|pdo| (pdo.cob_id.of(node(id)).raw(), pdo.least)));
+        assert_eq!(receive, received.map(|id| Some((id, 0))));
+        let transmit = pdos.transmit.map(|pdo| pdo.unwrap());
+        let transmit = transmit.map(|pdo| (pdo.cob_id.of(node(id)).raw(), pdo.trigger.transmission_type()));
+        assert_eq!(transmit, sent.map(|id| (id, 254)));
+    }
     assert_eq!(Trigger::Sync(3).transmission_type(), 3);
     pdos.assert_possible();
 }
@@ -51,8 +60,9 @@ fn pdos_that_cannot_be_are_refused() {
 
 /// Each row of Table 9-12, by its first and last index, and what is beside it.
 ///
-/// Verifies: ECSS 9.4.10b
+/// Verifies: ECSS 9.4.10b, 9.4.10c
 /// Notices: ECSS 9.4.10b: 1014h and 1015h are authorised.
+/// Notices: ECSS 9.4.10c: the last object of a forbidden range is authorised.
 #[test]
 fn forbidden_objects_are_those_of_the_table() {
     let is = |index, expected| assert_eq!(permission(index), expected, "{index:04X}h");
@@ -329,17 +339,21 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
     }
 }
 
-/// Given dictionaries with the last object of a range that Table 9-12 forbids, then none is accepted.
+/// Given dictionaries with the first, the last or the only object (1007h) of a range that Table 9-12 forbids, then none is accepted.
 ///
-/// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d
+/// Verifies: ECSS 9.4.7.3d, 9.4.10b, 9.4.10c, 9.4.10d
+/// Notices: ECSS 9.4.7.3d: a range of a single object is not checked: 1007h may exist.
+/// Notices: ECSS 9.4.10c: the first object of a forbidden range, such as 1010h, may exist.
 /// Notices: ECSS 9.4.10b: the last object of a forbidden range, such as 1015h, may exist.
 /// Notices: ECSS 9.4.10c: the last object of a forbidden range, such as 1015h, may exist.
 /// Notices: ECSS 9.4.10d: the last object of a forbidden range, such as 1015h, may exist.
 #[test]
-fn last_object_of_a_forbidden_range_is_refused() {
-    use dictionaries::{EmcyInhibited, LastTpdo, refusal};
+fn first_and_last_object_of_a_forbidden_range_are_refused() {
+    use dictionaries::{EmcyInhibited, LastTpdo, Stored, Windowed, refusal};
     let reason = "an object that Table 9-12 of the standard does not authorise";
-    for refusal in [refusal::<EmcyInhibited>(), refusal::<LastTpdo>()] {
+    for refusal in
+        [refusal::<Stored>(), refusal::<EmcyInhibited>(), refusal::<LastTpdo>(), refusal::<Windowed>()]
+    {
         assert_eq!(refusal.as_deref(), Some(reason));
     }
 }

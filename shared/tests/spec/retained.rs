@@ -333,7 +333,8 @@ fn a_save_that_fails_leaves_the_retained_bdefault() {
 
 /// A command alone may come from any node.
 ///
-/// Verifies: ECSS 8.3.3k
+/// Verifies: ECSS 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.3.3l: a bus found by a command and confirmed by a heartbeat is not Bdefault after a reset.
 #[test]
 fn bus_found_by_command_is_retained_once_heartbeat_confirms_it() {
     let board = Memories::new();

@@ -142,6 +142,26 @@ fn each_miss_brings_a_switch_however_many_there_were_before() {
     }
 }
 
+/// Given a slave that follows the master on the nominal bus, when Bdefault is written and the master is missed, then each switch
+/// leaves the bus that was listened to, whatever Bdefault is.
+///
+/// Verifies: ECSS 8.3.3e.2
+/// Notices: ECSS 8.3.3e.2: a search begins on Bdefault, not on the bus that was followed.
+/// Notices: ECSS 8.3.3e.2: every switch goes to the bus other than Bdefault.
+#[test]
+fn each_switch_leaves_the_bus_listened_to_with_either_bdefault() {
+    for bdefault in Bus::ALL {
+        let mut selector = following(PARAMETERS);
+        selector.configure(Parameters { bdefault, ..PARAMETERS });
+        let expected = [
+            (1_100, Selection::Missed { bus: NOMINAL }),
+            (1_300, Selection::Toggled { to: REDUNDANT }),
+            (1_600, Selection::Toggled { to: NOMINAL }),
+        ];
+        assert_eq!(decisions(&mut selector, 1_600), expected, "Bdefault {bdefault:?}");
+    }
+}
+
 #[test]
 fn with_ttoggle_one_miss_and_switch_coincide_in_that_order() {
     let mut selector = following(Parameters { ttoggle: 1, ..PARAMETERS });

@@ -252,6 +252,10 @@ fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
     assert_eq!(powered_with(&memory).node.status(ms(0)).state, NmtState::PreOperational);
 }
 
+/// Given a profile with autostart, then a slave is Operational after power-on and after "reset communication", without a command.
+///
+/// Verifies: ECSS 11.1a
+/// Notices: ECSS 11.1a: after "reset communication" a slave with autostart stays in Pre-operational.
 #[test]
 fn startup_is_as_its_profile_has_it_until_then() {
     let profile = Profile { autostart: true, ..STANDARD };

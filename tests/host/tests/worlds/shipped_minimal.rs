@@ -157,8 +157,9 @@ fn shipped_device_has_no_service_of_a_forbidden_object() {
 /// Given commands to the shipped device, known and unknown ones, each as CAN may deliver it: twice. Then none is answered, and what they
 /// set was set once.
 ///
-/// Verifies: ECSS 9.4.1c
+/// Verifies: ECSS 9.4.1c, 9.4.3b
 /// Notices: ECSS 9.4.1c: a repeated command is echoed by TPDO 3.
+/// Notices: ECSS 9.4.3b: a repeated command brings telemetry.
 #[test]
 fn shipped_device_answers_no_command() {
     let mut world = alone(1_000);
@@ -184,7 +185,8 @@ fn shipped_device_answers_no_command() {
 /// Given the shipped device with a value set by the second of two commands, when RPDO 2 or 3 requests telemetry, then TPDO 3 has the
 /// register that the request names. The six bytes after the code may be there or not.
 ///
-/// Verifies: ECSS 9.4.2b
+/// Verifies: ECSS 9.4.2b, 9.4.3a
+/// Notices: ECSS 9.4.3a: a request by RPDO 2 brings no telemetry.
 /// Notices: ECSS 9.4.2b: the request for the value brings the number of commands.
 #[test]
 fn shipped_device_returns_the_register_that_a_request_names() {
@@ -442,7 +444,8 @@ type Case<'a> = (usize, u16, &'a [u8], Option<(u16, &'a [u8])>);
 /// Given the shipped master on either bus of a busy network, then each of the four PDOs takes a command or a request to the minimal
 /// slave, on the active bus alone, and brings what it asks for.
 ///
-/// Verifies: ECSS 9.4.2c
+/// Verifies: ECSS 9.4.2c, 9.4.3b.1
+/// Notices: ECSS 9.4.3b.1: a request without data bytes is not answered.
 #[test]
 fn shipped_master_commands_and_asks_by_each_of_four_pdos() {
     let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world);
