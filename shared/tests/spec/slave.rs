@@ -422,10 +422,9 @@ fn telemetry_goes_out_for_one_period_on_the_active_bus() {
     assert_eq!(slave.frames(), [(REDUNDANT, frame(0x385, &[0x02, 0x01, 1, 2, 3, 4, 0, 0]))]);
 }
 
-/// Verifies: ECSS 6.9e, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3j, 7.2.3k
+/// Verifies: ECSS 6.9e, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
 /// Notices: ECSS 7.2.2f: only a SYNC with a counter is answered by PDOs.
 /// Notices: ECSS 7.2.3k: the local time is sampled 60 us after the SYNC.
-/// Notices: ECSS 7.2.3j: a slave that gets no time at SYNC samples no local time.
 #[test]
 fn sync_is_answered_with_local_time_at_its_end_if_operational() {
     let mut slave = operational(&STANDARD);

@@ -84,7 +84,7 @@ impl Device for Calendar {
     }
 }
 
-/// Verifies: ECSS 7.1.1b, 7.1.1d, 7.1.3a, 7.1.3e, 7.2.1a, 7.2.2b
+/// Verifies: ECSS 7.1.1b, 7.1.1d, 7.1.3a, 7.1.3e, 7.2.1a
 /// Notices: ECSS 7.1.3a: a master has no UTC objects.
 /// Notices: ECSS 7.1.1b: UTC is for slaves alone.
 /// Notices: ECSS 7.1.1d: a standby follows SCET alone.
