@@ -9,6 +9,8 @@ fn scet(coarse: u32, fine: u32) -> Scet {
     Scet::new(coarse, fine).unwrap()
 }
 
+/// Verifies: ECSS 7.1.1a
+/// Notices: ECSS 7.1.1a: before the instant at which it was set the clock stands still.
 #[test]
 fn a_clock_counts_from_power_on_until_it_is_set() {
     let mut clock = LocalClock::default();

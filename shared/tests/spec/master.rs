@@ -298,10 +298,11 @@ fn master_commands_slaves_in_each_of_its_states() {
 /// Given a master that works on the redundant bus, then it hears a slave on the nominal one. When it goes back, then nothing that waits
 /// on the redundant bus may go out there.
 ///
-/// Verifies: ECSS 8.2.2a, 8.3.3b, 8.3.3b.1
+/// Verifies: ECSS 8.2.1a.2, 8.2.2a, 8.3.3b, 8.3.3b.1
 /// Notices: ECSS 8.2.2a: a master on the redundant bus hears nothing on the nominal one.
 /// Notices: ECSS 8.3.3b: the nominal bus is abandoned, whichever is left.
 /// Notices: ECSS 8.3.3b.1: the nominal bus is abandoned, whichever is left.
+/// Notices: ECSS 8.2.1a.2: a master with parallel access listens on the active bus alone.
 #[test]
 fn master_on_the_redundant_bus_hears_both_and_abandons_it() {
     let mut master = flying();

@@ -3,7 +3,7 @@
 use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{MasterEvent, MasterRequest, SelfTest};
+use ecss_can::node::{MasterEvent, MasterRequest, Node, SelfTest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
 
@@ -53,7 +53,7 @@ pub(crate) fn absent(index: u16, sub: u8) -> [u8; 8] {
 }
 
 /// Slave 2 answers that it has no PDOs and no emergencies: neither 1400h nor 1014h and 1800h to 1807h.
-pub(crate) fn has_no_cob_ids(master: &mut Bench<Master>) {
+pub(crate) fn has_no_cob_ids<N: Node>(master: &mut Bench<N>) {
     let tpdos = (0x1800..0x1808).map(|index| (index, 1));
     for (index, sub) in [(0x1400, 1), (0x1014, 0)].into_iter().chain(tpdos) {
         master.receive(NOMINAL, 0x582, &absent(index, sub));

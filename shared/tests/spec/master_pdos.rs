@@ -210,8 +210,9 @@ fn a_reset_of_the_chip_is_its_applications_part() {
     assert!(ids(&master).contains(&0x701), "it goes on until then");
 }
 
-/// Verifies: ECSS 6.5.1a.5, 6.5.4a
+/// Verifies: ECSS 6.5.1a.5, 6.5.4a, 7.2.3a
 /// Notices: ECSS 6.5.1a.5: reset communication of the master keeps 1016h.
+/// Notices: ECSS 7.2.3a: reset communication of the master does not restore its Spacecraft Time PDO.
 #[test]
 fn reset_communication_brings_its_parameters_back() {
     let mut master = flying();

@@ -15,6 +15,7 @@ use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::console::{self, Console};
 use crate::instrument::STANDARD;
 use crate::manager::ALONE;
+use crate::master_device::{BOOTS_TWO, TWO, has_no_cob_ids};
 
 pub type Board = Bench<Master<Console, TwoBoards>>;
 
@@ -342,6 +343,39 @@ fn the_second_board_is_the_nmt_master_when_it_is_active() {
     let message = NmtMessage { command: Command::Stop, target: Target::Node(node(2)) };
     board.request(MasterRequest::Nmt(message));
     assert_eq!(commands(&board), [(NOMINAL, frame(0x000, &[2, 2]))]);
+}
+
+/// Given a board that is strapped second and became active, when an assigned slave boots up and has what the board expects, then this
+/// board starts it.
+///
+/// Verifies: ECSS 8.1b
+/// Notices: ECSS 8.1b: the second board starts no slave that it has checked.
+#[test]
+fn the_second_board_checks_and_starts_an_assigned_slave() {
+    const PAIR: Profile = Profile { standby: Some(Profile::PAIR), ..BOOTS_TWO };
+    let mut board = Bench::new(Master::of_two(&PAIR, Strap::Second, Console::default(), None));
+    board.run_until(ms(1_000));
+    board.transmitted(NOMINAL, heartbeat());
+    board.receive(NOMINAL, 0x702, &[0]);
+    board.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    board.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    has_no_cob_ids(&mut board);
+    assert!(board.frames().contains(&(NOMINAL, frame(0x000, &[1, 2]))));
+}
+
+/// Given a board that is strapped second and became active at 1 s, when a mandatory slave is silent, then the board reports it after
+/// the boot time, 5 s.
+#[test]
+fn the_second_board_reports_a_silent_slave_after_boot_time() {
+    const PAIR: Profile = Profile { standby: Some(Profile::PAIR), ..BOOTS_TWO };
+    let mut board = Bench::new(Master::of_two(&PAIR, Strap::Second, Console::default(), None));
+    let is_told = |board: &Board| {
+        board.events.iter().any(|event| matches!(event, MasterEvent::BootFailed { node: TWO, .. }))
+    };
+    board.run_until(ms(5_999));
+    assert!(!is_told(&board));
+    board.run_until(ms(6_000));
+    assert!(is_told(&board));
 }
 
 /// Given two active masters on one bus, when the other one hears more slaves, then this one yields: silent, and whatever

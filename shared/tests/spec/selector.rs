@@ -341,6 +341,8 @@ fn a_search_ends_when_switching_is_disabled_meanwhile() {
     }
 }
 
+/// Verifies: ECSS 8.3.2b
+/// Notices: ECSS 8.3.2b: a write of a parameter ends the toggling.
 #[test]
 fn toggling_time_shortened_in_search_switches_once_at_a_time() {
     let mut selector = started(PARAMETERS);

@@ -4,7 +4,7 @@
 
 use crate::instrument::STANDARD;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{BusCommand, FailCause, ParallelAccess, SlaveEvent};
+use ecss_can::node::{BusCommand, FailCause, Node as _, ParallelAccess, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, CobId, NmtState, NodeId};
@@ -52,7 +52,7 @@ fn switch_waits_for_the_result_of_the_emcy() {
 #[test]
 fn switch_waits_two_milliseconds_at_most() {
     let mut slave = missing_its_master();
-    assert_eq!(ecss_can::node::Node::deadline(&slave.node), Some(ms(262)));
+    assert_eq!(slave.node.deadline(), Some(ms(262)));
     slave.run_until(ms(262));
     assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Toggled }]);
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Abandon)]);
@@ -122,6 +122,20 @@ fn application_chooses_the_bus_with_selective_access() {
     slave.clear();
     slave.run_until(ms(510));
     assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: NOMINAL, cause: BusCause::Toggled }]);
+}
+
+/// Given a slave that is next due at its heartbeat, when its application chooses the other bus, then the choice is due at once.
+///
+/// Notices: ECSS 8.2.3a: the choice waits until the node is due for another reason.
+#[test]
+fn choice_of_a_bus_is_due_at_once() {
+    let mut slave = powered(&SELECTIVE);
+    slave.run_until(ms(10));
+    assert!(slave.node.deadline() > Some(ms(10)));
+    slave.node.select_bus(REDUNDANT).unwrap();
+    assert!(slave.node.deadline().is_some_and(|due| due <= ms(10)));
+    slave.settle();
+    assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
 }
 
 /// Given a slave with selective access that toggles never, because Ttoggle or Ntoggle is zero, when its application chooses the other

@@ -238,10 +238,15 @@ fn type_of_the_time_is_1_to_240() {
     assert_eq!([&RARE, &FREQUENT].map(transmission), [240, 1]);
 }
 
+/// Verifies: ECSS 7.2.2g
+/// Notices: ECSS 7.2.2g: the local time of slave 15 has no sender.
 #[test]
 fn a_receive_pdo_of_the_master_names_its_sender() {
     let time = Scet::new(0, 0x80_0000).unwrap();
-    assert_eq!(received(1, [0, 0, 0x80, 0, 0, 0, 0, 0]), Some((node(3), Received::LocalTime(time))));
+    for raw in 2..=15 {
+        let found = received(u16::from(raw) - 2, [0, 0, 0x80, 0, 0, 0, 0, 0]);
+        assert_eq!(found, Some((node(raw), Received::LocalTime(time))), "slave {raw}");
+    }
     let last = SLAVES as u16 * 2 - 1;
     let message = Message::of(3, [9]);
     assert_eq!(received(last, [3, 0, 9, 0, 0, 0, 0, 0]), Some((node(15), Received::Telemetry(message))));

@@ -38,7 +38,8 @@ fn store(slave: &mut Bench<TestSlave>, [a, b, c, d]: [u8; 4]) -> [u8; 8] {
     ask(slave, [0x23, 0x46, 0x20, 1, a, b, c, d])
 }
 
-/// Verifies: ECSS 6.10g
+/// Verifies: ECSS 6.10f, 6.10g
+/// Notices: ECSS 6.10f: a board in maintenance mode sends a boot-up message.
 #[test]
 fn a_node_in_maintenance_mode_answers_sdo_and_is_silent_else() {
     let mut slave = maintained(None);

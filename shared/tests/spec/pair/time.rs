@@ -15,7 +15,8 @@ use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms};
 use crate::console::Console;
 use crate::device::fixture::Memory;
 
-/// Verifies: ECSS 7.2.2b
+/// Verifies: ECSS 7.1.2f, 7.2.2b
+/// Notices: ECSS 7.1.2f: a standby takes the fine time for 32 bits.
 #[test]
 fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
     let mut board = standing_by();
@@ -31,6 +32,24 @@ fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
     fly_until(&mut board, 2_400);
     let time = board.sent.iter().find(|sent| sent.frame.id().raw() == 0x181).unwrap();
     assert_eq!((time.at, &time.frame.data()[3..]), (ms(2_400), &[0xE9, 0x03, 0, 0][..]));
+}
+
+/// Given a standby with a clock that follows the active master, when that one is set anew, then the standby follows at the third time.
+///
+/// Verifies: ECSS 7.2.3f
+/// Notices: ECSS 7.2.3f: a standby takes the first spacecraft time alone.
+#[test]
+fn a_standby_follows_a_spacecraft_time_that_is_set_anew() {
+    let mut board = standing_by();
+    // 1000 s at the SYNC at 1000 ms. That at 1100 ms was 2000.125 s, that at 1225 ms 2000.25 s, that at 1350 ms 2000.375 s.
+    let times = [(1_000, 0x00, 1_000), (1_100, 0x20, 2_000), (1_225, 0x40, 2_000), (1_350, 0x60, 2_000)];
+    for (at, fine, coarse) in times {
+        board.run_until(ms(at));
+        board.receive(REDUNDANT, 0x080, &[]);
+        let [low, high] = u16::to_le_bytes(coarse);
+        board.receive(REDUNDANT, 0x181, &[0, 0, fine, low, high, 0, 0]);
+    }
+    assert_eq!(board.node.status(board.now).scet, Scet::new(2_000, 0x60_0000).unwrap());
 }
 
 /// A master whose spacecraft time is in UTC: SCET 0 was day 100, 0:00.
@@ -65,11 +84,12 @@ impl Device for Calendar {
     }
 }
 
-/// Verifies: ECSS 7.1.1b, 7.1.1d, 7.1.3a, 7.2.1a, 7.2.2b
+/// Verifies: ECSS 7.1.1b, 7.1.1d, 7.1.3a, 7.1.3e, 7.2.1a
 /// Notices: ECSS 7.1.3a: a master has no UTC objects.
 /// Notices: ECSS 7.1.1b: UTC is for slaves alone.
 /// Notices: ECSS 7.1.1d: a standby follows SCET alone.
 /// Notices: ECSS 7.2.1a: a standby does not follow UTC of the active master.
+/// Notices: ECSS 7.1.3e: a standby takes day, milliseconds and submilliseconds in this order.
 #[test]
 fn a_standby_follows_a_spacecraft_time_in_utc() {
     let mut board = standing_by_with(Calendar::default());
@@ -117,6 +137,9 @@ fn a_new_master_without_a_time_sends_none_until_it_is_set() {
 }
 
 /// Given a board that was active first, when it becomes the standby and active again, then the time is still its own.
+///
+/// Verifies: ECSS 7.2.3b
+/// Notices: ECSS 7.2.3b: the first one of two boards withholds its time until it is set.
 #[test]
 fn the_board_that_began_the_network_is_its_clock_after_a_pause() {
     let mut board = powered(Strap::Prime);

@@ -267,16 +267,19 @@ fn time_set_back_by_a_sync_period_is_followed_at_the_sixth_time() {
 
 /// Verifies: ECSS 7.2.2b, 7.2.2c
 /// Notices: ECSS 7.2.1a: a time of type 255 is taken for that of the last SYNC.
+/// Notices: ECSS 7.2.1a: a time of type 254 is taken for that of the last SYNC.
 #[test]
-fn a_time_of_type_255_holds_when_it_arrives() {
-    let mut slave = operational::<Keeper>();
-    set_transmission(&mut slave, 0x1400, 255);
-    run(&mut slave, ms(50));
-    sync(&mut slave);
-    run(&mut slave, ms(90));
-    time(&mut slave, scet(1_000, 0));
-    assert_eq!(slave.node.scet(slave.now), scet(1_000, 0));
-    assert_eq!(read(&mut slave, 0x2015, 2), [4, 0, 0, 0]);
+fn a_time_of_type_254_or_255_holds_when_it_arrives() {
+    for transmission in [254, 255] {
+        let mut slave = operational::<Keeper>();
+        set_transmission(&mut slave, 0x1400, transmission);
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        run(&mut slave, ms(90));
+        time(&mut slave, scet(1_000, 0));
+        assert_eq!(slave.node.scet(slave.now), scet(1_000, 0), "type {transmission}");
+        assert_eq!(read(&mut slave, 0x2015, 2), [4, 0, 0, 0], "type {transmission}");
+    }
 }
 
 /// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3k
@@ -294,9 +297,10 @@ fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
 
 /// Given a slave whose first TPDO is not in use, when a SYNC ends at 1.5 s, then its second TPDO has the local time of that instant.
 ///
-/// Verifies: ECSS 7.2.3h, 7.2.3i
+/// Verifies: ECSS 7.2.2e, 7.2.3h, 7.2.3i
 /// Notices: ECSS 7.2.3h: the local time is sampled only where TPDO 1 carries it.
 /// Notices: ECSS 7.2.3i: the local time is sampled for TPDO 1 alone.
+/// Notices: ECSS 7.2.2e: the local time is sampled for TPDO 1 alone.
 #[test]
 fn local_time_may_be_another_pdo_of_the_slave() {
     let mut slave = operational::<Keeper>();
@@ -306,6 +310,25 @@ fn local_time_may_be_another_pdo_of_the_slave() {
     slave.clear();
     sync(&mut slave);
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x285, &[0, 0, 0x80, 1, 0, 0, 0]))]);
+}
+
+/// Given a slave whose first TPDO goes with SYNC and carries another value, then its second TPDO goes with SYNC, too, and has the
+/// local time.
+///
+/// Verifies: ECSS 7.2.2g, 7.2.3j
+/// Notices: ECSS 7.2.2g: a slave sends the first TPDO that goes with SYNC alone, and so no Local Time PDO.
+#[test]
+fn local_time_goes_beside_another_pdo_with_sync() {
+    let mut slave = operational::<Keeper>();
+    write_all(&mut slave, &[(0x1800, 1, &[0x85, 1, 0, 0xC0]), (0x1A00, 0, &[0])]);
+    // The source of the clock: never set.
+    map_tpdo(&mut slave, 1, 1, &[0x2015_0208]);
+    map_tpdo(&mut slave, 2, 1, &[0x2011_0218, 0x2011_0120]);
+    run(&mut slave, ms(1_500));
+    slave.clear();
+    sync(&mut slave);
+    let local_time = frame(0x285, &[0, 0, 0x80, 1, 0, 0, 0]);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0])), (NOMINAL, local_time)]);
 }
 
 /// Given a slave whose spacecraft time is not distributed by SYNC, when the application sends its local time, then that is the present

@@ -55,9 +55,11 @@ fn unmap_local_time<D: Device>(slave: &mut Node<D>, id: u8) {
 
 /// Given a slave without PDOs, when a client maps Local SCET Get to its TPDO 1, then the PDO has the local time: with SYNC, or by event.
 ///
-/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.3h, 7.2.3i
+/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.3h, 7.2.3i, 7.2.3j
 /// Notices: ECSS 7.2.2e: a Local Time PDO that a client maps has no sample.
 /// Notices: ECSS 7.2.3h: a client maps Local SCET Get where no PDO had it before: it is never sampled.
+/// Notices: ECSS 7.2.3j: a slave that gets no time at SYNC samples no local time.
+/// Notices: ECSS 7.2.3j: a Local Time PDO that a client maps in Operational is not sent until the next start.
 #[test]
 fn client_maps_local_time_where_no_pdo_had_it() {
     for transmission in [1, 254] {

@@ -53,9 +53,10 @@ fn three_writes_are_one_step_of_both_clocks() {
 /// Given values beyond a day with a leap second or beyond a millisecond, then they are refused. The last ones below are
 /// taken.
 ///
-/// Verifies: ECSS 7.1.3b, 7.1.3d
+/// Verifies: ECSS 7.1.1b, 7.1.3b, 7.1.3d
 /// Notices: ECSS 7.1.1c: no time within a leap second can be written.
 /// Notices: ECSS 7.1.3b: 1000 submilliseconds are taken, and set nothing.
+/// Notices: ECSS 7.1.1b: a time within a leap second is written, and sets nothing.
 #[test]
 fn what_no_day_and_no_millisecond_has_is_refused() {
     let mut slave = operational::<Universal<true>>();
@@ -65,6 +66,9 @@ fn what_no_day_and_no_millisecond_has_is_refused() {
     // 86,400,999 ms and 999 us.
     assert_eq!(write(&mut slave, 0x2012, 2, &86_400_999_u32.to_le_bytes()), done(0x2012, 2));
     assert_eq!(write(&mut slave, 0x2012, 3, &[0xE7, 3]), done(0x2012, 3));
+    assert_eq!(write(&mut slave, 0x2012, 1, &[100, 0]), done(0x2012, 1));
+    // 86,400.999999 s after 0:00 of day 100: 0.999999 x 2^24 = 16,777,199.2.
+    assert_eq!(slave.node.scet(slave.now), scet(86_400, 16_777_199));
 }
 
 /// Verifies: ECSS 7.1.3e, 7.2.2c, 7.2.2e, 7.2.3g, 7.2.3h

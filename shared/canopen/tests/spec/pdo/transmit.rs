@@ -96,8 +96,9 @@ fn syncs_with(node: &mut Node, count: u32) -> Vec<u32> {
     (1..=count).filter(|_| !node.sync(0).is_empty()).collect()
 }
 
-/// Verifies: ECSS 6.9a, 6.9b
+/// Verifies: ECSS 6.9a, 6.9b, 7.2.3e
 /// Notices: ECSS 6.9a: the first transmission does not wait for n SYNCs.
+/// Notices: ECSS 7.2.3e: type 240 is not sent with SYNC.
 #[test]
 fn a_cyclic_one_is_sampled_and_sent_at_every_nth_sync() {
     for (cycle, expected) in
