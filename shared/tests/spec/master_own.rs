@@ -19,6 +19,9 @@ fn answers(master: &Bench<Master>) -> Vec<[u8; 8]> {
 
 /// CiA 302-2, object 1F82h: 4 stop, 5 start, 6 reset node, 7 reset communication, 127 Pre-operational; sub-index 128 is all
 /// nodes. CiA 301 7.3.2.2: the commands on the bus.
+///
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 6.5.1a.4, 6.5.1a.5
+/// Notices: ECSS 6.5.1a.2: a stop that is requested in 1F82h sends Enter pre-operational.
 #[test]
 fn each_value_of_request_nmt_is_a_command() {
     for (value, command) in [(4, 0x02), (5, 0x01), (6, 0x81), (7, 0x82), (127, 0x80)] {
@@ -68,7 +71,7 @@ fn a_request_of_another_length_is_counted_and_not_answered() {
     assert_eq!(master.node.status(master.now).counters.nominal.malformed, 1);
 }
 
-/// Verifies: ECSS 6.7b
+/// Verifies: ECSS 6.7b, 6.7c
 #[test]
 fn the_result_of_its_self_test_is_in_the_dictionary() {
     let mut master = powered(&STANDARD);

@@ -27,8 +27,9 @@ fn misses_seven(slave: &mut Bench<TestSlave>) {
 /// Given a slave that monitors node 7, when that node loses its power, then the slave does what 1029h says. With 1 (no change) it stays
 /// Operational and sends its telemetry.
 ///
-/// Verifies: ECSS 5.3.3.2.2b
+/// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.2a
 /// Notices: ECSS 5.3.3.2.2b: a slave whose 1029h is 1 leaves Operational when another node has no power.
+/// Notices: ECSS 5.3.3.2.2a: a slave whose 1029h is 1 leaves Operational when another node is off the bus.
 #[test]
 fn slave_with_1029h_1_stays_operational_without_its_peer() {
     use NmtState::{Operational, PreOperational, Stopped};
