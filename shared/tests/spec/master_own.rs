@@ -8,6 +8,7 @@ use ecss_can::types::{Duration, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::console;
+use crate::device::fixture;
 use crate::instrument::STANDARD;
 use crate::master_device::{powered, read, write};
 
@@ -81,6 +82,28 @@ fn the_result_of_its_self_test_is_in_the_dictionary() {
         (read(&mut master, 0x2031, 1), read(&mut master, 0x2031, 2)),
         (u32::from(SelfTest::FAILED), 0x12)
     );
+}
+
+/// Given a self-test that failed, when the master or a slave resets its communication, then the result is still there. It belongs
+/// to no communication object.
+///
+/// Verifies: ECSS 6.7c
+/// Notices: ECSS 6.7c: Reset communication erases the result of the self-test.
+#[test]
+fn result_of_the_self_test_outlives_reset_communication() {
+    let result = SelfTest { progress: SelfTest::FAILED, failures: 0x12 };
+    let mut master = powered(&STANDARD);
+    master.touch(|master, now| master.report_self_test(result, now));
+    master.request(MasterRequest::Nmt(NmtMessage {
+        command: Command::ResetCommunication,
+        target: Target::Node(NodeId::MASTER),
+    }));
+    assert_eq!((read(&mut master, 0x2031, 1), read(&mut master, 0x2031, 2)), (3, 0x12));
+    let mut slave = fixture::operational();
+    slave.touch(|slave, now| slave.report_self_test(result, now));
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(fixture::read(&mut slave, 0x2031, 1), [3, 0, 0, 0]);
+    assert_eq!(fixture::read(&mut slave, 0x2031, 2), [0x12, 0, 0, 0]);
 }
 
 /// Given a record of the last reset, then an emergency follows the boot-up message: 6100h, generic (01h), program counter.
