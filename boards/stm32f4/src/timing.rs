@@ -37,10 +37,11 @@ mod tests {
     /// bxCAN at 42 MHz: prescaler, TS1, TS2, SJW. They are those of common calculators for the rates, and calculated by hand
     /// for the two networks with worse oscillators.
     ///
-    /// Verifies: ECSS 5.4.3a
+    /// Verifies: ECSS 5.4.3a, 5.4.2a, 5.4.2b
     /// Notices: ECSS 5.4.3a: the clock behind the time quanta is half of what it is.
     /// Notices: ECSS 5.4.3a: the jump width that a network asks for is not taken.
     /// Notices: ECSS 5.4.3a: prescalers above 64 are refused.
+    /// Notices: ECSS 5.4.2b: a bus is offered at 1 Mbit/s and 500 kbit/s, and not at 125 kbit/s.
     #[test]
     fn time_quanta_and_sample_point_follow_the_network() {
         let crystals = |bit_rate| Network {

@@ -123,6 +123,22 @@ fn a_silent_slave_is_stopped_by_command() {
     }
 }
 
+/// Given a slave that is silent because it babbled, when the master resets it, then its application is to reset the chip.
+///
+/// Verifies: ECSS 6.5.1a.4
+/// Notices: ECSS 6.5.1a.4: a slave above its budget ignores Reset node.
+#[test]
+fn a_silent_slave_is_reset_by_command() {
+    for target in [0, 5] {
+        let mut slave = operational(&OF_NODE);
+        assert_eq!(babble(&mut slave, 5), 4);
+        slave.clear();
+        slave.receive(NOMINAL, 0x000, &[0x81, target]);
+        assert_eq!(slave.events, [SlaveEvent::ResetNode], "target {target}");
+        assert_eq!(slave.node.status(slave.now).state, NmtState::Initialising);
+    }
+}
+
 /// A master with reset communication of its slave: the reset is the other way out of silence.
 #[test]
 fn reset_ends_pre_operational_of_silent_slave_not_its_silence() {

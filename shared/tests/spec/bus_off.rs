@@ -27,8 +27,9 @@ fn a_pause_and_then_the_recovery_once() {
     assert!(!recovery.is_failed());
 }
 
-/// Verifies: ECSS 5.3.3.2.3j
+/// Verifies: ECSS 5.3.3.2.3j, 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h
 /// Notices: ECSS 5.3.3.2.3j: attempts of an old window count against a later short.
+/// Notices: ECSS 5.3.3.2.3d: attempts of an old window count against a later short.
 #[test]
 fn too_many_bus_offs_in_a_window_fail_the_bus_until_it_recovers() {
     let mut recovery = BusOffRecovery::new(POLICY);
@@ -58,9 +59,10 @@ fn a_bus_that_was_left_is_not_recovered() {
     assert_eq!(recovery.poll(ms(500)), None);
 }
 
-/// Verifies: ECSS 5.3.3.2.3g
+/// Verifies: ECSS 5.3.3.2.3g, 5.3.3.2.3d, 5.3.3.2.3h, 5.3.3.2.3j
 /// Notices: ECSS 5.3.3.2.3g: a recovery that found the bus still dominant is the last one.
 /// Notices: ECSS 5.6.2a: a recovery from bus-off that does not end is waited for without end.
+/// Notices: ECSS 5.3.3.2.3h: a recovery in vain is the last one.
 #[test]
 fn unending_recovery_is_retried_and_counted_until_bus_failed() {
     let mut recovery = BusOffRecovery::new(POLICY);
@@ -83,7 +85,7 @@ fn unending_recovery_is_retried_and_counted_until_bus_failed() {
 /// Given a recovery from bus-off that has ended because the short is gone, when the longest time of a recovery is over, then the
 /// controller is left alone, and all attempts of a new window are there for the next short.
 ///
-/// Verifies: ECSS 5.3.3.2.3h
+/// Verifies: ECSS 5.3.3.2.3h, 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3j
 /// Notices: ECSS 5.3.3.2.3h: a recovery that has ended counts as another bus-off when its longest time is over.
 #[test]
 fn recovered_controller_is_left_alone() {

@@ -199,11 +199,12 @@ fn isolated_where_a_slave_was_heard_it_switches_within_5_ms() {
     assert_eq!(decisions(&mut manager, 88), [(85, switched(NOMINAL, SwitchCause::Isolated))]);
 }
 
-/// Verifies: ECSS 5.3.3.2.3h, 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+/// Verifies: ECSS 5.3.3.2.3h, 5.3.3.2.3j, 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
 /// Notices: ECSS 5.3.3.2.3h: a bus that is acknowledged again is left as isolated.
 /// Notices: ECSS 5.3.3.2.3k: a bus that is acknowledged again is left as isolated.
 /// Notices: ECSS 5.3.3.2.3k.1: acknowledged frames do not end the isolation of a master.
 /// Notices: ECSS 5.3.3.2.3k.2: a bus that is acknowledged again is left as isolated.
+/// Notices: ECSS 5.3.3.2.3j: a bus that is acknowledged again is left as isolated.
 #[test]
 fn reception_or_an_acknowledge_is_no_isolation() {
     let mut manager = started();

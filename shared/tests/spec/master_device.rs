@@ -115,6 +115,8 @@ fn its_dictionary_is_read_over_sdo() {
     }
 }
 
+/// Verifies: ECSS 6.9c, 6.9d
+/// Notices: ECSS 6.9d: a new period in 1006h ends SYNC.
 #[test]
 fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
     let mut master = powered(&STANDARD);
@@ -182,10 +184,11 @@ fn sync_is_dithered_when_2043h_says_so() {
     assert!(late.iter().any(|late| *late < 300) && late.iter().any(|late| *late > 600), "{late:?}");
 }
 
-/// Verifies: ECSS 7.1.2a, 7.1.2c, 8.3.1c, 8.3.3a
+/// Verifies: ECSS 7.1.2a, 7.1.2c, 8.3.1c, 8.3.3a, 6.5.2a
 /// Notices: ECSS 8.3.1c: a written 1017h of a master takes effect at the next write.
 /// Notices: ECSS 7.1.2a: a master takes no sample of its time for a client.
 /// Notices: ECSS 8.3.3a: a written 1017h ends the heartbeat of the master.
+/// Notices: ECSS 6.5.2a: a written 1017h has no effect on the heartbeat of the master.
 #[test]
 fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
     let mut master = powered(&STANDARD);

@@ -8,6 +8,7 @@ use ecss_can::types::{Duration, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::console;
+use crate::device::fixture;
 use crate::instrument::STANDARD;
 use crate::master_device::{powered, read, write};
 
@@ -19,6 +20,9 @@ fn answers(master: &Bench<Master>) -> Vec<[u8; 8]> {
 
 /// CiA 302-2, object 1F82h: 4 stop, 5 start, 6 reset node, 7 reset communication, 127 Pre-operational; sub-index 128 is all
 /// nodes. CiA 301 7.3.2.2: the commands on the bus.
+///
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 6.5.1a.4, 6.5.1a.5
+/// Notices: ECSS 6.5.1a.2: a stop that is requested in 1F82h sends Enter pre-operational.
 #[test]
 fn each_value_of_request_nmt_is_a_command() {
     for (value, command) in [(4, 0x02), (5, 0x01), (6, 0x81), (7, 0x82), (127, 0x80)] {
@@ -68,7 +72,7 @@ fn a_request_of_another_length_is_counted_and_not_answered() {
     assert_eq!(master.node.status(master.now).counters.nominal.malformed, 1);
 }
 
-/// Verifies: ECSS 6.7b
+/// Verifies: ECSS 6.7b, 6.7c
 #[test]
 fn the_result_of_its_self_test_is_in_the_dictionary() {
     let mut master = powered(&STANDARD);
@@ -78,6 +82,28 @@ fn the_result_of_its_self_test_is_in_the_dictionary() {
         (read(&mut master, 0x2031, 1), read(&mut master, 0x2031, 2)),
         (u32::from(SelfTest::FAILED), 0x12)
     );
+}
+
+/// Given a self-test that failed, when the master or a slave resets its communication, then the result is still there. It belongs
+/// to no communication object.
+///
+/// Verifies: ECSS 6.7c
+/// Notices: ECSS 6.7c: Reset communication erases the result of the self-test.
+#[test]
+fn result_of_the_self_test_outlives_reset_communication() {
+    let result = SelfTest { progress: SelfTest::FAILED, failures: 0x12 };
+    let mut master = powered(&STANDARD);
+    master.touch(|master, now| master.report_self_test(result, now));
+    master.request(MasterRequest::Nmt(NmtMessage {
+        command: Command::ResetCommunication,
+        target: Target::Node(NodeId::MASTER),
+    }));
+    assert_eq!((read(&mut master, 0x2031, 1), read(&mut master, 0x2031, 2)), (3, 0x12));
+    let mut slave = fixture::operational();
+    slave.touch(|slave, now| slave.report_self_test(result, now));
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(fixture::read(&mut slave, 0x2031, 1), [3, 0, 0, 0]);
+    assert_eq!(fixture::read(&mut slave, 0x2031, 2), [0x12, 0, 0, 0]);
 }
 
 /// Given a record of the last reset, then an emergency follows the boot-up message: 6100h, generic (01h), program counter.

@@ -175,8 +175,9 @@ fn it_consumes_the_heartbeat_of_every_slave_of_its_dictionary() {
     }
 }
 
-/// Verifies: ECSS 6.5.4a, 8.3.3a
+/// Verifies: ECSS 6.5.4a, 8.3.3a, 6.9d
 /// Notices: ECSS 8.3.3a: the master sends no heartbeat while it is stopped.
+/// Notices: ECSS 6.9d: SYNC pauses while its producer is in Pre-operational.
 #[test]
 fn its_own_state_is_commanded_and_told_like_that_of_a_slave() {
     let mut master = flying();

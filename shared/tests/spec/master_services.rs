@@ -63,6 +63,27 @@ fn errors_of_its_buses_stand_in_its_dictionary() {
     }
 }
 
+/// Given a bus whose controller was error passive and then bus-off because of a short, when the controller is error active again, then
+/// no error of this bus is left in the register.
+///
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j
+/// Notices: ECSS 5.3.3.2.3g: error passive stays in the register after bus-off.
+#[test]
+fn register_is_clear_after_error_passive_and_bus_off() {
+    for bus in Bus::ALL {
+        let mut master = powered(&STANDARD);
+        master.transmitted(NOMINAL, frame(0x701, &[0]));
+        master.health(
+            bus,
+            Health { tec: 130, last_error: LastError::BitDominant, ..state(ErrorState::Passive) },
+        );
+        master.health(bus, state(ErrorState::BusOff));
+        assert_eq!(errors(&mut master).0, 0x11);
+        master.health(bus, state(ErrorState::Active));
+        assert_eq!(errors(&mut master).0, 0, "{bus:?}");
+    }
+}
+
 #[test]
 fn a_parameter_that_is_written_ends_the_verified_configuration() {
     let mut master = powered(&STANDARD);
@@ -120,6 +141,65 @@ fn lost_at(master: &mut Bench<Master>) -> Option<u64> {
         }
     }
     None
+}
+
+/// Given slave 9 in 1016h, when its heartbeat is missed, then the master sends EMCY 8130h (CiA 301: heartbeat error) with the
+/// Node-ID of the slave, and its end when the slave is heard again.
+///
+/// Verifies: ECSS 6.4a.2
+/// Notices: ECSS 6.4a.2: a master reports a missed heartbeat with a code other than 8130h.
+#[test]
+fn missed_slave_is_reported_by_emcy_8130h() {
+    let mut master = powered(&STANDARD);
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    assert_eq!(write(&mut master, 0x1015, 0, 0, 2), Ok(()));
+    assert_eq!(write(&mut master, 0x1016, 8, 9 << 16 | 150, 4), Ok(()));
+    master.receive(NOMINAL, 0x709, &[0x7F]);
+    master.clear();
+    let emergencies = |master: &Bench<Master>| -> Vec<[u8; 8]> {
+        let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x081);
+        sent.map(|sent| sent.frame.padded()).collect()
+    };
+    let until = master.now + span(151);
+    master.run_until(until);
+    assert_eq!(emergencies(&master), [[0x30, 0x81, 0x11, 9, 0, 0, 0, 0]]);
+    master.clear();
+    master.receive(NOMINAL, 0x709, &[0x7F]);
+    assert_eq!(emergencies(&master), [[0, 0, 0, 0x30, 0x81, 9, 0, 0]]);
+}
+
+/// Given a download to slave 9, when slave 2 is off the bus and lost, then the download goes on.
+///
+/// Verifies: ECSS 5.3.3.2.2a
+/// Notices: ECSS 5.3.3.2.2a: the loss of one slave aborts the SDO transfer with another one.
+#[test]
+fn transfer_goes_on_while_another_slave_is_lost() {
+    let mut master = powered(&STANDARD);
+    master.transmitted(NOMINAL, frame(0x701, &[5]));
+    for raw in [2, 8, 9] {
+        master.receive(NOMINAL, 0x700 + raw, &[5]);
+        // The answer to the question for 1000h.
+        master.receive(NOMINAL, 0x580 + raw, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    }
+    master.run_until(ms(200));
+    master.receive(NOMINAL, 0x708, &[5]);
+    master.receive(NOMINAL, 0x709, &[5]);
+    master.touch(|master, _| {
+        let client = master.claim_sdo(node(9), Waker::noop()).expect("it is free");
+        client.start_download(Address::new(0x6300, 0), 5, Mode::Segmented);
+        assert_eq!(client.push(&[1, 2, 3, 4, 5]), 5);
+    });
+    master.clear();
+    master.run_until(ms(260));
+    // One of three is silent: the master stays on the bus.
+    assert_eq!(master.events, [MasterEvent::SlaveLost { node: node(2) }]);
+    let requests = |master: &Bench<Master>| -> Vec<[u8; 8]> {
+        let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x609);
+        sent.map(|sent| sent.frame.padded()).collect()
+    };
+    assert_eq!(requests(&master), [[0; 8]; 0], "no abort");
+    master.receive(NOMINAL, 0x589, &[0x60, 0x00, 0x63, 0, 0, 0, 0, 0]);
+    assert_eq!(requests(&master), [[0x05, 1, 2, 3, 4, 5, 0, 0]]);
 }
 
 /// Entry 8 is that of slave 9; the others have 250 ms.

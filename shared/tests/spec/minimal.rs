@@ -616,9 +616,10 @@ fn without_a_consumer_time_it_stays_where_it_is() {
 
 /// Given a slave that consumes no heartbeat, when its controller is bus-off, then it recovers the controller after 10 ms.
 ///
-/// Verifies: ECSS 5.3.3.2.3j, 5.6.2a
+/// Verifies: ECSS 5.3.3.2.3j, 5.6.2a, 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h
 /// Notices: ECSS 5.3.3.2.3j: a minimal slave that consumes no heartbeat stays off the bus when the short is over.
 /// Notices: ECSS 5.6.2a: a minimal slave that consumes no heartbeat does not recover from bus-off.
+/// Notices: ECSS 5.3.3.2.3h: a minimal slave that consumes no heartbeat stays off the bus when the short is over.
 #[test]
 fn without_a_consumer_time_bus_off_is_recovered() {
     let mut alone = numbers().without_heartbeat();

@@ -262,6 +262,22 @@ fn every_error_code_of_cia_301_is_there_and_sets_its_bits() {
     }
 }
 
+/// Given a producer, when the application raises any error code of CiA 301 but 0000h, then a message with this code goes out, octets
+/// from the lowest one on, and 1003h has the code.
+///
+/// Verifies: ECSS 6.4a.2, 6.4b
+/// Notices: ECSS 6.4b: a code whose lower octet is zero is taken for "no error" and not sent.
+#[test]
+fn every_error_code_of_cia_301_is_sent_and_remembered() {
+    for code in ErrorCode::ALL.iter().copied().filter(|code| *code != ErrorCode::NO_ERROR) {
+        let mut producer = producer(0);
+        assert!(producer.raise(code, [7, 0, 0, 0, 0]), "{code:?}");
+        let [low, high] = code.get().to_le_bytes();
+        assert_eq!(sent(&mut producer, ms(0))[0][..2], [low, high], "{code:?}");
+        assert_eq!(producer.history().read(1), Ok(7 << 16 | u32::from(code.get())));
+    }
+}
+
 #[test]
 fn the_bits_of_the_error_register() {
     use ErrorRegister as R;

@@ -27,8 +27,9 @@ fn misses_seven(slave: &mut Bench<TestSlave>) {
 /// Given a slave that monitors node 7, when that node loses its power, then the slave does what 1029h says. With 1 (no change) it stays
 /// Operational and sends its telemetry.
 ///
-/// Verifies: ECSS 5.3.3.2.2b
+/// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.2a
 /// Notices: ECSS 5.3.3.2.2b: a slave whose 1029h is 1 leaves Operational when another node has no power.
+/// Notices: ECSS 5.3.3.2.2a: a slave whose 1029h is 1 leaves Operational when another node is off the bus.
 #[test]
 fn slave_with_1029h_1_stays_operational_without_its_peer() {
     use NmtState::{Operational, PreOperational, Stopped};
@@ -41,6 +42,38 @@ fn slave_with_1029h_1_stays_operational_without_its_peer() {
         slave.touch(|slave, now| slave.send_pdo(2, now));
         assert_eq!(payloads(&slave, 0x385).len(), sent, "1029h is {behaviour}");
     }
+}
+
+/// CiA 301, table of emergency error codes: 8210h for an RPDO that is too short, 8220h for one that is too long, 8250h for one that
+/// is overdue. The byte after the error register is the number of the RPDO, from zero.
+///
+/// Verifies: ECSS 6.4a.1, 6.4a.2
+/// Notices: ECSS 6.4a.2: an RPDO that is too long is reported with the error code of one that is too short.
+#[test]
+fn each_error_of_an_rpdo_has_the_code_of_canopen() {
+    let mut slave = operational();
+    // RPDO 5 is a word with an event timer of 20 ms, 250h.
+    write_all(
+        &mut slave,
+        &[
+            NO_INHIBIT,
+            (0x1604, 1, &0x6210_0020_u32.to_le_bytes()),
+            (0x1604, 0, &[1]),
+            (0x1404, 5, &20_u16.to_le_bytes()),
+            (0x1404, 1, &0x4000_0250_u32.to_le_bytes()),
+        ],
+    );
+    slave.clear();
+    slave.receive(NOMINAL, 0x250, &[1, 2, 3]);
+    slave.receive(NOMINAL, 0x250, &[1, 2, 3, 4]);
+    slave.receive(NOMINAL, 0x250, &[1, 2, 3, 4, 5]);
+    slave.receive(NOMINAL, 0x250, &[1, 2, 3, 4]);
+    slave.run_until(slave.now + span(20));
+    let begins = |code: [u8; 2]| [code[0], code[1], 0x11, 4, 0, 0, 0, 0];
+    let ends = |code: [u8; 2]| [0, 0, 0, code[0], code[1], 4, 0, 0];
+    let (short, long) = ([0x10, 0x82], [0x20, 0x82]);
+    let expected = [begins(short), ends(short), begins(long), ends(long), begins([0x50, 0x82])];
+    assert_eq!(payloads(&slave, 0x085), expected);
 }
 
 /// Verifies: ECSS 6.4a.1

@@ -128,8 +128,9 @@ fn no_parameters_are_saved_in_maintenance_mode() {
     assert_eq!(memory.stored_len(), 0);
 }
 
-/// Verifies: ECSS 6.10g
+/// Verifies: ECSS 6.10g, 6.10e
 /// Notices: ECSS 6.10g: a write of a Node-ID outside of maintenance is answered as done.
+/// Notices: ECSS 6.10e: an SDO client changes the Node-ID of a node in service.
 #[test]
 fn no_node_id_is_stored_outside_of_maintenance_mode() {
     let mut memory = Memory::default();

@@ -103,8 +103,9 @@ fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
     assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 3]))]);
 }
 
-/// Verifies: ECSS 6.9b, 6.9e
+/// Verifies: ECSS 6.9b, 6.9e, 6.3b
 /// Notices: ECSS 6.9b: a synchronous TPDO is sent after the end of the window.
+/// Notices: ECSS 6.3b: the window of 1007h does not end transmission.
 #[test]
 fn synchronous_pdo_not_sent_by_the_end_of_the_window_is_stale() {
     let mut slave = autostarted();
@@ -162,9 +163,10 @@ fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
 /// Given a synchronous RPDO that waits for SYNC, when the slave leaves Operational and is started again, then the next SYNC does not
 /// apply the old value.
 ///
-/// Verifies: ECSS 6.5.1a.2, 6.5.1a.3
+/// Verifies: ECSS 6.5.1a.2, 6.5.1a.3, 6.9e
 /// Notices: ECSS 6.5.1a.2: a value that was received before Stop takes effect after the next Start.
 /// Notices: ECSS 6.5.1a.3: a value that was received before Pre-operational takes effect after the next Start.
+/// Notices: ECSS 6.9e: a value from before Operational was left is applied with the first SYNC after it.
 #[test]
 fn an_rpdo_that_waits_is_dropped_when_operational_is_left() {
     for leave in [0x02, 0x80] {

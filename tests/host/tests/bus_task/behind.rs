@@ -99,8 +99,9 @@ fn stamp() -> Stamp {
 /// Given a frame that waits for the node, when the controller becomes error passive or error active before the node handles the frame,
 /// then the runner reports the new state once, with that frame. The later event of the controller adds no report.
 ///
-/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2b, 5.6.2a
 /// Notices: ECSS 5.6.2b: a change of the state that is seen before its event counts as a change of the counters alone.
+/// Notices: ECSS 5.6.2a: error passive that is seen before its event is no state.
 #[test]
 fn state_seen_before_its_event_is_reported_once() {
     let clock = MockClock::power_on(Timeline::new(), 0);

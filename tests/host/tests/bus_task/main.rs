@@ -138,7 +138,7 @@ fn preempted_frame_on_the_wire_dies_with_its_bus() {
 
 /// Given frames that cannot be sent, because of a short, say, when the bus is free again after their lifetime, then none is sent.
 ///
-/// Verifies: ECSS 5.3.3.2.3g
+/// Verifies: ECSS 5.3.3.2.3g, 5.3.3.2.3d, 5.3.3.2.3h, 5.3.3.2.3j
 /// Notices: ECSS 5.3.3.2.3g: a frame in a mailbox is sent late, after the short.
 #[test]
 fn a_frame_dies_at_the_end_of_its_lifetime_in_queue_and_mailbox() {

@@ -108,8 +108,9 @@ const MANDATORY: Profile = Profile {
 /// Given a busy network, when a mandatory slave loses its power, then the others go on in the same way: SYNC does not wait for it
 /// again. When it returns, then it is started.
 ///
-/// Verifies: ECSS 5.3.3.2.2b
+/// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.3k, 5.3.3.2.3k.1
 /// Notices: ECSS 5.3.3.2.2b: SYNC waits again when a mandatory slave is lost.
+/// Notices: ECSS 5.3.3.2.3k: SYNC ends when a mandatory slave behind the cut is lost.
 #[test]
 fn others_go_on_while_a_mandatory_slave_has_no_power() {
     let mut world = busy(MANDATORY);
@@ -268,7 +269,7 @@ fn buses_that_were_shorted_recessive_resume() {
 
 /// CAN_H at a positive voltage or CAN_L at a negative one: the difference is that of a dominant bit.
 ///
-/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h, 5.3.3.2.3g, 5.3.3.2.3j
 /// Notices: ECSS 5.3.3.2.3d: the master starts slaves at their boot-up alone.
 /// Notices: ECSS 5.3.3.2.3h: the master starts slaves at their boot-up alone.
 #[test]

@@ -173,6 +173,8 @@ fn port_that_leaves_may_abort_its_mailbox() {
     assert_eq!(bench.told(), [Abort(0)]);
 }
 
+/// Verifies: ECSS 5.6.2c
+/// Notices: ECSS 5.6.2c: the counters of the bus that was left are those of the other bus.
 #[test]
 fn health_is_live_on_joined_bus_and_last_known_on_the_other() {
     let mut bench = Bench::joined();
@@ -212,9 +214,10 @@ fn port_may_listen_on_either_bus() {
 /// Given a bus that is dominant all the time, which lets no controller off, when the node goes to the other bus, then the
 /// controller is moved as it is.
 ///
-/// Verifies: ECSS 8.3.3b.2, 8.3.3e.2
+/// Verifies: ECSS 8.3.3b.2, 8.3.3e.2, 5.3.3.2.3e
 /// Notices: ECSS 8.3.3b.2: a node with one controller does not get away from a bus that is dominant all the time.
 /// Notices: ECSS 8.3.3e.2: a node with one controller does not get away from a bus that is dominant all the time.
+/// Notices: ECSS 5.3.3.2.3e: a node with one controller does not get away from a shorted bus.
 #[test]
 fn always_dominant_bus_does_not_keep_the_controller() {
     let mut bench = Bench::joined();

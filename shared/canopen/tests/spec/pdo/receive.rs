@@ -235,6 +235,8 @@ fn every_error_has_its_emergency() {
     }
 }
 
+/// Verifies: ECSS 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k.2: an RPDO stays overdue when its frames come again.
 #[test]
 fn the_deadline_runs_from_the_first_frame_and_is_told_once() {
     let mut node = Node::with(0, parameters(0x205, 254, 20), &WORDS);

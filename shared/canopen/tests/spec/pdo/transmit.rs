@@ -174,8 +174,9 @@ fn an_event_does_nothing_to_a_cyclic_one() {
     assert_eq!(syncs_with(&mut node, 6), [3, 6]);
 }
 
-/// Verifies: ECSS 6.9e
+/// Verifies: ECSS 6.9e, 6.9a
 /// Notices: ECSS 6.9e: the SYNCs are no longer counted after the first transmission.
+/// Notices: ECSS 6.9a: the first transmission comes a cycle after the SYNC start value.
 #[test]
 fn the_first_one_goes_at_the_sync_start_value() {
     let mut node = Node::with(synchronous(4, 3));
