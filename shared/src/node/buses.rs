@@ -1,50 +1,11 @@
-//! Buses of a node: counters, health, recovery from bus-off, joining and leaving.
+//! Buses of a node: health, recovery from bus-off, joining and leaving.
 
-use crate::heartbeat::is_toggled;
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
-use crate::node::{BusCommand, FailCause, LinkEvent, Outbox};
+use crate::node::turn::Part;
+use crate::node::{BusCommand, Counters, LinkEvent, Outbox};
 use crate::redundancy::{BusAccess, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
-use crate::types::{Bus, Duration, Frame, Instant, NmtState, PerBus, Scet, earliest};
-
-/// Counters of the frames of one bus. `received` and `sent` wrap; all others stay at their maximum.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Counters {
-    /// Frames received, whatever the node did with them.
-    pub received: u32,
-    /// Frames sent and acknowledged.
-    pub sent: u32,
-    /// Received frames with an error in the protocol: wrong length, unknown command or state. Heartbeats with bit 7 set,
-    /// whose state is used all the same.
-    pub malformed: u16,
-    /// Received frames without an error that were not for this node in this state on this bus.
-    pub ignored: u16,
-    /// Least number of frames lost in the receiver. An overrun of its FIFO counts as one, however many frames it
-    /// lost.
-    pub lost: u16,
-    /// Frames not sent: refused by this node, in the wrong state, on the inactive bus, or above its budget.
-    pub refused: u16,
-    /// Frames not sent: the bus was left.
-    pub bus_left: u16,
-    /// Frames not sent: the lifetime ended.
-    pub expired: u16,
-    /// Frames not sent: a queue of the node or of the bus was full.
-    pub queue_full: u16,
-    /// Frames not sent: the controller aborted them.
-    pub aborted: u16,
-}
-
-impl Counters {
-    /// Returns the number of frames that were not sent, for any cause.
-    pub const fn failed(&self) -> u16 {
-        self.refused
-            .saturating_add(self.bus_left)
-            .saturating_add(self.expired)
-            .saturating_add(self.queue_full)
-            .saturating_add(self.aborted)
-    }
-}
+use crate::types::{Bus, Duration, Instant, NmtState, PerBus, Scet, earliest};
 
 /// State of a node at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +31,6 @@ pub struct Status {
 #[derive(Clone, Debug)]
 pub(super) struct Buses {
     access: BusAccess,
-    pub counters: PerBus<Counters>,
     pub health: PerBus<Health>,
     recovery: PerBus<BusOffRecovery>,
     /// The error state that was reported last.
@@ -94,7 +54,6 @@ impl Buses {
     pub fn new(access: BusAccess, policy: BusOffPolicy) -> Self {
         Buses {
             access,
-            counters: PerBus::default(),
             health: PerBus::default(),
             recovery: PerBus::from_fn(|_| BusOffRecovery::new(policy)),
             reported: PerBus::default(),
@@ -157,23 +116,9 @@ impl Buses {
         self.access.joins(bus, active)
     }
 
-    /// Counts an event and follows the error state. Returns a change that the node has to report.
+    /// Follows the state of a controller. Returns a change that the node has to report.
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
-        let counters = &mut self.counters[bus];
         match event {
-            LinkEvent::Received { .. } => self.received(bus),
-            LinkEvent::Transmitted { .. } => counters.sent = counters.sent.wrapping_add(1),
-            LinkEvent::Failed { cause, .. } => count(match cause {
-                FailCause::BusLeft => &mut counters.bus_left,
-                FailCause::Expired => &mut counters.expired,
-                FailCause::QueueFull => &mut counters.queue_full,
-                FailCause::Aborted => &mut counters.aborted,
-                FailCause::OverBudget => &mut counters.refused,
-            }),
-            LinkEvent::Unsent { frames } => {
-                counters.queue_full = counters.queue_full.saturating_add(*frames);
-            }
-            LinkEvent::Overrun { lost } => counters.lost = counters.lost.saturating_add(*lost),
             LinkEvent::Counters(health) => self.health[bus] = *health,
             LinkEvent::Stalled => return Some(BusNews::Stalled),
             LinkEvent::Health(health) => {
@@ -187,6 +132,7 @@ impl Buses {
                     _ => BusNews::Health(*health),
                 });
             }
+            _ => {}
         }
         None
     }
@@ -195,34 +141,6 @@ impl Buses {
     pub fn note_state(&mut self, bus: Bus, state: ErrorState) -> bool {
         let was_off = core::mem::replace(&mut self.reported[bus], state) == ErrorState::BusOff;
         was_off && state != ErrorState::BusOff
-    }
-
-    /// Counts a received frame.
-    pub fn received(&mut self, bus: Bus) {
-        let counters = &mut self.counters[bus];
-        counters.received = counters.received.wrapping_add(1);
-    }
-
-    /// Counts a received frame with an error in the protocol.
-    pub fn malformed(&mut self, bus: Bus) {
-        count(&mut self.counters[bus].malformed);
-    }
-
-    /// Counts a heartbeat that was taken as malformed if its bit 7 is set.
-    pub fn taken(&mut self, bus: Bus, heartbeat: &Frame) {
-        if is_toggled(heartbeat) {
-            self.malformed(bus);
-        }
-    }
-
-    /// Counts a received frame that is not for this node in this state.
-    pub fn ignored(&mut self, bus: Bus) {
-        count(&mut self.counters[bus].ignored);
-    }
-
-    /// Counts a frame that this node refuses to send.
-    pub fn refused(&mut self, bus: Bus) {
-        count(&mut self.counters[bus].refused);
     }
 
     pub fn is_failed(&self, bus: Bus) -> bool {
@@ -247,7 +165,9 @@ impl Buses {
     }
 }
 
-#[cfg_attr(target_os = "none", inline(never))] // of many callers: on a chip of 32 bits a call is shorter
-fn count(counter: &mut u16) {
-    *counter = counter.saturating_add(1);
+impl Part for Buses {
+    #[inline(never)]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
+    }
 }

@@ -1,8 +1,10 @@
 //! CANopen slave on one bus, without ECSS-E-ST-50-15C: for a board of the test bench, or for a bus inside a unit.
 
-use super::canopen::{Canopen, Out};
+use super::canopen::{Canopen, Turn};
 use super::extension::CanopenOnly;
-use super::{Counters, Device, DeviceNode, Filters, FullDepth, LinkEvent, Node, NodeObjects, SlaveEvent};
+use super::{
+    Counters, Device, DeviceNode, Filters, FullDepth, LinkEvent, Node, NodeObjects, Outbox, SlaveEvent,
+};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::is_heartbeat;
 use crate::link::Stamp;
@@ -48,7 +50,7 @@ impl<D: Device> CanopenSlave<D> {
 
     /// Returns the counters of the frames of the bus.
     pub fn counters(&self) -> &Counters {
-        &self.canopen.services.buses.counters[BUS]
+        &self.canopen.services.counters.all()[BUS]
     }
 
     /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
@@ -60,79 +62,86 @@ impl<D: Device> CanopenSlave<D> {
     /// Reports an error of the device that appeared. The first of the five bytes is its source.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
         self.canopen.services.raise(code, info);
-        self.canopen.services.next = Instant::ZERO;
     }
 
     /// Reports that an error of the device is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         self.canopen.services.clear(code, source);
-        self.canopen.services.next = Instant::ZERO;
     }
 
-    fn boot(&mut self, now: Instant, out: &mut Out) {
-        self.canopen.restore_communication(&self.initial, now);
-        self.canopen.boot(BUS, now, out);
+    fn boot(&mut self, turn: &mut Turn) {
+        self.canopen.restore_communication(&self.initial, turn.now);
+        self.canopen.boot(BUS, turn);
     }
 
     /// A frame that may be for this node.
     #[inline(never)] // what is for others need not pay for it
-    fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.canopen.control.state());
         let services = &mut self.canopen.services;
         if services.is_sync(id) && state.allows_sync() {
-            self.canopen.on_sync(BUS, frame, stamp, now, out);
+            self.canopen.on_sync(BUS, frame, stamp, turn);
         } else if services.is_sdo(id) && self.canopen.control.reporting_state().allows_sdo() {
-            if !services.on_plain_segment(frame, now)
-                && let Some(at) = self.canopen.on_request(BUS, frame, now, out)
-            {
-                self.on_written(at, now, out);
+            if !services.on_plain_segment(frame, turn.now) {
+                self.on_request(frame, turn);
             }
-        } else if state.allows_pdo() && services.on_pdo(BUS, frame, stamp, now, out) {
+        } else if state.allows_pdo() && services.on_pdo(BUS, frame, stamp, turn) {
         } else if id == CobId::NMT {
-            self.on_nmt(frame, now, out);
+            self.on_nmt(frame, turn);
         } else if is_heartbeat(id) && state != NmtState::Initialising {
-            self.canopen.on_peer_heartbeat(BUS, frame, stamp, out);
+            self.canopen.on_peer_heartbeat(BUS, frame, stamp, turn);
         } else {
-            services.buses.ignored(BUS);
+            services.counters.ignored(BUS);
         }
-        self.run(now, now, out);
+        self.run(turn);
     }
 
-    fn on_nmt(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
+    fn on_request(&mut self, frame: &Frame, turn: &mut Turn) {
+        if let Some(at) = self.canopen.on_request(BUS, frame, turn) {
+            self.on_written(at, turn);
+        }
+    }
+
+    fn on_nmt(&mut self, frame: &Frame, turn: &mut Turn) {
         let Some(message) = NmtMessage::decode(frame) else {
-            return self.canopen.services.buses.malformed(BUS);
+            return self.canopen.services.counters.malformed(BUS);
         };
         if !message.target.includes(self.canopen.control.id()) || self.state() == NmtState::Initialising {
             return;
         }
-        match self.canopen.control.on_command(message.command, now) {
+        let reaction = self
+            .canopen
+            .control
+            .change(&mut self.canopen.services.wakes)
+            .on_command(message.command, turn.now);
+        match reaction {
             Reaction::Unchanged => {}
-            Reaction::Entered(state) => self.canopen.entered(state, now, out),
-            Reaction::ResetNode => self.canopen.wait_for_reset(out),
-            Reaction::ResetCommunication => self.boot(now, out),
+            Reaction::Entered(state) => self.canopen.entered(state, turn),
+            Reaction::ResetNode => self.canopen.wait_for_reset(turn),
+            Reaction::ResetCommunication => self.boot(turn),
         }
     }
 
-    fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        self.canopen.on_own_written(at, now, out);
-        self.canopen.services.report_written(at, now, out);
+    fn on_written(&mut self, at: Address, turn: &mut Turn) {
+        self.canopen.on_own_written(at, turn);
+        self.canopen.services.report_written(at, turn);
     }
 
-    /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
-    fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if until >= self.canopen.services.next {
-            self.run_due(until, now, out);
+    /// Does what is due.
+    fn run(&mut self, turn: &mut Turn) {
+        if turn.until >= self.canopen.services.wakes.next() {
+            self.run_due(turn);
         }
     }
 
     #[inline(never)] // most frames find nothing due
-    fn run_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
+    fn run_due(&mut self, turn: &mut Turn) {
         if self.state() == NmtState::Initialising {
             return;
         }
-        self.canopen.poll(BUS, until, now, out);
-        self.canopen.set_filters(&[BUS], out);
-        self.canopen.set_deadline(self.canopen.due(), now);
+        self.canopen.poll(BUS, turn);
+        self.canopen.set_filters(&[BUS], turn);
+        self.canopen.services.wakes.set(self.canopen.due());
     }
 }
 
@@ -149,38 +158,51 @@ impl<D: Device> Node for CanopenSlave<D> {
         self.canopen.wanted_filter(number)
     }
 
-    fn start(&mut self, now: Instant, out: &mut Out) {
-        self.canopen.services.buses.join_one(BUS, out);
-        self.boot(now, out);
-        self.run(now, now, out);
+    fn start(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
+        self.canopen.services.buses.no_sooner().join_one(BUS, out);
+        let turn = &mut Turn::new(now, out);
+        self.boot(turn);
+        self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Outbox<SlaveEvent>) {
         if let LinkEvent::Received { frame, stamp } = event {
             return self.on_received(bus, frame, stamp, now, out);
         }
-        self.canopen.on_bus_event(bus, true, event, now, out);
+        let turn = &mut Turn::new(now, out);
+        self.canopen.on_bus_event(bus, true, event, turn);
         // On one bus an acknowledgement is all that there is to know.
-        self.canopen.services.dictionary.emcy.confirm();
-        self.run(now, now, out);
+        self.canopen.services.dictionary.emcy.no_sooner().confirm();
+        self.run(turn);
     }
 
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        self.canopen.services.buses.received(bus);
-        self.run(stamp.at.min(now), now, out);
+    fn on_received(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<SlaveEvent>,
+    ) {
+        self.canopen.services.counters.received(bus);
+        let turn = &mut Turn::new(now, out);
+        // A frame is judged by its end.
+        turn.until = stamp.at.min(now);
+        self.run(turn);
+        turn.until = now;
         if self.canopen.may_take(frame.id()) {
-            self.on_frame(frame, stamp, now, out);
+            self.on_frame(frame, stamp, turn);
         } else {
-            self.canopen.services.buses.ignored(bus);
+            self.canopen.services.counters.ignored(bus);
         }
     }
 
-    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Outbox<SlaveEvent>) {
         match request {}
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run_due(now, now, out);
+    fn poll(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
+        self.run_due(&mut Turn::new(now, out));
     }
 
     fn deadline(&self) -> Option<Instant> {
@@ -200,11 +222,18 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
     }
 
-    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
+    fn write(
+        &mut self,
+        at: Address,
+        value: &[u8],
+        now: Instant,
+        out: &mut Outbox<SlaveEvent>,
+    ) -> Result<(), AbortCode> {
+        let turn = &mut Turn::new(now, out);
         if let Some(at) = self.canopen.services.write(at, value, now)? {
-            self.on_written(at, now, out);
+            self.on_written(at, turn);
         }
-        self.run(now, now, out);
+        self.run(turn);
         Ok(())
     }
 }

@@ -51,6 +51,7 @@ mod canopen;
 mod canopen_slave;
 mod communication;
 mod contract;
+mod counters;
 mod device;
 mod extension;
 mod index;
@@ -68,13 +69,15 @@ mod slave_api;
 mod spacecraft;
 mod stored;
 mod time_pdos;
+mod turn;
 
-pub use buses::{Counters, Status};
+pub use buses::Status;
 pub use canopen_slave::CanopenSlave;
 pub use communication::{Communication, Identity};
 pub use contract::{
     BusCommand, FailCause, Filters, FullDepth, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
 };
+pub use counters::Counters;
 pub use device::{Device, DeviceNode, DeviceObjects, TimeKeeper};
 pub use extension::{CanopenOnly, Extension};
 pub use master::{Master, MasterObjects};

@@ -9,27 +9,29 @@ mod objects;
 mod redundancy;
 mod retained;
 
-use super::canopen::{Canopen, Out};
-use super::{Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
+use super::canopen::{Canopen, Turn};
+use super::counters::BusCounters;
+use super::turn::{Part, Timed};
+use super::{Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
 use crate::link::port::Filter;
-use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
+use crate::node::{Filters, FullDepth, LinkEvent, Node, Outbox, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Scet, earliest};
 
 /// Slave of a spacecraft: NMT slave, redundancy slave, consumer of SYNC and time, CANopen device.
 #[doc(alias("NMT slave", "redundancy slave", "SYNC consumer", "time consumer"))]
 #[derive(Debug)]
 pub struct Slave<D: Device> {
     canopen: Canopen<D>,
-    redundancy: SlaveRedundancy,
+    redundancy: Timed<SlaveRedundancy>,
     memory: retained::Memory,
-    budget: Budget,
+    budget: Timed<Budget>,
     initial: Parameters,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
@@ -42,14 +44,14 @@ impl<D: Device> Slave<D> {
         let redundancy = profile.redundancy();
         Slave {
             canopen: Canopen::new(id, profile, NodeObjects::new(id, &redundancy, application)),
-            redundancy: SlaveRedundancy::new(
+            redundancy: Timed::new(SlaveRedundancy::new(
                 profile.access(id),
                 redundancy,
                 Retained::default(),
                 profile.grace,
-            ),
+            )),
             memory: retained::Memory::default(),
-            budget: Budget::of_slave(&profile.budget),
+            budget: Timed::new(Budget::of_slave(&profile.budget)),
             initial: redundancy,
             stamped: profile.stamped,
         }
@@ -74,48 +76,48 @@ impl<D: Device> Slave<D> {
     /// each other when they boot together with equal clocks (EMCY 8150h).
     #[must_use]
     pub fn with_late_heartbeats(mut self, pattern: u32) -> Self {
-        self.canopen.control.set_pattern(pattern);
+        self.canopen.control.no_sooner().set_pattern(pattern);
         self
     }
 
     /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.
     #[inline(never)] // what is for others need not pay for it
-    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.canopen.control.state());
         // Only the active bus is obeyed.
         if bus != self.redundancy.selected() {
-            self.on_network(bus, frame, stamp, now, out);
+            self.on_network(bus, frame, stamp, turn);
         } else if self.canopen.services.is_sync(id) && state.allows_sync() {
-            self.on_sync(frame, stamp, now, out);
+            self.on_sync(frame, stamp, turn);
         } else if self.canopen.services.is_sdo(id) && self.canopen.control.reporting_state().allows_sdo() {
-            self.on_sdo(frame, now, out);
+            self.on_sdo(frame, turn);
         } else if id < CobId::heartbeat(NodeId::MASTER) && state.allows_pdo() {
-            self.on_pdo(frame, stamp, now, out);
+            self.on_pdo(frame, stamp, turn);
         } else {
-            self.on_network(bus, frame, stamp, now, out);
+            self.on_network(bus, frame, stamp, turn);
         }
     }
 
-    /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
+    /// Does what is due.
     #[inline(always)]
-    fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if until >= self.canopen.services.next {
-            self.run_due(until, now, out);
+    fn run(&mut self, turn: &mut Turn) {
+        if turn.until >= self.canopen.services.wakes.next() {
+            self.run_due(turn);
         }
     }
 
     #[inline(never)] // most frames find nothing due
-    fn run_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
+    fn run_due(&mut self, turn: &mut Turn) {
         if self.canopen.control.state() == NmtState::Initialising {
             return;
         }
-        let (redundancy, mut node) = self.split(now, out);
-        redundancy.poll(until, now, &mut node);
-        self.run_budget(until, now, out);
-        self.canopen.poll(self.redundancy.selected(), until, now, out);
-        self.canopen.set_filters(&Bus::ALL, out);
+        let (until, now) = (turn.until, turn.now);
+        self.decide(turn, |redundancy, node| redundancy.poll(until, now, node));
+        self.run_budget(turn);
+        self.canopen.poll(self.redundancy.selected(), turn);
+        self.canopen.set_filters(&Bus::ALL, turn);
         let due = [self.redundancy.deadline(), self.budget.deadline(), self.canopen.due()];
-        self.canopen.set_deadline(earliest(&due), now);
+        self.canopen.services.wakes.set(earliest(&due));
     }
 
     /// Returns the state of the node at `now`.
@@ -126,7 +128,7 @@ impl<D: Device> Slave<D> {
             state: self.canopen.control.state(),
             active: self.redundancy.selected(),
             redundancy: *self.redundancy.parameters(),
-            counters: self.canopen.services.buses.counters,
+            counters: *self.canopen.services.counters.all(),
             health: self.canopen.services.buses.health,
         }
     }
@@ -137,16 +139,16 @@ impl<D: Device> Slave<D> {
     /// # Errors
     /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
     pub fn select_bus(&mut self, bus: Bus) -> Result<(), ParallelAccess> {
-        if !self.redundancy.choose(bus) {
-            return Err(ParallelAccess);
+        if self.redundancy.change(&mut self.canopen.services.wakes).choose(bus) {
+            Ok(())
+        } else {
+            Err(ParallelAccess)
         }
-        self.canopen.services.next = Instant::ZERO;
-        Ok(())
     }
 
     /// Resets the counters of both buses to zero.
     pub fn reset_counters(&mut self) {
-        self.canopen.services.buses.counters = PerBus::<Counters>::default();
+        self.canopen.services.counters = BusCounters::default();
     }
 
     /// Returns the local spacecraft time.
@@ -168,40 +170,53 @@ impl<D: Device> Node for Slave<D> {
         self.canopen.wanted_filter(number)
     }
 
-    fn start(&mut self, now: Instant, out: &mut Out) {
+    fn start(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
         let bus = self.redundancy.selected();
-        self.canopen.services.buses.join(bus, out);
+        self.canopen.services.buses.no_sooner().join(bus, out);
         out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
-        let (redundancy, mut node) = self.split(now, out);
-        redundancy.boot(now, &mut node);
-        self.run(now, now, out);
+        let turn = &mut Turn::new(now, out);
+        self.decide(turn, |redundancy, node| redundancy.boot(now, node));
+        self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        if let LinkEvent::Received { frame, stamp } = event {
-            return self.on_received(bus, frame, stamp, now, out);
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Outbox<SlaveEvent>) {
+        match event {
+            LinkEvent::Received { frame, stamp } => self.on_received(bus, frame, stamp, now, out),
+            _ => self.on_bus_event(bus, event, &mut Turn::new(now, out)),
         }
-        self.on_bus_event(bus, event, now, out);
     }
 
     #[inline]
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        self.canopen.services.buses.received(bus);
-        if now >= self.canopen.services.next {
-            self.run(stamp.at.min(now), now, out);
-        } else if !self.canopen.may_take(frame.id()) {
-            return self.canopen.services.buses.ignored(bus);
+    fn on_received(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<SlaveEvent>,
+    ) {
+        self.canopen.services.counters.received(bus);
+        if now < self.canopen.services.wakes.next() {
+            if !self.canopen.may_take(frame.id()) {
+                return self.canopen.services.counters.ignored(bus);
+            }
+            return self.on_frame(bus, frame, stamp, &mut Turn::new(now, out));
         }
-        self.on_frame(bus, frame, stamp, now, out);
+        // A frame is judged by its end.
+        let turn = &mut Turn { until: stamp.at.min(now), now, out };
+        self.run(turn);
+        turn.until = now;
+        self.on_frame(bus, frame, stamp, turn);
     }
 
-    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Outbox<SlaveEvent>) {
         match request {}
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run_due(now, now, out);
-        self.advance_save(now, out);
+    fn poll(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
+        let turn = &mut Turn::new(now, out);
+        self.run_due(turn);
+        self.advance_save(turn);
     }
 
     fn deadline(&self) -> Option<Instant> {
@@ -209,11 +224,9 @@ impl<D: Device> Node for Slave<D> {
     }
 
     #[inline(always)] // called from one place
-    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
-        self.budget
-            .take(frame.id(), now)
-            .map(|over| self.on_over_budget(frame.id(), over, now, out))
-            .is_none()
+    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Outbox<SlaveEvent>) -> bool {
+        let over = self.budget.no_sooner().take(frame.id(), now);
+        over.map(|over| self.on_over_budget(frame.id(), over, &mut Turn::new(now, out))).is_none()
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
@@ -232,5 +245,19 @@ impl<D: Device> Node for Slave<D> {
 impl<D: Device> TimeKeeper for Slave<D> {
     fn spacecraft_clock(&self) -> &LocalClock {
         self.canopen.services.time.clock()
+    }
+}
+
+impl Part for SlaveRedundancy {
+    #[inline(never)]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
+    }
+}
+
+impl Part for Budget {
+    #[inline(never)]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
     }
 }

@@ -183,19 +183,15 @@ impl<const N: usize> Manager<N> {
         &mut self.peers
     }
 
-    /// Takes a frame on `bus`. `node`: its sender, if the COB-ID has one. Returns `true` for the first frame of a
-    /// slave that counts since the active bus changed, and for one that ends a search after giving up: then
-    /// [`Manager::deadline`] may be earlier than before. Other frames never make it earlier.
-    pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) -> bool {
+    /// Takes a frame on `bus`. `node`: its sender, if the COB-ID has one.
+    pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) {
         if bus == self.active {
             self.not_alone(at);
         }
-        if !node.is_some_and(|node| self.peers.counts(node)) {
-            return false;
+        if node.is_some_and(|node| self.peers.counts(node)) {
+            self.search.on_heard(at);
+            self.heard_here |= bus == self.active;
         }
-        let is_free_again = self.search.on_heard(at, &self.parameters);
-        let is_first = bus == self.active && !core::mem::replace(&mut self.heard_here, true);
-        is_free_again || is_first
     }
 
     /// Takes a heartbeat or boot-up message of another node.
@@ -309,6 +305,7 @@ impl<const N: usize> Manager<N> {
     pub fn deadline(&self) -> Option<Instant> {
         let isolated = self.isolated_at().filter(|_| self.may_leave());
         earliest(&[
+            self.wanted.map(|_| Instant::ZERO),
             self.heartbeat.deadline(),
             self.peers.deadline(),
             isolated,

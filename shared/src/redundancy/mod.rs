@@ -61,8 +61,7 @@ pub use babblers::{Babblers, BabblingStep};
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use master::{
-    MasterAction, MasterBoards, MasterRedundancy, MasterSetup, MasterVerdict, OneBoard, Sending, SlaveNews,
-    TwoBoards,
+    MasterAction, MasterBoards, MasterRedundancy, MasterSetup, MasterVerdict, OneBoard, Sending, TwoBoards,
 };
 pub use objects::{Redundancy, RedundancyObjects};
 pub use peers::{PeerHeartbeat, Peers};

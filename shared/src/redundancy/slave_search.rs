@@ -45,15 +45,10 @@ impl SlaveSearch {
         self.dwells_since = self.dwells_since.max(now);
     }
 
-    /// Notes that a slave was heard. Returns whether the master may change the bus again, which it might not before.
-    pub fn on_heard(&mut self, at: Instant, parameters: &Parameters) -> bool {
+    /// Notes that a slave was heard: the master may change the bus again.
+    pub fn on_heard(&mut self, at: Instant) {
         self.dwells_since = self.dwells_since.max(at);
-        if self.heard && !self.gave_up {
-            return false;
-        }
-        let was_over = !self.may_change(parameters);
         (self.heard, self.gave_up) = (true, false);
-        was_over && self.may_change(parameters)
     }
 
     /// Gives the search up.

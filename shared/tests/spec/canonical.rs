@@ -163,7 +163,7 @@ fn a_manager_forgets_a_heard_slave_without_a_limit() {
         let mut manager: Manager = Manager::new(Parameters { ntoggle, ..PARAMETERS }, 50, span(1_000), GRACE);
         manager.peers_mut().assign(node(2), true);
         manager.start(ms(0));
-        buses.iter().for_each(|bus| _ = manager.on_frame(*bus, Some(node(2)), ms(0)));
+        buses.iter().for_each(|bus| manager.on_frame(*bus, Some(node(2)), ms(0)));
         canonical(&manager, 10, &())
     };
     assert_eq!(heard(Parameters::NO_LIMIT, &[]), heard(Parameters::NO_LIMIT, &[REDUNDANT]));

@@ -85,9 +85,9 @@ fn acknowledge_heartbeat(machine: &mut Machine, bus: Bus, at: u64) {
 
 fn hear(machine: &mut Machine, state: NmtState, may_start: bool) -> Option<Command> {
     machine.on_frame(NOMINAL, Some(node(2)), ms(10));
-    let news = machine.on_heartbeat(NOMINAL, node(2), state, ms(10), |_| may_start);
+    let heard = machine.on_heartbeat(NOMINAL, node(2), state, ms(10));
     let target = Target::Node(node(2));
-    news.command.map(|message| {
+    heard.command(node(2), state, may_start).map(|message| {
         assert_eq!(message, NmtMessage { command: message.command, target });
         message.command
     })
@@ -371,5 +371,5 @@ fn each_frame_has_one_meaning() {
 
 fn hear_slave(machine: &mut Machine, at: u64) -> Option<NmtMessage> {
     machine.on_frame(NOMINAL, Some(node(2)), ms(at));
-    machine.on_heartbeat(NOMINAL, node(2), Operational, ms(at), |_| true).command
+    machine.on_heartbeat(NOMINAL, node(2), Operational, ms(at)).command(node(2), Operational, true)
 }

@@ -159,7 +159,8 @@ impl Station for Slave {
         } else {
             let mut verdict = SlaveVerdict::Ignored;
             self.step(now, |redundancy, node| {
-                verdict = redundancy.on_frame(bus, frame, now, now, node);
+                let usual = redundancy.on_usual_frame(bus, frame, now, &node.node.control);
+                verdict = usual.unwrap_or_else(|| redundancy.on_rare_frame(bus, frame, now, now, node));
             });
             let is_heartbeat = frame.id() == CobId::heartbeat(NodeId::MASTER);
             let is_heard = is_heartbeat && bus == self.active();

@@ -1,53 +1,56 @@
 //! Dictionary of a slave at run time: SDO, SYNC and PDOs.
 
-use super::{Canopen, FILTERS_OF_PEERS, Out, SYNC_FILTER};
+use super::{Canopen, FILTERS_OF_PEERS, SYNC_FILTER, Turn};
 use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, RPDO, SYNC_COB_ID};
 use crate::node::services::SdoStep;
 use crate::node::{Device, Extension, SlaveEvent};
-use crate::types::{Address, Bus, Frame, Instant};
+use crate::types::{Address, Bus, Frame};
 
 impl<D: Device, E: Extension> Canopen<D, E> {
     /// Handles an SDO request. Returns the object that it wrote.
     #[inline(always)] // called from one place
-    pub fn on_request(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) -> Option<Address> {
-        self.services.refresh_for(frame, now);
-        if !self.serve(SdoStep::Request(frame), bus, now, out) {
-            self.services.buses.malformed(bus);
+    pub fn on_request(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) -> Option<Address> {
+        self.services.refresh_for(frame, turn.now);
+        if !self.serve(SdoStep::Request(frame), bus, turn) {
+            self.services.counters.malformed(bus);
         }
-        self.services.wake(self.services.sdo_deadline());
         self.services.take_written()
     }
 
     /// Runs the SDO server and sends its responses on `bus`.
     #[inline(never)] // of three callers
-    pub fn serve(&mut self, step: SdoStep, bus: Bus, now: Instant, out: &mut Out) -> bool {
+    pub fn serve(&mut self, step: SdoStep, bus: Bus, turn: &mut Turn) -> bool {
+        let (now, out) = (turn.now, &mut *turn.out);
         let expires = now + self.services.lifetimes.sdo;
         self.services.serve(step, now, &mut move |frame| out.send_until(bus, frame, expires))
     }
 
     /// Handles a received SYNC.
     #[inline]
-    pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
             if self.control.state().allows_pdo() {
-                self.services.exchange(bus, counter, None, now, out);
+                self.services.exchange(bus, counter, None, turn);
             }
-            out.event(SlaveEvent::Sync { bus, stamp: *stamp });
+            turn.out.event(SlaveEvent::Sync { bus, stamp: *stamp });
         } else {
-            self.services.buses.malformed(bus);
+            self.services.counters.malformed(bus);
         }
     }
 
     /// Notes that an object of CANopen was written: services and filters follow.
-    pub fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        self.services.on_own_written(at, now, out);
+    pub fn on_own_written(&mut self, at: Address, turn: &mut Turn) {
+        self.services.on_own_written(at, turn);
         match at.index {
             SYNC_COB_ID => self.note_filter(SYNC_FILTER),
-            CONSUMER_HEARTBEAT => self.note_filter(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1))),
-            PRODUCER_HEARTBEAT => self.follow_heartbeat(now),
+            CONSUMER_HEARTBEAT => {
+                let entry = usize::from(at.sub.saturating_sub(1));
+                self.note_filter(FILTERS_OF_PEERS + entry);
+            }
+            PRODUCER_HEARTBEAT => self.follow_heartbeat(turn.now),
             RPDO..=LAST_RPDO_MAPPING => {
-                self.note_filter(self.filters_of_rpdos() + usize::from(at.index & 0x1FF))
+                self.note_filter(self.filters_of_rpdos() + usize::from(at.index & 0x1FF));
             }
             _ => {}
         }
@@ -55,11 +58,12 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Sends what the services have to send.
-    pub fn run_device(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
+    pub fn run_device(&mut self, bus: Bus, turn: &mut Turn) {
+        let Turn { until, now, out } = turn;
         let send = &mut |frame, expires, _| out.offer(bus, frame, expires);
-        self.services.poll(until, now, self.control.reporting_state(), send);
+        self.services.poll(*until, *now, self.control.reporting_state(), send);
         if self.services.is_sdo_busy() {
-            self.serve(SdoStep::Poll, bus, until, out);
+            self.serve(SdoStep::Poll(turn.until), bus, turn);
         }
     }
 }

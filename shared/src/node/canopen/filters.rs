@@ -1,7 +1,8 @@
 //! Acceptance filters of a slave, and the set of the COB-IDs that it takes.
 
-use super::{Canopen, Out};
+use super::{Canopen, Turn};
 use crate::link::port::Filter;
+use crate::node::turn::Part;
 use crate::node::{BusCommand, Device, Extension, Filters, MAX_FILTERS};
 use crate::pdo::PdoSlots;
 use crate::types::{Bus, CobId, Duration, Instant, NodeId};
@@ -13,6 +14,28 @@ const FILTER_PAUSE: Duration = Duration::from_millis(1);
 pub const SYNC_FILTER: usize = 1;
 /// Number of the first filter of a node that 1016h monitors.
 pub const FILTERS_OF_PEERS: usize = 4;
+
+/// Filters that are to be sent to the buses.
+#[derive(Debug)]
+pub struct ChangedFilters {
+    /// A bit for each of them.
+    numbers: u32,
+    /// Those that found no room wait for a short pause.
+    not_before: Instant,
+}
+
+impl Default for ChangedFilters {
+    fn default() -> Self {
+        ChangedFilters { numbers: 0, not_before: Instant::ZERO }
+    }
+}
+
+impl Part for ChangedFilters {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        (self.numbers != 0).then_some(self.not_before)
+    }
+}
 
 impl<D: Device, E: Extension> Canopen<D, E> {
     /// Returns the filters: exact COB-IDs only. There is one for each entry of 1016h and for each RPDO, in
@@ -66,26 +89,21 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     #[inline(never)] // many callers
     pub fn note_filter(&mut self, number: usize) {
         if number < MAX_FILTERS {
-            self.changed_filters |= 1 << number;
-            self.services.next = Instant::ZERO;
+            let changed = self.changed_filters.change(&mut self.services.wakes);
+            (changed.numbers, changed.not_before) = (changed.numbers | 1 << number, Instant::ZERO);
         }
     }
 
     /// Sends changed filters to `buses` while there is room beside the frames. Filters of RPDOs go first.
     #[inline]
-    pub fn set_filters(&mut self, buses: &[Bus], out: &mut Out) {
-        while self.changed_filters != 0 && out.has_room() {
-            let number = u32::BITS - 1 - self.changed_filters.leading_zeros();
-            self.changed_filters &= !(1 << number);
+    pub fn set_filters(&mut self, buses: &[Bus], turn: &mut Turn) {
+        while self.changed_filters.numbers != 0 && turn.out.has_room() {
+            let number = self.changed_filters.numbers.ilog2();
+            self.changed_filters.no_sooner().numbers &= !(1 << number);
             let command = BusCommand::Filter { number: number as u8, filter: self.filter(number as usize) };
-            buses.iter().for_each(|bus| out.command(*bus, command));
+            buses.iter().for_each(|bus| turn.out.command(*bus, command));
         }
-    }
-
-    /// Notes when something is due next. Changed filters that found no room wait for a short pause.
-    pub fn set_deadline(&mut self, due: Option<Instant>, now: Instant) {
-        let due = due.unwrap_or(Instant::NEVER);
-        self.services.next = if self.changed_filters == 0 { due } else { due.min(now + FILTER_PAUSE) };
+        self.changed_filters.no_sooner().not_before = turn.now + FILTER_PAUSE;
     }
 
     /// Returns whether a frame with this COB-ID may be for this node.

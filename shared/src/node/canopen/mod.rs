@@ -8,7 +8,8 @@ mod events;
 mod filters;
 
 use super::services::Services;
-use super::{Device, Extension, NodeObjects, Outbox, SlaveEvent, Spacecraft};
+use super::turn::{self, Part, Timed};
+use super::{Device, Extension, NodeObjects, SlaveEvent, Spacecraft};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, NodeControl};
 use crate::link::Stamp;
@@ -18,22 +19,22 @@ use crate::profile::Profile;
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 use cob_id_set::CobIdSet;
+use filters::ChangedFilters;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
 
-pub type Out = Outbox<SlaveEvent>;
+pub type Turn<'a> = turn::Turn<'a, SlaveEvent>;
 
 /// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
 #[derive(Debug)]
 pub struct Canopen<D: Device, E: Extension = Spacecraft> {
-    pub control: NodeControl,
+    pub control: Timed<NodeControl>,
     pub services: Services<D, E>,
     startup: NmtStartup,
     /// It receives SDO requests alone, and sends their answers alone.
     is_maintained: bool,
     /// COB-IDs that are taken; frames without a mark are for others.
     taken: CobIdSet,
-    /// A bit for each filter that is to be sent to its buses.
-    changed_filters: u32,
+    changed_filters: Timed<ChangedFilters>,
 }
 
 impl<D: Device, E: Extension> Canopen<D, E> {
@@ -41,12 +42,17 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let startup = NmtStartup::of_slave(profile.autostart);
         objects.communication.nmt.startup = startup.raw();
         Canopen {
-            control: NodeControl::new(id, profile.heartbeat, profile.late_heartbeat, profile.autostart),
+            control: Timed::new(NodeControl::new(
+                id,
+                profile.heartbeat,
+                profile.late_heartbeat,
+                profile.autostart,
+            )),
             services: Services::new(id, || objects, profile, None),
             startup,
             is_maintained: false,
             taken: CobIdSet::ALL,
-            changed_filters: 0,
+            changed_filters: Timed::new(ChangedFilters::default()),
         }
     }
 
@@ -54,80 +60,79 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     pub fn maintain(&mut self) {
         self.is_maintained = true;
         self.startup = NmtStartup::of_slave(false);
-        self.services.buses.keep_to_one();
+        self.services.buses.no_sooner().keep_to_one();
     }
 
     /// Sends the boot-up message on `bus`, and enters Pre-operational (ECSS 8.3.2). The caller restores the
     /// communication profile of power-on before.
-    pub fn boot(&mut self, bus: Bus, now: Instant, out: &mut Out) {
-        let boot_up = self.control.boot(now);
+    pub fn boot(&mut self, bus: Bus, turn: &mut Turn) {
+        let boot_up = self.control.change(&mut self.services.wakes).boot(turn.now);
         // A master that hears of a node starts it, and misses it later.
         if !self.is_maintained {
-            out.send_for(bus, boot_up, now, self.services.lifetimes.heartbeat);
+            turn.out.send_for(bus, boot_up, turn.now, self.services.lifetimes.heartbeat);
         }
-        self.entered(self.control.state(), now, out);
+        self.entered(self.control.state(), turn);
         self.update_taken();
     }
 
     /// Notes that the node entered another NMT state.
-    pub fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
-        self.services.entered(state, now);
-        self.services.next = now;
-        out.event(SlaveEvent::State(state));
+    pub fn entered(&mut self, state: NmtState, turn: &mut Turn) {
+        self.services.entered(state, turn.now);
+        turn.out.event(SlaveEvent::State(state));
     }
 
     /// Sends nothing more until the chip is reset.
-    pub fn wait_for_reset(&mut self, out: &mut Out) {
+    pub fn wait_for_reset(&mut self, turn: &mut Turn) {
         self.taken = CobIdSet::ALL;
-        self.services.next = Instant::NEVER;
-        out.event(SlaveEvent::ResetNode);
+        turn.out.event(SlaveEvent::ResetNode);
     }
 
     /// Handles a heartbeat of another node that 1016h may name.
     #[inline(always)] // called from one place
-    pub fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
+    pub fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
-            return self.services.buses.malformed(bus);
+            return self.services.counters.malformed(bus);
         };
-        let Some(heard) = self.services.monitor.on_heartbeat(node, state, stamp.at) else {
-            return self.services.buses.ignored(bus);
+        let Services { monitor, wakes, .. } = &mut self.services;
+        let heard = monitor.step(wakes, |monitor| monitor.on_heartbeat(node, state, stamp.at));
+        let Some(heard) = heard else {
+            return self.services.counters.ignored(bus);
         };
-        self.services.buses.taken(bus, frame);
+        self.services.counters.taken(bus, frame);
         if heard.resolved {
             self.services.clear(ErrorCode::HEARTBEAT, node.get());
-            self.services.next = stamp.at;
         }
         if heard.before != Some(state) {
-            out.event(SlaveEvent::PeerState { node, state });
+            turn.out.event(SlaveEvent::PeerState { node, state });
         }
-        self.services.wake(self.services.monitor.deadline());
     }
 
-    fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
+    fn on_peer_missed(&mut self, node: NodeId, turn: &mut Turn) {
         self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
-        out.event(SlaveEvent::PeerMissed { node });
+        turn.out.event(SlaveEvent::PeerMissed { node });
         let behaviour = self.services.dictionary.objects.communication.nmt.error_behaviour();
-        if let Reaction::Entered(state) = self.control.on_communication_error(behaviour) {
-            self.entered(state, now, out);
+        let reaction = self.control.change(&mut self.services.wakes).on_communication_error(behaviour);
+        if let Reaction::Entered(state) = reaction {
+            self.entered(state, turn);
         }
     }
 
     /// Does what was due at `until`, which may be before `now`. Frames go out on `bus`.
-    pub fn poll(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
-        while let Some(missed) = self.services.monitor.poll(until) {
-            self.on_peer_missed(missed.node, now, out);
+    pub fn poll(&mut self, bus: Bus, turn: &mut Turn) {
+        while let Some(missed) = self.services.monitor.no_sooner().poll(turn.until) {
+            self.on_peer_missed(missed.node, turn);
         }
-        if E::IS_GUARDED && self.control.deadline().is_some_and(|due| due <= until) {
+        if E::IS_GUARDED && self.control.deadline().is_some_and(|due| due <= turn.until) {
             self.check_node_id();
         }
-        if let Some(frame) = self.control.poll(until) {
+        if let Some(frame) = self.control.no_sooner().poll(turn.until) {
             let lifetime = self.services.lifetimes.heartbeat.min(self.control.period());
-            out.send_for(bus, frame, now, lifetime);
+            turn.out.send_for(bus, frame, turn.now, lifetime);
         }
-        while let Some(bus) = self.services.buses.poll(until, out) {
-            out.event(SlaveEvent::BusFailed { bus });
+        while let Some(bus) = self.services.buses.no_sooner().poll(turn.until, turn.out) {
+            turn.out.event(SlaveEvent::BusFailed { bus });
         }
-        self.run_device(bus, until, now, out);
+        self.run_device(bus, turn);
     }
 
     /// Looks for flipped bits in the Node-ID, before a heartbeat has it and before a command of the master is obeyed
@@ -136,7 +141,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     pub fn check_node_id(&mut self) {
         let mut id = self.control.id();
         self.services.compare_node_ids(&mut id);
-        self.control.set_id(id);
+        self.control.no_sooner().set_id(id);
     }
 
     /// Looks for flipped bits in COB-IDs, a few after each heartbeat (ECSS 6.10d): with it they would make a long
@@ -153,7 +158,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         (0..self.wanted_filters()).for_each(|number| self.note_filter(number));
     }
 
-    /// Returns when to poll next at the latest, without regard to filters.
+    /// Returns when to poll next.
     #[inline(never)] // smaller than in its callers
     pub fn due(&self) -> Option<Instant> {
         let own = [
@@ -161,14 +166,16 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.services.buses.deadline(),
             self.services.monitor.deadline(),
             self.services.deadline(self.control.reporting_state()),
+            self.changed_filters.earliest(),
         ];
         earliest(&own)
     }
 
     /// Returns when to poll next. `None`: the node waits for its reset, or nothing will be due.
     pub fn deadline(&self) -> Option<Instant> {
-        let silent = self.control.state() == NmtState::Initialising || self.services.next == Instant::NEVER;
-        if silent { None } else { Some(self.services.next) }
+        let is_silent =
+            self.control.state() == NmtState::Initialising || self.services.wakes.next() == Instant::NEVER;
+        if is_silent { None } else { Some(self.services.wakes.next()) }
     }
 
     /// Restores the communication profile of power-on, with the stored parameters.
@@ -182,7 +189,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.services.load(crate::store::Group::Communication);
         self.services.configure(now);
         let communication = &self.services.dictionary.objects.communication;
-        self.control.set_autostart(communication.nmt.startup().autostart());
+        self.control.no_sooner().set_autostart(communication.nmt.startup().autostart());
         self.follow_heartbeat(now);
         self.note_all_filters();
     }
@@ -190,17 +197,24 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Takes the new period of the heartbeat (1017h).
     pub fn follow_heartbeat(&mut self, now: Instant) {
         let time = self.services.dictionary.objects.communication.heartbeat.time;
-        self.control.set_period(Duration::from_millis(u64::from(time)), now);
+        self.control.change(&mut self.services.wakes).set_period(Duration::from_millis(u64::from(time)), now);
     }
 
     /// Sends a transmit PDO (0 is the first) by its transmission type. Refuses it, and counts that on `bus`,
     /// unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, bus: Bus, number: usize, now: Instant) {
-        if self.control.state().allows_pdo() && self.services.dictionary.tpdos.is_valid(number) {
-            self.services.dictionary.tpdos.trigger(number, now);
-            self.services.next = now;
+        let tpdos = &mut self.services.dictionary.tpdos;
+        if self.control.state().allows_pdo() && tpdos.is_valid(number) {
+            tpdos.change(&mut self.services.wakes).trigger(number, now);
         } else {
-            self.services.buses.refused(bus);
+            self.services.counters.refused(bus);
         }
+    }
+}
+
+impl Part for NodeControl {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
     }
 }

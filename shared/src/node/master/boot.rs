@@ -1,16 +1,17 @@
 //! Boot-up process in the master: SDO transfers, starts of slaves, and reports.
 
-use super::transfers::Owner;
-use super::{Master, MasterEvent, Out};
+use super::transfers::{Owner, Transfers};
+use super::{Master, MasterEvent, Turn};
 use crate::boot::{Boot, BootRequest, Identified};
 use crate::emcy::EmcyObjects;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{RPDO, TPDO};
+use crate::node::turn::Part;
 use crate::node::{Communication, Device};
 use crate::profile::Profile;
 use crate::redundancy::MasterBoards;
 use crate::sdo::Mode;
-use crate::types::{Instant, earliest};
+use crate::types::earliest;
 
 /// Bytes taken from the client at once.
 const CHUNK: usize = 32;
@@ -37,56 +38,58 @@ pub(super) fn at_power_on(profile: &Profile) -> Boot {
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// The transfer that was running fails. The boot-up process waits to hear its slaves on the new bus.
-    pub(super) fn on_bus_changed(&mut self, now: Instant, out: &mut Out) {
-        self.boot.on_bus_changed();
-        self.errors.restart();
-        self.abort_transfers(now, out);
+    pub(super) fn on_bus_changed(&mut self, turn: &mut Turn) {
+        self.boot.change(&mut self.services.wakes).on_bus_changed();
+        self.errors.change(&mut self.services.wakes).restart();
+        self.abort_transfers(turn);
     }
 
     /// Everything that the boot-up process and the SDO client can do now.
-    pub(super) fn run_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        let deadline = earliest(&[self.boot.deadline(), self.transfers.deadline()]);
-        let is_overdue = deadline.is_some_and(|deadline| deadline <= until);
-        let questions = earliest(&[self.identification_deadline(), self.errors_deadline()]);
-        let is_asking = questions.is_some_and(|deadline| deadline <= until);
-        if !(is_overdue || self.transfers.is_due || self.boot.is_due() || is_asking) {
+    pub(super) fn run_boot(&mut self, turn: &mut Turn) {
+        let due = earliest(&[
+            self.boot.earliest(),
+            self.transfers.earliest(),
+            self.identification_deadline(),
+            self.errors_deadline(),
+        ]);
+        if due.is_none_or(|due| due > turn.until) {
             return;
         }
-        self.run_client(until, now, out);
-        self.collect(now, out);
-        self.collect_answer(until, out);
-        self.collect_errors(until, out);
-        self.tell_boot(until, now, out);
+        self.run_client(turn);
+        self.collect(turn);
+        self.collect_answer(turn);
+        self.collect_errors(turn);
+        self.tell_boot(turn);
         // Once: only a frame or the time ends what has begun.
-        if self.begin_transfer() || self.begin_identification(until) || self.begin_errors(until) {
-            self.run_client(until, now, out);
-            self.tell_boot(until, now, out);
+        if self.begin_transfer() || self.begin_identification(turn.until) || self.begin_errors(turn.until) {
+            self.run_client(turn);
+            self.tell_boot(turn);
         }
-        self.transfers.wake(now);
+        self.transfers.no_sooner().wake(turn.now);
     }
 
     /// Collects the result of a transfer of the boot-up process.
-    fn collect(&mut self, now: Instant, out: &mut Out) {
+    fn collect(&mut self, turn: &mut Turn) {
         if self.transfers.owner != Owner::Boot {
             return;
         }
         if !self.boot.is_asking() {
             // Its slave booted up again, is lost, or is awaited on another bus.
-            self.cancel_transfer(now, out);
+            self.cancel_transfer(turn);
             return;
         }
-        let client = &mut self.transfers.client;
+        let Transfers { client, owner, .. } = self.transfers.no_sooner();
         let mut chunk = [0; CHUNK];
         loop {
             let count = client.pull(&mut chunk);
             if count == 0 {
                 break;
             }
-            self.boot.on_data(chunk.get(..count).unwrap_or(&chunk));
+            self.boot.no_sooner().on_data(chunk.get(..count).unwrap_or(&chunk));
         }
         if let Some(outcome) = client.outcome() {
-            self.transfers.owner = Owner::Nobody;
-            self.boot.on_done(outcome.map(drop), |id| self.services.sends(id));
+            *owner = Owner::Nobody;
+            self.boot.no_sooner().on_done(outcome.map(drop), |id| self.services.sends(id));
         }
     }
 
@@ -97,12 +100,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         let time = self.services.time_pdo();
         let objects = &self.services.dictionary.objects.application.network;
-        match self.boot.request(|node| objects.expected(node), time) {
+        match self.boot.no_sooner().request(|node| objects.expected(node), time) {
             Some(BootRequest::Read { node, at, most }) => {
-                self.transfers.take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
+                self.transfers.no_sooner().take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
             }
             Some(BootRequest::Write { node, at, value }) => {
-                let client = self.transfers.take(Owner::Boot, node);
+                let client = self.transfers.no_sooner().take(Owner::Boot, node);
                 client.start_download(at, value.len(), Mode::Auto);
                 client.push(value);
             }
@@ -112,30 +115,30 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         true
     }
 
-    fn tell_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        let is_completed = self.boot.poll(until);
-        if let Some((node, difference)) = self.boot.take_deviation() {
+    fn tell_boot(&mut self, turn: &mut Turn) {
+        let is_completed = self.boot.no_sooner().poll(turn.until);
+        if let Some((node, difference)) = self.boot.no_sooner().take_deviation() {
             let wait = NmtMessage { command: Command::EnterPreOperational, target: Target::Node(node) };
-            self.send_nmt(wait, now, out);
-            out.event(MasterEvent::ConfigurationLost { node, difference });
+            self.send_nmt(wait, turn);
+            turn.out.event(MasterEvent::ConfigurationLost { node, difference });
         }
-        while let Some((node, failure)) = self.boot.take_failure() {
+        while let Some((node, failure)) = self.boot.no_sooner().take_failure() {
             let objects = &mut self.services.dictionary.objects.application.network;
             objects.show_error(node, failure.error as u8, failure.cause.abort_code());
-            out.event(MasterEvent::BootFailed { node, failure });
+            turn.out.event(MasterEvent::BootFailed { node, failure });
         }
-        while let Some((node, progress)) = self.boot.take_change() {
+        while let Some((node, progress)) = self.boot.no_sooner().take_change() {
             self.services.dictionary.objects.application.network.show_progress(node, progress);
-            out.event(MasterEvent::Boot { node, progress });
+            turn.out.event(MasterEvent::Boot { node, progress });
         }
-        if let Some(node) = self.boot.take_start()
+        if let Some(node) = self.boot.no_sooner().take_start()
             && !self.redundancy.peers().is_held(node)
         {
             let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
-            self.send_nmt(start, now, out);
+            self.send_nmt(start, turn);
         }
         if is_completed {
-            out.event(MasterEvent::BootCompleted);
+            turn.out.event(MasterEvent::BootCompleted);
         }
     }
 }

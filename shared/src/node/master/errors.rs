@@ -5,8 +5,8 @@
 //! and every ten seconds.
 //! The boot-up process and the identification of new nodes go first.
 
-use super::transfers::Owner;
-use super::{Master, MasterEvent, Out};
+use super::transfers::{Owner, Transfers};
+use super::{Master, MasterEvent, Turn};
 use crate::emcy::{ActiveError, Emergency, ReadOutcome};
 use crate::node::Device;
 use crate::redundancy::MasterBoards;
@@ -25,13 +25,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Takes an emergency of a slave.
-    pub(super) fn follow_errors(&mut self, node: NodeId, emergency: &Emergency, now: Instant, out: &mut Out) {
+    pub(super) fn follow_errors(&mut self, node: NodeId, emergency: &Emergency, turn: &mut Turn) {
         let errors = &mut self.services.dictionary.objects.application.errors;
         if !errors.on_emergency(node, emergency) {
-            out.event(MasterEvent::ErrorNotKept { node });
+            turn.out.event(MasterEvent::ErrorNotKept { node });
         }
         if !errors.explain(node, emergency.register) {
-            self.errors.ask_again(node, now);
+            self.errors.change(&mut self.services.wakes).ask_again(node, turn.now);
         }
     }
 
@@ -52,23 +52,24 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         // One that does not count has no SDO server as far as the master knows.
         let is_minimal = |node| minimal.iter().any(|minimal| minimal.node == node);
         let has_server = |node| redundancy.peers().counts(node) && !is_minimal(node);
-        let Some((node, object)) = reader.question(errors, has_server, until) else { return false };
-        self.transfers.take(Owner::Errors, node).start_upload(object, BYTES, Mode::Segmented);
+        let question = reader.no_sooner().question(errors, has_server, until);
+        let Some((node, object)) = question else { return false };
+        self.transfers.no_sooner().take(Owner::Errors, node).start_upload(object, BYTES, Mode::Segmented);
         self.services.dictionary.objects.application.network.show_client(node);
         true
     }
 
     /// Collects an answer.
-    pub(super) fn collect_errors(&mut self, until: Instant, out: &mut Out) {
+    pub(super) fn collect_errors(&mut self, turn: &mut Turn) {
         if self.transfers.owner != Owner::Errors {
             return;
         }
-        let client = &mut self.transfers.client;
+        let Transfers { client, owner, .. } = self.transfers.no_sooner();
         let mut value = [0; BYTES];
         // One piece: the values have 1 and 4 bytes.
         client.pull(&mut value);
         let Some(outcome) = client.outcome() else { return };
-        self.transfers.owner = Owner::Nobody;
+        *owner = Owner::Nobody;
         let errors = &mut self.services.dictionary.objects.application.errors;
         let answer = match outcome {
             Ok(_) => ReadOutcome::Value(u32::from_le_bytes(value)),
@@ -77,8 +78,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Err(_) => ReadOutcome::Refused,
         };
         let timeout = self.services.lifetimes.sdo;
-        if let Some(node) = self.errors.on_answer(answer, errors, timeout, until) {
-            out.event(MasterEvent::ErrorsRead { node });
+        if let Some(node) = self.errors.no_sooner().on_answer(answer, errors, timeout, turn.until) {
+            turn.out.event(MasterEvent::ErrorsRead { node });
         }
     }
 }

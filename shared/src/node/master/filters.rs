@@ -1,8 +1,9 @@
 //! Acceptance filters of the master.
 
-use super::{Master, Out};
+use super::{Master, Turn};
 use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
+use crate::node::turn::Part;
 use crate::node::{BusCommand, Device, Filters};
 use crate::redundancy::MasterBoards;
 use crate::types::{Address, Bus, CobId, Duration, Instant, NodeId};
@@ -11,6 +12,35 @@ use crate::types::{Address, Bus, CobId, Duration, Instant, NodeId};
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
 /// Function codes of COB-IDs.
 pub(super) const FUNCTIONS: u16 = 16;
+
+/// Filters that the buses have, without the last one.
+#[derive(Debug)]
+pub(super) struct SentFilters {
+    filters: [Filter; FUNCTIONS as usize],
+    /// Some may have changed.
+    is_due: bool,
+    /// Those that found no room wait for a short pause.
+    not_before: Instant,
+}
+
+impl SentFilters {
+    pub const fn new() -> Self {
+        let filters = [Filter::exact(CobId::NMT); FUNCTIONS as usize];
+        SentFilters { filters, is_due: false, not_before: Instant::ZERO }
+    }
+
+    /// Notes that COB-IDs of RPDOs changed.
+    pub fn note_change(&mut self) {
+        (self.is_due, self.not_before) = (true, Instant::ZERO);
+    }
+}
+
+impl Part for SentFilters {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.is_due.then_some(self.not_before)
+    }
+}
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Returns the filters by function codes: heartbeats, SDO responses, EMCY, SYNCs of another master, PDOs, and
@@ -41,13 +71,14 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Looks for flipped bits, a little with each heartbeat: in its Node-ID and in COB-IDs (ECSS 6.10d, k).
-    pub(super) fn scrub(&mut self, now: Instant) {
+    pub(super) fn scrub(&mut self, turn: &Turn) {
         self.services.compare_node_ids(&mut { NodeId::MASTER });
-        if self.services.compare_cob_ids(now) {
-            self.follow(Address::new(SYNC_COB_ID, 0), now);
+        if self.services.compare_cob_ids(turn.now) {
+            self.follow(Address::new(SYNC_COB_ID, 0), turn.now);
             // A bus may have taken a filter from the object that was wrong. None that is wanted: each is sent again.
-            self.filters_set = [Filter::ALL; FUNCTIONS as usize];
-            self.are_filters_due = true;
+            let sent = self.filters.change(&mut self.services.wakes);
+            sent.filters = [Filter::ALL; FUNCTIONS as usize];
+            sent.note_change();
         }
     }
 
@@ -59,25 +90,32 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         ids.into_iter().flatten().chain(time)
     }
 
-    /// Sends both buses the filters that have changed, as a standby, too. Returns when to go on: never, unless the
-    /// outbox has no room for all of them.
-    pub(super) fn run_filters(&mut self, now: Instant, out: &mut Out) -> Instant {
-        self.are_filters_due = self.are_filters_due && !self.set_filters(out);
-        if self.are_filters_due { now + FILTER_PAUSE } else { Instant::NEVER }
+    /// At power-on: the buses have the filters of the profile.
+    pub(super) fn note_sent_filters(&mut self) {
+        self.filters.no_sooner().filters = core::array::from_fn(|number| self.filter(number as u16));
+    }
+
+    /// Sends both buses the filters that have changed, as a standby, too.
+    pub(super) fn run_filters(&mut self, turn: &mut Turn) {
+        if self.filters.is_due {
+            let is_due = !self.set_filters(turn);
+            let filters = self.filters.no_sooner();
+            (filters.is_due, filters.not_before) = (is_due, turn.now + FILTER_PAUSE);
+        }
     }
 
     /// Sends changed filters, as many as fit into the outbox beside frames. Returns whether that is all.
-    fn set_filters(&mut self, out: &mut Out) -> bool {
+    fn set_filters(&mut self, turn: &mut Turn) -> bool {
         for number in 0..FUNCTIONS {
             let filter = self.filter(number);
-            let Some(told) = self.filters_set.get_mut(usize::from(number)) else { continue };
-            if *told != filter {
-                if !out.has_room() {
+            let Some(sent) = self.filters.no_sooner().filters.get_mut(usize::from(number)) else { continue };
+            if *sent != filter {
+                if !turn.out.has_room() {
                     return false;
                 }
-                *told = filter;
+                *sent = filter;
                 let command = BusCommand::Filter { number: number as u8, filter };
-                Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
+                Bus::ALL.into_iter().for_each(|bus| turn.out.command(bus, command));
             }
         }
         true

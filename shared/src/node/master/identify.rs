@@ -4,8 +4,9 @@
 //! the node is heard, and takes a late answer as well. The boot-up process goes first. After a question without an answer
 //! the SDO client is free for others for the same time.
 
-use super::transfers::Owner;
-use super::{Master, MasterEvent, Out};
+use super::transfers::{Owner, Transfers};
+use super::{Master, MasterEvent, Turn};
+use crate::node::turn::Part;
 use crate::node::{Communication, Device};
 use crate::redundancy::MasterBoards;
 use crate::sdo::{Error, Mode};
@@ -18,7 +19,16 @@ const BYTES: usize = 4;
 /// Instants that limit the questions to new nodes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Identification {
+    /// A node waits for its question.
+    pub is_wanted: bool,
     not_before: Instant,
+}
+
+impl Part for Identification {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.is_wanted.then_some(self.not_before)
+    }
 }
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
@@ -35,37 +45,42 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             return false;
         }
         let node = loop {
-            let Some(node) = self.redundancy.peers_mut().take_unasked() else { return false };
+            let Some(node) = self.redundancy.no_sooner().peers_mut().take_unasked() else { return false };
             // A minimal slave has no SDO server.
             if self.minimal(node).is_none() {
                 break node;
             }
         };
-        self.transfers.take(Owner::Identification, node).start_upload(DEVICE_TYPE, BYTES, Mode::Segmented);
+        self.transfers.no_sooner().take(Owner::Identification, node).start_upload(
+            DEVICE_TYPE,
+            BYTES,
+            Mode::Segmented,
+        );
         self.services.dictionary.objects.application.network.show_client(node);
         true
     }
 
     /// Collects the answer to a question.
-    pub(super) fn collect_answer(&mut self, until: Instant, out: &mut Out) {
+    pub(super) fn collect_answer(&mut self, turn: &mut Turn) {
         if self.transfers.owner != Owner::Identification {
             return;
         }
-        let node = self.transfers.node;
-        let client = &mut self.transfers.client;
+        let Transfers { client, owner, node, .. } = self.transfers.no_sooner();
+        let node = *node;
         while client.pull(&mut [0; BYTES]) > 0 {}
         let Some(outcome) = client.outcome() else { return };
-        self.transfers.owner = Owner::Nobody;
+        *owner = Owner::Nobody;
+        let peers = self.redundancy.no_sooner().peers_mut();
         match outcome {
             // Any answer is one of a server; what a slave should be is checked by the boot-up process.
             Ok(_) | Err(Error::Abort(_) | Error::UnknownAbort(_) | Error::Protocol(_) | Error::TooLarge) => {
-                self.redundancy.on_answer(node, until);
+                self.redundancy.no_sooner().on_answer(node, turn.until);
             }
-            Err(Error::BusChanged) => self.redundancy.peers_mut().ask_again(node),
+            Err(Error::BusChanged) => peers.ask_again(node),
             Err(Error::Timeout) => {
-                self.identification.not_before = until + self.services.lifetimes.sdo;
-                if self.redundancy.peers_mut().on_no_answer(node, until) {
-                    out.event(MasterEvent::UnknownNode { node });
+                self.identification.no_sooner().not_before = turn.until + self.services.lifetimes.sdo;
+                if peers.on_no_answer(node, turn.until) {
+                    turn.out.event(MasterEvent::UnknownNode { node });
                 }
             }
         }

@@ -18,12 +18,13 @@ mod transfers;
 pub use declared::MasterObjects;
 
 use self::budget::Budgets;
-use self::filters::FUNCTIONS;
+use self::filters::{FUNCTIONS, SentFilters};
 use self::identify::Identification;
 use self::objects::Initial;
 use self::transfers::Transfers;
 use super::buses::BusNews;
 use super::services::Services;
+use super::turn::{self, Part, Timed};
 use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
 use crate::emcy::ErrorReader;
@@ -39,6 +40,7 @@ use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet, earliest};
 
 type Out = Outbox<MasterEvent>;
+type Turn<'a> = turn::Turn<'a, MasterEvent>;
 
 /// Master of a spacecraft: NMT master, redundancy master, producer of SYNC and time, SDO client, CANopen device;
 /// commands and telemetry.
@@ -48,14 +50,14 @@ type Out = Outbox<MasterEvent>;
 #[derive(Debug)]
 pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     services: Services<MasterObjects<D>>,
-    boot: Boot,
-    transfers: Transfers,
-    redundancy: MasterRedundancy<B>,
+    boot: Timed<Boot>,
+    transfers: Timed<Transfers>,
+    redundancy: Timed<MasterRedundancy<B>>,
     clashes: StateClashes,
-    identification: Identification,
-    errors: ErrorReader,
-    budgets: Budgets,
-    sync: sync::Producer,
+    identification: Timed<Identification>,
+    errors: Timed<ErrorReader>,
+    budgets: Timed<Budgets>,
+    sync: Timed<sync::Producer>,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
     /// [`Profile::minimal`].
@@ -63,10 +65,7 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win
     /// arbitration, wait.
     is_booting: bool,
-    /// COB-IDs of RPDOs changed: the filters have to be set.
-    are_filters_due: bool,
-    /// Filters that the buses have, without the last one.
-    filters_set: [Filter; FUNCTIONS as usize],
+    filters: Timed<SentFilters>,
     initial: Initial,
 }
 
@@ -110,71 +109,76 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let initial = Initial::new(profile);
         Master {
             clashes: StateClashes::default(),
-            identification: Identification::default(),
-            errors: ErrorReader::new(errors::PERIOD),
-            budgets: Budgets::new(profile),
-            sync: sync::Producer::with(initial.communication::<D>().sync.config()),
+            identification: Timed::new(Identification::default()),
+            errors: Timed::new(ErrorReader::new(errors::PERIOD)),
+            budgets: Timed::new(Budgets::new(profile)),
+            sync: Timed::new(sync::Producer::with(initial.communication::<D>().sync.config())),
             stamped: profile.stamped,
             minimal: profile.minimal,
             is_booting: true,
-            are_filters_due: false,
-            filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
+            filters: Timed::new(SentFilters::new()),
             // Large ones last: the compiler makes them in their places where no loop follows.
-            boot: boot::at_power_on(profile),
-            transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
-            redundancy: MasterRedundancy::new(boards, &objects::setup(profile)),
+            boot: Timed::new(boot::at_power_on(profile)),
+            transfers: Timed::new(Transfers::new(profile.sdo_timeout, profile.network.bit_rate)),
+            redundancy: Timed::new(MasterRedundancy::new(boards, &objects::setup(profile))),
             services: Services::new(NodeId::MASTER, || initial.objects(profile, device), profile, store),
             initial,
         }
     }
 
-    /// Does all that was due at `until`, which may be before `now`: a frame is judged as of its end.
+    /// Does what is due.
     #[inline]
-    fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if until >= self.services.next {
-            self.run_all(until, now, out);
+    fn run(&mut self, turn: &mut Turn) {
+        if turn.until >= self.services.wakes.next() {
+            self.run_all(turn);
         }
     }
 
     /// Polls every service, due or not.
     #[inline(never)] // most frames find nothing due
-    fn run_all(&mut self, until: Instant, now: Instant, out: &mut Out) {
+    fn run_all(&mut self, turn: &mut Turn) {
         if self.is_active() {
-            while let Some(bus) = self.services.buses.poll(until, out) {
-                self.report_health(bus, now);
-                out.event(MasterEvent::BusFailed { bus });
+            while let Some(bus) = self.services.buses.no_sooner().poll(turn.until, turn.out) {
+                self.report_health(bus, turn);
+                turn.out.event(MasterEvent::BusFailed { bus });
             }
-            self.run_budget(until, now, out);
+            self.run_budget(turn);
         }
-        while let Some(action) = self.redundancy.poll(until, now) {
-            self.act(action, now, out);
+        while let Some(action) = self.redundancy.no_sooner().poll(turn.until, turn.now) {
+            self.act(action, turn);
         }
-        if !self.is_active() {
-            self.services.next = self.run_filters(now, out);
-            return self.services.wake(self.redundancy.deadline());
+        self.run_filters(turn);
+        if self.is_active() {
+            self.run_boot(turn);
+            self.run_device(turn);
+            self.run_sync(turn);
         }
-        self.run_boot(until, now, out);
-        self.run_device(until, now, out);
-        if self.redundancy.is_announced() {
-            let bus = self.redundancy.active();
-            if self.produces_sync()
-                && let Some(frame) = self.sync.poll(until)
-            {
-                out.send_for(bus, frame, now, self.services.sync_lifetime());
-            }
+        self.services.wakes.set(self.due());
+    }
+
+    fn run_sync(&mut self, turn: &mut Turn) {
+        if self.redundancy.is_announced()
+            && self.produces_sync()
+            && let Some(frame) = self.sync.no_sooner().poll(turn.until)
+        {
+            let lifetime = self.services.sync_lifetime();
+            turn.out.send_for(self.redundancy.active(), frame, turn.now, lifetime);
         }
-        self.services.wake(self.due());
     }
 
     fn due(&self) -> Option<Instant> {
+        if !self.is_active() {
+            return earliest(&[self.filters.earliest(), self.redundancy.deadline()]);
+        }
         let all = [
+            self.filters.earliest(),
             self.redundancy.deadline(),
             self.services.buses.deadline(),
-            self.boot.deadline(),
+            self.boot.earliest(),
             self.transfers.deadline(),
             self.identification_deadline(),
             self.errors_deadline(),
-            self.budgets.deadline(),
+            self.budgets.earliest(),
             self.device_deadline(),
             self.sync.deadline().filter(|_| self.redundancy.is_announced() && self.produces_sync()),
         ];
@@ -183,6 +187,74 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     fn produces_sync(&self) -> bool {
         self.boot.is_released() && self.redundancy.state().allows_sync()
+    }
+
+    fn power_on(&mut self, turn: &mut Turn) {
+        self.note_sent_filters();
+        if self.services.dictionary.stored.store.is_some() {
+            self.services.load(Group::All);
+            let objects = &self.services.dictionary.objects;
+            let redundancy = objects::written_redundancy(objects, &self.initial);
+            self.redundancy.change(&mut self.services.wakes).restore(redundancy);
+            self.filters.change(&mut self.services.wakes).note_change();
+        }
+        self.take_assignments();
+        if !self.redundancy.change(&mut self.services.wakes).start(turn.now) {
+            return self.listen(turn);
+        }
+        self.services.buses.no_sooner().join(self.redundancy.active(), turn.out);
+        self.boot_up(turn);
+        self.boot.change(&mut self.services.wakes).start(turn.now);
+        self.run_all(turn);
+    }
+
+    /// Takes an event of a bus, except a received frame.
+    fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
+        self.services.counters.on_link(bus, event);
+        let news = self.services.buses.change(&mut self.services.wakes).on_link(bus, event, turn.now);
+        match news {
+            Some(BusNews::Health(health)) if !self.is_active() => {
+                self.services.on_health(bus, &health);
+                turn.out.event(MasterEvent::Health { bus, health });
+            }
+            Some(BusNews::Health(health)) => self.on_health(bus, health, turn),
+            Some(BusNews::Failed(health)) => {
+                self.on_health(bus, health, turn);
+                turn.out.event(MasterEvent::BusFailed { bus });
+            }
+            Some(BusNews::Stalled) => turn.out.event(MasterEvent::BusStalled { bus }),
+            None => {}
+        }
+        match event {
+            LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause, turn),
+            // Results of frames sent before this master became the standby.
+            _ if !self.is_active() => {}
+            LinkEvent::Transmitted { frame, stamp } => {
+                self.on_transmitted(bus, frame, *stamp, turn);
+                self.on_sdo_sent(bus, frame);
+            }
+            LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames),
+            LinkEvent::Overrun { .. } => self.lost(bus),
+            LinkEvent::Counters(_) => self.services.refresh_health(),
+            LinkEvent::Received { .. } | LinkEvent::Health(_) | LinkEvent::Stalled => {}
+        }
+        self.run_all(turn);
+    }
+
+    fn obey(&mut self, request: MasterRequest, turn: &mut Turn) {
+        match request {
+            MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), turn),
+            MasterRequest::StandBy => {
+                let action = self.redundancy.change(&mut self.services.wakes).stand_by_commanded(turn.now);
+                self.act_if(action, turn);
+            }
+            MasterRequest::Nmt(message) => self.on_nmt_request(message, turn),
+            // A standby sends nothing.
+            MasterRequest::Boot(node) if !self.is_active() => turn.out.event(MasterEvent::Refused { node }),
+            _ if !self.is_active() => turn.out.event(MasterEvent::Refused { node: NodeId::MASTER }),
+            MasterRequest::SwitchBus(bus) => self.redundancy.change(&mut self.services.wakes).request(bus),
+            MasterRequest::Boot(node) => self.boot.change(&mut self.services.wakes).queue(node),
+        }
     }
 
     /// Returns the spacecraft time at which the last SYNC was sent.
@@ -198,7 +270,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             state: self.redundancy.state(),
             active: self.redundancy.active(),
             redundancy: *self.redundancy.parameters(),
-            counters: self.services.buses.counters,
+            counters: *self.services.counters.all(),
             health: self.services.buses.health,
         }
     }
@@ -218,98 +290,50 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {
-        self.filters_set = core::array::from_fn(|number| self.filter(number as u16));
-        if self.services.dictionary.stored.store.is_some() {
-            self.services.load(Group::All);
-            let objects = &self.services.dictionary.objects;
-            let redundancy = objects::written_redundancy(objects, &self.initial);
-            self.redundancy.restore(redundancy);
-            self.are_filters_due = true;
-        }
-        self.take_assignments();
-        if !self.redundancy.start(now) {
-            return self.listen(now, out);
-        }
-        self.services.buses.join(self.redundancy.active(), out);
-        self.boot_up(now, out);
-        self.boot.start(now);
-        self.run_all(now, now, out);
+        self.power_on(&mut Turn::new(now, out));
     }
 
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        if let LinkEvent::Received { frame, stamp } = event {
-            return self.on_received(bus, frame, stamp, now, out);
-        }
-        match self.services.buses.on_link(bus, event, now) {
-            Some(BusNews::Health(health)) if !self.is_active() => {
-                self.services.on_health(bus, &health);
-                out.event(MasterEvent::Health { bus, health });
-            }
-            Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
-            Some(BusNews::Failed(health)) => {
-                self.on_health(bus, health, now, out);
-                out.event(MasterEvent::BusFailed { bus });
-            }
-            Some(BusNews::Stalled) => out.event(MasterEvent::BusStalled { bus }),
-            None => {}
-        }
         match event {
-            LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause, now, out),
-            // Results of frames sent before this master became the standby.
-            _ if !self.is_active() => {}
-            LinkEvent::Transmitted { frame, stamp } => {
-                self.on_transmitted(bus, frame, *stamp, now, out);
-                self.on_sdo_sent(bus, frame);
-            }
-            LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames),
-            LinkEvent::Overrun { .. } => self.lost(bus),
-            LinkEvent::Counters(_) => self.services.refresh_health(),
-            LinkEvent::Received { .. } | LinkEvent::Health(_) | LinkEvent::Stalled => {}
+            LinkEvent::Received { frame, stamp } => self.on_received(bus, frame, stamp, now, out),
+            _ => self.on_bus_event(bus, event, &mut Turn::new(now, out)),
         }
-        self.run_all(now, now, out);
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        self.services.buses.received(bus);
-        self.run(stamp.at.min(now), now, out);
+        self.services.counters.received(bus);
+        let turn = &mut Turn::new(now, out);
+        // A frame is judged by its end.
+        turn.until = stamp.at.min(now);
+        self.run(turn);
+        turn.until = now;
         if self.is_active() {
-            self.on_frame(bus, frame, stamp, now, out);
+            self.on_frame(bus, frame, stamp, turn);
         } else {
-            self.overhear(bus, frame, stamp, now, out);
+            self.overhear(bus, frame, stamp, turn);
         }
-        self.run(now, now, out);
+        self.run(turn);
     }
 
     fn on_request(&mut self, request: MasterRequest, now: Instant, out: &mut Out) {
-        match request {
-            MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), now, out),
-            MasterRequest::StandBy => {
-                if let Some(action) = self.redundancy.stand_by_commanded(now) {
-                    self.act(action, now, out);
-                }
-            }
-            MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
-            // A standby sends nothing.
-            MasterRequest::Boot(node) if !self.is_active() => out.event(MasterEvent::Refused { node }),
-            _ if !self.is_active() => out.event(MasterEvent::Refused { node: NodeId::MASTER }),
-            MasterRequest::SwitchBus(bus) => self.redundancy.request(bus),
-            MasterRequest::Boot(node) => self.boot.queue(node),
-        }
-        self.run_all(now, now, out);
+        let turn = &mut Turn::new(now, out);
+        self.obey(request, turn);
+        self.run_all(turn);
     }
 
     fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run_all(now, now, out);
-        self.advance_save(now, out);
+        let turn = &mut Turn::new(now, out);
+        self.run_all(turn);
+        self.advance_save(turn);
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let next = (self.services.next < Instant::NEVER).then_some(self.services.next);
-        self.services.with_save(next)
+        let next = self.services.wakes.next();
+        self.services.with_save((next < Instant::NEVER).then_some(next))
     }
 
     fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
-        self.takes_token(frame.id(), now, out)
+        self.takes_token(frame.id(), &mut Turn::new(now, out))
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
@@ -326,5 +350,33 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
 impl<D: Device, B: MasterBoards> TimeKeeper for Master<D, B> {
     fn spacecraft_clock(&self) -> &LocalClock {
         self.services.time.clock()
+    }
+}
+
+impl<B: MasterBoards> Part for MasterRedundancy<B> {
+    #[inline(never)]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
+    }
+}
+
+impl Part for Boot {
+    #[inline(never)]
+    fn earliest(&self) -> Option<Instant> {
+        if self.is_due() { Some(Instant::ZERO) } else { self.deadline() }
+    }
+}
+
+impl Part for ErrorReader {
+    #[inline(never)]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
+    }
+}
+
+impl Part for sync::Producer {
+    #[inline(never)]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
     }
 }

@@ -1,73 +1,74 @@
 //! NMT state of the master itself (CiA 301 7.3.2).
 
-use super::{Master, MasterEvent, Out, objects};
+use super::{Master, MasterEvent, Turn, objects};
 use crate::nmt::{Command, NmtMessage, Reaction, Target};
 use crate::node::{BusCommand, Device};
 use crate::redundancy::MasterBoards;
 use crate::store::Group;
-use crate::types::{Instant, NmtState, NodeId};
+use crate::types::{NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Sends the boot-up message and enters Operational without a command (CiA 301 7.3.2.2.1).
-    pub(super) fn boot_up(&mut self, now: Instant, out: &mut Out) {
-        let (boot_up, state) = self.redundancy.boot_up(now);
-        out.command(self.redundancy.active(), BusCommand::Send(boot_up));
+    pub(super) fn boot_up(&mut self, turn: &mut Turn) {
+        let (boot_up, state) = self.redundancy.change(&mut self.services.wakes).boot_up(turn.now);
+        turn.out.command(self.redundancy.active(), BusCommand::Send(boot_up));
         self.is_booting = true;
-        self.services.configure(now);
+        self.services.configure(turn.now);
         let objects = &self.services.dictionary.objects;
-        self.sync.configure(objects.communication.sync.config(), now);
-        self.sync.set_dither(objects.application.network.sync_dither);
-        self.sync.start(now);
-        self.entered(state, now, out);
+        let sync = self.sync.change(&mut self.services.wakes);
+        sync.configure(objects.communication.sync.config(), turn.now);
+        sync.set_dither(objects.application.network.sync_dither);
+        sync.start(turn.now);
+        self.entered(state, turn);
     }
 
-    pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
-        self.services.entered(state, now);
+    pub(super) fn entered(&mut self, state: NmtState, turn: &mut Turn) {
+        self.services.entered(state, turn.now);
         if !state.allows_sync() {
-            self.sync.restart_counter();
+            self.sync.no_sooner().restart_counter();
         }
-        self.services.next = now;
         self.show_state(NodeId::MASTER, state.byte());
-        out.event(MasterEvent::State(state));
+        turn.out.event(MasterEvent::State(state));
     }
 
     /// Commands slaves, or itself: asked by its application, or by a write to 1F82h. A standby sends nothing.
-    pub(super) fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
+    pub(super) fn on_nmt_request(&mut self, message: NmtMessage, turn: &mut Turn) {
         if !self.is_active() {
             let node = if let Target::Node(node) = message.target { node } else { NodeId::MASTER };
-            return out.event(MasterEvent::Refused { node });
+            return turn.out.event(MasterEvent::Refused { node });
         }
-        self.on_application_command(message.target, out);
-        if self.redundancy.on_command(message.command, message.target) {
-            self.boot.on_commanded(message.target);
+        self.on_application_command(message.target, turn);
+        if self.redundancy.change(&mut self.services.wakes).on_command(message.command, message.target) {
+            self.boot.change(&mut self.services.wakes).on_commanded(message.target);
         }
         if message.target == Target::Node(NodeId::MASTER) {
-            self.on_own_command(message.command, now, out);
-        } else if !self.send_nmt(message, now, out)
+            self.on_own_command(message.command, turn);
+        } else if !self.send_nmt(message, turn)
             && let Target::Node(node) = message.target
         {
-            out.event(MasterEvent::Refused { node });
+            turn.out.event(MasterEvent::Refused { node });
         }
     }
 
     /// A command of its application, or of a client in 1F82h.
-    pub(super) fn on_own_command(&mut self, command: Command, now: Instant, out: &mut Out) {
+    pub(super) fn on_own_command(&mut self, command: Command, turn: &mut Turn) {
         if command == Command::ResetNode {
             // Until the application resets the chip it goes on as it was.
-            return out.event(MasterEvent::ResetNode);
+            return turn.out.event(MasterEvent::ResetNode);
         }
-        match self.redundancy.on_own_command(command) {
+        let reaction = self.redundancy.change(&mut self.services.wakes).on_own_command(command);
+        match reaction {
             Reaction::Unchanged | Reaction::ResetNode => {}
-            Reaction::Entered(state) => self.entered(state, now, out),
+            Reaction::Entered(state) => self.entered(state, turn),
             Reaction::ResetCommunication => {
                 self.initial.restore(&mut self.services.dictionary.objects);
                 self.services.load(Group::Communication);
                 let objects = &self.services.dictionary.objects;
                 let redundancy = objects::written_redundancy(objects, &self.initial);
                 self.take_assignments();
-                self.redundancy.configure(redundancy, now);
-                self.are_filters_due = true;
-                self.boot_up(now, out);
+                self.redundancy.change(&mut self.services.wakes).configure(redundancy, turn.now);
+                self.filters.change(&mut self.services.wakes).note_change();
+                self.boot_up(turn);
             }
         }
     }

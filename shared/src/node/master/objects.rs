@@ -1,7 +1,7 @@
 //! Dictionary of the master, and effects of written objects.
 
 use super::declared::MasterObjects;
-use super::{Master, Out};
+use super::{Master, Out, Turn};
 use crate::boot::Assignment;
 use crate::emcy::{ActiveErrors, EmcyConsumers, ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, monitored};
@@ -13,7 +13,7 @@ use crate::node::index::{
     RPDO, SYNC_COB_ID, SYNC_DITHER,
 };
 use crate::node::network_objects::entry;
-use crate::node::services::{SdoStep, carries_time};
+use crate::node::services::{SdoStep, Services, carries_time};
 use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
 use crate::pdo::PdoSlots;
 use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
@@ -174,60 +174,64 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Takes a request to the SDO server.
-    pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
-        self.services.refresh_for(frame, now);
+    pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) {
+        self.services.refresh_for(frame, turn.now);
         if !self.redundancy.is_announced() || !self.redundancy.state().allows_sdo() {
-            return self.services.buses.ignored(bus);
+            return self.services.counters.ignored(bus);
         }
-        let lifetime = self.services.lifetimes.sdo;
-        let send = &mut |frame| out.send_for(bus, frame, now, lifetime);
-        if !self.serve(SdoStep::Request(frame), now, send) {
-            self.services.buses.malformed(bus);
+        let Turn { now, out, .. } = turn;
+        let expires = *now + self.services.lifetimes.sdo;
+        let send = &mut |frame| out.send_until(bus, frame, expires);
+        if !self.serve(SdoStep::Request(frame), *now, send) {
+            self.services.counters.malformed(bus);
         }
         if let Some(at) = self.services.take_written() {
-            self.on_written(at, now, out);
+            self.on_written(at, turn);
         }
-        self.services.next = now;
     }
 
     /// Goes on with a save that runs, and answers its client at its end.
-    pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        if let Some((Some(answer), _)) = self.services.advance_save(now) {
-            out.send_for(self.redundancy.active(), answer, now, self.services.lifetimes.sdo);
+    pub(super) fn advance_save(&mut self, turn: &mut Turn) {
+        if let Some((Some(answer), _)) = self.services.advance_save(turn.now) {
+            turn.out.send_for(self.redundancy.active(), answer, turn.now, self.services.lifetimes.sdo);
         }
     }
 
     /// Reports frames that were lost in the receiver or before they were sent.
     pub(super) fn lost(&mut self, bus: Bus) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
-        self.services.next = Instant::ZERO;
         if bus == self.redundancy.active() {
-            self.errors.restart();
+            self.errors.change(&mut self.services.wakes).restart();
         }
     }
 
     /// Applies an object that was written over the bus.
-    fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        self.services.on_own_written(at, now, out);
+    fn on_written(&mut self, at: Address, turn: &mut Turn) {
+        self.services.on_own_written(at, turn);
         if at.index == REQUEST_NMT {
-            self.on_requested_nmt(at.sub, now, out);
+            self.on_requested_nmt(at.sub, turn);
         }
-        self.follow(at, now);
-        self.services.report_written(at, now, out);
+        self.follow(at, turn.now);
+        self.services.report_written(at, turn);
     }
 
     /// Applies a new value of an object.
     pub(super) fn follow(&mut self, at: Address, now: Instant) {
         let objects = &self.services.dictionary.objects;
-        self.sync.follow(at, &objects.communication.sync, now);
+        self.sync.change(&mut self.services.wakes).follow(at, &objects.communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
                 let redundancy = written_redundancy(objects, &self.initial);
-                self.redundancy.peers_mut().set_times(objects.consumers.entries());
-                self.redundancy.configure(redundancy, now);
+                let machine = self.redundancy.change(&mut self.services.wakes);
+                machine.peers_mut().set_times(objects.consumers.entries());
+                machine.configure(redundancy, now);
             }
-            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.are_filters_due = true,
-            SYNC_DITHER => self.sync.set_dither(objects.application.network.sync_dither),
+            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => {
+                self.filters.change(&mut self.services.wakes).note_change()
+            }
+            SYNC_DITHER => {
+                self.sync.change(&mut self.services.wakes).set_dither(objects.application.network.sync_dither)
+            }
             RANGING => self.services.dictionary.objects.application.network.ranging.heard = 0,
             ASSIGNMENT => {
                 if let Some(node) = NodeId::new(at.sub) {
@@ -240,7 +244,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Before power-on, and when communication is reset: objects 1016h and 1F81h.
     pub(super) fn take_assignments(&mut self) {
-        self.redundancy.peers_mut().set_times(self.services.dictionary.objects.consumers.entries());
+        let entries = self.services.dictionary.objects.consumers.entries();
+        self.redundancy.change(&mut self.services.wakes).peers_mut().set_times(entries);
         (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
     }
 
@@ -248,12 +253,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let network = &mut self.services.dictionary.objects.application.network;
         let raw = entry(&mut network.assignment, node).map_or(0, |raw| *raw);
         let assignment = Assignment::from_raw(raw);
-        self.boot.assign(node, assignment);
-        self.redundancy.peers_mut().assign(node, assignment.is_slave());
+        self.boot.change(&mut self.services.wakes).assign(node, assignment);
+        self.redundancy.change(&mut self.services.wakes).peers_mut().assign(node, assignment.is_slave());
     }
 
     /// Executes a command written to 1F82h. The entry then shows the state of the node again.
-    fn on_requested_nmt(&mut self, sub: u8, now: Instant, out: &mut Out) {
+    fn on_requested_nmt(&mut self, sub: u8, turn: &mut Turn) {
         let (nth, node) = (usize::from(sub).wrapping_sub(1), NodeId::new(sub));
         let network = &mut self.services.dictionary.objects.application.network;
         let Some(entry) = network.request_nmt.get_mut(nth) else { return };
@@ -270,7 +275,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         };
         *entry = state.map_or(UNKNOWN, NmtState::byte);
         let target = node.filter(|_| sub != ALL).map_or(Target::All, Target::Node);
-        self.on_nmt_request(NmtMessage { command, target }, now, out);
+        self.on_nmt_request(NmtMessage { command, target }, turn);
     }
 
     /// Object 1F82h.
@@ -284,11 +289,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// A heartbeat on the active bus, for the consumers of 1016h.
     pub(super) fn on_monitored(&mut self, node: NodeId, state: NmtState, at: Instant) {
-        if self.services.monitor.on_heartbeat(node, state, at).is_some_and(|heard| heard.resolved) {
+        let Services { monitor, wakes, .. } = &mut self.services;
+        let heard = monitor.step(wakes, |monitor| monitor.on_heartbeat(node, state, at));
+        if heard.is_some_and(|heard| heard.resolved) {
             self.services.clear(ErrorCode::HEARTBEAT, node.get());
-            self.services.next = Instant::ZERO;
         }
-        self.services.wake(self.services.monitor.deadline());
     }
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
@@ -296,15 +301,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         earliest(&[device, self.services.monitor.deadline()])
     }
 
-    pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        self.services.next = self.run_filters(now, out);
-        while let Some(missed) = self.services.monitor.poll(until) {
+    pub(super) fn run_device(&mut self, turn: &mut Turn) {
+        while let Some(missed) = self.services.monitor.no_sooner().poll(turn.until) {
             self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
         }
-        self.send_due(until, now, out);
+        self.send_due(turn);
         let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
         if self.services.is_sdo_busy() {
-            self.serve(SdoStep::Poll, until, &mut |frame| out.send_for(bus, frame, now, lifetime));
+            let Turn { until, now, out } = turn;
+            let send = &mut |frame| out.send_for(bus, frame, *now, lifetime);
+            self.serve(SdoStep::Poll(*until), *now, send);
         }
     }
 
@@ -315,10 +321,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Sends emergencies and transmit PDOs. Before the bus is announced they are held. The spacecraft time is not
     /// held: it is sampled again at the announcement.
-    fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
+    fn send_due(&mut self, turn: &mut Turn) {
         let (withheld, state) = (self.withheld_time(), self.reporting_state());
         let Self { services, redundancy, .. } = self;
-        services.poll(until, now, state, &mut |frame, expires, carries_time| {
+        let (redundancy, Turn { until, now, out }) = (redundancy.no_sooner(), turn);
+        services.poll(*until, *now, state, &mut |frame, expires, carries_time| {
             if withheld == Some(frame.id()) {
                 // The time of the slaves is better.
                 return true;
@@ -358,10 +365,11 @@ impl<D: Device, B: MasterBoards> DeviceNode for Master<D, B> {
     }
 
     fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
+        let turn = &mut Turn::new(now, out);
         if let Some(at) = self.services.write(at, value, now)? {
-            self.on_written(at, now, out);
+            self.on_written(at, turn);
         }
-        self.run_all(now, now, out);
+        self.run_all(turn);
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 //! A standby sends no dominant bit. It follows the active master: the bus of its heartbeat, the states of the
 //! slaves, and the spacecraft time. So the time continues when it takes over.
 
-use super::{Master, MasterEvent, Out};
+use super::{Master, MasterEvent, Turn};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
 use crate::node::Device;
@@ -33,38 +33,38 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Power-on of one of two boards: it listens, silent on both buses.
-    pub(super) fn listen(&mut self, now: Instant, out: &mut Out) {
-        self.services.configure(now);
-        self.services.buses.listen(out);
+    pub(super) fn listen(&mut self, turn: &mut Turn) {
+        self.services.configure(turn.now);
+        self.services.buses.no_sooner().listen(turn.out);
         self.show_role();
-        self.services.next = now;
     }
 
     /// Becomes active.
-    pub(super) fn take_over(&mut self, bus: Bus, now: Instant, out: &mut Out) {
-        self.services.show_redundancy(self.redundancy.parameters(), now);
-        self.services.buses.join(bus, out);
-        self.errors.restart();
-        self.boot_up(now, out);
-        self.boot.start(now);
+    pub(super) fn take_over(&mut self, bus: Bus, turn: &mut Turn) {
+        self.services.show_redundancy(self.redundancy.parameters(), turn.now);
+        self.services.buses.no_sooner().join(bus, turn.out);
+        self.errors.change(&mut self.services.wakes).restart();
+        self.boot_up(turn);
+        self.boot.change(&mut self.services.wakes).start(turn.now);
     }
 
     /// Becomes the standby of another active master.
-    pub(super) fn stand_by(&mut self, now: Instant, out: &mut Out) {
-        self.services.buses.listen(out);
-        self.services.dictionary.emcy.recall(now);
-        self.drop_transfers(now);
-        self.boot.stand_by();
-        self.identification = super::Identification::default();
-        self.end_clashes(Instant::NEVER, out);
-        Bus::ALL.into_iter().for_each(|bus| self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault()));
-        self.entered(NmtState::Initialising, now, out);
+    pub(super) fn stand_by(&mut self, turn: &mut Turn) {
+        self.services.buses.no_sooner().listen(turn.out);
+        self.services.dictionary.emcy.change(&mut self.services.wakes).recall(turn.now);
+        self.drop_transfers(turn.now);
+        self.boot.change(&mut self.services.wakes).stand_by();
+        *self.identification.change(&mut self.services.wakes) = super::Identification::default();
+        self.end_clashes(Instant::NEVER, turn);
+        for bus in Bus::ALL {
+            self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
+        }
+        self.entered(NmtState::Initialising, turn);
     }
 
-    pub(super) fn on_role(&mut self, change: RoleChange, out: &mut Out) {
-        self.services.next = Instant::ZERO;
+    pub(super) fn on_role(&mut self, change: RoleChange, turn: &mut Turn) {
         self.show_role();
-        out.event(MasterEvent::Role(change));
+        turn.out.event(MasterEvent::Role(change));
     }
 
     /// Object 2045h.
@@ -79,38 +79,43 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Takes a frame while another master is active.
-    pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if self.is_of_master(frame.id()) {
-            return self.overhear_unacknowledged(bus, frame, stamp, now, out);
+            return self.overhear_unacknowledged(bus, frame, stamp, turn);
         }
-        match self.redundancy.on_received(bus, frame, stamp.at, now) {
+        let verdict =
+            self.redundancy.change(&mut self.services.wakes).on_received(bus, frame, stamp.at, turn.now);
+        match verdict {
             MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
-                self.services.buses.taken(bus, frame);
-                self.act_if(action, now, out);
+                self.services.counters.taken(bus, frame);
+                self.act_if(action, turn);
             }
             MasterVerdict::Heartbeat { node, state } => {
-                self.services.buses.taken(bus, frame);
-                let heard = self.redundancy.on_overheard(bus, node, state, stamp.at);
-                self.boot.on_overheard(node, state);
+                self.services.counters.taken(bus, frame);
+                let heard =
+                    self.redundancy.change(&mut self.services.wakes).on_overheard(bus, node, state, stamp.at);
+                self.boot.change(&mut self.services.wakes).on_overheard(node, state);
                 if heard.changed {
                     self.show_state(node, state.byte());
-                    out.event(MasterEvent::SlaveState { node, bus, state });
+                    turn.out.event(MasterEvent::SlaveState { node, bus, state });
                 }
             }
             // An answer to the active master: it is a slave.
-            MasterVerdict::Response(node) => self.redundancy.on_answer(node, stamp.at),
-            MasterVerdict::Malformed => self.services.buses.malformed(bus),
-            MasterVerdict::Other => self.overhear_emergency(bus, frame, now, out),
+            MasterVerdict::Response(node) => {
+                self.redundancy.change(&mut self.services.wakes).on_answer(node, stamp.at);
+            }
+            MasterVerdict::Malformed => self.services.counters.malformed(bus),
+            MasterVerdict::Other => self.overhear_emergency(bus, frame, turn),
         }
     }
 
     /// Takes the emergencies of slaves, so that a takeover loses none.
-    fn overhear_emergency(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
+    fn overhear_emergency(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) {
         match Emergency::decode(frame) {
             Some((node, emergency)) if self.consumes_emergency(frame.id(), node) => {
-                self.follow_errors(node, &emergency, now, out);
+                self.follow_errors(node, &emergency, turn);
             }
-            _ => self.services.buses.ignored(bus),
+            _ => self.services.counters.ignored(bus),
         }
     }
 
@@ -120,24 +125,18 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Takes a frame that only a master sends, perhaps in place of its heartbeat.
-    fn overhear_unacknowledged(
-        &mut self,
-        bus: Bus,
-        frame: &Frame,
-        stamp: &Stamp,
-        now: Instant,
-        out: &mut Out,
-    ) {
-        let action = self.redundancy.on_sync_or_time(bus, stamp.at, now);
-        self.act_if(action, now, out);
+    fn overhear_unacknowledged(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        let action =
+            self.redundancy.change(&mut self.services.wakes).on_sync_or_time(bus, stamp.at, turn.now);
+        self.act_if(action, turn);
         if bus != self.redundancy.active() {
-            self.services.buses.ignored(bus);
+            self.services.counters.ignored(bus);
         } else if self.services.is_sync(frame.id()) {
-            self.boot.on_sync_overheard();
+            self.boot.change(&mut self.services.wakes).on_sync_overheard();
             // A wrong length is reported by the master that is active.
             let _ = self.services.on_sync(bus, frame, stamp);
-        } else if !self.services.overhear_time(frame, stamp, now, out) {
-            self.services.buses.ignored(bus);
+        } else if !self.services.overhear_time(frame, stamp, turn) {
+            self.services.counters.ignored(bus);
         }
     }
 }

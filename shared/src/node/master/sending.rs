@@ -46,7 +46,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Some(_) => Refusal::NotOperational,
             None => Refusal::NotValid,
         };
-        self.services.buses.refused(self.redundancy.active());
+        self.services.counters.refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -61,11 +61,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         } else if !self.redundancy.has_room() {
             Refusal::Busy
         } else {
-            tpdos.trigger(number, now);
-            self.services.next = now;
+            tpdos.change(&mut self.services.wakes).trigger(number, now);
             return Ok(());
         };
-        self.services.buses.refused(self.redundancy.active());
+        self.services.counters.refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -83,7 +82,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         fill: impl FnOnce(&mut D),
     ) -> Result<(), Refusal> {
         if !self.may_command(node) {
-            self.services.buses.refused(self.redundancy.active());
+            self.services.counters.refused(self.redundancy.active());
             return Err(Refusal::NotOperational);
         }
         self.send_pdo(number, now)?;
@@ -111,13 +110,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let expires = now + self.services.lifetimes.event;
         let refusal = if frame.id().is_restricted() || !self.redundancy.state().allows_pdo() {
             Refusal::NotValid
-        } else if !self.redundancy.queue(Outgoing { frame, expires }) {
+        } else if !self.redundancy.change(&mut self.services.wakes).queue(Outgoing { frame, expires }) {
             Refusal::Busy
         } else {
-            self.services.next = now;
             return Ok(());
         };
-        self.services.buses.refused(self.redundancy.active());
+        self.services.counters.refused(self.redundancy.active());
         Err(refusal)
     }
 }

@@ -5,11 +5,12 @@ use core::task::Waker;
 
 use embassy_sync::waitqueue::MultiWakerRegistration;
 
-use super::{Master, Out};
+use super::{Master, Turn};
 use crate::link::bit_timing::BitRate;
 use crate::node::Device;
 use crate::node::services::SdoStep;
 use crate::node::stored::Storage;
+use crate::node::turn::Part;
 use crate::redundancy::MasterBoards;
 use crate::sdo;
 use crate::sdo::Client;
@@ -74,6 +75,16 @@ impl Transfers {
         self.pause.or_else(|| self.client.deadline())
     }
 
+    fn is_overdue(&self, until: Instant) -> bool {
+        self.is_due || self.deadline().is_some_and(|deadline| deadline <= until)
+    }
+
+    /// A frame of the client left, or never will.
+    fn on_sent(&mut self) {
+        self.client.on_sent();
+        self.is_due = true;
+    }
+
     /// Takes the client for a transfer that is about to start.
     pub fn take(&mut self, owner: Owner, node: NodeId) -> &mut Client {
         (self.owner, self.node, self.is_due) = (owner, node, true);
@@ -98,6 +109,13 @@ impl Transfers {
     }
 }
 
+impl Part for Transfers {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        if self.is_due { Some(Instant::ZERO) } else { self.deadline() }
+    }
+}
+
 /// For [`runner::SdoClient`](crate::runner::SdoClient), which knows whose turn it is.
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Returns the SDO client for a transfer with the server in `node`, if no task has it and the boot-up process
@@ -105,56 +123,55 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// [release](Master::release_sdo) the client when it is over.
     pub fn claim_sdo(&mut self, node: NodeId, task: &Waker) -> Option<&mut Client> {
         if self.transfers.owner != Owner::Nobody || self.boot.is_busy() || !self.is_active() {
-            self.transfers.tasks.register(task);
+            self.transfers.no_sooner().tasks.register(task);
             return None;
         }
-        self.services.next = Instant::ZERO;
-        Some(self.transfers.take(Owner::Application, node))
+        self.transfers.change(&mut self.services.wakes).take(Owner::Application, node);
+        Some(&mut self.transfers.no_sooner().client)
     }
 
     /// Returns the SDO client that was claimed. The task is woken when the transfer needs it.
     pub fn claimed_sdo(&mut self, task: &Waker) -> &mut Client {
-        self.transfers.tasks.register(task);
-        self.transfers.is_due = true;
-        self.services.next = Instant::ZERO;
-        &mut self.transfers.client
+        self.transfers.change(&mut self.services.wakes).is_due = true;
+        let transfers = self.transfers.no_sooner();
+        transfers.tasks.register(task);
+        &mut transfers.client
     }
 
     /// Releases the SDO client. A transfer that is not over is aborted.
     pub fn release_sdo(&mut self) {
-        (self.transfers.owner, self.transfers.is_due) = (Owner::Abandoned, true);
-        self.services.next = Instant::ZERO;
+        let transfers = self.transfers.change(&mut self.services.wakes);
+        (transfers.owner, transfers.is_due) = (Owner::Abandoned, true);
     }
 
     /// Lets the client do something; its frames go out on the active bus.
     fn with_client<R>(
         &mut self,
-        now: Instant,
-        out: &mut Out,
+        turn: &mut Turn,
         step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::Payload)) -> R,
     ) -> R {
         let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
-        let id = CobId::sdo_request(self.transfers.node);
-        step(&mut self.transfers.client, &mut |payload| {
-            out.send_for(bus, Frame::of(id, payload), now, lifetime)
-        })
+        let Turn { now, out, .. } = turn;
+        let transfers = self.transfers.change(&mut self.services.wakes);
+        let id = CobId::sdo_request(transfers.node);
+        step(&mut transfers.client, &mut |payload| out.send_for(bus, Frame::of(id, payload), *now, lifetime))
     }
 
     /// An SDO response on the active bus.
-    pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, now: Instant, out: &mut Out) {
+    pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, turn: &mut Turn) {
         let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else {
-            return self.services.buses.malformed(bus);
+            return self.services.counters.malformed(bus);
         };
         // Not announced: what comes belongs to nothing that was asked here.
         let is_ours = node == self.transfers.node && self.redundancy.is_announced();
-        let was_used = is_ours
-            && self.with_client(now, out, |client, mut send| client.on_response(payload, now, &mut send));
-        self.transfers.is_due = true;
-        self.services.next = Instant::ZERO;
+        let now = turn.now;
+        let was_used =
+            is_ours && self.with_client(turn, |client, mut send| client.on_response(payload, now, &mut send));
+        self.transfers.change(&mut self.services.wakes).is_due = true;
         if !was_used {
-            self.services.buses.ignored(bus);
+            self.services.counters.ignored(bus);
             if self.redundancy.peers().is_answer_late(node) {
-                self.redundancy.on_answer(node, now);
+                self.redundancy.change(&mut self.services.wakes).on_answer(node, turn.now);
             }
         }
     }
@@ -163,10 +180,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn on_sdo_sent(&mut self, bus: Bus, frame: &Frame) {
         if frame.id() == CobId::sdo_response(NodeId::MASTER) {
             self.services.on_sdo_sent();
-            self.services.next = Instant::ZERO;
         } else if frame.id() == CobId::sdo_request(self.transfers.node) && bus == self.redundancy.active() {
-            self.transfers.client.on_sent();
-            self.transfers.is_due = true;
+            self.transfers.change(&mut self.services.wakes).on_sent();
         }
     }
 
@@ -174,70 +189,66 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16) {
         for _ in 0..frames {
             self.services.on_sdo_sent();
-            self.transfers.client.on_sent();
+            self.transfers.change(&mut self.services.wakes).on_sent();
         }
-        self.transfers.is_due = true;
         self.lost(bus);
     }
 
     /// Aborts running transfers. Servers and clients get the abort on the new bus, once that bus is announced.
-    pub(super) fn abort_transfers(&mut self, now: Instant, out: &mut Out) {
-        let mut abort = None;
-        let mut note = |payload| abort = Some(payload);
-        let mut note: &mut dyn FnMut(sdo::Payload) = &mut note;
-        self.transfers.client.bus_changed(&mut note);
-        if let Some(payload) = abort {
-            let frame = Frame::of(CobId::sdo_request(self.transfers.node), payload);
-            self.send(frame, now, self.services.lifetimes.sdo, out);
-        }
-        (self.transfers.is_due, self.transfers.pause) = (true, Some(now + AFTER_SWITCH));
-        let mut abort = None;
-        self.serve(SdoStep::BusChanged, now, &mut |frame| abort = Some(frame));
-        if let Some(frame) = abort {
-            self.send(frame, now, self.services.lifetimes.sdo, out);
+    pub(super) fn abort_transfers(&mut self, turn: &mut Turn) {
+        let mut aborts = [None; 2];
+        let [of_client, of_server] = &mut aborts;
+        let transfers = self.transfers.change(&mut self.services.wakes);
+        let id = CobId::sdo_request(transfers.node);
+        let mut note: &mut dyn FnMut(sdo::Payload) = &mut |payload| *of_client = Some(Frame::of(id, payload));
+        transfers.client.bus_changed(&mut note);
+        (transfers.is_due, transfers.pause) = (true, Some(turn.now + AFTER_SWITCH));
+        self.serve(SdoStep::BusChanged, turn.now, &mut |frame| *of_server = Some(frame));
+        for frame in aborts.into_iter().flatten() {
+            self.send(frame, self.services.lifetimes.sdo, turn);
         }
     }
 
     /// Drops all transfers without an abort: another master is active.
     pub(super) fn drop_transfers(&mut self, now: Instant) {
         let mut silent: &mut dyn FnMut(sdo::Payload) = &mut |_| {};
-        if self.transfers.owner == Owner::Application {
+        let transfers = self.transfers.change(&mut self.services.wakes);
+        if transfers.owner == Owner::Application {
             // Its task collects the error.
-            self.transfers.client.bus_changed(&mut silent);
+            transfers.client.bus_changed(&mut silent);
         } else {
-            if self.transfers.owner == Owner::Identification {
-                self.redundancy.peers_mut().ask_again(self.transfers.node);
+            if transfers.owner == Owner::Identification {
+                self.redundancy.change(&mut self.services.wakes).peers_mut().ask_again(transfers.node);
             }
-            self.transfers.client.cancel(&mut silent);
-            self.transfers.owner = Owner::Nobody;
+            transfers.client.cancel(&mut silent);
+            transfers.owner = Owner::Nobody;
         }
-        self.transfers.pause = None;
-        self.transfers.wake(now);
+        let transfers = self.transfers.no_sooner();
+        transfers.pause = None;
+        transfers.wake(now);
         self.serve(SdoStep::BusChanged, now, &mut |_| {});
         self.services.dictionary.stored.give_up();
     }
 
     /// Lets the client do what is due.
-    pub(super) fn run_client(&mut self, until: Instant, now: Instant, out: &mut Out) {
+    pub(super) fn run_client(&mut self, turn: &mut Turn) {
         if self.transfers.owner == Owner::Abandoned {
-            self.cancel_transfer(now, out);
+            self.cancel_transfer(turn);
         }
-        let is_overdue = self.transfers.deadline().is_some_and(|deadline| deadline <= until);
-        if self.transfers.pause.is_some_and(|pause| pause <= until) {
-            self.transfers.pause = None;
-        }
-        if !(is_overdue || self.transfers.is_due) {
+        let (until, transfers) = (turn.until, self.transfers.no_sooner());
+        if !transfers.is_overdue(until) {
             return;
         }
-        if self.redundancy.is_announced() && self.transfers.pause.is_none() {
-            self.transfers.is_due = false;
-            self.with_client(now, out, |client, mut send| client.poll(until, &mut send));
+        transfers.pause.take_if(|pause| *pause <= until);
+        if self.redundancy.is_announced() && transfers.pause.is_none() {
+            transfers.is_due = false;
+            self.with_client(turn, |client, mut send| client.poll(until, &mut send));
         }
     }
 
     /// Aborts the running transfer, if there is one. The client is free.
-    pub(super) fn cancel_transfer(&mut self, now: Instant, out: &mut Out) {
-        self.transfers.owner = Owner::Nobody;
-        self.with_client(now, out, |client, mut send| client.cancel(&mut send));
+    pub(super) fn cancel_transfer(&mut self, turn: &mut Turn) {
+        self.transfers.no_sooner().owner = Owner::Nobody;
+        self.with_client(turn, |client, mut send| client.cancel(&mut send));
     }
 }

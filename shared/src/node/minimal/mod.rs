@@ -42,6 +42,7 @@ pub use objects::{Permission, assert_minimal, permission};
 pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
 
 use super::buses::{BusNews, Buses};
+use super::counters::BusCounters;
 use super::{Counters, Filters, LinkEvent, Node, Outbox};
 use crate::heartbeat;
 use crate::link::Stamp;
@@ -62,6 +63,7 @@ pub struct MinimalSlave<D: MinimalDevice> {
     device: D,
     numbers: Numbers,
     buses: Buses,
+    counters: BusCounters,
     selector: Selector,
     heartbeat: heartbeat::Producer,
     /// SYNCs until each transmit PDO goes out again.
@@ -77,6 +79,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
             device,
             numbers,
             buses: Buses::new(numbers.access, numbers.bus_off),
+            counters: BusCounters::default(),
             selector: Selector::new(numbers.redundancy),
             heartbeat: heartbeat::Producer::new(id, numbers.redundancy.producer),
             syncs: [0; PDOS],
@@ -95,7 +98,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 
     /// Returns the counters of the frames of each bus.
     pub const fn counters(&self) -> &PerBus<Counters> {
-        &self.buses.counters
+        self.counters.all()
     }
 
     /// Returns error state and counters of each controller (ECSS 5.6.2b, c).
@@ -111,16 +114,16 @@ impl<D: MinimalDevice> MinimalSlave<D> {
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let id = frame.id();
         if !self.buses.is_joined(bus, self.active()) {
-            self.buses.ignored(bus);
+            self.counters.ignored(bus);
         } else if id == CobId::heartbeat(NodeId::MASTER) {
             self.on_master(bus, frame, stamp, now, out);
         } else if bus != self.active() {
-            self.buses.ignored(bus);
+            self.counters.ignored(bus);
         } else if id == CobId::SYNC {
             self.on_sync(bus, frame, stamp, now, out);
         } else if let Some((nth, pdo)) = D::PDOS.received(id, self.id) {
             if frame.data().len() < usize::from(pdo.least) {
-                return self.buses.malformed(bus);
+                return self.counters.malformed(bus);
             }
             let answer = self.device.on_pdo(nth, frame.data(), stamp.at);
             out.event(MinimalEvent::Pdo { bus, number: nth as u8 });
@@ -128,7 +131,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
                 self.answer(number, &payload, now, out);
             }
         } else {
-            self.buses.ignored(bus);
+            self.counters.ignored(bus);
         }
     }
 
@@ -138,21 +141,21 @@ impl<D: MinimalDevice> MinimalSlave<D> {
             Some(Some(MinimalTpdo { cob_id, trigger: Trigger::Request })) => {
                 self.send(cob_id.of(self.id), payload, now, out);
             }
-            _ => self.buses.refused(self.active()),
+            _ => self.counters.refused(self.active()),
         }
     }
 
     fn send(&mut self, id: CobId, payload: &Payload, now: Instant, out: &mut Out) {
         match Frame::new(id, payload) {
             Ok(frame) => out.send_for(self.active(), frame, now, self.numbers.lifetime),
-            Err(_) => self.buses.refused(self.active()),
+            Err(_) => self.counters.refused(self.active()),
         }
     }
 
     /// 1019h is not among the objects of a minimal slave: SYNC has no counter.
     fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         if !frame.data().is_empty() {
-            return self.buses.malformed(bus);
+            return self.counters.malformed(bus);
         }
         out.event(MinimalEvent::Sync { bus });
         for (number, pdo) in D::PDOS.transmit.iter().enumerate() {
@@ -171,12 +174,12 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 
     fn on_master(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         if heartbeat::decode(frame).is_none() {
-            return self.buses.malformed(bus);
+            return self.counters.malformed(bus);
         }
         if !self.follows_master() {
-            return self.buses.ignored(bus);
+            return self.counters.ignored(bus);
         }
-        self.buses.taken(bus, frame);
+        self.counters.taken(bus, frame);
         if let Some(selection) = self.selector.on_master(bus, MasterMessage::Heartbeat, stamp.at) {
             self.apply(selection, now, out);
         }
@@ -263,6 +266,7 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
         if let LinkEvent::Received { frame, stamp } = event {
             return self.on_received(bus, frame, stamp, now, out);
         }
+        self.counters.on_link(bus, event);
         match self.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => out.event(MinimalEvent::Health { bus, health }),
             Some(BusNews::Failed(health)) => {
@@ -276,7 +280,7 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        self.buses.received(bus);
+        self.counters.received(bus);
         self.run(stamp.at.min(now), now, out);
         self.on_frame(bus, frame, stamp, now, out);
         self.run(now, now, out);

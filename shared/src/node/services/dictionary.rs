@@ -7,12 +7,13 @@ use crate::emcy::ErrorCode;
 use crate::node::index::{IDENTITY, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO, STORE};
 use crate::node::save::SaveEnd;
 use crate::node::stored::Storage;
+use crate::node::turn::{Part, Timed, Wakes};
 use crate::node::{Communication, Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
-use crate::pdo::{Rpdos, Tpdos};
+use crate::pdo::{PdoSlots, Rpdos, Tpdos};
 use crate::store::{Group, Loaded, ParameterStore, StoreError, StoreRequest};
-use crate::types::{AbortCode, Address, CobId, Duration, Instant, NodeId};
+use crate::types::{AbortCode, Address, CobId, Duration, Instant, NmtState, NodeId};
 
 /// Sub-index of all parameters.
 const ALL: u8 = 1;
@@ -21,9 +22,9 @@ const ALL: u8 = 1;
 #[derive(Debug)]
 pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub objects: NodeObjects<D, E>,
-    pub rpdos: Rpdos<D::Pdos>,
-    pub tpdos: Tpdos<D::Pdos>,
-    pub emcy: emcy::Producer,
+    pub rpdos: Timed<Rpdos<D::Pdos>>,
+    pub tpdos: Timed<Tpdos<D::Pdos>>,
+    pub emcy: Timed<emcy::Producer>,
     pub stored: E::Storage,
     /// Object that a client wrote last and the node did not yet handle.
     pub written: Option<Address>,
@@ -32,6 +33,8 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub(super) id: NodeId,
     /// Instant of the last call of the SDO server.
     pub now: Instant,
+    /// Whether that call made something due.
+    pub wakes: Wakes,
 }
 
 impl<D: Device, E: Extension> Dictionary<D, E> {
@@ -44,14 +47,15 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         // What is found at power-on waits for boot-up, when the objects say how it is sent.
         let emcy = emcy::Config { id: Some(CobId::emcy(id)), inhibit: Duration::ZERO };
         Dictionary {
-            rpdos: Rpdos::new(),
-            tpdos: Tpdos::new(&D::PDOS),
-            emcy: emcy::Producer::new(emcy),
+            rpdos: Timed::new(Rpdos::new()),
+            tpdos: Timed::new(Tpdos::new(&D::PDOS)),
+            emcy: Timed::new(emcy::Producer::new(emcy)),
             stored: E::Storage::new(store),
             written: None,
             found: None,
             id,
             now: Instant::ZERO,
+            wakes: Wakes::never(),
             // Last: then the compiler makes it in its place.
             objects: objects(),
         }
@@ -78,18 +82,26 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     }
 
     /// Continues a running save if that is due. Returns its end.
-    pub fn advance_save(&mut self, now: Instant) -> Option<SaveEnd> {
+    pub fn advance_save(&mut self, now: Instant, wakes: &mut Wakes) -> Option<SaveEnd> {
         let end = self.stored.advance(&mut self.objects, now)?;
         if end.result.is_ok() && (end.at.index == STORE || end.at.sub == ALL) {
-            self.clear(ErrorCode::DATA_SET);
+            self.clear(ErrorCode::DATA_SET, 0, wakes);
         }
         Some(end)
     }
 
-    fn clear(&mut self, code: ErrorCode) {
-        if self.emcy.clear(code, 0) {
-            self.emcy.show(&mut self.objects.communication.emcy);
+    /// Notes that an error is gone. Returns whether it was there.
+    pub fn clear(&mut self, code: ErrorCode, source: u8, wakes: &mut Wakes) -> bool {
+        let is_news = self.emcy.step(wakes, |emcy| emcy.clear(code, source));
+        if is_news {
+            self.show_errors();
         }
+        is_news
+    }
+
+    /// Register and history of errors in the objects follow.
+    pub fn show_errors(&mut self) {
+        self.emcy.show(&mut self.objects.communication.emcy);
     }
 
     /// Finds a value.
@@ -115,12 +127,34 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     }
 
     /// Notes that a client changed a value: an event for all TPDOs that carry it.
-    pub fn on_changed(&mut self, at: Address, now: Instant) {
+    pub fn on_changed(&mut self, at: Address, now: Instant, wakes: &mut Wakes) {
         if self.tpdos.has_events()
             && let Ok((place, _)) = self.place(at)
         {
-            self.tpdos.on_changed(place, now);
+            self.tpdos.step(wakes, |tpdos| tpdos.on_changed(place, now));
         }
+    }
+}
+
+impl<S: PdoSlots> Part for Rpdos<S> {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
+    }
+}
+
+impl<S: PdoSlots> Part for Tpdos<S> {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
+    }
+}
+
+/// The NMT state may forbid what it sends, for a time.
+impl Part for emcy::Producer {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline(NmtState::Operational)
     }
 }
 

@@ -7,7 +7,8 @@ use crate::node::index::{
     RPDO, SCET_SET, SELF_TEST_START, STORE, UTC_SET,
 };
 use crate::node::stored::Storage;
-use crate::node::{Device, Extension, NodeObjects, Outbox, SelfTest};
+use crate::node::turn::Turn;
+use crate::node::{Device, Extension, NodeObjects, SelfTest};
 use crate::od::{ObjectAccess, Transfer};
 use crate::store::{Group, Loaded};
 use crate::types::{AbortCode, Address, Instant, NodeId, Sealed};
@@ -17,25 +18,25 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// communication.
     pub fn configure(&mut self, now: Instant) {
         self.dictionary.stored.give_up();
-        let Self { dictionary, server, .. } = self;
-        server.reset(dictionary);
+        self.reset_server();
+        let Self { dictionary, monitor, wakes, .. } = self;
         dictionary.written = None;
-        dictionary.rpdos.stop();
-        dictionary.tpdos.stop();
+        dictionary.rpdos.no_sooner().stop();
+        dictionary.tpdos.no_sooner().stop();
         let communication = &dictionary.objects.communication;
         self.sync_id = Sealed::of(communication.sync.id());
         self.sync.configure(communication.sync.overflow, communication.sync.window);
-        dictionary.emcy.configure(communication.emcy.config());
-        let emcy = &mut dictionary.emcy;
+        let emcy = dictionary.emcy.change(wakes);
+        emcy.configure(communication.emcy.config());
         let clear = &mut |missed: NodeId| _ = emcy.clear(ErrorCode::HEARTBEAT, missed.get());
-        self.monitor.configure(&dictionary.objects.consumers, clear);
-        self.dictionary.set_pdos(now);
+        monitor.change(wakes).configure(&dictionary.objects.consumers, clear);
+        dictionary.set_pdos(now, wakes);
+        dictionary.emcy.change(wakes).restart();
         self.note_mappings();
         if E::IS_GUARDED {
             self.copy_cob_ids();
         }
-        self.dictionary.emcy.restart();
-        self.show_errors();
+        self.dictionary.show_errors();
     }
 
     /// Lets the application change objects. PDOs that are sent on events go out if their content is another one
@@ -45,13 +46,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
         let has_events = tpdos.has_events();
         if has_events {
-            tpdos.remember(objects);
+            tpdos.no_sooner().remember(objects);
         }
         let result = change(objects);
         if has_events {
-            tpdos.trigger_changed(objects, now);
-            let due = tpdos.deadline();
-            self.wake(due);
+            tpdos.step(&mut self.wakes, |tpdos| tpdos.trigger_changed(objects, now));
         }
         result
     }
@@ -121,45 +120,45 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Notes that a client wrote an object of a service: services and clock follow.
-    pub fn on_own_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
+    pub fn on_own_written<V: NodeEvent>(&mut self, at: Address, turn: &mut Turn<V>) {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
             if at.index == SELF_TEST_START {
                 objects.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
-                out.event(V::self_test());
+                turn.out.event(V::self_test());
             }
-            self.on_time_written(at, now, out);
+            self.on_time_written(at, turn);
         }
         if at.index < FIRST_REPORTED || at.index == REDUNDANCY {
             self.on_written(at);
-            self.next = now;
         }
     }
 
     /// Notes that a client wrote an object: an event for the application, and for the TPDOs that carry the
     /// object.
     #[inline]
-    pub fn report_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
+    pub fn report_written<V: NodeEvent>(&mut self, at: Address, turn: &mut Turn<V>) {
         if at.index >= FIRST_REPORTED {
             if self.dictionary.tpdos.has_events() {
-                self.dictionary.on_changed(at, now);
-                self.wake(self.dictionary.tpdos.deadline());
+                self.dictionary.on_changed(at, turn.now, &mut self.wakes);
             }
-            out.event(V::written(at));
+            turn.out.event(V::written(at));
         }
     }
 
     /// Each service follows what was written to its objects.
     fn on_written(&mut self, at: Address) {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
-        emcy.follow(at, &mut objects.communication.emcy);
+        emcy.change(&mut self.wakes).follow(at, &mut objects.communication.emcy);
         if self.sync.follow(at, &objects.communication.sync) {
             self.sync_id = Sealed::of(objects.communication.sync.id());
         }
-        if let Some(missed) = self.monitor.follow(at, &objects.consumers) {
+        let missed = self.monitor.change(&mut self.wakes).follow(at, &objects.consumers);
+        if let Some(missed) = missed {
             self.clear(ErrorCode::HEARTBEAT, missed.get());
         }
         if matches!(at.index, CYCLE_PERIOD | RPDO..=LAST_TPDO_MAPPING) {
             self.note_mappings();
+            self.wakes.take(&mut self.dictionary.wakes);
         }
         if E::IS_GUARDED {
             self.copy_written_cob_id(at);

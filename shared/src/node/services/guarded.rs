@@ -167,8 +167,8 @@ impl<D: Device, E: Extension> Services<D, E> {
             } = &mut self.dictionary;
             self.sync_id = Sealed::of(sync.id());
             let emcy = emcy.config();
-            self.dictionary.emcy.configure(emcy);
-            self.dictionary.set_pdos(now);
+            self.dictionary.emcy.change(&mut self.wakes).configure(emcy);
+            self.dictionary.set_pdos(now, &mut self.wakes);
             self.report_flipped();
         }
         is_wrong
@@ -207,7 +207,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// A flipped bit was mended.
-    #[inline(never)] // of two callers, neither in a hurry
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`
     fn report_flipped(&mut self) {
         let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() else { return };
         objects.identity.mended = objects.identity.mended.saturating_add(1);

@@ -16,6 +16,8 @@ mod time;
 
 use self::guarded::Guarded;
 use super::buses::Buses;
+use super::counters::BusCounters;
+use super::turn::{Part, Timed, Wakes};
 use super::{Device, Extension, NodeObjects, Spacecraft};
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, Monitor, monitored};
@@ -49,8 +51,8 @@ pub enum SdoStep<'a> {
     Request(&'a Frame),
     /// End the transfer: the bus of its client was left.
     BusChanged,
-    /// Check the deadline, or continue after one of its frames was sent.
-    Poll,
+    /// Do what was due at this instant, or continue after one of its frames was sent.
+    Poll(Instant),
 }
 
 /// Dictionary and services of a node. `E`: parts of the node beyond CANopen.
@@ -58,14 +60,15 @@ pub enum SdoStep<'a> {
 pub struct Services<D: Device, E: Extension = Spacecraft> {
     id: NodeId,
     pub dictionary: Dictionary<D, E>,
-    pub monitor: Monitor<D::Consumers>,
+    pub monitor: Timed<Monitor<D::Consumers>>,
     sync: sync::Consumer,
     sync_id: Sealed,
     /// COB-ID of requests to the SDO server.
     sdo_id: Sealed,
-    server: sdo::Server,
+    server: Timed<sdo::Server>,
     pub time: E::Time,
-    pub buses: Buses,
+    pub buses: Timed<Buses>,
+    pub counters: BusCounters,
     pub lifetimes: Lifetimes,
     /// Second copies of its COB-IDs.
     guarded: Guarded<D::Pdos>,
@@ -85,8 +88,7 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     synchronous_lifetime: Duration,
     /// The last reset is reported when the boot-up message was sent.
     is_reset_due: bool,
-    /// Earliest instant at which something is due. It may be too early, never too late.
-    pub next: Instant,
+    pub wakes: Wakes,
 }
 
 /// Lifetimes of frames that wait for their bus.
@@ -109,13 +111,14 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) -> Self {
         Services {
             id,
-            monitor: Monitor::new(),
+            monitor: Timed::new(Monitor::new()),
             sync: sync::Consumer::new(0, 0),
             sync_id: Sealed::of(CobId::SYNC),
             sdo_id: Sealed::of(CobId::sdo_request(id)),
-            server: sdo::Server::new(profile.sdo_timeout),
+            server: Timed::new(sdo::Server::new(profile.sdo_timeout)),
             time: E::new_time(profile),
-            buses: Buses::new(profile.access(id), profile.bus_off),
+            buses: Timed::new(Buses::new(profile.access(id), profile.bus_off)),
+            counters: BusCounters::default(),
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
                 synchronous: profile.sync.min(profile.heartbeat),
@@ -131,7 +134,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             notes_syncs: false,
             synchronous_lifetime: profile.sync.min(profile.heartbeat),
             is_reset_due: false,
-            next: Instant::ZERO,
+            wakes: Wakes::at_once(),
             // Last: then the compiler makes it in its place.
             dictionary: Dictionary::new(id, objects, store),
         }
@@ -182,57 +185,43 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Takes an error that appeared: history and register in the dictionary follow. Returns `false` if the error
     /// is active already.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
-        let Dictionary { objects, emcy, .. } = &mut self.dictionary;
-        let is_news = emcy.raise(code, info);
+        let is_news = self.dictionary.emcy.step(&mut self.wakes, |emcy| emcy.raise(code, info));
         if is_news {
-            emcy.show(&mut objects.communication.emcy);
+            self.dictionary.show_errors();
         }
         is_news
     }
 
-    /// Notes that an error is gone.
-    pub fn clear(&mut self, code: ErrorCode, source: u8) {
-        self.clear_error(code, source);
-    }
-
-    /// An error is gone. Returns whether it was there.
-    fn clear_error(&mut self, code: ErrorCode, source: u8) -> bool {
-        let Dictionary { objects, emcy, .. } = &mut self.dictionary;
-        let is_news = emcy.clear(code, source);
-        if is_news {
-            emcy.show(&mut objects.communication.emcy);
-        }
-        is_news
+    /// Notes that an error is gone. Returns whether it was there.
+    pub fn clear(&mut self, code: ErrorCode, source: u8) -> bool {
+        self.dictionary.clear(code, source, &mut self.wakes)
     }
 
     /// An error is there or not, with its source alone. Returns whether it has just appeared.
     fn set_error(&mut self, code: ErrorCode, source: u8, is_there: bool) -> bool {
-        let is_news =
-            if is_there { self.raise(code, [source, 0, 0, 0, 0]) } else { self.clear_error(code, source) };
-        if is_news {
-            self.next = Instant::ZERO;
+        if !is_there {
+            self.clear(code, source);
+            return false;
         }
-        is_news && is_there
+        self.raise(code, [source, 0, 0, 0, 0])
     }
 
-    /// Register and history in the dictionary follow.
-    fn show_errors(&mut self) {
-        let Dictionary { objects, emcy, .. } = &mut self.dictionary;
-        emcy.show(&mut objects.communication.emcy);
+    /// The NMT state may allow emergencies from now on.
+    pub fn allow_emergencies(&mut self) {
+        self.dictionary.emcy.change(&mut self.wakes);
     }
 
     /// Takes the error state and the counters of a controller.
     pub fn on_health(&mut self, bus: Bus, health: &Health) {
-        let source = bus.bdefault();
-        match health.state {
-            ErrorState::Active => self.clear(ErrorCode::CAN_PASSIVE, source),
-            ErrorState::Passive if self.is_first(bus, health) => {}
-            ErrorState::Passive => {
-                self.raise(ErrorCode::CAN_PASSIVE, [source, 0, 0, 0, 0]);
-            }
-            ErrorState::BusOff => {}
+        let is_passive = match health.state {
+            ErrorState::Active => Some(false),
+            ErrorState::Passive => (!self.is_first(bus, health)).then_some(true),
+            ErrorState::BusOff => None,
+        };
+        if let Some(is_passive) = is_passive {
+            self.set_error(ErrorCode::CAN_PASSIVE, bus.bdefault(), is_passive);
         }
-        if self.buses.note_state(bus, health.state) {
+        if self.buses.no_sooner().note_state(bus, health.state) {
             self.occurred(ErrorCode::BUS_OFF_RECOVERED, bus);
         }
     }
@@ -241,7 +230,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// other node was there yet to acknowledge its frames. The first frames that were acknowledged may be handled
     /// before the state that preceded them, and end its last error.
     fn is_first(&self, bus: Bus, health: &Health) -> bool {
-        let counters = &self.buses.counters[bus];
+        let counters = &self.counters.all()[bus];
         matches!(health.last_error, LastError::Ack | LastError::None)
             && counters.received.saturating_add(counters.sent) < FIRST_FRAMES
     }
@@ -252,11 +241,10 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Reports an error that has already ended.
-    #[inline(never)] // of several callers, neither in a hurry
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`
     fn report_past(&mut self, code: ErrorCode, info: [u8; 5]) {
-        if self.dictionary.emcy.report(code, info) {
-            self.show_errors();
-            self.next = Instant::ZERO;
+        if self.dictionary.emcy.step(&mut self.wakes, |emcy| emcy.report(code, info)) {
+            self.dictionary.show_errors();
         }
     }
 
@@ -268,15 +256,11 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Takes the end of a frame of this node on its active bus: a node acknowledged it, or it was not sent. Then an
     /// emergency or a state is due again.
     pub fn on_frame_end(&mut self, frame: &Frame, is_acknowledged: bool, now: Instant) {
-        let is_emergency = self.is_emergency(frame.id());
-        if is_emergency || !is_acknowledged {
-            let Dictionary { emcy, tpdos, .. } = &mut self.dictionary;
-            if is_emergency {
-                emcy.on_end(frame, is_acknowledged, now);
-            } else {
-                tpdos.on_failed(frame.id(), now);
-            }
-            self.next = now;
+        let Dictionary { emcy, tpdos, .. } = &mut self.dictionary;
+        if emcy.id().is(frame.id()) {
+            emcy.change(&mut self.wakes).on_end(frame, is_acknowledged, now);
+        } else if !is_acknowledged {
+            tpdos.change(&mut self.wakes).on_failed(frame.id(), now);
         }
     }
 
@@ -293,9 +277,8 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// The active bus changed, or another master is there: what may not have been heard is announced again.
     #[inline(never)] // seldom
     pub fn announce(&mut self, now: Instant) {
-        self.dictionary.emcy.on_bus_changed();
-        self.dictionary.tpdos.send_states(now);
-        self.next = now;
+        self.dictionary.emcy.change(&mut self.wakes).on_bus_changed();
+        self.dictionary.tpdos.change(&mut self.wakes).send_states(now);
     }
 
     /// Writes object 2032h. An emergency reports it after the boot-up message.
@@ -324,18 +307,22 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Updates objects 2020h and 2021h.
     pub fn refresh_health(&mut self) {
-        let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
+        let of = |bus| BusHealth::new(&self.buses.health[bus], &self.counters.all()[bus]);
         let health = (of(Bus::Nominal), of(Bus::Redundant));
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
             (objects.health_nominal, objects.health_redundant) = health;
         }
     }
 
-    /// Handles a segment of a block download that needs no object. Returns whether it was one.
+    /// Takes a segment of a block download like nearly all, as [`sdo::Server::is_plain_segment`]. Returns whether the frame
+    /// was one.
     #[inline]
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
-        let Self { dictionary, server, .. } = self;
-        frame.full().is_some_and(|payload| server.on_plain_segment(payload, now, dictionary))
+        let segment = frame.full().filter(|payload| self.server.is_plain_segment(payload));
+        if let Some(payload) = segment {
+            self.server.no_sooner().take_plain_segment(payload, now);
+        }
+        segment.is_some()
     }
 
     /// Runs the SDO server. Returns whether a frame was of use. Call it from one place, so that an image has its
@@ -343,10 +330,10 @@ impl<D: Device, E: Extension> Services<D, E> {
     #[inline(always)]
     pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let Some(response) = self.sdo_id.id().map(CobId::sdo_answer) else { return false };
-        let Self { dictionary, server, .. } = self;
+        let Self { dictionary, server, wakes, .. } = self;
         dictionary.now = now;
         let mut send = move |payload| send(Frame::of(response, payload));
-        match step {
+        let is_used = match step {
             SdoStep::Request(frame) => {
                 let Some(payload) = frame.full() else { return false };
                 if payload[0] == ABORT
@@ -354,12 +341,19 @@ impl<D: Device, E: Extension> Services<D, E> {
                 {
                     save.drop_answer();
                 }
-                return server.on_request(payload, now, dictionary, &mut send);
+                server.no_sooner().on_request(payload, now, dictionary, &mut send)
             }
-            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut send),
-            SdoStep::Poll => server.poll(now, dictionary, &mut send),
-        }
-        true
+            SdoStep::BusChanged => {
+                server.no_sooner().on_bus_changed(now, dictionary, &mut send);
+                true
+            }
+            SdoStep::Poll(until) => {
+                server.no_sooner().poll(until, dictionary, &mut send);
+                true
+            }
+        };
+        server.settle(wakes);
+        is_used
     }
 
     /// Returns the earlier one of `deadline` and the next slice of a running save, which a received frame does not run.
@@ -374,8 +368,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Continues a running save if that is due. At its end, returns the frame for the client that waits for it, and
     /// the object that was written if the save succeeded.
     pub fn advance_save(&mut self, now: Instant) -> Option<(Option<Frame>, Option<Address>)> {
-        let SaveEnd { at, result, answer } = self.dictionary.advance_save(now)?;
-        self.next = Instant::ZERO;
+        let SaveEnd { at, result, answer } = self.dictionary.advance_save(now, &mut self.wakes)?;
         let answer = answer.map(|answer| result.map_or_else(|code| sdo::abort(at, code), |()| answer));
         let id = self.sdo_id.id().map(CobId::sdo_answer);
         let frame = id.zip(answer).map(|(id, answer)| Frame::of(id, answer));
@@ -389,26 +382,32 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Notes that a response of the SDO server was sent, or failed.
     pub fn on_sdo_sent(&mut self) {
-        self.server.on_sent();
+        self.server.change(&mut self.wakes).on_sent();
     }
 
     /// Takes a new NMT state. A transfer ends without an abort if SDO is not allowed in it.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
+        self.allow_emergencies();
         if !state.allows_sdo() {
             self.dictionary.stored.give_up();
-            let Self { dictionary, server, .. } = self;
-            server.reset(dictionary);
+            self.reset_server();
         }
         if state.allows_pdo() {
-            self.dictionary.tpdos.start(now);
+            self.dictionary.tpdos.change(&mut self.wakes).start(now);
         } else {
-            self.dictionary.tpdos.stop();
-            self.dictionary.rpdos.stop();
+            self.dictionary.tpdos.no_sooner().stop();
+            self.dictionary.rpdos.no_sooner().stop();
             if let Some(time) = E::time(&mut self.time) {
                 time.stop();
             }
             self.sync.open();
         }
+    }
+
+    /// Ends the transfer of the SDO server without an abort.
+    pub(super) fn reset_server(&mut self) {
+        let Self { dictionary, server, .. } = self;
+        server.no_sooner().reset(dictionary);
     }
 
     /// Handles a SYNC. Returns its counter, zero if it has none.
@@ -426,17 +425,11 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) -> Result<u8, sync::UnexpectedLength> {
         let was_wrong = self.sync.is_wrong();
         let counter = self.sync.on_sync(frame, stamp.at);
-        if counter.is_err() {
-            self.raise(ErrorCode::SYNC_LENGTH, [0; 5]);
-        } else if was_wrong {
-            self.clear(ErrorCode::SYNC_LENGTH, 0);
+        if was_wrong || counter.is_err() {
+            self.set_error(ErrorCode::SYNC_LENGTH, 0, counter.is_err());
         }
         if E::HAS_TIME && counter.is_ok() && self.notes_syncs {
             self.note_sync(bus, stamp);
-        }
-        if was_wrong || counter.is_err() {
-            // An emergency is to go.
-            self.next = Instant::ZERO;
         }
         counter
     }
@@ -445,7 +438,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     #[inline(always)] // called from one place
     fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame, bool) -> bool) {
         let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
-        tpdos.on_sync(counter, objects, &mut |_, frame, may_wait| send(frame, may_wait));
+        tpdos.no_sooner().on_sync(counter, objects, &mut |_, frame, may_wait| send(frame, may_wait));
     }
 
     /// Returns whether RPDOs wait for a SYNC.
@@ -463,32 +456,19 @@ impl<D: Device, E: Extension> Services<D, E> {
     #[inline(always)] // called from one place
     fn on_plain_rpdo(&mut self, number: usize, frame: &Frame) -> bool {
         let Dictionary { objects, rpdos, .. } = &mut self.dictionary;
-        rpdos.on_plain_frame(number, frame, objects)
+        rpdos.no_sooner().on_plain_frame(number, frame, objects)
     }
 
-    /// A frame of an RPDO, in Operational. What becomes of it, and whether an emergency reports it.
+    /// A frame of an RPDO, in Operational. What becomes of it.
     #[inline(always)] // called from one place
-    fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant) -> (Taken, bool) {
+    fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant) -> Taken {
         let Dictionary { objects, rpdos, .. } = &mut self.dictionary;
-        let taken = rpdos.on_frame(number, frame, at, self.sync.window_end(), objects);
-        let is_told = rpdos.has_events();
-        if is_told {
-            self.dictionary.report_rpdos();
+        let end = self.sync.window_end();
+        let taken = rpdos.step(&mut self.wakes, |rpdos| rpdos.on_frame(number, frame, at, end, objects));
+        if rpdos.has_events() {
+            self.dictionary.report_rpdos(&mut self.wakes);
         }
-        (taken, is_told)
-    }
-
-    /// Returns when the SDO server has something to do.
-    pub fn sdo_deadline(&self) -> Option<Instant> {
-        self.server.deadline()
-    }
-
-    /// Makes sure that the node runs at `deadline` at the latest.
-    #[inline]
-    pub fn wake(&mut self, deadline: Option<Instant>) {
-        if let Some(deadline) = deadline {
-            self.next = self.next.min(deadline);
-        }
+        taken
     }
 
     /// Returns when to poll next, including the SDO server.
@@ -496,5 +476,19 @@ impl<D: Device, E: Extension> Services<D, E> {
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
         let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
         earliest(&all)
+    }
+}
+
+impl Part for sdo::Server {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
+    }
+}
+
+impl<S: ConsumerSlots> Part for Monitor<S> {
+    #[inline]
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
     }
 }

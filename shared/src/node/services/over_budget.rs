@@ -4,7 +4,7 @@ use super::Services;
 use crate::emcy::ErrorCode;
 use crate::link::budget::Over;
 use crate::node::{Device, Extension};
-use crate::types::{CobId, Instant};
+use crate::types::CobId;
 
 /// Source of the emergency that reports a COB-ID; its function code is in the low four bits.
 const COB_ID: u8 = 0x10;
@@ -14,7 +14,7 @@ const NODE: u8 = 0x20;
 impl<D: Device, E: Extension> Services<D, E> {
     /// Counts a refused frame. Returns `false` if this error is active already.
     #[inline(always)] // called from one place
-    pub fn over_budget(&mut self, id: CobId, over: Over, now: Instant) -> bool {
+    pub fn over_budget(&mut self, id: CobId, over: Over) -> bool {
         let raw = id.raw();
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
             let shown = &mut objects.over_budget;
@@ -26,7 +26,6 @@ impl<D: Device, E: Extension> Services<D, E> {
             Over::Node => NODE,
             Over::Silent => return false,
         };
-        self.next = now;
         let [low, high] = raw.to_le_bytes();
         self.raise(ErrorCode::COMMUNICATION, [source, low, high, 0, 0])
     }

@@ -4,6 +4,7 @@ use super::{Dictionary, MappedTime, Services, rules};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
+use crate::node::turn::Wakes;
 use crate::node::{Device, Extension, NodeObjects};
 use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::{Direction, Mapping, PdoParameters, PdoSlots, RpdoEvent, rules as pdo};
@@ -22,34 +23,35 @@ impl<D: Device, E: Extension> Services<D, E> {
 impl<D: Device, E: Extension> Dictionary<D, E> {
     /// Takes all PDOs from the objects. A PDO that is impossible becomes invalid (bit 31 of its COB-ID). That is
     /// an error until a possible one is written, or the PDO is switched off.
-    pub fn set_pdos(&mut self, now: Instant) {
+    pub fn set_pdos(&mut self, now: Instant, wakes: &mut Wakes) {
         // First of all none is valid: an old one must not be in the way of a new one.
-        self.rpdos.clear();
-        self.tpdos.clear();
-        self.report_rpdos();
-        self.set_pdos_of(Direction::Receive, now);
-        self.set_pdos_of(Direction::Transmit, now);
+        self.rpdos.no_sooner().clear();
+        self.tpdos.no_sooner().clear();
+        self.report_rpdos(wakes);
+        self.set_pdos_of(Direction::Receive, now, wakes);
+        self.set_pdos_of(Direction::Transmit, now, wakes);
     }
 
     #[inline(never)] // once for both directions
-    fn set_pdos_of(&mut self, direction: Direction, now: Instant) {
+    fn set_pdos_of(&mut self, direction: Direction, now: Instant, wakes: &mut Wakes) {
         let mut number = 0;
         while let Some((pdo, _)) = self.objects.pdos.pdo(direction, number) {
-            let outcome = self.take_pdo(direction, number, &{ *pdo }, now);
+            let outcome = self.take_pdo(direction, number, &{ *pdo }, now, wakes);
             let pdo = self.objects.pdos.pdo_mut(direction, number);
-            report(&mut self.emcy, direction, number, outcome, pdo.map(|(pdo, _)| &mut pdo.cob_id));
+            report(self.emcy.change(wakes), direction, number, outcome, pdo.map(|(pdo, _)| &mut pdo.cob_id));
             number += 1;
         }
     }
 
     /// A PDO has these parameters from now on; what is mapped is as the objects have it.
-    #[inline(never)] // of two callers, neither in a hurry
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`
     fn take_pdo(
         &mut self,
         direction: Direction,
         number: usize,
         pdo: &PdoParameters,
         now: Instant,
+        wakes: &mut Wakes,
     ) -> Result<(), AbortCode> {
         rules::check_pdo(direction, &self.objects.communication, pdo.cob_id)?;
         let (_, mapping) = self.objects.pdos.pdo(direction, number).ok_or(AbortCode::NoObject)?;
@@ -57,16 +59,10 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         match direction {
             Direction::Receive => {
                 let mapped_time = E::HAS_TIME && MappedTime::of(mapping) != MappedTime::None;
-                self.rpdos.configure(number, pdo, resolved, mapped_time)
+                self.rpdos.change(wakes).configure(number, pdo, resolved, mapped_time)
             }
-            Direction::Transmit => self.tpdos.configure(number, pdo, resolved, now),
+            Direction::Transmit => self.tpdos.change(wakes).configure(number, pdo, resolved, now),
         }
-    }
-
-    /// A client configured a PDO: what its defaults or its application had wrong is past.
-    fn pdo_is_possible(&mut self, direction: Direction, number: usize) {
-        self.emcy.clear(ErrorCode::DATA_SET, source_of(direction, number));
-        self.emcy.show(&mut self.objects.communication.emcy);
     }
 
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
@@ -83,31 +79,41 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         if !is_received {
             rules::check_sender(self.id, &self.objects.consumers, new.cob_id)?;
         }
-        self.take_pdo(direction, number, &new, self.now)?;
-        self.report_rpdos();
-        self.pdo_is_possible(direction, number);
+        let mut wakes = Wakes::at_once();
+        self.take_pdo(direction, number, &new, self.now, &mut wakes)?;
+        self.report_rpdos(&mut wakes);
+        // What its defaults or its application had wrong is past.
+        self.clear(ErrorCode::DATA_SET, source_of(direction, number), &mut wakes);
+        self.wakes = wakes;
         Ok(())
     }
 
     /// Raises and clears the errors of receive PDOs, and shows them in the dictionary.
     #[cold]
     #[inline(never)]
-    pub(super) fn report_rpdos(&mut self) {
-        while let Some((number, event)) = self.rpdos.take_event() {
-            note(&mut self.emcy, number, event);
-            self.emcy.show(&mut self.objects.communication.emcy);
+    pub(super) fn report_rpdos(&mut self, wakes: &mut Wakes) {
+        while let Some((number, event)) = self.rpdos.no_sooner().take_event() {
+            note(self.emcy.change(wakes), number, event);
+            self.show_errors();
         }
     }
 
     /// Receive PDOs that are overdue, and emergencies.
-    pub(super) fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame) -> bool) {
-        self.rpdos.poll(now);
+    pub(super) fn poll(
+        &mut self,
+        now: Instant,
+        wakes: &mut Wakes,
+        state: NmtState,
+        send: &mut impl FnMut(Frame) -> bool,
+    ) {
+        self.rpdos.no_sooner().poll(now);
         if self.rpdos.has_events() {
-            self.report_rpdos();
+            self.report_rpdos(wakes);
         }
-        while let Some(frame) = self.emcy.poll(now, state) {
+        let emcy = self.emcy.no_sooner();
+        while let Some(frame) = emcy.poll(now, state) {
             if !send(frame) {
-                self.emcy.recall(now + emcy::Producer::RETRY);
+                emcy.recall(now + emcy::Producer::RETRY);
             }
         }
     }

@@ -5,7 +5,8 @@ use super::time::{self, MappedTime, is_local_time};
 use super::{Dictionary, NodeEvent, Services};
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT, HEARTBEAT_SENT};
-use crate::node::{Device, Extension, NodeObjects, Outbox};
+use crate::node::turn::Turn;
+use crate::node::{Device, Extension, NodeObjects};
 use crate::od::INVALID;
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots, Taken};
@@ -89,37 +90,35 @@ impl<D: Device, E: Extension> Services<D, E> {
         bus: Bus,
         counter: u8,
         withheld: Option<CobId>,
-        now: Instant,
-        out: &mut Outbox<V>,
+        turn: &mut Turn<V>,
     ) {
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
-        let expires = (now + self.synchronous_lifetime).min(self.window_end());
+        let expires = (turn.now + self.synchronous_lifetime).min(self.window_end());
         self.sample(counter, &mut |frame, may_wait| {
             if may_wait {
-                return out.offer(bus, frame, expires);
+                return turn.out.offer(bus, frame, expires);
             }
             if withheld != Some(frame.id()) {
-                out.send_until(bus, frame, expires);
+                turn.out.send_until(bus, frame, expires);
             }
             true
         });
         if self.is_rpdo_waiting() {
-            self.end_sync(bus, now, out);
+            self.end_sync(bus, turn);
         }
     }
 
     /// Receive PDOs that waited for the SYNC.
     #[inline(never)] // few SYNCs find any
-    fn end_sync<V: NodeEvent>(&mut self, bus: Bus, now: Instant, out: &mut Outbox<V>) {
-        let Self { dictionary, buses, .. } = self;
+    fn end_sync<V: NodeEvent>(&mut self, bus: Bus, turn: &mut Turn<V>) {
+        let Self { dictionary, counters, wakes, .. } = self;
         let ended = &mut |number, all: bool| {
-            if all { out.event(V::synchronised(number as u16)) } else { buses.malformed(bus) }
+            if all { turn.out.event(V::synchronised(number as u16)) } else { counters.malformed(bus) }
         };
         let Dictionary { objects, rpdos, .. } = dictionary;
-        rpdos.on_sync(objects, ended);
+        rpdos.no_sooner().on_sync(objects, ended);
         if rpdos.has_events() {
-            dictionary.report_rpdos();
-            self.next = now;
+            dictionary.report_rpdos(wakes);
         }
     }
 
@@ -130,15 +129,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         bus: Bus,
         frame: &Frame,
         stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<V>,
+        turn: &mut Turn<V>,
     ) -> bool {
         let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
         loop {
             if self.on_plain_rpdo(number, frame) && !self.mapped_time(number) {
-                out.event(V::pdo(bus, number as u16, frame.padded()));
+                turn.out.event(V::pdo(bus, number as u16, frame.padded()));
             } else {
-                self.on_special_pdo(number, bus, frame, stamp, now, out);
+                self.on_special_pdo(number, bus, frame, stamp, turn);
             }
             match self.dictionary.rpdos.next(frame.id(), number) {
                 Some(next) => number = next,
@@ -159,21 +157,15 @@ impl<D: Device, E: Extension> Services<D, E> {
         bus: Bus,
         frame: &Frame,
         stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<V>,
+        turn: &mut Turn<V>,
     ) {
-        let (taken, is_told) = self.on_rpdo(number, frame, stamp.at);
-        match taken {
-            Taken::Applied if self.mapped_time(number) => self.take_time(number, bus, stamp, now, out),
-            Taken::Applied => out.event(V::pdo(bus, number as u16, frame.padded())),
+        match self.on_rpdo(number, frame, stamp.at) {
+            Taken::Applied if self.mapped_time(number) => self.take_time(number, bus, stamp, turn),
+            Taken::Applied => turn.out.event(V::pdo(bus, number as u16, frame.padded())),
             Taken::Held => {}
-            Taken::OutsideWindow => self.buses.ignored(bus),
-            Taken::Rejected | Taken::Refused => self.buses.malformed(bus),
+            Taken::OutsideWindow => self.counters.ignored(bus),
+            Taken::Rejected | Taken::Refused => self.counters.malformed(bus),
         }
-        if is_told {
-            self.next = now;
-        }
-        self.wake(self.dictionary.rpdos.deadline());
     }
 
     /// Sends what is due, except SDO responses. Each frame has the end of its lifetime and a flag: it carries the
@@ -191,24 +183,24 @@ impl<D: Device, E: Extension> Services<D, E> {
             self.refresh_carried(until);
         }
         let expires = now + self.lifetimes.event;
-        self.dictionary.poll(until, state, &mut |frame| send(frame, expires, false));
+        self.dictionary.poll(until, &mut self.wakes, state, &mut |frame| send(frame, expires, false));
         let Self { dictionary, carries_time, .. } = self;
-        dictionary.tpdos.poll(until, &dictionary.objects, &mut |number, frame| match carries_time
-            .as_ref()
-            .get(number)
-        {
-            Some(true) => send(frame, expires.min(now + TIME_LIFETIME), true),
-            _ => send(frame, expires, false),
-        });
+        dictionary.tpdos.no_sooner().poll(
+            until,
+            &dictionary.objects,
+            &mut |number, frame| match carries_time.as_ref().get(number) {
+                Some(true) => send(frame, expires.min(now + TIME_LIFETIME), true),
+                _ => send(frame, expires, false),
+            },
+        );
     }
 
     /// Triggers the transmit PDOs that carry the time.
     pub fn trigger_time(&mut self, now: Instant) {
         for (number, carries_time) in self.carries_time.as_ref().iter().enumerate() {
             if *carries_time {
-                self.dictionary.tpdos.trigger(number, now);
+                self.dictionary.tpdos.change(&mut self.wakes).trigger(number, now);
             }
         }
-        self.next = now;
     }
 }

@@ -30,7 +30,7 @@ impl<D: Device> Services<D> {
             [(BDEFAULT, before.bdefault != after.bdefault), (CTOGGLE, before.ctoggle != after.ctoggle)]
         {
             if has_changed {
-                self.dictionary.on_changed(at, now);
+                self.dictionary.on_changed(at, now, &mut self.wakes);
             }
         }
     }

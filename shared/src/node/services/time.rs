@@ -5,7 +5,8 @@ use crate::boot::TimePdo;
 use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
-use crate::node::{Device, Extension, NodeObjects, Outbox};
+use crate::node::turn::Turn;
+use crate::node::{Device, Extension, NodeObjects};
 use crate::od::checked::find;
 use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::rules::is_synchronous;
@@ -194,32 +195,19 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Takes the time that a receive PDO brought.
     #[inline(never)] // seldom
-    pub fn take_time<V: NodeEvent>(
-        &mut self,
-        number: usize,
-        bus: Bus,
-        stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<V>,
-    ) {
+    pub fn take_time<V: NodeEvent>(&mut self, number: usize, bus: Bus, stamp: &Stamp, turn: &mut Turn<V>) {
         let kind = self.mapped_time.as_ref().get(number).copied().unwrap_or_default();
         // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
         let pdo = self.dictionary.objects.pdos.rpdos().0.get(number);
         let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
-        if !self.follow_time(kind, by_sync, stamp, now, out) {
-            self.buses.malformed(bus);
+        if !self.follow_time(kind, by_sync, stamp, turn) {
+            self.counters.malformed(bus);
         }
     }
 
     /// Takes a spacecraft time that another master sent, as this one would send it. Returns whether the frame was
     /// one.
-    pub fn overhear_time<V: NodeEvent>(
-        &mut self,
-        frame: &Frame,
-        stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<V>,
-    ) -> bool {
+    pub fn overhear_time<V: NodeEvent>(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn<V>) -> bool {
         let Some((number, pdo)) = self.numbered_time_pdo().filter(|(_, pdo)| pdo.id == frame.id()) else {
             return false;
         };
@@ -246,7 +234,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             bits = bits.checked_shr(length.into()).unwrap_or(0);
         }
         carried != MappedTime::None
-            && self.follow_time(carried, is_synchronous(pdo.transmission), stamp, now, out)
+            && self.follow_time(carried, is_synchronous(pdo.transmission), stamp, turn)
     }
 
     /// The clock follows the time that was brought. Whether it is one.
@@ -255,8 +243,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         kind: MappedTime,
         by_sync: bool,
         stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<V>,
+        turn: &mut Turn<V>,
     ) -> bool {
         if let Some(time) = E::time(&mut self.time) {
             time.forget_written();
@@ -270,16 +257,16 @@ impl<D: Device, E: Extension> Services<D, E> {
         let was_set = time.clock().is_synchronised();
         time.on_places(places);
         let taken = if by_sync {
-            time.at_last_sync(scet, correction, now)
+            time.at_last_sync(scet, correction, turn.now)
         } else {
-            time.at_reception(scet, stamp.fine(), now)
+            time.at_reception(scet, stamp.fine(), turn.now)
         };
         match taken {
             PairOutcome::Unused => {}
-            PairOutcome::Steered => out.event(V::time(scet.scet())),
+            PairOutcome::Steered => turn.out.event(V::time(scet.scet())),
             PairOutcome::Stepped(step) => {
-                out.event(V::time(scet.scet()));
-                out.step(V::step(step));
+                turn.out.event(V::time(scet.scet()));
+                turn.out.step(V::step(step));
                 if was_set {
                     self.report_past(ErrorCode::EXTERNAL, [CLOCK_STEPPED, 0, 0, 0, 0]);
                 }
@@ -322,22 +309,22 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Sets the clock by command.
-    pub fn set_time<V: NodeEvent>(&mut self, scet: FineScet, now: Instant, out: &mut Outbox<V>) {
+    pub fn set_time<V: NodeEvent>(&mut self, scet: FineScet, turn: &mut Turn<V>) {
         if let Some(time) = E::time(&mut self.time) {
-            out.step(V::step(time.set(scet, now.into())));
+            turn.out.step(V::step(time.set(scet, turn.now.into())));
         }
     }
 
     /// Takes a write to 2010h or 2012h by a client. The clock is set when the last sub-index of the record is
     /// written.
-    pub fn on_time_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
+    pub fn on_time_written<V: NodeEvent>(&mut self, at: Address, turn: &mut Turn<V>) {
         let parts = match at.index {
             SCET_SET => LocalScet::PARTS,
             UTC_SET => LocalUtc::PARTS,
             _ => return,
         };
         // Noted whatever the other parts are: a PDO may have left a time there that is none.
-        if !E::time(&mut self.time).is_some_and(|time| time.on_part_written(at, parts, now)) {
+        if !E::time(&mut self.time).is_some_and(|time| time.on_part_written(at, parts, turn.now)) {
             return;
         }
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
@@ -348,7 +335,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             brought_utc(application)
         };
         if let Some(scet) = scet {
-            self.set_time(scet, now, out);
+            self.set_time(scet, turn);
         }
     }
 

@@ -1,28 +1,29 @@
 //! Budget of a slave: above it the slave is silent for a time (ECSS 5.3.3.1b).
 
-use super::{Out, Slave};
+use super::Slave;
 use crate::link::budget::{BudgetStep, Over};
+use crate::node::canopen::Turn;
 use crate::node::{Device, SlaveEvent};
-use crate::types::{CobId, Instant};
+use crate::types::CobId;
 
 impl<D: Device> Slave<D> {
     /// A frame was refused.
     #[inline(never)] // seldom
-    pub(super) fn on_over_budget(&mut self, id: CobId, over: Over, now: Instant, out: &mut Out) {
-        if self.canopen.services.over_budget(id, over, now) {
-            out.event(SlaveEvent::OverBudget { id });
+    pub(super) fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {
+        self.budget.settle(&mut self.canopen.services.wakes);
+        if self.canopen.services.over_budget(id, over) {
+            turn.out.event(SlaveEvent::OverBudget { id });
         }
         if over == Over::Node {
-            let (redundancy, mut node) = self.split(now, out);
-            redundancy.silence(&mut node);
+            self.decide(turn, |redundancy, node| redundancy.silence(node));
         }
     }
 
-    pub(super) fn run_budget(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        match self.budget.poll(until) {
+    pub(super) fn run_budget(&mut self, turn: &mut Turn) {
+        match self.budget.no_sooner().poll(turn.until) {
             Some(BudgetStep::Resume) => {
-                let (redundancy, mut node) = self.split(now, out);
-                redundancy.resume(now, &mut node);
+                let now = turn.now;
+                self.decide(turn, |redundancy, node| redundancy.resume(now, node));
             }
             Some(BudgetStep::Calm) => self.canopen.services.within_budget(),
             None => {}

@@ -1,27 +1,29 @@
 //! Events of a slave's controllers that its redundancy depends on, except received frames.
 
-use super::{Out, Slave};
+use super::Slave;
+use crate::node::canopen::Turn;
 use crate::node::{Device, LinkEvent};
-use crate::types::{Bus, CobId, Instant};
+use crate::types::{Bus, CobId};
 
 impl<D: Device> Slave<D> {
-    pub(super) fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, now, out);
-        let is_due = match event {
+    pub(super) fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
+        self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, turn);
+        match event {
             LinkEvent::Transmitted { frame, stamp } => {
                 let id = self.canopen.control.id();
                 if frame.id() == CobId::heartbeat(id) {
                     self.canopen.services.note_heartbeat(stamp);
                     self.canopen.services.on_heartbeat_sent();
                 }
-                self.redundancy.on_sent(frame, stamp.at, id)
+                let wakes = &mut self.canopen.services.wakes;
+                self.redundancy.step(wakes, |redundancy| redundancy.on_sent(frame, stamp.at, id));
             }
-            LinkEvent::Failed { frame, .. } => self.redundancy.on_end(frame),
-            _ => false,
-        };
-        if is_due {
-            self.canopen.services.next = now;
+            LinkEvent::Failed { frame, .. } => {
+                let wakes = &mut self.canopen.services.wakes;
+                self.redundancy.step(wakes, |redundancy| redundancy.on_end(frame));
+            }
+            _ => {}
         }
-        self.run(now, now, out);
+        self.run(turn);
     }
 }

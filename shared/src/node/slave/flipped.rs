@@ -92,7 +92,7 @@ fn a_flipped_cob_id_is_mended_while_the_slave_runs() {
 #[test]
 fn a_flipped_node_id_is_mended_before_the_next_heartbeat() {
     let mut bench = Bench::new();
-    bench.slave.canopen.control.set_id(NodeId::of::<7>());
+    bench.slave.canopen.control.no_sooner().set_id(NodeId::of::<7>());
     bench.heartbeats(1);
     let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
     assert_eq!((heartbeats, bench.mended()), ([CobId::heartbeat(ID)].to_vec(), 1));
@@ -107,7 +107,7 @@ fn a_flipped_node_id_of_heartbeats_is_mended_too() {
     let mut bench = Bench::new();
     let mut control = NodeControl::new(NodeId::of::<7>(), Profile::DEFAULT.heartbeat, Duration::ZERO, false);
     control.boot(bench.now);
-    bench.slave.canopen.control = control;
+    *bench.slave.canopen.control.no_sooner() = control;
     bench.heartbeats(1);
     let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
     assert_eq!(heartbeats, [CobId::heartbeat(ID)]);
@@ -119,7 +119,7 @@ fn a_flipped_node_id_of_heartbeats_is_mended_too() {
 #[test]
 fn a_command_for_the_false_node_id_is_not_obeyed() {
     let mut bench = Bench::new();
-    bench.slave.canopen.control.set_id(NodeId::of::<7>());
+    bench.slave.canopen.control.no_sooner().set_id(NodeId::of::<7>());
     let command = Frame::of(CobId::NMT, [0x02, 7]);
     let stamp = Stamp::interrupt(bench.now);
     bench.link(Bus::Nominal, &LinkEvent::Received { frame: command, stamp });

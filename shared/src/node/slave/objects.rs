@@ -1,10 +1,11 @@
 //! Dictionary of a slave at run time: SDO, SYNC and PDOs, and the effect of a written object.
 
-use super::{Out, Slave};
+use super::Slave;
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::link::Stamp;
+use crate::node::canopen::Turn;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
-use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
+use crate::node::{Device, DeviceNode, NodeObjects, Outbox, SelfTest, SlaveEvent};
 use crate::store::Group;
 use crate::types::{AbortCode, Address, Frame, Instant};
 
@@ -32,79 +33,84 @@ impl<D: Device> Slave<D> {
     /// (ECSS 6.4).
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
         self.canopen.services.raise(code, info);
-        self.canopen.services.next = Instant::ZERO;
     }
 
     /// Reports that an error of the device is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         self.canopen.services.clear(code, source);
-        self.canopen.services.next = Instant::ZERO;
     }
 
     /// An SDO request on the active bus.
     #[inline(never)]
-    pub(super) fn on_sdo(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
-        if !self.canopen.services.on_plain_segment(frame, now) {
-            return self.on_request(frame, now, out);
+    pub(super) fn on_sdo(&mut self, frame: &Frame, turn: &mut Turn) {
+        if self.canopen.services.on_plain_segment(frame, turn.now) {
+            // Its deadline has only moved away.
+            self.run(turn);
+        } else {
+            self.on_request(frame, turn);
         }
-        // Its deadline has only moved away.
-        self.run(now, now, out);
     }
 
     #[inline(never)] // a segment need not pay for it
-    fn on_request(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
-        if let Some(at) = self.canopen.on_request(self.redundancy.selected(), frame, now, out) {
-            self.on_written(at, now, out);
+    fn on_request(&mut self, frame: &Frame, turn: &mut Turn) {
+        if let Some(at) = self.canopen.on_request(self.redundancy.selected(), frame, turn) {
+            self.on_written(at, turn);
         }
-        self.run(now, now, out);
+        self.run(turn);
     }
 
     /// A SYNC on the active bus.
     #[inline(never)]
-    pub(super) fn on_sync(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        self.canopen.on_sync(self.redundancy.selected(), frame, stamp, now, out);
-        self.run(now, now, out);
+    pub(super) fn on_sync(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        self.canopen.on_sync(self.redundancy.selected(), frame, stamp, turn);
+        self.run(turn);
     }
 
     /// A frame on the active bus, in Operational, that may be of RPDOs.
     #[inline(never)]
-    pub(super) fn on_pdo(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    pub(super) fn on_pdo(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let bus = self.redundancy.selected();
-        if self.canopen.services.on_pdo(bus, frame, stamp, now, out) {
-            self.run(now, now, out);
+        if self.canopen.services.on_pdo(bus, frame, stamp, turn) {
+            self.run(turn);
         } else {
-            self.on_network(bus, frame, stamp, now, out);
+            self.on_network(bus, frame, stamp, turn);
         }
     }
 
     /// An object was written over the bus: what depends on it follows.
-    fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
+    fn on_written(&mut self, at: Address, turn: &mut Turn) {
         if at.index <= LAST_OWN {
-            self.on_own_written(at, now, out);
+            self.on_own_written(at, turn);
         }
-        self.canopen.services.report_written(at, now, out);
+        self.canopen.services.report_written(at, turn);
     }
 
     /// Goes on with a save that runs, and answers its client at its end.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
-    pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        let Some((answer, saved)) = self.canopen.services.advance_save(now) else { return };
+    pub(super) fn advance_save(&mut self, turn: &mut Turn) {
+        let Some((answer, saved)) = self.canopen.services.advance_save(turn.now) else { return };
         if let Some(frame) = answer {
-            out.send_for(self.redundancy.selected(), frame, now, self.canopen.services.lifetimes.sdo);
+            turn.out.send_for(
+                self.redundancy.selected(),
+                frame,
+                turn.now,
+                self.canopen.services.lifetimes.sdo,
+            );
         }
         if let Some(at) = saved
             && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
         {
-            self.on_stored(at.index == STORE, now, out);
+            self.on_stored(at.index == STORE, turn);
         }
     }
 
     /// An object was written that the node itself follows.
     #[inline(never)] // those of the application need not pay for it
-    fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        self.canopen.on_own_written(at, now, out);
+    fn on_own_written(&mut self, at: Address, turn: &mut Turn) {
+        self.canopen.on_own_written(at, turn);
         if matches!(at.index, CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY) {
-            self.redundancy.configure(self.canopen.services.written_redundancy());
+            let written = self.canopen.services.written_redundancy();
+            self.redundancy.change(&mut self.canopen.services.wakes).configure(written);
         }
     }
 
@@ -127,11 +133,18 @@ impl<D: Device> DeviceNode for Slave<D> {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
     }
 
-    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
+    fn write(
+        &mut self,
+        at: Address,
+        value: &[u8],
+        now: Instant,
+        out: &mut Outbox<SlaveEvent>,
+    ) -> Result<(), AbortCode> {
+        let turn = &mut Turn::new(now, out);
         if let Some(at) = self.canopen.services.write(at, value, now)? {
-            self.on_written(at, now, out);
+            self.on_written(at, turn);
         }
-        self.run(now, now, out);
+        self.run(turn);
         Ok(())
     }
 }

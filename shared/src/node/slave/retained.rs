@@ -1,10 +1,10 @@
 //! Start of a slave on the Bdefault that outlived a reset.
 
-use super::{Out, Slave};
+use super::Slave;
 use crate::node::Device;
+use crate::node::canopen::Turn;
 use crate::redundancy::Retained;
 use crate::store::{Group, RetainedMemory};
-use crate::types::Instant;
 
 /// Memory that outlives a reset, if the board has some.
 #[derive(Default)]
@@ -47,16 +47,15 @@ impl<D: Device> Slave<D> {
     fn select_bdefault(&mut self, retained: Retained) {
         let services = &mut self.canopen.services;
         let stored = services.written_redundancy();
-        self.redundancy.restart(services.buses.access(), stored, retained);
+        self.redundancy.no_sooner().restart(services.buses.access(), stored, retained);
         services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
             self.redundancy.selected().bdefault();
     }
 
     /// "save" or "load" was written: the next reset starts on the Bdefault that is stored now.
-    pub(super) fn on_stored(&mut self, is_saved: bool, now: Instant, out: &mut Out) {
+    pub(super) fn on_stored(&mut self, is_saved: bool, turn: &mut Turn) {
         let written = self.canopen.services.written_redundancy().bdefault;
         let stored = if is_saved { written } else { self.initial.bdefault };
-        let (redundancy, mut node) = self.split(now, out);
-        redundancy.on_stored(stored, &mut node);
+        self.decide(turn, |redundancy, node| redundancy.on_stored(stored, node));
     }
 }

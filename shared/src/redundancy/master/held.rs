@@ -37,6 +37,12 @@ impl<const H: usize> Held<H> {
         self.left[bus] = self.frames.len() as u8 - self.left[bus.other()];
     }
 
+    /// Returns whether frames, or the time, can be sent or are not sent at all.
+    pub fn is_due(&self, is_announced: bool) -> bool {
+        let waits = self.is_time_due || !self.frames.is_empty();
+        waits && is_announced || Bus::ALL.into_iter().any(|bus| self.left[bus] > 0)
+    }
+
     /// Returns what is not sent because its bus was left, one after the other.
     pub fn take_left(&mut self) -> Option<MasterAction> {
         let bus = Bus::ALL.into_iter().find(|bus| self.left[*bus] > 0)?;

@@ -72,13 +72,20 @@ pub struct MasterSetup {
     pub lifetime: Duration,
 }
 
-/// News of a heartbeat of a slave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SlaveNews {
-    /// Meaning of the heartbeat.
-    pub heard: PeerHeartbeat,
-    /// Command that the slave needs (ECSS 8.3.3f). [Send](MasterRedundancy::send) it.
-    pub command: Option<NmtMessage>,
+impl PeerHeartbeat {
+    /// Returns the command that the slave needs (ECSS 8.3.3f). `may_start`: the slave may start at once. Else the boot-up
+    /// process has to check it first.
+    pub fn command(self, node: NodeId, state: NmtState, may_start: bool) -> Option<NmtMessage> {
+        let command = match state {
+            _ if !self.start => return None,
+            // Unasked; also a slave that came back before it toggled.
+            _ if may_start => Command::Start,
+            // It answers no SDO while it is stopped.
+            NmtState::Stopped => Command::EnterPreOperational,
+            _ => return None,
+        };
+        Some(NmtMessage { command, target: Target::Node(node) })
+    }
 }
 
 /// Decides about the active bus of a master, the role of its board, and what it sends when.
@@ -209,37 +216,15 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         self.manager.peers_mut()
     }
 
-    /// Takes any frame of another node on a bus that is joined. `node`: its sender, if the COB-ID has one. Returns
-    /// `true` if [`MasterRedundancy::deadline`] may be earlier than before.
-    #[inline(always)] // each frame passes: row `master.heartbeat_of_slave_median`
-    pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) -> bool {
-        self.manager.on_frame(bus, node, at)
+    /// Takes any frame of another node on a bus that is joined. `node`: its sender, if the COB-ID has one.
+    pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) {
+        self.manager.on_frame(bus, node, at);
     }
 
-    /// Takes a heartbeat or boot-up message of a node while this board is active. `may_start`: called once, returns
-    /// whether the slave may start at once. Else the boot-up process has to check it first.
-    #[inline(always)] // called from one place: row `master.heartbeat_of_slave_median`
-    pub fn on_heartbeat(
-        &mut self,
-        bus: Bus,
-        node: NodeId,
-        state: NmtState,
-        at: Instant,
-        may_start: impl FnOnce(PeerHeartbeat) -> bool,
-    ) -> SlaveNews {
-        let heard = self.manager.on_heartbeat(bus, node, state, at);
-        let command = match state {
-            // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
-            _ if may_start(heard) => Some(Command::Start),
-            // It has to be checked first, and answers no SDO while it is stopped.
-            NmtState::Stopped => Some(Command::EnterPreOperational),
-            _ => None,
-        };
-        let command = command.filter(|_| heard.start);
-        SlaveNews {
-            heard,
-            command: command.map(|command| NmtMessage { command, target: Target::Node(node) }),
-        }
+    /// Takes a heartbeat or boot-up message of a node while this board is active. [Send](MasterRedundancy::send) the
+    /// [command](PeerHeartbeat::command) that the slave needs.
+    pub fn on_heartbeat(&mut self, bus: Bus, node: NodeId, state: NmtState, at: Instant) -> PeerHeartbeat {
+        self.manager.on_heartbeat(bus, node, state, at)
     }
 
     /// Takes an answer of the SDO server of `node` that ended at `at`: the node counts as a slave.
@@ -320,7 +305,12 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         {
             return standby.deadline();
         }
+        let is_due = self.due.is_some() || self.held.is_due(self.is_announced());
         let quiet_time = self.manager.parameters().quiet_time();
-        earliest(&[self.manager.deadline(), self.rivals.deadline(quiet_time)])
+        earliest(&[
+            is_due.then_some(Instant::ZERO),
+            self.manager.deadline(),
+            self.rivals.deadline(quiet_time),
+        ])
     }
 }

@@ -31,7 +31,6 @@ pub enum MasterVerdict {
 impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> {
     /// Takes a frame of another node that ended at `at`, on a bus that is joined. An active board calls
     /// [`MasterRedundancy::on_frame`] before.
-    #[inline(always)] // each frame passes: row `master.heartbeat_of_slave_median`
     pub fn on_received(&mut self, bus: Bus, frame: &Frame, at: Instant, now: Instant) -> MasterVerdict {
         let id = frame.id();
         if id == CobId::heartbeat(NodeId::MASTER) {

@@ -9,8 +9,11 @@ use crate::types::{Bus, NmtState, PerBus};
 
 /// Node around the redundancy of a slave. It carries out each action before the machine goes on.
 pub trait SlaveNode {
-    /// Lends Node-ID, NMT state and heartbeat of the node.
-    fn control(&mut self) -> &mut NodeControl;
+    /// Returns Node-ID, NMT state and heartbeat of the node.
+    fn control(&self) -> &NodeControl;
+
+    /// Lends them for a change.
+    fn control_mut(&mut self) -> &mut NodeControl;
 
     /// Returns the number of frames received on each bus since power-on; wraps.
     fn received(&self) -> PerBus<u32>;
@@ -29,8 +32,12 @@ pub trait SlaveNode {
 }
 
 impl<N: SlaveNode> SlaveNode for &mut N {
-    fn control(&mut self) -> &mut NodeControl {
+    fn control(&self) -> &NodeControl {
         (**self).control()
+    }
+
+    fn control_mut(&mut self) -> &mut NodeControl {
+        (**self).control_mut()
     }
 
     fn received(&self) -> PerBus<u32> {

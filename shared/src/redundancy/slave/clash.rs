@@ -25,19 +25,19 @@ impl SlaveRedundancy {
         let Some(state) = heartbeat::decode(frame) else { return SlaveVerdict::Malformed };
         let control = node.control();
         let periods = if control.is_held_back(at) { ROUNDS } else { PERIODS };
-        let is_due = control.is_just_due(at);
+        let (is_due, source) = (control.is_just_due(at), control.id().get());
         let clash = self.clashes.on_heartbeat(state, at, self.probation(periods), is_due);
         if clash == Clash::Known {
             return SlaveVerdict::Taken;
         }
         let yields = clash == Clash::Newcomer;
         node.act(Action::Clash { bus, yields });
-        let source = node.control().id().get();
         node.act(Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source });
         if yields {
             // Stopped forbids the message, so it goes out before.
             node.act(Action::SendEmergencies { bus: self.selected() });
-            if let Reaction::Entered(state) = node.control().fall_silent() {
+            let reaction = node.control_mut().fall_silent();
+            if let Reaction::Entered(state) = reaction {
                 node.act(Action::Entered(state));
             }
         }
@@ -63,7 +63,7 @@ impl SlaveRedundancy {
         node.act(Action::ClashOver);
         if self.clashes.restore() {
             self.enter_pre_operational(node);
-            node.control().announce(now);
+            node.control_mut().announce(now);
         }
     }
 }

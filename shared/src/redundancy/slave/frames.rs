@@ -2,33 +2,32 @@
 
 use super::{SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict};
 use crate::emcy::ErrorCode;
-use crate::heartbeat::{self, is_heartbeat};
+use crate::heartbeat::{self, NodeControl, is_heartbeat};
 use crate::nmt::{Command, NmtMessage, Reaction};
 use crate::redundancy::MasterMessage;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 
 impl SlaveRedundancy {
     /// Takes a frame that ended at `at`, and is none of the node's SYNC, SDO or PDOs on the active bus. Call
-    /// [`SlaveRedundancy::poll`] until `at` before.
+    /// [`SlaveRedundancy::poll`] until `at` before. Returns `None` if the frame is one for
+    /// [`SlaveRedundancy::on_rare_frame`]. Otherwise nothing is due earlier than before.
     #[inline(always)] // called from one place: rows `instructions.heartbeat_consumed`, `load.cycles_per_frame`
-    pub fn on_frame(
+    pub fn on_usual_frame(
         &mut self,
         bus: Bus,
         frame: &Frame,
         at: Instant,
-        now: Instant,
-        mut node: impl SlaveNode,
-    ) -> SlaveVerdict {
+        control: &NodeControl,
+    ) -> Option<SlaveVerdict> {
         let id = frame.id();
         let is_heartbeat = is_heartbeat(id);
         let is_control = is_heartbeat || id == CobId::NMT;
         if is_control {
             self.control_frames[bus] = self.control_frames[bus].wrapping_add(1);
         }
-        let control = node.control();
         if control.state() != NmtState::Initialising {
             if !is_control {
-                return SlaveVerdict::Ignored;
+                return Some(SlaveVerdict::Ignored);
             }
             if is_heartbeat && bus == self.selected() {
                 if id == CobId::heartbeat(NodeId::MASTER) {
@@ -37,19 +36,18 @@ impl SlaveRedundancy {
                         && heartbeat::decode(frame).is_some()
                         && self.selector.on_beat(bus, at)
                     {
-                        return SlaveVerdict::Heard;
+                        return Some(SlaveVerdict::Heard);
                     }
                 } else if id != CobId::heartbeat(control.id()) {
-                    return SlaveVerdict::Peer;
+                    return Some(SlaveVerdict::Peer);
                 }
             }
         }
-        // Moved here: the frames above need no node in memory.
-        self.on_rare_frame(bus, frame, at, now, &mut { node })
+        None
     }
 
-    #[inline(never)] // heartbeats need not pay for it
-    fn on_rare_frame(
+    /// Takes a frame that [`SlaveRedundancy::on_usual_frame`] did not handle.
+    pub fn on_rare_frame(
         &mut self,
         bus: Bus,
         frame: &Frame,
@@ -104,7 +102,8 @@ impl SlaveRedundancy {
         if !may_run && matches!(command, Command::Start | Command::EnterPreOperational) {
             return SlaveVerdict::Ignored;
         }
-        match node.control().on_command(command, now) {
+        let reaction = node.control_mut().on_command(command, now);
+        match reaction {
             Reaction::Unchanged => {}
             Reaction::Entered(state) => node.act(Action::Entered(state)),
             Reaction::ResetNode => {

@@ -171,6 +171,7 @@ impl SlaveRedundancy {
         // Multiplications, seldom needed.
         let hold_off = || self.parameters().hold_off_time();
         earliest(&[
+            self.wanted.map(|_| Instant::ZERO),
             self.warning.or_else(|| self.selector.deadline()),
             if self.clashes.is_known() { self.clashes.deadline(hold_off()) } else { None },
             self.guard.deadline(self.pause()),

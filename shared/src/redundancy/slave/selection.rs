@@ -73,7 +73,8 @@ impl SlaveRedundancy {
         if self.clashes.has_yielded() {
             return;
         }
-        if let Reaction::Entered(state) = node.control().on_master_missed() {
+        let reaction = node.control_mut().on_master_missed();
+        if let Reaction::Entered(state) = reaction {
             node.act(Action::Entered(state));
         }
     }
@@ -81,7 +82,7 @@ impl SlaveRedundancy {
     /// The heartbeat continues on a new bus at once (ECSS 8.3.3d, h).
     fn use_bus(&mut self, bus: Bus, is_new: bool, cause: BusCause, now: Instant, node: &mut impl SlaveNode) {
         if is_new && !self.clashes.has_yielded() {
-            node.control().announce(now);
+            node.control_mut().announce(now);
         }
         node.act(Action::ActiveBus { bus, cause, is_new });
     }

@@ -45,7 +45,11 @@ struct Recorder {
 }
 
 impl SlaveNode for Recorder {
-    fn control(&mut self) -> &mut NodeControl {
+    fn control(&self) -> &NodeControl {
+        &self.control
+    }
+
+    fn control_mut(&mut self) -> &mut NodeControl {
         &mut self.control
     }
 
@@ -108,7 +112,9 @@ impl Bench {
 
     fn receive(&mut self, bus: Bus, frame: &Frame, at: u64) -> Verdict {
         self.node.now = ms(at);
-        self.slave.on_frame(bus, frame, ms(at), ms(at), &mut self.node)
+        let Bench { slave, node } = self;
+        let verdict = slave.on_usual_frame(bus, frame, ms(at), &node.control);
+        verdict.unwrap_or_else(|| slave.on_rare_frame(bus, frame, ms(at), ms(at), node))
     }
 
     /// The actions since the last call.

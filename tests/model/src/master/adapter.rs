@@ -2,7 +2,7 @@
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::queue;
-use ecss_can::redundancy::{MasterAction, MasterVerdict, PeerHeartbeat, Sending, SlaveNews};
+use ecss_can::redundancy::{MasterAction, MasterVerdict, Sending};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 
 use super::Master;
@@ -40,10 +40,9 @@ impl Master {
             self.redundancy.on_overheard(bus, node, state, now);
             return;
         }
-        let Self { redundancy, boot, .. } = self;
-        let may_start = |heard: PeerHeartbeat| boot.may_start(node, state, heard.returned);
-        let SlaveNews { heard, command } = redundancy.on_heartbeat(bus, node, state, now, may_start);
-        if let Some(message) = command {
+        let heard = self.redundancy.on_heartbeat(bus, node, state, now);
+        let may_start = self.boot.may_start(node, state, heard.returned);
+        if let Some(message) = heard.command(node, state, may_start) {
             self.send(message.encode(), now);
         }
         if bus == self.active() {

@@ -48,7 +48,11 @@ pub struct Adapter<'a> {
 }
 
 impl SlaveNode for Adapter<'_> {
-    fn control(&mut self) -> &mut NodeControl {
+    fn control(&self) -> &NodeControl {
+        &self.node.control
+    }
+
+    fn control_mut(&mut self) -> &mut NodeControl {
         &mut self.node.control
     }
 

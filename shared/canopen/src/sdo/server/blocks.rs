@@ -9,38 +9,24 @@ use crate::sdo::wire::Payload;
 use crate::types::{AbortCode, Instant};
 
 impl Server {
-    /// Handles a segment of nearly every call: it is the next one, neither first nor last of its sub-block, and
-    /// it fits. The deadline then only becomes later. Returns whether it was such a segment. If not, call
-    /// [`Server::on_request`].
+    /// Returns whether a frame is a segment like nearly all: the next one, neither first nor last of its sub-block, and
+    /// the buffer has room for it. Then [take it](Server::take_plain_segment). If not, call [`Server::on_request`].
     #[inline]
-    pub fn on_plain_segment(
-        &mut self,
-        payload: &Payload,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-    ) -> bool {
-        let [command, data @ ..] = payload;
-        if !matches!(&self.state, State::BlockDownload { receiver, refused: None } if receiver.is_plain(*command))
-            || !(self.value.has_room() || self.make_room(objects))
-        {
-            return false;
-        }
+    pub fn is_plain_segment(&self, payload: &Payload) -> bool {
+        let [command, ..] = payload;
+        matches!(&self.state, State::BlockDownload { receiver, refused: None } if receiver.is_plain(*command))
+            && self.value.has_room()
+    }
+
+    /// Takes a segment that is [plain](Server::is_plain_segment). The deadline only becomes later.
+    #[inline]
+    pub fn take_plain_segment(&mut self, payload: &Payload, now: Instant) {
+        let [_, data @ ..] = payload;
         self.deadline = now + self.pause();
         if let State::BlockDownload { receiver, .. } = &mut self.state {
             receiver.take_plain();
         }
         self.value.push_full(data);
-        true
-    }
-
-    /// For a segment that fits into the value, but not into what is buffered of it.
-    #[inline(never)]
-    fn make_room(&mut self, objects: &mut impl ObjectAccess) -> bool {
-        let made = self.value.make_room(objects);
-        made.unwrap_or_else(|code| {
-            self.refuse(code, objects);
-            false
-        })
     }
 
     /// A frame in a sub-block of a download: a segment, whatever its first byte, or an abort.

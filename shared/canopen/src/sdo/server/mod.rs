@@ -307,9 +307,14 @@ impl Server {
         }
     }
 
-    /// Returns when to [poll](Server::poll) at the latest.
+    /// Returns when to [poll](Server::poll) at the latest: in the past if a segment is to be sent.
+    #[inline]
     pub fn deadline(&self) -> Option<Instant> {
-        self.is_busy().then_some(self.deadline)
+        match &self.state {
+            State::Idle | State::Drain(_) => None,
+            State::BlockUpload(sender) if sender.next(self.value.size()).is_some() => Some(Instant::ZERO),
+            _ => Some(self.deadline),
+        }
     }
 
     /// Notes that a frame of this server left the bus, or failed.

@@ -180,18 +180,6 @@ impl Value {
         self.filled + STEP <= self.end
     }
 
-    /// Makes room for a full segment of a stream, if it fits into the value.
-    ///
-    /// # Errors
-    /// The abort code of the object.
-    pub fn make_room(&mut self, objects: &mut impl ObjectAccess) -> Result<bool, AbortCode> {
-        if self.check(self.filled + STEP).is_err() {
-            return Ok(false);
-        }
-        self.flush(objects)?;
-        Ok(self.has_room())
-    }
-
     /// Takes the next full segment of a download that [has room](Value::has_room) for it.
     #[inline]
     pub fn push_full(&mut self, data: &[u8; STEP]) {

@@ -10,6 +10,7 @@ use crate::emcy::Config;
 use crate::node::index::{EMCY_COB_ID, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::probe::Probe;
 use crate::node::services::Services;
+use crate::node::turn::Turn;
 use crate::node::{NodeObjects, Outbox, SlaveEvent};
 use crate::od::{INVALID, NO_REMOTE};
 use crate::pdo::{Direction, Layout};
@@ -27,6 +28,13 @@ fn services() -> Services<Probe> {
     let mut services = Services::new(ID, objects, &Profile::DEFAULT, None);
     services.configure(NOW);
     services
+}
+
+/// A client writes a COB-ID.
+fn write(services: &mut Services<Probe>, at: Address, value: u32) {
+    let mut out = Outbox::<SlaveEvent>::new();
+    services.write(at, &value.to_le_bytes(), NOW).unwrap();
+    services.on_own_written(at, &mut Turn::new(NOW, &mut out));
 }
 
 /// All objects, what the services use, and whether the copies are right.
@@ -81,9 +89,9 @@ fn set_used(services: &mut Services<Probe>, number: usize, id: CobId) {
     let resolved = Some((id, Layout::new::<NodeObjects<Probe>>(Direction::Receive, &[0x6000_0008]).unwrap()));
     match number {
         0 => services.sync_id = Sealed::of(id),
-        1 => dictionary.emcy.configure(Config { id: Some(id), inhibit: Duration::ZERO }),
-        2 => dictionary.rpdos.configure(0, &pdos.rpdos[0], resolved, false).unwrap(),
-        _ => dictionary.tpdos.configure(0, &pdos.tpdos[0], resolved, NOW).unwrap(),
+        1 => dictionary.emcy.no_sooner().configure(Config { id: Some(id), inhibit: Duration::ZERO }),
+        2 => dictionary.rpdos.no_sooner().configure(0, &pdos.rpdos[0], resolved, false).unwrap(),
+        _ => dictionary.tpdos.no_sooner().configure(0, &pdos.tpdos[0], resolved, NOW).unwrap(),
     }
 }
 
@@ -172,8 +180,7 @@ fn what_a_client_writes_is_no_flipped_bit() {
         (Address::new(TPDO, 1), INVALID | NO_REMOTE | 0x185),
         (Address::new(TPDO, 1), NO_REMOTE | 0x6C5),
     ] {
-        services.write(at, &value.to_le_bytes(), NOW).unwrap();
-        services.on_own_written(at, NOW, &mut Outbox::<SlaveEvent>::new());
+        write(&mut services, at, value);
         assert_eq!(compare(&mut services), 0, "{at:?}");
     }
     let (written, used, _) = state(&services);
@@ -193,8 +200,7 @@ fn flipped_bit_is_mended_after_a_write_elsewhere() {
         *object(&mut services, number) ^= 1 << 4;
         // RPDO 1 stays as it is.
         let at = Address::new(RPDO, 1);
-        services.write(at, &0x205_u32.to_le_bytes(), NOW).unwrap();
-        services.on_own_written(at, NOW, &mut Outbox::<SlaveEvent>::new());
+        write(&mut services, at, 0x205);
         assert_eq!(compare(&mut services), 1, "object {number}");
         assert_eq!(state(&services), before, "object {number}");
     }
