@@ -109,6 +109,24 @@ fn exchanges_pdos_and_sdos() {
     assert_eq!(sent(&slave), [(0x185, vec![0, 0])]);
 }
 
+/// Given SYNCs that have a counter (1019h) and a TPDO that goes with each, when a SYNC comes without its counter, then
+/// the slave sends an emergency and no PDO.
+///
+/// Verifies: ECSS 6.9e
+/// Notices: ECSS 6.9e: a slave without a clock obeys a SYNC that lacks its counter.
+#[test]
+fn a_sync_without_its_counter_sends_no_pdo() {
+    let mut slave = operational();
+    slave.receive(NOMINAL, 0x605, &[0x2F, 0x19, 0x10, 0, 10, 0, 0, 0]);
+    slave.receive(NOMINAL, 0x605, &[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[1]);
+    assert_eq!(sent(&slave), [(0x185, vec![0, 0])]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(sent(&slave), [(0x085, vec![0x40, 0x82, 0x11, 0, 0, 0, 0, 0])]);
+}
+
 #[test]
 fn has_no_object_beyond_canopen() {
     let mut slave = operational();

@@ -23,6 +23,20 @@ fn a_clock_counts_from_power_on_until_it_is_set() {
     assert_eq!(shows(&clock, ms(2_000)), scet(999, 0x0080_0000));
 }
 
+/// Given a clock that was set once, when it hears no time for hours, days and years, then it shows the seconds since then.
+///
+/// Verifies: ECSS 7.1.1a
+/// Notices: ECSS 7.1.1a: the clock goes back when it has heard no time for some hours.
+#[test]
+fn a_clock_counts_on_for_years_without_a_time() {
+    let mut clock = LocalClock::default();
+    clock.set(ms(2_500).into(), scet(1_000, 0).into());
+    for (seconds, shown) in [(3_600, 4_600), (7_200, 8_200), (86_400, 87_400), (315_360_000, 315_361_000)] {
+        let at = FineInstant::from(ms(2_500 + 1_000 * seconds));
+        assert_eq!(clock.at(at).scet(), scet(shown, 0), "{seconds} s later");
+    }
+}
+
 #[test]
 fn instants_and_durations_saturate() {
     let end = Instant::from_micros(u64::MAX);

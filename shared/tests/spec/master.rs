@@ -85,6 +85,8 @@ fn sync_and_spacecraft_time_are_periodic_and_expire_in_a_period() {
     }
 }
 
+/// Verifies: ECSS 7.2.2a
+/// Notices: ECSS 7.2.2a: the Spacecraft Time PDO carries an older sample of Local SCET Get.
 #[test]
 fn the_time_set_by_the_application_is_the_one_conveyed() {
     let mut master = powered(&STANDARD);
