@@ -372,6 +372,10 @@ fn no_more_than_a_few_frames_wait_for_the_announcement() {
     assert_eq!(status(&mut master).counters.redundant.refused, 1);
 }
 
+/// Given a slave that is lost, when it is heard again in the state that it had, then the master reports its return and its state.
+///
+/// Verifies: ECSS 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k.2: a slave that returns in the state that it had stays missing for the master.
 #[test]
 fn a_lost_slave_is_refused_and_returns() {
     let mut master = flying();

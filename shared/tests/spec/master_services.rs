@@ -202,6 +202,40 @@ fn transfer_goes_on_while_another_slave_is_lost() {
     assert_eq!(requests(&master), [[0x05, 1, 2, 3, 4, 5, 0, 0]]);
 }
 
+/// Given a master that reads 1001h of slave 2, when that slave is off the bus and does not answer, then the SDO client is free for
+/// slave 9.
+///
+/// Verifies: ECSS 5.3.3.2.2a
+/// Notices: ECSS 5.3.3.2.2a: the SDO client stays taken after a slave that left the bus did not answer.
+#[test]
+fn client_is_free_after_a_lost_slave_left_1001h_unanswered() {
+    let mut master = powered(&STANDARD);
+    master.transmitted(NOMINAL, frame(0x701, &[5]));
+    for raw in [2, 8, 9] {
+        master.receive(NOMINAL, 0x700 + raw, &[5]);
+        // The answer to the question for 1000h.
+        master.receive(NOMINAL, 0x580 + raw, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    }
+    // Slave 2 boots again: the master reads its error register.
+    master.has_no_errors = false;
+    master.clear();
+    master.receive(NOMINAL, 0x702, &[0]);
+    assert_eq!(requests(&master), [[0x40, 0x01, 0x10, 0, 0, 0, 0, 0]]);
+    // It is not heard any more. The SDO timeout is 500 ms.
+    for at in (100..=700).step_by(100) {
+        master.run_until(ms(at));
+        [0x708, 0x709].into_iter().for_each(|id| master.receive(NOMINAL, id, &[5]));
+    }
+    assert!(master.events.contains(&MasterEvent::SlaveLost { node: node(2) }));
+    master.clear();
+    master.touch(|master, _| {
+        let client = master.claim_sdo(node(9), Waker::noop()).expect("it is free");
+        client.start_upload(Address::new(0x6300, 0), 4, Mode::Segmented);
+    });
+    let sent: Vec<_> = master.sent.iter().map(|sent| (sent.frame.id().raw(), sent.frame.padded())).collect();
+    assert_eq!(sent, [(0x609, [0x40, 0x00, 0x63, 0, 0, 0, 0, 0])]);
+}
+
 /// Entry 8 is that of slave 9; the others have 250 ms.
 ///
 /// Verifies: ECSS 8.3.1b, 8.3.1c

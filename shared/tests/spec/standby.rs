@@ -170,6 +170,9 @@ fn a_master_whose_heartbeat_is_not_heard_is_known_by_its_claim() {
 
 /// Given claims of the active master alone, as a board hears them that is cut off from the active bus, then it stays the standby.
 /// It makes none itself.
+///
+/// Verifies: ECSS 5.3.3.2.3k
+/// Notices: ECSS 5.3.3.2.3k: a standby behind the cut takes over although it hears claims on the other bus.
 #[test]
 fn a_standby_that_hears_claims_alone_stays_the_standby() {
     let mut second = active(Strap::Second);
@@ -244,6 +247,8 @@ fn commanded_standby_waits_a_consumer_time_and_takes_over_again() {
     assert_eq!(prime.poll(ms(3_400)), Some(SILENT));
 }
 
+/// Verifies: ECSS 6.10l
+/// Notices: ECSS 6.10l: the second master board claims with the COB-ID of the prime one.
 #[test]
 fn claims_as_frames_and_back_and_nothing_else_is_one() {
     for (expected, bytes) in [

@@ -74,6 +74,7 @@ fn a_late_sync_does_not_move_those_that_follow() {
     assert_eq!(next(&mut producer, 2).into_iter().map(|(due, _)| due).collect::<Vec<_>>(), [200, 300]);
 }
 
+/// Notices: ECSS 6.3a: a SYNC with a counter goes out on 080h whatever 1005h has.
 #[test]
 fn only_a_node_whose_1005h_says_so_produces_sync() {
     let mut producer = Producer::with(Config::new(0x0000_0080, 10_000, 0));
@@ -82,7 +83,9 @@ fn only_a_node_whose_1005h_says_so_produces_sync() {
     // Bit 30 set: the first SYNC within one period, on the identifier of then.
     producer.configure(Config::new(0x4000_0090, 10_000, 0), ms(100));
     assert_eq!(next(&mut producer, 2), [(110, frame(0x090, &[])), (120, frame(0x090, &[]))]);
-    producer.configure(Config::new(0x0000_0090, 10_000, 0), ms(121));
+    producer.configure(Config::new(0x4000_0090, 10_000, 2), ms(120));
+    assert_eq!(next(&mut producer, 2), [(130, frame(0x090, &[1])), (140, frame(0x090, &[2]))]);
+    producer.configure(Config::new(0x0000_0090, 10_000, 0), ms(141));
     assert_eq!(producer.deadline(), None);
 }
 

@@ -219,7 +219,8 @@ fn a_device_says_whether_it_stores_parameters() {
     }
 }
 
-/// Verifies: ECSS 6.5.4a
+/// Verifies: ECSS 6.5.4a, 11.1a
+/// Notices: ECSS 11.1a: autostart that was stored does not lead to Operational after "reset communication".
 #[test]
 fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
     let memory = Memory::default();

@@ -313,8 +313,9 @@ fn what_is_too_large_is_refused() {
     assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
 }
 
-/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.3k
+/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.2b, 5.3.3.2.3k
 /// Notices: ECSS 5.3.3.2.2a: an upload from a node that left the bus never ends, and no other node is served.
+/// Notices: ECSS 5.3.3.2.2b: a block upload from a node that lost its power never ends.
 /// Notices: ECSS 5.3.3.2.3k: a block download that the cut ends never ends, and no node before the cut is served.
 #[test]
 fn a_server_that_does_not_answer_is_told_so() {
