@@ -70,6 +70,20 @@ fn a_node_without_an_answer_is_asked_three_times() {
     assert_eq!(questions(&master).len(), 7);
 }
 
+/// Given a question to a new node, When an assigned slave boots up, Then the master does nothing until the answer, and then
+/// checks the slave.
+#[test]
+fn boot_up_of_a_slave_waits_for_the_answer_of_a_new_node() {
+    let mut master = powered(&BOOTS_TWO);
+    master.receive(NOMINAL, 0x705, &[0x05]);
+    assert_eq!(questions(&master), [(5, 1)]);
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    master.settle();
+    assert_eq!(questions(&master), [(5, 1)]);
+    master.receive(NOMINAL, 0x585, &SOMEBODY);
+    assert_eq!(questions(&master), [(5, 1), (2, 1)]);
+}
+
 /// Given forged heartbeats of a node that does not exist, When they end, Then the master asks no more.
 #[test]
 fn a_node_that_is_not_heard_is_not_asked_again() {

@@ -174,7 +174,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.filters.earliest(),
             self.redundancy.deadline(),
             self.services.buses.deadline(),
-            self.boot.earliest(),
+            self.boot.deadline(),
             self.transfers.deadline(),
             self.identification_deadline(),
             self.errors_deadline(),
