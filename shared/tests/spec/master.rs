@@ -444,6 +444,31 @@ fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
     }));
 }
 
+/// Given a master with selective access, when its bus fails, then it leaves that bus and joins the other one. When a command brings
+/// it back, then it joins the first bus again, and begins with a heartbeat.
+///
+/// Verifies: ECSS 8.2.1a.1, 8.3.3b.2
+/// Notices: ECSS 8.2.1a.1: a bus that failed is not left.
+/// Notices: ECSS 8.3.3b.2: a bus that was left in bus-off is not joined again, so no heartbeat starts there.
+#[test]
+fn selective_master_leaves_a_failed_bus_and_can_return() {
+    let mut master = powered(&Profile { selective: &[ecss_can::types::NodeId::MASTER], ..STANDARD });
+    master.clear();
+    let off = Health { state: ErrorState::BusOff, tec: 255, ..Health::default() };
+    for _ in 0..3 {
+        master.health(NOMINAL, off);
+        master.health(NOMINAL, Health::default());
+    }
+    master.health(NOMINAL, off);
+    assert!(master.events.contains(&MasterEvent::BusFailed { bus: NOMINAL }));
+    assert_eq!(master.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+    master.transmitted(REDUNDANT, frame(0x701, &[0x05]));
+    master.clear();
+    master.request(MasterRequest::SwitchBus(NOMINAL));
+    assert_eq!(master.controls, [(REDUNDANT, BusCommand::Leave), (NOMINAL, BusCommand::Join)]);
+    assert_eq!(master.frames()[0], (NOMINAL, frame(0x701, &[0x05])));
+}
+
 /// Verifies: ECSS 8.2.1a.1, 8.2.3a
 /// Notices: ECSS 8.2.1a.1: a master joins the other bus before it leaves its own.
 #[test]

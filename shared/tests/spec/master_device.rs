@@ -345,6 +345,8 @@ fn bus_switch_in_boot_aborts_on_new_bus_once_it_is_announced() {
     assert_eq!(master.frames(), [(REDUNDANT, frame(0x602, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]))]);
 }
 
+/// Verifies: ECSS 11.1c
+/// Notices: ECSS 11.1c: SYNC does not wait for the mandatory slaves, as in the simplified boot-up.
 #[test]
 fn sync_waits_for_the_mandatory_slave() {
     let mut master = powered(&BOOTS_TWO);

@@ -124,6 +124,10 @@ fn a_noted_bdefault_is_applied_after_the_stored_one() {
     assert_eq!(bdefaults(&mut store, NODE), (vec![1], Loaded::Foreign { version: 2, node: 6 }));
 }
 
+/// Given a noted Bdefault, when another group is saved or restored, then the stored set has the noted value.
+///
+/// Verifies: ECSS 11.1b
+/// Notices: ECSS 11.1b: a save of another group loses the noted Bdefault.
 #[test]
 fn a_save_of_other_groups_takes_the_note_into_the_set() {
     for first in [None, Some(0)] {

@@ -173,6 +173,23 @@ fn a_standby_sends_nothing_whatever_is_asked_of_it() {
     assert_eq!((board.frames(), board.controls), (vec![], LISTENS.to_vec()));
 }
 
+/// Given a board that still listens after power-on, when its application commands slaves, then it sends nothing and refuses.
+///
+/// Verifies: ECSS 8.1b
+/// Notices: ECSS 8.1b: a board that listens sends the NMT commands of its application.
+#[test]
+fn a_listening_board_sends_no_nmt_command() {
+    let mut board = powered(Strap::Prime);
+    board.run_until(ms(300));
+    board.clear();
+    board.request(MasterRequest::Nmt(NmtMessage { command: Command::Stop, target: Target::Node(node(2)) }));
+    board.request(MasterRequest::Nmt(NmtMessage { command: Command::Start, target: Target::All }));
+    let refused = |raw| MasterEvent::Refused { node: node(raw) };
+    assert_eq!((board.frames(), &board.events[..]), (vec![], &[refused(2), refused(1)][..]));
+    board.run_until(ms(699));
+    assert_eq!(board.frames(), []);
+}
+
 /// Given a standby that heard a slave Operational and never heard it answer, When it takes over, Then the slave counts: its silence
 /// makes the new master leave the bus.
 #[test]
@@ -482,6 +499,22 @@ fn commanded_standby_is_silent_then_takes_over_if_no_other_does() {
     assert_eq!(board.frames(), []);
     board.run_until(ms(1_800));
     assert_eq!(board.frames()[0], (REDUNDANT, frame(0x701, &[0])));
+}
+
+/// Given an active board with a Ctoggle of 3, when it stood by and takes over again, then its search is a new one, and 2000h shows a
+/// Ctoggle of zero.
+///
+/// Verifies: ECSS 8.3.1b
+/// Notices: ECSS 8.3.1b: 2000h of a board that takes over shows the Ctoggle of its search before.
+#[test]
+fn ctoggle_of_a_board_that_takes_over_again_reads_zero() {
+    let mut board = taken_over();
+    assert_eq!(board.write((0x2000, 4), &[3]), Ok(()));
+    let ctoggle = |board: &Board| board.node.objects().spacecraft.redundancy.parameters.ctoggle;
+    assert_eq!(ctoggle(&board), 3);
+    board.request(MasterRequest::StandBy);
+    board.run_until(ms(1_800));
+    assert_eq!((ctoggle(&board), board.node.status(board.now).redundancy.ctoggle), (0, 0));
 }
 
 #[test]

@@ -172,6 +172,23 @@ fn choice_of_the_same_bus_begins_a_search_there() {
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
 }
 
+/// Given a slave on the nominal bus, when its application chooses the redundant bus and at once the nominal one, then the second
+/// choice holds: the slave stays.
+///
+/// Notices: ECSS 8.2.3a: the first of two choices that come together holds.
+#[test]
+fn the_last_of_two_choices_of_a_bus_holds() {
+    let mut slave = powered(&SELECTIVE);
+    slave.run_until(ms(300));
+    slave.clear();
+    slave.touch(|slave, _| {
+        slave.select_bus(REDUNDANT).unwrap();
+        slave.select_bus(NOMINAL).unwrap();
+    });
+    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: NOMINAL, cause: BusCause::Selected }]);
+    assert_eq!(slave.controls, []);
+}
+
 #[test]
 fn application_chooses_no_bus_with_parallel_access() {
     let mut slave = powered(&STANDARD);

@@ -151,6 +151,8 @@ fn what_differs_is_written_and_nothing_else() {
     }
 }
 
+/// Verifies: ECSS 11.1d
+/// Notices: ECSS 11.1d: the serial number of a slave is not compared.
 #[test]
 fn every_wrong_part_of_the_identity_has_its_letter() {
     for (wrong, error, letter, at, value) in [

@@ -34,6 +34,10 @@ fn the_history_has_the_newest_error_first_and_forgets_on_zero() {
     assert_eq!(producer.register().bits(), 0x01);
 }
 
+/// Given a history of eight places, when ten errors come, then it has the last eight, the newest first.
+///
+/// Verifies: ECSS 11.1b
+/// Notices: ECSS 11.1b: the last place of 1003h is never filled.
 #[test]
 fn the_oldest_error_leaves_a_full_history() {
     let mut producer = producer();

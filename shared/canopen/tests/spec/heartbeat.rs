@@ -263,7 +263,8 @@ fn a_change_of_state_is_seen() {
     assert_eq!(heard.before, Some(OPERATIONAL));
 }
 
-/// Verifies: ECSS 6.5.3a
+/// Verifies: ECSS 6.5.3a, 11.1d
+/// Notices: ECSS 11.1d: a boot-up message of a monitored node does not restart its consumer time.
 #[test]
 fn boot_up_of_monitored_node_is_seen_and_it_stays_monitored() {
     let mut monitor = monitor();

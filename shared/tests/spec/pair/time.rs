@@ -122,10 +122,11 @@ fn times_after_takeover(by_sync: bool, prepare: impl FnOnce(&mut Board)) -> Vec<
 /// Given a standby that heard no spacecraft time, when it has taken over, then it sends none: slaves keep the time that they have,
 /// until this one is set by command.
 ///
-/// Verifies: ECSS 7.2.2b, 7.2.3b, 7.2.3d
+/// Verifies: ECSS 7.2.2b, 7.2.3b, 7.2.3d, 7.2.3f
 /// Notices: ECSS 7.2.3d: a master sends no SYNC while it withholds the time.
 /// Notices: ECSS 7.2.3b: the time stays withheld after it was set.
 /// Notices: ECSS 7.2.3b: synchronous PDOs of a master go out on the nominal bus alone.
+/// Notices: ECSS 7.2.3f: a master that took over sends no time of a clock that a command has set.
 #[test]
 fn a_new_master_without_a_time_sends_none_until_it_is_set() {
     for by_sync in [false, true] {

@@ -108,6 +108,19 @@ fn two_writes_are_one_step() {
     }
 }
 
+/// Given a slave whose Local Time PDO is not valid, when a client writes Local SCET Set, then the clock is set.
+///
+/// Verifies: ECSS 7.1.2b
+/// Notices: ECSS 7.1.2b: Local SCET Set of a node without a valid Local Time PDO sets nothing.
+#[test]
+fn local_scet_set_works_without_a_local_time_pdo() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(write(&mut slave, 0x1800, 1, &[0x85, 1, 0, 0xC0]), done(0x1800, 1));
+    assert_eq!(write(&mut slave, 0x2010, 1, &[100, 0, 0, 0]), done(0x2010, 1));
+    assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0x80]), done(0x2010, 2));
+    assert_eq!(slave.node.scet(slave.now), scet(100, 0x80_0000));
+}
+
 /// Verifies: ECSS 7.1.2c
 #[test]
 fn a_part_alone_sets_nothing_and_is_forgotten_after_ten_seconds() {

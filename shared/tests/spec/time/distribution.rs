@@ -334,10 +334,11 @@ fn local_time_goes_beside_another_pdo_with_sync() {
 /// Given a slave whose spacecraft time is not distributed by SYNC, when the application sends its local time, then that is the present
 /// one.
 ///
-/// Verifies: ECSS 7.2.2f
+/// Verifies: ECSS 7.2.2f, 7.2.2g
 /// Notices: ECSS 7.2.1a: a device whose time comes by type 254 sends that of the last SYNC.
 /// Notices: ECSS 7.2.2f: the local time is that of the last SYNC where the spacecraft time comes without SYNC.
 /// Notices: ECSS 7.2.2f: there is no local time before the clock was set.
+/// Notices: ECSS 7.2.2g: the local time by event is withheld until the clock has followed a spacecraft time.
 #[test]
 fn local_time_pdo_by_event_has_present_time_without_sync_times() {
     let mut slave = operational::<Keeper>();

@@ -219,6 +219,22 @@ fn time_by_sync_has_the_period_of_the_profile() {
     assert_every_tenth::<true>();
 }
 
+/// Given a profile whose period of the time is half a SYNC period, then the Spacecraft Time PDO has transmission type 1: the time
+/// goes out with every SYNC.
+///
+/// Verifies: ECSS 7.2.3e
+/// Notices: ECSS 7.2.3e: the transmission type is 0 where the time is more frequent than SYNC.
+#[test]
+fn time_more_frequent_than_sync_goes_with_every_sync() {
+    let mut master = powered::<Teller<1, false>>(&Profile { time: span(50), ..STANDARD });
+    for nth in 1..=3 {
+        master.run_until(ms(100 * nth));
+        master.clear();
+        sync_sent(&mut master, true);
+        assert_eq!(master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x181).count(), 1, "SYNC {nth}");
+    }
+}
+
 /// Given a master that produces no SYNC (1006h is zero), then its event-driven time goes out all the same.
 ///
 /// Verifies: ECSS 7.2.3d

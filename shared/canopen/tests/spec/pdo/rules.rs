@@ -132,6 +132,10 @@ fn reserved_transmission_types_are_refused() {
     }
 }
 
+/// Given a valid PDO, then a client cannot change its inhibit time and SYNC start value.
+///
+/// Verifies: ECSS 11.1d
+/// Notices: ECSS 11.1d: the inhibit time of a valid PDO is changed.
 #[test]
 fn inhibit_time_and_sync_start_value_change_while_invalid_only() {
     assert_eq!(both(VALID, 3, 5), Err(UnsupportedAccess));

@@ -283,6 +283,10 @@ fn being_polled_late_does_not_shift_the_event_timer() {
     assert_eq!(node.tpdos.deadline(), Some(ms(61)));
 }
 
+/// Given an event timer of 10 ms and an inhibit time of 25 ms, then the PDO is sent every 25 ms.
+///
+/// Verifies: ECSS 11.1a
+/// Notices: ECSS 11.1a: an event timer shorter than the inhibit time sends within it.
 #[test]
 fn an_event_timer_below_the_inhibit_time_waits_for_it() {
     let mut node = Node::with(event_driven(250, 10));

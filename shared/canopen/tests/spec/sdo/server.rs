@@ -148,7 +148,9 @@ fn a_value_of_64_bytes_is_moved_whole() {
 
 /// Each script ends with a request that is refused; nothing is written, no transfer is left.
 ///
+/// Verifies: ECSS 11.1a
 /// Notices: ECSS 6.1a: the first segment of an upload is sent whatever its toggle bit.
+/// Notices: ECSS 11.1a: a segment with a wrong toggle bit is ignored without an abort.
 #[test]
 fn every_bad_request_has_its_abort_code() {
     const TOGGLE: &str = "00 00 03 05";
