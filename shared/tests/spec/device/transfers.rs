@@ -99,9 +99,8 @@ fn block_upload_goes_on_after_its_segments_were_lost() {
     assert_eq!(ask(&mut slave, [0xA4, 0x00, 0x63, 0, 127, 0, 0, 0])[..4], [0xC6, 0x00, 0x63, 0]);
     leaves(&mut slave);
     slave.receive(NOMINAL, 0x605, &[0xA3, 0, 0, 0, 0, 0, 0, 0]);
-    let numbers = |slave: &Bench<TestSlave>| -> Vec<u8> {
-        payloads(slave, 0x585).iter().map(|data| data[0]).collect()
-    };
+    let numbers =
+        |slave: &Bench<TestSlave>| -> Vec<u8> { payloads(slave, 0x585).iter().map(|data| data[0]).collect() };
     assert_eq!(numbers(&slave), [1, 2, 3, 4, 5, 6, 7, 8]);
     for sent in std::mem::take(&mut slave.sent) {
         slave.failed(sent.bus, sent.frame, FailCause::Expired);
