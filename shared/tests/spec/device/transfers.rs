@@ -2,9 +2,9 @@
 //!
 //! Verifies: ECSS 6.1a
 
-use super::fixture::{ask, done, download, initiate, operational, payloads, read, refused, run_with_master};
 use ecss_can::node::FailCause;
 
+use super::fixture::{ask, done, download, initiate, operational, payloads, read, refused, run_with_master};
 use crate::bench::{Bench, NOMINAL, frame, span};
 use crate::slave::TestSlave;
 
