@@ -27,9 +27,10 @@ fn a_pause_and_then_the_recovery_once() {
     assert!(!recovery.is_failed());
 }
 
-/// Verifies: ECSS 5.3.3.2.3j, 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h
+/// Verifies: ECSS 5.3.3.2.3j, 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3k.1
 /// Notices: ECSS 5.3.3.2.3j: attempts of an old window count against a later short.
 /// Notices: ECSS 5.3.3.2.3d: attempts of an old window count against a later short.
+/// Notices: ECSS 5.3.3.2.3k.1: recoveries of earlier windows make the bus failed.
 #[test]
 fn too_many_bus_offs_in_a_window_fail_the_bus_until_it_recovers() {
     let mut recovery = BusOffRecovery::new(POLICY);

@@ -313,8 +313,9 @@ fn half_of_the_slaves_silent_is_enough_less_is_not() {
 /// Given a bus that was left because half of its slaves fell silent, when as many are silent on the other one, then the master
 /// stays there, and the nodes that resumed there go on.
 ///
-/// Verifies: ECSS 5.3.3.2.3h
+/// Verifies: ECSS 5.3.3.2.3h, 5.3.3.2.2b
 /// Notices: ECSS 5.3.3.2.3h: slaves that are silent on both buses make the master leave each.
+/// Notices: ECSS 5.3.3.2.2b: with one of two slaves without power the master changes the bus again and again.
 #[test]
 fn equal_halves_of_slaves_on_both_buses_keep_the_present_bus() {
     let mut manager = started();

@@ -329,6 +329,8 @@ fn boot_failure_stays_in_dictionary_until_slave_is_started() {
     assert_eq!((read(&mut master, 0x2041, 2), read(&mut master, 0x2042, 2)), (0, 0));
 }
 
+/// Verifies: ECSS 5.3.3.2.3e
+/// Notices: ECSS 5.3.3.2.3e: a slave in its boot-up process is not booted on the redundant bus.
 #[test]
 fn bus_switch_in_boot_aborts_on_new_bus_once_it_is_announced() {
     let mut master = powered(&BOOTS_TWO);

@@ -4,6 +4,7 @@ use ecss_can::emcy::PostMortem;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{LinkEvent, MasterEvent, MasterRequest, SelfTest};
+use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Duration, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
@@ -189,6 +190,25 @@ fn a_controller_that_fails_is_told_once_and_its_bus_is_left() {
         }
     }
     assert_eq!((master.node.status(master.now).active, failed), (REDUNDANT, 1));
+}
+
+/// Given a master on a bus that is dominant because of a short, when the recovery of its controller never ends, then the master uses
+/// the redundant bus after three attempts of 10 ms and 50 ms.
+///
+/// Verifies: ECSS 5.3.3.2.3i
+/// Notices: ECSS 5.3.3.2.3i: a master stays on a bus on which its recovery never ends.
+#[test]
+fn bus_on_which_recovery_never_ends_is_left() {
+    let mut master = powered(&STANDARD);
+    master.clear();
+    master.health(NOMINAL, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
+    master.run_until(ms(170));
+    assert_eq!(master.node.status(master.now).active, NOMINAL);
+    master.run_until(ms(190));
+    let (from, to) = (NOMINAL, REDUNDANT);
+    assert!(master.events.contains(&MasterEvent::BusFailed { bus: from }), "{:?}", master.events);
+    let switched = MasterEvent::BusSwitched { from, to, cause: SwitchCause::BusOff };
+    assert!(master.events.contains(&switched), "{:?}", master.events);
 }
 
 /// Data sheets are written from the dictionary of a master that never ran.

@@ -205,8 +205,9 @@ fn transfer_goes_on_while_another_slave_is_lost() {
 /// Given a master that reads 1001h of slave 2, when that slave is off the bus and does not answer, then the SDO client is free for
 /// slave 9.
 ///
-/// Verifies: ECSS 5.3.3.2.2a
+/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.3k
 /// Notices: ECSS 5.3.3.2.2a: the SDO client stays taken after a slave that left the bus did not answer.
+/// Notices: ECSS 5.3.3.2.3k: the SDO client stays taken after a slave behind the cut did not answer.
 #[test]
 fn client_is_free_after_a_lost_slave_left_1001h_unanswered() {
     let mut master = powered(&STANDARD);
@@ -234,6 +235,28 @@ fn client_is_free_after_a_lost_slave_left_1001h_unanswered() {
     });
     let sent: Vec<_> = master.sent.iter().map(|sent| (sent.frame.id().raw(), sent.frame.padded())).collect();
     assert_eq!(sent, [(0x609, [0x40, 0x00, 0x63, 0, 0, 0, 0, 0])]);
+}
+
+/// Given a master that knows the errors of slave 2, when its own controller was bus-off because of a short, then it reads the error
+/// register again at the next heartbeat: it may have missed emergencies.
+///
+/// Verifies: ECSS 5.3.3.2.3j
+/// Notices: ECSS 5.3.3.2.3j: errors of slaves that changed while the master was bus-off are not read.
+#[test]
+fn errors_of_slaves_are_read_again_after_bus_off() {
+    let mut master = powered(&STANDARD);
+    master.transmitted(NOMINAL, frame(0x701, &[5]));
+    master.receive(NOMINAL, 0x702, &[5]);
+    // The answer to the question for 1000h.
+    master.receive(NOMINAL, 0x582, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    master.has_no_errors = false;
+    master.clear();
+    master.receive(NOMINAL, 0x702, &[5]);
+    assert_eq!(requests(&master), [[0; 8]; 0], "known");
+    master.health(NOMINAL, state(ErrorState::BusOff));
+    master.health(NOMINAL, state(ErrorState::Active));
+    master.receive(NOMINAL, 0x702, &[5]);
+    assert_eq!(requests(&master), [[0x40, 0x01, 0x10, 0, 0, 0, 0, 0]]);
 }
 
 /// Entry 8 is that of slave 9; the others have 250 ms.

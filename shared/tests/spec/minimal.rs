@@ -183,10 +183,11 @@ fn a_request_brings_the_telemetry_that_it_names_at_once() {
     assert_eq!(slave.node.device().commands, []);
 }
 
-/// Verifies: ECSS 9.4.3b.2, 9.4.3b, 9.4.7.1a
+/// Verifies: ECSS 9.4.3b.2, 9.4.3b, 9.4.7.1a, 6.9b
 /// Notices: ECSS 9.4.3b.2: telemetry comes one SYNC later than its type says.
 /// Notices: ECSS 9.4.3b: SYNC brings telemetry that is sent on request.
 /// Notices: ECSS 9.4.7.1a: the slave sends a time stamp with each SYNC.
+/// Notices: ECSS 6.9b: after its first telemetry a minimal slave sends with each SYNC.
 #[test]
 fn sync_brings_telemetry_of_its_type_only() {
     let mut slave = powered::<Cyclic>();
@@ -573,10 +574,11 @@ fn boot_up_message_of_the_master_ends_the_search() {
     assert_eq!(slave.node.active(), REDUNDANT);
 }
 
-/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2, 8.3.3d
+/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2, 8.3.3d, 5.3.3.2.3i
 /// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
 /// Notices: ECSS 8.2.1a.2: a minimal slave with parallel access does not hear the other bus.
 /// Notices: ECSS 8.3.3d: a heartbeat of a minimal slave that waits on the old bus is not abandoned.
+/// Notices: ECSS 5.3.3.2.3i: a minimal slave does not hear the master on the redundant bus.
 #[test]
 fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();

@@ -312,6 +312,8 @@ fn a_master_that_loses_its_slaves_is_not_replaced() {
     assert_eq!((board.frames(), &board.controls), (vec![], &vec![]));
 }
 
+/// Verifies: ECSS 5.3.3.2.3e
+/// Notices: ECSS 5.3.3.2.3e: the standby takes over on the bus that its master has left.
 #[test]
 fn a_master_that_changed_the_bus_is_replaced_where_it_is_now() {
     let mut board = standing_by();

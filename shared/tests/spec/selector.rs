@@ -87,9 +87,10 @@ fn after_an_even_ntoggle_it_listens_on_bdefault() {
     assert_eq!(selector.deadline(), None);
 }
 
-/// Verifies: ECSS 5.3.3.2.3k.2, 8.3.3j, 8.3.3l
+/// Verifies: ECSS 5.3.3.2.3k.2, 8.3.3j, 8.3.3l, 5.3.3.2.3h
 /// Notices: ECSS 5.3.3.2.3k.2: a slave that gave up its search does not follow the master.
 /// Notices: ECSS 8.3.3j: after an odd Ntoggle a slave goes back to Bdefault.
+/// Notices: ECSS 5.3.3.2.3h: a slave that gave up ignores the master that resumes.
 #[test]
 fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {
     let mut selector = started(Parameters { ntoggle: 3, ..PARAMETERS });

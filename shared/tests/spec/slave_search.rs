@@ -148,6 +148,9 @@ fn a_master_that_takes_over_searches_anew() {
 }
 
 /// A frame of a node that does not count does not end a search.
+///
+/// Verifies: ECSS 5.3.3.2.3h
+/// Notices: ECSS 5.3.3.2.3h: a master that gave up once never searches again.
 #[test]
 fn a_foreign_node_does_not_free_a_master_that_gave_up() {
     let mut manager = started(Parameters { ntoggle: 1, ..PARAMETERS });

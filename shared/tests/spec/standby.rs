@@ -86,7 +86,9 @@ fn call(board: &mut Standby, at: u64, slaves: u8) -> Claim {
 /// Given two active masters, when each hears the other's claim, then exactly one yields: that with fewer slaves, at a tie
 /// the one that is not strapped prime.
 ///
+/// Verifies: ECSS 5.3.3.2.3j
 /// Notices: ECSS 8.1a: at a tie each claim outranks the other, and both boards yield.
+/// Notices: ECSS 5.3.3.2.3j: two boards that became active in the short both stay so at a tie.
 #[test]
 fn of_two_active_masters_exactly_the_right_one_yields() {
     for (primes, seconds) in [(3, 2), (2, 3), (2, 2), (0, 0), (126, 0)] {
@@ -115,6 +117,9 @@ fn of_two_active_masters_exactly_the_right_one_yields() {
 
 /// Given claims that cross, when the numbers of slaves change between sending and receiving, then one master yields and not
 /// both: the claim that was sent stands.
+///
+/// Verifies: ECSS 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k.2: two boards that meet when the cut is healed both yield.
 #[test]
 fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
     let (mut prime, mut second) = (active(Strap::Prime), active(Strap::Second));

@@ -372,6 +372,8 @@ pub(crate) fn configure_two(boot: &mut Boot) {
     assert_eq!(boot.take_start(), Some(TWO));
 }
 
+/// Verifies: ECSS 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k.2: a slave that returns is not checked.
 #[test]
 fn started_slave_is_started_again_at_once_until_it_boots_up() {
     let mut boot = started(POLICY);
@@ -434,6 +436,25 @@ fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
     assert!(boot.take_failure().is_some() && boot.is_released());
     boot.on_sync_sent();
     assert!(boot.poll(ms(501)), "nobody waits for it any more");
+}
+
+/// Given a boot time after which the network goes on, when a mandatory slave loses power while it is checked, then SYNC begins for
+/// the others at the end of the boot time.
+///
+/// Verifies: ECSS 5.3.3.2.2b
+/// Notices: ECSS 5.3.3.2.2b: SYNC waits for ever for a slave that lost power during its boot-up.
+#[test]
+fn slave_lost_in_its_boot_up_does_not_hold_others_up() {
+    let mut boot = started(BootPolicy { goes_on: true, ..POLICY });
+    boots_up(&mut boot, TWO);
+    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+    boot.on_lost(TWO);
+    assert_eq!(boot.progress(TWO), BootProgress::Failed);
+    boot.poll(ms(499));
+    assert!(!boot.is_released());
+    boot.poll(ms(500));
+    assert!(boot.is_released());
 }
 
 #[test]

@@ -101,6 +101,8 @@ fn error_that_returns_before_its_end_was_sent_sends_nothing() {
     }
 }
 
+/// Verifies: ECSS 5.3.3.2.3d
+/// Notices: ECSS 5.3.3.2.3d: an emergency that was lost in the short is never sent.
 #[test]
 fn message_that_was_not_sent_is_sent_again_and_before_its_end() {
     let mut producer = producer(0);

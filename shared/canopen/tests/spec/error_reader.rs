@@ -32,6 +32,9 @@ fn questions(
 }
 
 /// Given a node that does not answer, then it is asked three times, with a pause for others, and left alone until it boots.
+///
+/// Verifies: ECSS 5.3.3.2.2a
+/// Notices: ECSS 5.3.3.2.2a: a slave that left the bus is asked for ever, and the others are not.
 #[test]
 fn a_question_without_an_answer_is_asked_three_times() {
     let (mut reader, mut errors) = (ErrorReader::new(PERIOD), ActiveErrors::default());

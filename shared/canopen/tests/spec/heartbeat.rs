@@ -241,6 +241,8 @@ fn two_nodes_missed_at_one_instant_are_both_told() {
     assert_eq!(missed(&mut monitor, 5_000), [(3, ms(1_150)), (9, ms(1_000))]);
 }
 
+/// Verifies: ECSS 5.3.3.2.3g
+/// Notices: ECSS 5.3.3.2.3g: the miss of a node stays after its heartbeats resume.
 #[test]
 fn the_next_heartbeat_resolves_a_miss_and_is_monitored_again() {
     let mut monitor = monitor();

@@ -232,6 +232,8 @@ fn the_self_test_is_started_and_its_result_read() {
     assert_eq!(read(&mut slave, 0x2031, 2), [0, 0, 0, 0]);
 }
 
+/// Verifies: ECSS 5.3.3.2.3i
+/// Notices: ECSS 5.3.3.2.3i: the SDO server stays in a transfer of the bus that was left.
 #[test]
 fn a_transfer_under_way_ends_when_the_bus_changes() {
     let mut slave = powered();

@@ -2,6 +2,8 @@
 //!
 //! Verifies: ECSS 6.1a
 
+use ecss_can::node::FailCause;
+
 use super::fixture::{ask, done, download, initiate, operational, payloads, read, refused, run_with_master};
 use crate::bench::{Bench, NOMINAL, frame, span};
 use crate::slave::TestSlave;
@@ -85,6 +87,25 @@ fn a_transfer_ends_without_a_word_when_the_node_is_stopped() {
         assert_eq!(read(&mut slave, 0x1017, 0), [100, 0, 0, 0], "{name}");
         assert_eq!(content(&slave), pattern(600), "{name}");
     }
+}
+
+/// Given a block upload, when its segments on the way are lost in a short, then the next ones are sent as soon as the fault is gone.
+///
+/// Verifies: ECSS 5.3.3.2.3h
+/// Notices: ECSS 5.3.3.2.3h: a block upload stands still after segments that could not be sent.
+#[test]
+fn block_upload_goes_on_after_its_segments_were_lost() {
+    let mut slave = filled();
+    assert_eq!(ask(&mut slave, [0xA4, 0x00, 0x63, 0, 127, 0, 0, 0])[..4], [0xC6, 0x00, 0x63, 0]);
+    leaves(&mut slave);
+    slave.receive(NOMINAL, 0x605, &[0xA3, 0, 0, 0, 0, 0, 0, 0]);
+    let numbers =
+        |slave: &Bench<TestSlave>| -> Vec<u8> { payloads(slave, 0x585).iter().map(|data| data[0]).collect() };
+    assert_eq!(numbers(&slave), [1, 2, 3, 4, 5, 6, 7, 8]);
+    for sent in std::mem::take(&mut slave.sent) {
+        slave.failed(sent.bus, sent.frame, FailCause::Expired);
+    }
+    assert_eq!(numbers(&slave), [9, 10, 11, 12, 13, 14, 15, 16]);
 }
 
 #[test]

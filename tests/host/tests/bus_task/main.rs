@@ -156,6 +156,8 @@ fn a_frame_dies_at_the_end_of_its_lifetime_in_queue_and_mailbox() {
     assert_eq!(bench.drain(), [(0x702, 4)]);
 }
 
+/// Verifies: ECSS 5.3.3.2.3k.2
+/// Notices: ECSS 5.3.3.2.3k.2: a frame in a mailbox outlives its time and is sent when the cut is healed.
 #[test]
 fn frame_on_wire_at_end_of_lifetime_is_reported_as_it_ends() {
     let mut bench = Bench::joined(0);

@@ -39,6 +39,8 @@ fn the_server_chooses_the_size_of_each_sub_block() {
     assert_eq!(bench.answer(frame("A2 04 7F"))[0][0], 0xC9, "two bytes are unused");
 }
 
+/// Verifies: ECSS 5.3.3.2.3k.1
+/// Notices: ECSS 5.3.3.2.3k.1: segments that were lost in noise are not repeated.
 #[test]
 fn what_the_server_has_not_got_is_sent_again() {
     let value = pattern(75);
