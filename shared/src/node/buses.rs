@@ -166,7 +166,6 @@ impl Buses {
 }
 
 impl Part for Buses {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }

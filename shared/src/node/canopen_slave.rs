@@ -1,10 +1,8 @@
 //! CANopen slave on one bus, without ECSS-E-ST-50-15C: for a board of the test bench, or for a bus inside a unit.
 
-use super::canopen::{Canopen, Turn};
+use super::canopen::{Canopen, Out, Turn};
 use super::extension::CanopenOnly;
-use super::{
-    Counters, Device, DeviceNode, Filters, FullDepth, LinkEvent, Node, NodeObjects, Outbox, SlaveEvent,
-};
+use super::{Counters, Device, DeviceNode, Filters, FullDepth, LinkEvent, Node, NodeObjects, SlaveEvent};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::is_heartbeat;
 use crate::link::Stamp;
@@ -158,14 +156,14 @@ impl<D: Device> Node for CanopenSlave<D> {
         self.canopen.wanted_filter(number)
     }
 
-    fn start(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
+    fn start(&mut self, now: Instant, out: &mut Out) {
         self.canopen.services.buses.no_sooner().join_one(BUS, out);
         let turn = &mut Turn::new(now, out);
         self.boot(turn);
         self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Outbox<SlaveEvent>) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
         if let LinkEvent::Received { frame, stamp } = event {
             return self.on_received(bus, frame, stamp, now, out);
         }
@@ -176,14 +174,7 @@ impl<D: Device> Node for CanopenSlave<D> {
         self.run(turn);
     }
 
-    fn on_received(
-        &mut self,
-        bus: Bus,
-        frame: &Frame,
-        stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<SlaveEvent>,
-    ) {
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         self.canopen.services.counters.received(bus);
         let turn = &mut Turn::new(now, out);
         // A frame is judged by its end.
@@ -197,11 +188,11 @@ impl<D: Device> Node for CanopenSlave<D> {
         }
     }
 
-    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Outbox<SlaveEvent>) {
+    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
         match request {}
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
+    fn poll(&mut self, now: Instant, out: &mut Out) {
         self.run_due(&mut Turn::new(now, out));
     }
 
@@ -222,13 +213,7 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
     }
 
-    fn write(
-        &mut self,
-        at: Address,
-        value: &[u8],
-        now: Instant,
-        out: &mut Outbox<SlaveEvent>,
-    ) -> Result<(), AbortCode> {
+    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
         let turn = &mut Turn::new(now, out);
         if let Some(at) = self.canopen.services.write(at, value, now)? {
             self.on_written(at, turn);

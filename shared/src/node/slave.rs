@@ -9,14 +9,14 @@ mod objects;
 mod redundancy;
 mod retained;
 
-use super::canopen::{Canopen, Turn};
+use super::canopen::{Canopen, Out, Turn};
 use super::counters::BusCounters;
 use super::turn::{Part, Timed};
 use super::{Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
 use crate::link::port::Filter;
-use crate::node::{Filters, FullDepth, LinkEvent, Node, Outbox, TimeKeeper};
+use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
 use crate::store::ParameterStore;
@@ -170,7 +170,7 @@ impl<D: Device> Node for Slave<D> {
         self.canopen.wanted_filter(number)
     }
 
-    fn start(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
+    fn start(&mut self, now: Instant, out: &mut Out) {
         let bus = self.redundancy.selected();
         self.canopen.services.buses.no_sooner().join(bus, out);
         out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
@@ -179,7 +179,7 @@ impl<D: Device> Node for Slave<D> {
         self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Outbox<SlaveEvent>) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
         match event {
             LinkEvent::Received { frame, stamp } => self.on_received(bus, frame, stamp, now, out),
             _ => self.on_bus_event(bus, event, &mut Turn::new(now, out)),
@@ -187,14 +187,7 @@ impl<D: Device> Node for Slave<D> {
     }
 
     #[inline]
-    fn on_received(
-        &mut self,
-        bus: Bus,
-        frame: &Frame,
-        stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<SlaveEvent>,
-    ) {
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         self.canopen.services.counters.received(bus);
         if now < self.canopen.services.wakes.next() {
             if !self.canopen.may_take(frame.id()) {
@@ -209,11 +202,11 @@ impl<D: Device> Node for Slave<D> {
         self.on_frame(bus, frame, stamp, turn);
     }
 
-    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Outbox<SlaveEvent>) {
+    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
         match request {}
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Outbox<SlaveEvent>) {
+    fn poll(&mut self, now: Instant, out: &mut Out) {
         let turn = &mut Turn::new(now, out);
         self.run_due(turn);
         self.advance_save(turn);
@@ -224,7 +217,7 @@ impl<D: Device> Node for Slave<D> {
     }
 
     #[inline(always)] // called from one place
-    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Outbox<SlaveEvent>) -> bool {
+    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
         let over = self.budget.no_sooner().take(frame.id(), now);
         over.map(|over| self.on_over_budget(frame.id(), over, &mut Turn::new(now, out))).is_none()
     }
@@ -249,14 +242,12 @@ impl<D: Device> TimeKeeper for Slave<D> {
 }
 
 impl Part for SlaveRedundancy {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }
 }
 
 impl Part for Budget {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }

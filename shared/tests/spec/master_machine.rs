@@ -191,7 +191,7 @@ fn a_waiting_slave_starts_when_the_boot_process_allows_it() {
 }
 
 /// Verifies: ECSS 6.5.1a.2
-/// Notices: ECSS 6.5.1a.2: the master starts a slave that it was told to stop.
+/// Notices: ECSS 6.5.1a.2: the master starts a slave that the application stopped.
 #[test]
 fn a_slave_that_the_application_stopped_gets_no_command() {
     let mut machine = alone();

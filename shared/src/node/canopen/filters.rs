@@ -31,7 +31,6 @@ impl Default for ChangedFilters {
 }
 
 impl Part for ChangedFilters {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         (self.numbers != 0).then_some(self.not_before)
     }

@@ -9,7 +9,7 @@ mod filters;
 
 use super::services::Services;
 use super::turn::{self, Part, Timed};
-use super::{Device, Extension, NodeObjects, SlaveEvent, Spacecraft};
+use super::{Device, Extension, NodeObjects, Outbox, SlaveEvent, Spacecraft};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, NodeControl};
 use crate::link::Stamp;
@@ -22,6 +22,7 @@ use cob_id_set::CobIdSet;
 use filters::ChangedFilters;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
 
+pub type Out = Outbox<SlaveEvent>;
 pub type Turn<'a> = turn::Turn<'a, SlaveEvent>;
 
 /// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
@@ -213,7 +214,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 }
 
 impl Part for NodeControl {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }

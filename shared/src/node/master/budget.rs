@@ -28,7 +28,6 @@ impl Budgets {
 }
 
 impl Part for Budgets {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         earliest(&[self.own.deadline(), self.slaves.deadline()])
     }

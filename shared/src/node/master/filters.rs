@@ -36,7 +36,6 @@ impl SentFilters {
 }
 
 impl Part for SentFilters {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         self.is_due.then_some(self.not_before)
     }

@@ -25,7 +25,6 @@ pub(super) struct Identification {
 }
 
 impl Part for Identification {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         self.is_wanted.then_some(self.not_before)
     }

@@ -354,28 +354,24 @@ impl<D: Device, B: MasterBoards> TimeKeeper for Master<D, B> {
 }
 
 impl<B: MasterBoards> Part for MasterRedundancy<B> {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }
 }
 
 impl Part for Boot {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         if self.is_due() { Some(Instant::ZERO) } else { self.deadline() }
     }
 }
 
 impl Part for ErrorReader {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }
 }
 
 impl Part for sync::Producer {
-    #[inline(never)]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }

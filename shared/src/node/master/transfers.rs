@@ -110,7 +110,6 @@ impl Transfers {
 }
 
 impl Part for Transfers {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         if self.is_due { Some(Instant::ZERO) } else { self.deadline() }
     }

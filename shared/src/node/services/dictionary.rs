@@ -137,14 +137,12 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
 }
 
 impl<S: PdoSlots> Part for Rpdos<S> {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }
 }
 
 impl<S: PdoSlots> Part for Tpdos<S> {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }
@@ -152,7 +150,6 @@ impl<S: PdoSlots> Part for Tpdos<S> {
 
 /// The NMT state may forbid what it sends, for a time.
 impl Part for emcy::Producer {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         self.deadline(NmtState::Operational)
     }

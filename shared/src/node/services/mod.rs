@@ -480,14 +480,13 @@ impl<D: Device, E: Extension> Services<D, E> {
 }
 
 impl Part for sdo::Server {
-    #[inline]
+    #[inline] // row `instructions.sdo_upload`
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }
 }
 
 impl<S: ConsumerSlots> Part for Monitor<S> {
-    #[inline]
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }

@@ -3,9 +3,9 @@
 use super::Slave;
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::link::Stamp;
-use crate::node::canopen::Turn;
+use crate::node::canopen::{Out, Turn};
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
-use crate::node::{Device, DeviceNode, NodeObjects, Outbox, SelfTest, SlaveEvent};
+use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
 use crate::store::Group;
 use crate::types::{AbortCode, Address, Frame, Instant};
 
@@ -133,13 +133,7 @@ impl<D: Device> DeviceNode for Slave<D> {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
     }
 
-    fn write(
-        &mut self,
-        at: Address,
-        value: &[u8],
-        now: Instant,
-        out: &mut Outbox<SlaveEvent>,
-    ) -> Result<(), AbortCode> {
+    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
         let turn = &mut Turn::new(now, out);
         if let Some(at) = self.canopen.services.write(at, value, now)? {
             self.on_written(at, turn);

@@ -155,24 +155,20 @@ impl SlaveRedundancy {
         PerBus::from_fn(|bus| received[bus].wrapping_sub(self.control_frames[bus]))
     }
 
-    /// Takes a frame of this node that was acknowledged and ended at `at`. `own`: the Node-ID. Returns whether something
-    /// has become due.
-    pub fn on_sent(&mut self, frame: &Frame, at: Instant, own: NodeId) -> bool {
+    /// Takes a frame of this node that was acknowledged and ended at `at`. `own`: the Node-ID.
+    pub fn on_sent(&mut self, frame: &Frame, at: Instant, own: NodeId) {
         if frame.id() == CobId::heartbeat(own) {
             self.clashes.on_sent(at);
-            return false;
+        } else {
+            self.on_end(frame);
         }
-        self.on_end(frame)
     }
 
-    /// Takes a frame of this node that was sent or given up. Returns whether something has become due: the warning
-    /// before a change of the bus is over.
-    pub fn on_end(&mut self, frame: &Frame) -> bool {
+    /// Takes a frame of this node that was sent or given up. It may end the warning before a change of the bus.
+    pub fn on_end(&mut self, frame: &Frame) {
         let is_warning = || frame.data().starts_with(&ErrorCode::HEARTBEAT.get().to_le_bytes());
-        let is_over = self.warning.is_some() && is_warning();
-        if is_over {
+        if self.warning.is_some() && is_warning() {
             self.warning = None;
         }
-        is_over
     }
 }
