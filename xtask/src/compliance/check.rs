@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::requirements::{Interpretation, Requirement, Who};
+use super::requirements::{Interpretation, Requirement, Summary, Who};
 use super::tags::Tag;
 
 /// A test that names more verifies none of them well.
@@ -91,6 +91,32 @@ pub fn check_interpretations(
             return None;
         };
         Some(format!("{id}: {reason}"))
+    });
+    wrong.collect()
+}
+
+/// Summaries of no requirement on software, of clauses without one, or without a sentence that says why.
+pub fn check_summaries(requirements: &[Requirement], summaries: &[Summary]) -> Vec<String> {
+    let software = || requirements.iter().filter(|row| row.who == Who::Software);
+    let is_empty = |summary: &Summary| {
+        summary.clauses.split(' ').any(|clause| {
+            let one = Summary { clauses: clause.to_owned(), ..summary.clone() };
+            clause.is_empty() || !software().any(|row| one.has(&row.id))
+        })
+    };
+    let wrong = summaries.iter().filter_map(|summary| {
+        let reason = if !software().any(|row| row.id == summary.id) {
+            "its summary names no requirement on software"
+        } else if summary.has(&summary.id) {
+            "its summary names the requirement itself"
+        } else if is_empty(summary) {
+            "its summary names a clause without a requirement on software"
+        } else if !summary.reason.ends_with('.') {
+            "the reason of its summary is no sentence"
+        } else {
+            return None;
+        };
+        Some(format!("{}: {reason}", summary.id))
     });
     wrong.collect()
 }

@@ -2,7 +2,8 @@
 //!
 //! Requirements are rows of `xtask/compliance/data/requirements.csv`, in our own words. A test names what it verifies in its doc comment:
 //! `Verifies: ECSS 8.3.3h`. Both together are `docs/compliance.md`, with our
-//! readings, extensions and deviations, rows of `data/interpretations.csv`. The second table of that page is `data/table_11_1.csv`:
+//! readings, extensions and deviations, rows of `data/interpretations.csv`. A requirement that sums up others, as a row of Table 5-2
+//! does, is a row of `data/summaries.csv` too: the tests of those clauses verify it beside its own. The second table of that page is `data/table_11_1.csv`:
 //! what Table 11-1 says of each part of CiA 301, and what we have of it.
 
 mod check;
@@ -20,8 +21,8 @@ use clap::Args;
 use firmware_images::support::output;
 use firmware_images::support::project::path;
 
-use check::{check, check_interpretations};
-use requirements::{Who, clauses, interpretations, requirements};
+use check::{check, check_interpretations, check_summaries};
+use requirements::{Who, clauses, interpretations, requirements, summaries};
 use sources::read_all;
 
 /// The page that it writes, from the root of the repository.
@@ -53,7 +54,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let tags = read_all(&path("."))?;
     let mut findings = check(&requirements, &tags);
     findings.extend(check_interpretations(&requirements, &interpretations(), &path(DOCS)));
-    let text = page::write(&requirements, &interpretations(), &clauses(), &tags);
+    findings.extend(check_summaries(&requirements, &summaries()));
+    let text = page::write(&requirements, &interpretations(), &summaries(), &clauses(), &tags);
     let page = path(PAGE);
     output::line(page::summary(&requirements, &interpretations(), &tags))?;
     output::line(page::tests_per_requirement(&requirements, &tags))?;

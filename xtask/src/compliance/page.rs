@@ -3,13 +3,15 @@
 use std::fmt::Write as _;
 
 use super::check::Tests;
-use super::requirements::{Clause, Interpretation, Kind, Requirement, Who};
+use super::requirements::{Clause, Interpretation, Kind, Requirement, Summary, Who};
 use super::tags::Tag;
 
 const HEAD: &str = "# Compliance
 
 Written by `cargo xtask compliance`; do not edit. `cargo xtask compliance --check` fails if a tag names no requirement, stands on
 no test that runs, or a requirement on software has no test of the first tier that is known to notice a violation.
+
+A requirement that sums up others is verified by its own tests and by those of the clauses that it sums up, named in italics.
 
 A doc comment \"Notices: ECSS 8.3.3h: ...\" at a test names a violation with which it was seen to fail.
 
@@ -72,6 +74,7 @@ pub fn tests_per_requirement(requirements: &[Requirement], tags: &[Tag]) -> Stri
 pub fn write(
     requirements: &[Requirement],
     interpretations: &[Interpretation],
+    summaries: &[Summary],
     clauses: &[Clause],
     tags: &[Tag],
 ) -> String {
@@ -88,7 +91,8 @@ pub fn write(
             let _ = write!(page, "\n## Clause {own}\n\n| {} |\n", columns.join(" | "));
             let _ = writeln!(page, "| {} |", columns.map(|_| "---").join(" | "));
         }
-        let tests = links(row, tags);
+        let mut tests = links(row, tags);
+        tests.extend(summaries.iter().filter(|summary| summary.id == row.id).map(summed_up));
         let ours = |kind: Kind| of(interpretations, row, kind).map(decision).collect::<Vec<_>>().join("<br>");
         let _ = writeln!(
             page,
@@ -134,6 +138,11 @@ fn links(row: &Requirement, tags: &[Tag]) -> Vec<String> {
         links.extend(alone.into_iter().map(link));
     }
     links
+}
+
+/// What stands behind the tests of a requirement that sums up others.
+fn summed_up(summary: &Summary) -> String {
+    format!("*and the tests of {}: {}*", summary.clauses.replace(' ', ", "), summary.reason)
 }
 
 fn decision(interpretation: &Interpretation) -> String {

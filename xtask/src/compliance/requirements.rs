@@ -31,6 +31,26 @@ pub struct Interpretation {
     pub page: String,
 }
 
+/// A requirement that sums up others: the tests of these verify it too, beside its own.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Summary {
+    /// Requirement.
+    pub id: String,
+    /// Clauses, or requirements, with blanks between: `5.6.2 8.3`.
+    pub clauses: String,
+    /// How they meet it, in a sentence.
+    pub reason: String,
+}
+
+impl Summary {
+    /// Returns whether it sums up this requirement.
+    pub fn has(&self, id: &str) -> bool {
+        self.clauses.split(' ').any(|clause| {
+            id.strip_prefix(clause).is_some_and(|rest| !rest.starts_with(|next: char| next.is_ascii_digit()))
+        })
+    }
+}
+
 /// How far an interpretation is from the text of its requirement.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
@@ -91,6 +111,11 @@ pub fn requirements() -> Vec<Requirement> {
 /// All interpretations, in the order of the standard.
 pub fn interpretations() -> Vec<Interpretation> {
     rows(include_str!("../../compliance/data/interpretations.csv"))
+}
+
+/// The requirements that sum up others, in the order of the standard.
+pub fn summaries() -> Vec<Summary> {
+    rows(include_str!("../../compliance/data/summaries.csv"))
 }
 
 /// Table 11-1, in its order.

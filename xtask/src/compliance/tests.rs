@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::requirements::{Interpretation, Kind, Requirement};
+use super::requirements::{Interpretation, Kind, Requirement, Summary};
 use super::sources::{read, root};
 use super::tags::Tag;
 use super::tags::{self, Reading};
@@ -261,7 +261,7 @@ fn known_errors_of_the_standard_are_interpreted() {
 fn interpretations_stand_in_the_column_of_their_kind() {
     let interpretations =
         [interpretation(Kind::Reading, "We take it so."), interpretation(Kind::Deviation, "We do not.")];
-    let page = page::write(&table(), &interpretations, &[], &[]);
+    let page = page::write(&table(), &interpretations, &[], &[], &[]);
     let row = "| 8.3.3a | a rule | software |  | We take it so. [Decision](wiring.md) |  | We do not. [Decision](wiring.md) |";
     assert!(page.contains(row), "{page}");
     let summary = page::summary(&table(), &interpretations, &[]);
@@ -275,7 +275,7 @@ fn interpretations_stand_in_the_column_of_their_kind() {
 /// Notices: ECSS 11.1d: the page marks sections for reference as optional.
 #[test]
 fn sections_of_table_11_1_stand_on_the_page_with_their_marks() {
-    let page = page::write(&table(), &[], &clauses(), &[]);
+    let page = page::write(&table(), &[], &[], &clauses(), &[]);
     for row in [
         "| 7.2.4.2 | SDO services | O |",
         "| 7.2.6 | TIME | NA |",
@@ -313,6 +313,48 @@ fn an_interpretation_without_requirement_sentence_or_page_is_found() {
         "8.3.3a: its interpretation names no page of docs",
     ];
     assert_eq!(check_interpretations(&table(), &interpretations, &docs()), expected);
+}
+
+#[test]
+fn each_summary_names_requirements_on_software_and_says_why() {
+    assert_eq!(check_summaries(&requirements(), &summaries()), [""; 0]);
+}
+
+fn summary(id: &str, clauses: &str, reason: &str) -> Summary {
+    Summary { id: id.to_owned(), clauses: clauses.to_owned(), reason: reason.to_owned() }
+}
+
+#[test]
+fn a_clause_is_no_part_of_one_with_a_longer_number() {
+    let clause = summary("11.1a", "6.1 8.3.3a", "It does.");
+    assert!(clause.has("6.1a") && clause.has("8.3.3a.1"));
+    assert!(!clause.has("6.10a") && !clause.has("8.3.3b"));
+}
+
+#[test]
+fn a_summary_without_requirement_clause_or_sentence_is_found() {
+    let summaries = [
+        summary("8.3.3b", "8.3.3a", "It does."),
+        summary("5.5a", "8.3", "It does."),
+        summary("8.3.3b", "8.3", "It does."),
+        summary("8.3.3b", "8.3.3a 5.5", "It does."),
+        summary("8.3.3b", "8.3.3a", ""),
+    ];
+    let expected = [
+        "5.5a: its summary names no requirement on software",
+        "8.3.3b: its summary names the requirement itself",
+        "8.3.3b: its summary names a clause without a requirement on software",
+        "8.3.3b: the reason of its summary is no sentence",
+    ];
+    assert_eq!(check_summaries(&table(), &summaries), expected);
+}
+
+/// Given a requirement that sums up another one, then the page says so behind its own tests.
+#[test]
+fn a_summary_stands_behind_the_tests_of_its_requirement() {
+    let page = page::write(&table(), &[], &[summary("8.3.3b", "8.3.3a 5.6", "It does.")], &[], &both());
+    let row = "| 8.3.3b | a rule | software | [heartbeats](../source.rs)<br>*and the tests of 8.3.3a, 5.6: It does.* |";
+    assert!(page.contains(row), "{page}");
 }
 
 /// Sections that Table 11-1 does not mark with A, by its marks. The standard leaves the cells of 7.4.2 to 7.4.6 and of 7.4.8.5 empty.
