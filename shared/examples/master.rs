@@ -3,7 +3,7 @@
 //!     cargo run -p ecss-can --example master
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, LinkEvent, Outbox};
+use ecss_can::node::{BusCommand, LinkEvent, Outbox, Turn};
 use ecss_can::prelude::*;
 
 const VALVE: NodeId = NodeId::of::<5>();
@@ -45,19 +45,24 @@ impl Desk {
     /// Gives the master a frame of the nominal bus; what it sends.
     fn receive(&mut self, id: u16, data: &[u8]) -> Vec<(u16, Vec<u8>)> {
         let frame = Frame::new(CobId::new(id).expect("11 bits"), data).expect("8 bytes at most");
-        self.master.on_received(Bus::Nominal, &frame, &Stamp::interrupt(self.now), self.now, &mut self.out);
+        self.master.on_received(
+            Bus::Nominal,
+            &frame,
+            &Stamp::interrupt(self.now),
+            &mut Turn::new(self.now, &mut self.out),
+        );
         self.sent()
     }
 
     /// What the master has sent since it was asked last. All of it is acknowledged.
     fn sent(&mut self) -> Vec<(u16, Vec<u8>)> {
-        self.master.poll(self.now, &mut self.out);
+        self.master.poll(&mut Turn::new(self.now, &mut self.out));
         let mut sent = Vec::new();
         while let Some((bus, command)) = self.out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
                 let event =
                     LinkEvent::Transmitted { frame: outgoing.frame, stamp: Stamp::interrupt(self.now) };
-                self.master.on_link(bus, &event, self.now, &mut self.out);
+                self.master.on_link(bus, &event, &mut Turn::new(self.now, &mut self.out));
                 sent.push((outgoing.frame.id().raw(), outgoing.frame.data().to_vec()));
             }
         }
@@ -69,7 +74,7 @@ impl Desk {
 fn main() {
     let master = Master::new(&Profile::DEFAULT, Plant::default(), None);
     let mut desk = Desk { master, out: Outbox::new(), now: Instant::ZERO };
-    desk.master.start(desk.now, &mut desk.out);
+    desk.master.start(&mut Turn::new(desk.now, &mut desk.out));
     assert_eq!(desk.sent()[0], (0x701, vec![0]), "boot-up");
 
     let answer = desk.receive(0x705, &[0]);

@@ -3,7 +3,7 @@
 //!     cargo run -p ecss-can --example slave
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, LinkEvent, Outbox};
+use ecss_can::node::{BusCommand, LinkEvent, Outbox, Turn};
 use ecss_can::prelude::*;
 
 /// A valve.
@@ -43,7 +43,12 @@ impl Desk {
     /// Gives the slave a frame of the nominal bus; what it sends.
     fn receive(&mut self, id: u16, data: &[u8]) -> Vec<(u16, Vec<u8>)> {
         let frame = Frame::new(CobId::new(id).expect("11 bits"), data).expect("8 bytes at most");
-        self.slave.on_received(Bus::Nominal, &frame, &Stamp::interrupt(self.now), self.now, &mut self.out);
+        self.slave.on_received(
+            Bus::Nominal,
+            &frame,
+            &Stamp::interrupt(self.now),
+            &mut Turn::new(self.now, &mut self.out),
+        );
         self.sent()
     }
 
@@ -54,7 +59,7 @@ impl Desk {
                 self.slave.change(self.now, |valve| valve.opening = valve.wanted);
             }
         }
-        self.slave.poll(self.now, &mut self.out);
+        self.slave.poll(&mut Turn::new(self.now, &mut self.out));
         let mut sent = Vec::new();
         while let Some((bus, command)) = self.out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
@@ -62,7 +67,7 @@ impl Desk {
                 // Another node acknowledges it.
                 let event =
                     LinkEvent::Transmitted { frame: outgoing.frame, stamp: Stamp::interrupt(self.now) };
-                self.slave.on_link(bus, &event, self.now, &mut self.out);
+                self.slave.on_link(bus, &event, &mut Turn::new(self.now, &mut self.out));
             }
         }
         println!("{:?}: {sent:X?}", self.now);
@@ -73,7 +78,7 @@ impl Desk {
 fn main() {
     let slave = Slave::new(NodeId::of::<5>(), &Profile::DEFAULT, Valve::default());
     let mut desk = Desk { slave, out: Outbox::new(), now: Instant::ZERO };
-    desk.slave.start(desk.now, &mut desk.out);
+    desk.slave.start(&mut Turn::new(desk.now, &mut desk.out));
     assert_eq!(desk.sent()[0], (0x705, vec![0]), "boot-up");
 
     let opening = desk.receive(0x605, &[0x40, 0x01, 0x60, 0, 0, 0, 0, 0]);

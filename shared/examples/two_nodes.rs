@@ -2,7 +2,7 @@
 //! Run it: `cargo run -p ecss-can --example two_nodes`
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, LinkEvent, Outbox};
+use ecss_can::node::{BusCommand, LinkEvent, Outbox, Turn};
 use ecss_can::prelude::*;
 
 /// A clock that counts SYNCs.
@@ -46,24 +46,28 @@ struct Board<N: Node> {
 impl<N: Node> Board<N> {
     fn new(mut node: N) -> Self {
         let mut out = Outbox::new();
-        node.start(Instant::ZERO, &mut out);
+        node.start(&mut Turn::new(Instant::ZERO, &mut out));
         Board { node, out }
     }
 
     /// Does what is due; the next frame that it sends goes out at once.
     fn step(&mut self, now: Instant) -> Option<(Bus, Frame)> {
-        self.node.poll(now, &mut self.out);
+        self.node.poll(&mut Turn::new(now, &mut self.out));
         while let Some((bus, command)) = self.out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
                 let (frame, stamp) = (outgoing.frame, Stamp::interrupt(now));
-                self.node.on_link(bus, &LinkEvent::Transmitted { frame, stamp }, now, &mut self.out);
+                self.node.on_link(
+                    bus,
+                    &LinkEvent::Transmitted { frame, stamp },
+                    &mut Turn::new(now, &mut self.out),
+                );
                 return Some((bus, frame));
             }
         }
         None
     }
     fn receive(&mut self, (bus, frame): (Bus, Frame), now: Instant) {
-        self.node.on_received(bus, &frame, &Stamp::interrupt(now), now, &mut self.out);
+        self.node.on_received(bus, &frame, &Stamp::interrupt(now), &mut Turn::new(now, &mut self.out));
     }
 }
 

@@ -7,7 +7,7 @@ use ecss_can::heartbeat;
 use ecss_can::link::Stamp;
 use ecss_can::link::queue::Outgoing;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, DeviceNode, LinkEvent, Node, Outbox, Slave, SlaveEvent, Status};
+use ecss_can::node::{BusCommand, DeviceNode, LinkEvent, Node, Outbox, Slave, SlaveEvent, Status, Turn};
 use ecss_can::od::Domain;
 use ecss_can::pdo::{Mapping, PdoMapping};
 use ecss_can::profile::Profile;
@@ -45,12 +45,12 @@ impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
             answers: 0,
             answer: heartbeat::encode(NODE, NmtState::Stopped),
         };
-        harness.slave.start(harness.now, &mut harness.out);
+        harness.slave.start(&mut Turn::new(harness.now, &mut harness.out));
         // A slave serves SDO when its boot-up message has left.
         while let Some((bus, command)) = harness.out.pop_command() {
             if let BusCommand::Send(Outgoing { frame, .. }) = command {
                 let sent = LinkEvent::Transmitted { frame, stamp: Stamp::interrupt(harness.now) };
-                harness.slave.on_link(bus, &sent, harness.now, &mut harness.out);
+                harness.slave.on_link(bus, &sent, &mut Turn::new(harness.now, &mut harness.out));
             }
         }
         harness.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());
@@ -88,7 +88,12 @@ impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
     #[inline(always)]
     fn handle(&mut self, frame: Frame) {
         let stamp = Stamp::interrupt(self.now);
-        self.slave.on_received(Bus::Nominal, black_box(&frame), black_box(&stamp), self.now, &mut self.out);
+        self.slave.on_received(
+            Bus::Nominal,
+            black_box(&frame),
+            black_box(&stamp),
+            &mut Turn::new(self.now, &mut self.out),
+        );
         while let Some(event) = self.out.pop_event() {
             black_box(&event);
         }

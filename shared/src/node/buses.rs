@@ -3,7 +3,7 @@
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
 use crate::node::turn::Part;
-use crate::node::{BusCommand, Counters, LinkEvent, Outbox};
+use crate::node::{BusCommand, Counters, LinkEvent, Outbox, Turn};
 use crate::redundancy::{BusAccess, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
 use crate::types::{Bus, Duration, Instant, NmtState, PerBus, Scet, earliest};
 
@@ -149,10 +149,10 @@ impl Buses {
 
     /// Begins the recoveries that are due. Returns a bus that did not recover in time and is failed now. Call it
     /// until `None`.
-    pub fn poll<E, D: Depth>(&mut self, now: Instant, out: &mut Outbox<E, D>) -> Option<Bus> {
+    pub fn poll<E, D: Depth>(&mut self, turn: &mut Turn<'_, E, D>) -> Option<Bus> {
         for &bus in &Bus::ALL {
-            match self.recovery[bus].poll(now) {
-                Some(RecoveryStep::Recover) => out.command(bus, BusCommand::Recover),
+            match self.recovery[bus].poll(turn.until) {
+                Some(RecoveryStep::Recover) => turn.out.command(bus, BusCommand::Recover),
                 Some(RecoveryStep::Failed) => return Some(bus),
                 None => {}
             }

@@ -1,6 +1,6 @@
 //! CANopen slave on one bus, without ECSS-E-ST-50-15C: for a board of the test bench, or for a bus inside a unit.
 
-use super::canopen::{Canopen, Out, Turn};
+use super::canopen::{Canopen, Turn};
 use super::extension::CanopenOnly;
 use super::{Counters, Device, DeviceNode, Filters, FullDepth, LinkEvent, Node, NodeObjects, SlaveEvent};
 use crate::emcy::ErrorCode;
@@ -156,31 +156,28 @@ impl<D: Device> Node for CanopenSlave<D> {
         self.canopen.wanted_filter(number)
     }
 
-    fn start(&mut self, now: Instant, out: &mut Out) {
-        self.canopen.services.buses.no_sooner().join_one(BUS, out);
-        let turn = &mut Turn::new(now, out);
+    fn start(&mut self, turn: &mut Turn) {
+        self.canopen.services.buses.no_sooner().join_one(BUS, turn.out);
         self.boot(turn);
         self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
         if let LinkEvent::Received { frame, stamp } = event {
-            return self.on_received(bus, frame, stamp, now, out);
+            return self.on_received(bus, frame, stamp, turn);
         }
-        let turn = &mut Turn::new(now, out);
         self.canopen.on_bus_event(bus, true, event, turn);
         // On one bus an acknowledgement is all that there is to know.
         self.canopen.services.dictionary.emcy.no_sooner().confirm();
         self.run(turn);
     }
 
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         self.canopen.services.counters.received(bus);
-        let turn = &mut Turn::new(now, out);
         // A frame is judged by its end.
-        turn.until = stamp.at.min(now);
+        turn.until = stamp.at.min(turn.now);
         self.run(turn);
-        turn.until = now;
+        turn.until = turn.now;
         if self.canopen.may_take(frame.id()) {
             self.on_frame(frame, stamp, turn);
         } else {
@@ -188,12 +185,12 @@ impl<D: Device> Node for CanopenSlave<D> {
         }
     }
 
-    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+    fn on_request(&mut self, request: Self::Request, _turn: &mut Turn) {
         match request {}
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run_due(&mut Turn::new(now, out));
+    fn poll(&mut self, turn: &mut Turn) {
+        self.run_due(turn);
     }
 
     fn deadline(&self) -> Option<Instant> {
@@ -213,9 +210,8 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
     }
 
-    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
-        let turn = &mut Turn::new(now, out);
-        if let Some(at) = self.canopen.services.write(at, value, now)? {
+    fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
+        if let Some(at) = self.canopen.services.write(at, value, turn.now)? {
             self.on_written(at, turn);
         }
         self.run(turn);

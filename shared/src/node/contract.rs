@@ -4,6 +4,7 @@
 
 use heapless::deque::DequeInner;
 
+use super::Turn;
 use crate::link::Stamp;
 use crate::link::depth::{Depth, Places};
 use crate::link::port::{Filter, Health};
@@ -128,17 +129,11 @@ pub trait Node: 'static {
         self.filters().get(number).copied()
     }
 
-    /// Powers the node on at `now`. Called once, before everything else.
-    fn start(&mut self, now: Instant, out: &mut Outbox<Self::Event, Self::Depth>);
+    /// Powers the node on. Called once, before everything else.
+    fn start(&mut self, turn: &mut Turn<'_, Self::Event, Self::Depth>);
 
     /// Handles an event of a bus.
-    fn on_link(
-        &mut self,
-        bus: Bus,
-        event: &LinkEvent,
-        now: Instant,
-        out: &mut Outbox<Self::Event, Self::Depth>,
-    );
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn<'_, Self::Event, Self::Depth>);
 
     /// Handles a received frame: as [`LinkEvent::Received`], without copying the frame.
     fn on_received(
@@ -146,29 +141,23 @@ pub trait Node: 'static {
         bus: Bus,
         frame: &Frame,
         stamp: &Stamp,
-        now: Instant,
-        out: &mut Outbox<Self::Event, Self::Depth>,
+        turn: &mut Turn<'_, Self::Event, Self::Depth>,
     ) {
-        self.on_link(bus, &LinkEvent::Received { frame: *frame, stamp: *stamp }, now, out);
+        self.on_link(bus, &LinkEvent::Received { frame: *frame, stamp: *stamp }, turn);
     }
 
     /// Handles a request of the application.
-    fn on_request(
-        &mut self,
-        request: Self::Request,
-        now: Instant,
-        out: &mut Outbox<Self::Event, Self::Depth>,
-    );
+    fn on_request(&mut self, request: Self::Request, turn: &mut Turn<'_, Self::Event, Self::Depth>);
 
-    /// Does what is due at `now`.
-    fn poll(&mut self, now: Instant, out: &mut Outbox<Self::Event, Self::Depth>);
+    /// Does what is due.
+    fn poll(&mut self, turn: &mut Turn<'_, Self::Event, Self::Depth>);
 
     /// Returns when to call [`Node::poll`] next. `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
 
     /// Returns whether this frame may be sent. Called once for each frame, when it leaves the outbox. A refused
     /// frame is reported as [`FailCause::OverBudget`].
-    fn charge(&mut self, _frame: &Frame, _now: Instant, _out: &mut Outbox<Self::Event, Self::Depth>) -> bool {
+    fn charge(&mut self, _frame: &Frame, _turn: &mut Turn<'_, Self::Event, Self::Depth>) -> bool {
         true
     }
 

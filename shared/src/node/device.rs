@@ -1,6 +1,6 @@
 //! Declaration of a device: its objects, its PDOs, its names.
 
-use super::{Communication, Node, Outbox};
+use super::{Communication, Node, Turn};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
@@ -112,8 +112,7 @@ pub trait DeviceNode: Node {
         &mut self,
         at: Address,
         value: &[u8],
-        now: Instant,
-        out: &mut Outbox<Self::Event, Self::Depth>,
+        turn: &mut Turn<'_, Self::Event, Self::Depth>,
     ) -> Result<(), AbortCode>;
 }
 

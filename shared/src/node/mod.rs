@@ -13,7 +13,7 @@
 //! The [`runner`](crate::runner) runs a node on two CAN controllers. A test can call it directly:
 //!
 //! ```
-//! use ecss_can::node::{BusCommand, Outbox};
+//! use ecss_can::node::{BusCommand, Outbox, Turn};
 //! use ecss_can::prelude::*;
 //! # /// A device without objects.
 //! # #[derive(Objects)]
@@ -27,7 +27,7 @@
 //!
 //! let mut slave = Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
 //! let mut out = Outbox::new();
-//! slave.start(Instant::ZERO, &mut out);
+//! slave.start(&mut Turn::new(Instant::ZERO, &mut out));
 //!
 //! let mut sent = Vec::new();
 //! while let Some((bus, command)) = out.pop_command() {
@@ -88,3 +88,4 @@ pub use slave::Slave;
 pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
 pub use time_pdos::{LOCAL_TIME, SPACECRAFT_TIME};
+pub use turn::Turn;

@@ -9,7 +9,7 @@ mod objects;
 mod redundancy;
 mod retained;
 
-use super::canopen::{Canopen, Out, Turn};
+use super::canopen::{Canopen, Turn};
 use super::counters::BusCounters;
 use super::turn::{Part, Timed};
 use super::{Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
@@ -170,44 +170,43 @@ impl<D: Device> Node for Slave<D> {
         self.canopen.wanted_filter(number)
     }
 
-    fn start(&mut self, now: Instant, out: &mut Out) {
+    fn start(&mut self, turn: &mut Turn) {
         let bus = self.redundancy.selected();
-        self.canopen.services.buses.no_sooner().join(bus, out);
-        out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
-        let turn = &mut Turn::new(now, out);
+        self.canopen.services.buses.no_sooner().join(bus, turn.out);
+        turn.out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
+        let now = turn.now;
         self.decide(turn, |redundancy, node| redundancy.boot(now, node));
         self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
         match event {
-            LinkEvent::Received { frame, stamp } => self.on_received(bus, frame, stamp, now, out),
-            _ => self.on_bus_event(bus, event, &mut Turn::new(now, out)),
+            LinkEvent::Received { frame, stamp } => self.on_received(bus, frame, stamp, turn),
+            _ => self.on_bus_event(bus, event, turn),
         }
     }
 
     #[inline]
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         self.canopen.services.counters.received(bus);
-        if now < self.canopen.services.wakes.next() {
+        if turn.now < self.canopen.services.wakes.next() {
             if !self.canopen.may_take(frame.id()) {
                 return self.canopen.services.counters.ignored(bus);
             }
-            return self.on_frame(bus, frame, stamp, &mut Turn::new(now, out));
+            return self.on_frame(bus, frame, stamp, turn);
         }
         // A frame is judged by its end.
-        let turn = &mut Turn { until: stamp.at.min(now), now, out };
+        turn.until = stamp.at.min(turn.now);
         self.run(turn);
-        turn.until = now;
+        turn.until = turn.now;
         self.on_frame(bus, frame, stamp, turn);
     }
 
-    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+    fn on_request(&mut self, request: Self::Request, _turn: &mut Turn) {
         match request {}
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Out) {
-        let turn = &mut Turn::new(now, out);
+    fn poll(&mut self, turn: &mut Turn) {
         self.run_due(turn);
         self.advance_save(turn);
     }
@@ -217,9 +216,9 @@ impl<D: Device> Node for Slave<D> {
     }
 
     #[inline(always)] // called from one place
-    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
-        let over = self.budget.no_sooner().take(frame.id(), now);
-        over.map(|over| self.on_over_budget(frame.id(), over, &mut Turn::new(now, out))).is_none()
+    fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
+        let over = self.budget.no_sooner().take(frame.id(), turn.now);
+        over.map(|over| self.on_over_budget(frame.id(), over, turn)).is_none()
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {

@@ -6,20 +6,24 @@
 
 use core::ops::Deref;
 
-use super::Outbox;
+use super::{FullDepth, Outbox};
+use crate::link::depth::Depth;
 use crate::types::Instant;
 
-/// One step of a node.
-pub struct Turn<'a, V> {
+/// One step of a node: its time, and where it puts what it wants.
+pub struct Turn<'a, E, D: Depth = FullDepth> {
     /// Deadlines up to here are due. It may be before `now`: a frame is judged by its end.
     pub until: Instant,
+    /// Present instant on the clock of the node.
     pub now: Instant,
-    pub out: &'a mut Outbox<V>,
+    /// Takes commands to the buses and events for the application.
+    pub out: &'a mut Outbox<E, D>,
 }
 
-impl<'a, V> Turn<'a, V> {
+impl<'a, E, D: Depth> Turn<'a, E, D> {
+    /// Begins a step at `now`.
     #[inline]
-    pub fn new(now: Instant, out: &'a mut Outbox<V>) -> Self {
+    pub fn new(now: Instant, out: &'a mut Outbox<E, D>) -> Self {
         Turn { until: now, now, out }
     }
 }

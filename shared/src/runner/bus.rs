@@ -14,7 +14,7 @@ use super::storage::{BusStates, Core};
 use crate::link::Stamp;
 use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
 use crate::link::queue::{Full, Outgoing};
-use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node};
+use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node, Turn};
 use crate::time::Clock;
 use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 
@@ -211,7 +211,7 @@ impl<P: CanPort> BusState<P> {
             let stamp = self.stamp(shared, frame, stamp);
             // A node that answers for its counters with the next frame needs them as they are.
             self.look(shared, now);
-            shared.node.on_received(self.bus, frame, &stamp, now, &mut shared.out);
+            shared.node.on_received(self.bus, frame, &stamp, &mut Turn::new(now, &mut shared.out));
             shared.diagnostics.handled(self.bus).count();
         } else {
             self.on_other(shared, event, now);
@@ -258,11 +258,7 @@ impl<P: CanPort> BusState<P> {
             }
         };
         self.look(shared, now);
-        self.tell(shared, &event, now);
-    }
-
-    fn tell<N: Node>(&self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
-        shared.node.on_link(self.bus, event, now, &mut shared.out);
+        shared.tell(self.bus, &event, now);
     }
 
     /// Before anything else: what the port has measured does not last.
@@ -287,7 +283,7 @@ impl<P: CanPort> BusState<P> {
     /// Reports another health, by which the next look is due.
     #[inline(never)] // seldom
     fn report<N: Node>(&mut self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
-        self.tell(shared, event, now);
+        shared.tell(self.bus, event, now);
         self.update_due(shared);
     }
 
@@ -339,7 +335,7 @@ impl<P: CanPort> BusState<P> {
     }
 
     fn lose<N: Node>(&self, shared: &mut Shared<N>, lost: &Outgoing, cause: FailCause, now: Instant) {
-        self.tell(shared, &LinkEvent::Failed { frame: lost.frame, cause }, now);
+        shared.tell(self.bus, &LinkEvent::Failed { frame: lost.frame, cause }, now);
     }
 
     /// Puts frames that wait into mailboxes. Returns whether it reported frames whose lifetime has ended.

@@ -45,7 +45,7 @@ impl<B: Platform, N: Node> Handle<B, N> {
     /// When called from within [`Handle::with`].
     pub fn request(&self, request: N::Request) {
         let now = self.core.clock.now();
-        self.core.lock(|shared| shared.step(now, |node, out| node.on_request(request, now, out)));
+        self.core.lock(|shared| shared.step(now, |node, turn| node.on_request(request, turn)));
     }
 
     /// Changes objects of the application. PDOs that are sent on events and have another content afterwards go
@@ -73,7 +73,7 @@ impl<B: Platform, N: Node> Handle<B, N> {
         N: DeviceNode,
     {
         let now = self.core.clock.now();
-        self.core.lock(|shared| shared.step(now, |node, out| node.write(at, value, now, out)))
+        self.core.lock(|shared| shared.step(now, |node, turn| node.write(at, value, turn)))
     }
 
     /// Returns the present instant of the node's clock.

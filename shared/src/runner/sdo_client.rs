@@ -57,9 +57,9 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
     /// A dropped future aborts the transfer. `into` may have a part of the value.
     pub async fn read(&self, node: NodeId, at: Address, into: &mut [u8]) -> Result<usize, Error> {
         let most = into.len();
-        let mut turn = self.turn(node, |client| client.start_upload(at, most, self.mode)).await;
+        let mut claim = self.claim(node, |client| client.start_upload(at, most, self.mode)).await;
         let mut filled = 0;
-        turn.run(|client| filled += client.pull(into.get_mut(filled..).unwrap_or_default())).await
+        claim.run(|client| filled += client.pull(into.get_mut(filled..).unwrap_or_default())).await
     }
 
     /// Writes a value.
@@ -70,9 +70,9 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
     /// # Cancel safety
     /// A dropped future aborts the transfer, unless the server has the whole value already.
     pub async fn write(&self, node: NodeId, at: Address, value: &[u8]) -> Result<(), Error> {
-        let mut turn = self.turn(node, |client| client.start_download(at, value.len(), self.mode)).await;
+        let mut claim = self.claim(node, |client| client.start_download(at, value.len(), self.mode)).await;
         let mut given = 0;
-        turn.run(|client| given += client.push(value.get(given..).unwrap_or_default())).await.map(drop)
+        claim.run(|client| given += client.push(value.get(given..).unwrap_or_default())).await.map(drop)
     }
 
     /// Reads a value of at most `most` bytes part by part. `sink` gets each part in order. Returns the number of
@@ -90,7 +90,7 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
         most: usize,
         mut sink: impl FnMut(&[u8]),
     ) -> Result<usize, Error> {
-        let mut turn = self.turn(node, |client| client.start_upload(at, most, self.mode)).await;
+        let mut claim = self.claim(node, |client| client.start_upload(at, most, self.mode)).await;
         let drain = |client: &mut Client| {
             let mut chunk = [0; CHUNK];
             loop {
@@ -100,7 +100,7 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
                 }
             }
         };
-        turn.run(drain).await
+        claim.run(drain).await
     }
 
     /// Writes a value of `size` bytes part by part. `source` fills each part in order.
@@ -117,7 +117,7 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
         size: usize,
         mut source: impl FnMut(&mut [u8]),
     ) -> Result<(), Error> {
-        let mut turn = self.turn(node, |client| client.start_download(at, size, self.mode)).await;
+        let mut claim = self.claim(node, |client| client.start_download(at, size, self.mode)).await;
         let fill = |client: &mut Client| {
             let mut chunk = [0; CHUNK];
             loop {
@@ -127,26 +127,26 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
                 client.push(part);
             }
         };
-        turn.run(fill).await.map(drop)
+        claim.run(fill).await.map(drop)
     }
 
     /// Waits for its turn and starts a transfer.
-    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<B, D, M> {
+    async fn claim(&self, node: NodeId, start: impl Fn(&mut Client)) -> Claim<B, D, M> {
         poll_fn(|cx| {
             let started =
                 self.core.lock(|shared| shared.node.claim_sdo(node, cx.waker()).map(&start).is_some());
-            if started { Poll::Ready(Turn { core: self.core }) } else { Poll::Pending }
+            if started { Poll::Ready(Claim { core: self.core }) } else { Poll::Pending }
         })
         .await
     }
 }
 
 /// The client belongs to one transfer as long as this lives.
-struct Turn<B: Platform, D: Device, M: MasterBoards> {
+struct Claim<B: Platform, D: Device, M: MasterBoards> {
     core: &'static Core<B, Master<D, M>>,
 }
 
-impl<B: Platform, D: Device, M: MasterBoards> Turn<B, D, M> {
+impl<B: Platform, D: Device, M: MasterBoards> Claim<B, D, M> {
     /// Moves bytes until the transfer is over.
     async fn run(&mut self, mut step: impl FnMut(&mut Client)) -> Result<usize, Error> {
         poll_fn(|cx| self.poll(cx, &mut step)).await
@@ -162,7 +162,7 @@ impl<B: Platform, D: Device, M: MasterBoards> Turn<B, D, M> {
     }
 }
 
-impl<B: Platform, D: Device, M: MasterBoards> Drop for Turn<B, D, M> {
+impl<B: Platform, D: Device, M: MasterBoards> Drop for Claim<B, D, M> {
     fn drop(&mut self) {
         self.core.give_back(TRANSFER, |shared, _| shared.node.release_sdo());
     }

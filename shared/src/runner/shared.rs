@@ -6,7 +6,7 @@ use core::task::{Context, Waker};
 use super::Diagnostics;
 use crate::link::depth::Depth as _;
 use crate::link::queue::{Full, Outgoing, TxQueue};
-use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
+use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, Turn};
 use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// Number of tasks that can wait for a step of the clock.
@@ -50,18 +50,24 @@ impl<N: Node> Shared<N> {
 
     /// Starts the node. Its commands wait for the tasks.
     pub fn power_on(&mut self, now: Instant) {
-        self.node.start(now, &mut self.out);
+        self.node.start(&mut Turn::new(now, &mut self.out));
     }
 
     /// Makes a step for the application.
     pub fn step<R>(
         &mut self,
         now: Instant,
-        step: impl FnOnce(&mut N, &mut Outbox<N::Event, N::Depth>) -> R,
+        step: impl FnOnce(&mut N, &mut Turn<'_, N::Event, N::Depth>) -> R,
     ) -> R {
-        let result = step(self.node, &mut self.out);
+        let result = step(self.node, &mut Turn::new(now, &mut self.out));
         self.finish(now);
         result
+    }
+
+    /// Reports an event of a bus to the node.
+    #[inline]
+    pub fn tell(&mut self, bus: Bus, event: &LinkEvent, now: Instant) {
+        self.node.on_link(bus, event, &mut Turn::new(now, &mut self.out));
     }
 
     /// Returns whether there is a frame to send on a bus, or a command to deliver.
@@ -88,7 +94,7 @@ impl<N: Node> Shared<N> {
             for &bus in &Bus::ALL {
                 let frames = self.out.take_unsent(bus);
                 if frames > 0 {
-                    self.node.on_link(bus, &LinkEvent::Unsent { frames }, now, &mut self.out);
+                    self.tell(bus, &LinkEvent::Unsent { frames }, now);
                 }
             }
             found = self.take_commands(here, now);
@@ -132,14 +138,14 @@ impl<N: Node> Shared<N> {
     /// Queues a frame; whether another one or this is lost.
     fn queue(&mut self, bus: Bus, outgoing: Outgoing, here: Option<Bus>, now: Instant) -> bool {
         let mut lost = (outgoing.frame, FailCause::OverBudget);
-        if self.node.charge(&outgoing.frame, now, &mut self.out) {
+        if self.node.charge(&outgoing.frame, &mut Turn::new(now, &mut self.out)) {
             match self.push(bus, outgoing, here) {
                 Some(frame) => lost = (frame, FailCause::QueueFull),
                 None => return false,
             }
         }
         let (frame, cause) = lost;
-        self.node.on_link(bus, &LinkEvent::Failed { frame, cause }, now, &mut self.out);
+        self.tell(bus, &LinkEvent::Failed { frame, cause }, now);
         true
     }
 
@@ -175,7 +181,7 @@ impl<N: Node> Shared<N> {
     /// Does what is due.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: once for its task and for calls of the application
     pub fn run_due(&mut self, now: Instant) {
-        self.node.poll(now, &mut self.out);
+        self.node.poll(&mut Turn::new(now, &mut self.out));
         // A bus alone obeys other commands than frames.
         self.deliver(None, now);
     }

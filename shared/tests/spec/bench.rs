@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Filter, Health};
-use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Outbox};
+use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Outbox, Turn};
 use ecss_can::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// The master of these tests.
@@ -98,14 +98,14 @@ impl<N: Node> Bench<N> {
             is_acknowledged,
             has_no_errors: true,
         };
-        bench.with(|node, now, out| node.start(now, out));
+        bench.with(|node, turn| node.start(turn));
         bench
     }
 
     /// The application does something, and the node then what is due.
     pub fn touch<R>(&mut self, touch: impl FnOnce(&mut N, Instant) -> R) -> R {
         let result = touch(&mut self.node, self.now);
-        self.with(|node, now, out| node.poll(now, out));
+        self.with(|node, turn| node.poll(turn));
         result
     }
 
@@ -115,19 +115,21 @@ impl<N: Node> Bench<N> {
         N: DeviceNode,
     {
         let mut written = Ok(());
-        self.with(|node, now, out| written = node.write(Address::new(at.0, at.1), value, now, out));
+        self.with(|node, turn| written = node.write(Address::new(at.0, at.1), value, turn));
         written
     }
 
-    fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event, N::Depth>)) {
+    fn with(&mut self, step: impl FnOnce(&mut N, &mut Turn<'_, N::Event, N::Depth>)) {
         let mut out = Outbox::new();
         let (mut acknowledged, mut asked) = (Vec::new(), Vec::new());
-        step(&mut self.node, self.now, &mut out);
+        step(&mut self.node, &mut Turn::new(self.now, &mut out));
         while let Some((bus, command)) = out.pop_command() {
             match command {
-                BusCommand::Send(outgoing) if !self.node.charge(&outgoing.frame, self.now, &mut out) => {
+                BusCommand::Send(outgoing)
+                    if !self.node.charge(&outgoing.frame, &mut Turn::new(self.now, &mut out)) =>
+                {
                     let event = LinkEvent::Failed { frame: outgoing.frame, cause: FailCause::OverBudget };
-                    self.node.on_link(bus, &event, self.now, &mut out);
+                    self.node.on_link(bus, &event, &mut Turn::new(self.now, &mut out));
                 }
                 BusCommand::Send(outgoing) => {
                     let (frame, expires) = (outgoing.frame, outgoing.expires);
@@ -181,7 +183,7 @@ impl<N: Node> Bench<N> {
     /// Polls until nothing is due any more.
     pub fn settle(&mut self) {
         for _ in 0..20_000 {
-            self.with(|node, now, out| node.poll(now, out));
+            self.with(|node, turn| node.poll(turn));
             if self.node.deadline().is_none_or(|next| next > self.now) {
                 return;
             }
@@ -190,7 +192,7 @@ impl<N: Node> Bench<N> {
     }
 
     pub fn link(&mut self, bus: Bus, event: LinkEvent) {
-        self.with(|node, now, out| node.on_link(bus, &event, now, out));
+        self.with(|node, turn| node.on_link(bus, &event, turn));
         self.check_deadline();
     }
 
@@ -202,7 +204,7 @@ impl<N: Node> Bench<N> {
             return;
         }
         let before = (self.sent.len(), self.events.len(), self.controls.len());
-        self.with(|node, now, out| node.poll(now, out));
+        self.with(|node, turn| node.poll(turn));
         let is_filter = |control: &(Bus, BusCommand)| matches!(control.1, BusCommand::Filter { .. });
         assert!(self.controls[before.2..].iter().all(is_filter), "done before the deadline");
         assert_eq!((self.sent.len(), self.events.len()), (before.0, before.1), "done before the deadline");
@@ -229,7 +231,7 @@ impl<N: Node> Bench<N> {
     }
 
     pub fn request(&mut self, request: N::Request) {
-        self.with(|node, now, out| node.on_request(request, now, out));
+        self.with(|node, turn| node.on_request(request, turn));
     }
 
     /// Returns whether a filter of the controller of this bus admits frames with this COB-ID.

@@ -4,7 +4,7 @@ use ecss_can::link::Stamp;
 use ecss_can::node::{
     BusCommand, DeviceNode, LinkEvent, Master, MasterEvent, MasterRequest, Node, NodeObjects,
 };
-use ecss_can::node::{Outbox, Refusal, Slave, SlaveEvent};
+use ecss_can::node::{Outbox, Refusal, Slave, SlaveEvent, Turn};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{Mapping, PdoObjects};
 use ecss_can::profile::Profile;
@@ -28,17 +28,22 @@ struct Desk<N: Node> {
 impl<N: Node> Desk<N> {
     fn new(node: N) -> Self {
         let mut desk = Desk { node, out: Outbox::new() };
-        desk.node.start(Instant::ZERO, &mut desk.out);
+        desk.node.start(&mut Turn::new(Instant::ZERO, &mut desk.out));
         desk
     }
 
     fn hear(&mut self, frame: Frame) {
-        self.node.on_received(Bus::Nominal, &frame, &Stamp::interrupt(ms(1)), ms(1), &mut self.out);
+        self.node.on_received(
+            Bus::Nominal,
+            &frame,
+            &Stamp::interrupt(ms(1)),
+            &mut Turn::new(ms(1), &mut self.out),
+        );
     }
 
     /// Frames sent since the last time, those that are due included.
     fn sent(&mut self) -> Vec<Frame> {
-        self.node.poll(ms(1), &mut self.out);
+        self.node.poll(&mut Turn::new(ms(1), &mut self.out));
         let commands = std::iter::from_fn(|| self.out.pop_command());
         let frames = commands.filter_map(|(_, command)| match command {
             BusCommand::Send(outgoing) => Some(outgoing.frame),
@@ -56,7 +61,7 @@ impl<N: Node> Desk<N> {
 fn flying() -> Desk<Commander> {
     let mut desk = Desk::new(master(&STANDARD, None));
     let event = LinkEvent::Transmitted { frame: frame(0x701, &[5]), stamp: Stamp::interrupt(Instant::ZERO) };
-    desk.node.on_link(Bus::Nominal, &event, Instant::ZERO, &mut desk.out);
+    desk.node.on_link(Bus::Nominal, &event, &mut Turn::new(Instant::ZERO, &mut desk.out));
     desk.hear(frame(0x703, &[5]));
     desk.sent();
     desk.events();
@@ -203,10 +208,10 @@ fn each_slave_has_one_local_time_pdo() {
 fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
     let (mut master, mut slave) = (flying(), operational());
     let time = Scet::new(1_000, 0).unwrap();
-    master.node.on_request(MasterRequest::SetTime(time), ms(1), &mut master.out);
+    master.node.on_request(MasterRequest::SetTime(time), &mut Turn::new(ms(1), &mut master.out));
     let sync = LinkEvent::Transmitted { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(1)) };
     for nth in 1..=10 {
-        master.node.on_link(Bus::Nominal, &sync, ms(1), &mut master.out);
+        master.node.on_link(Bus::Nominal, &sync, &mut Turn::new(ms(1), &mut master.out));
         let ids = [0x100, 0x181];
         let sent: Vec<_> = master.sent().into_iter().filter(|sent| ids.contains(&sent.id().raw())).collect();
         let spacecraft_time = frame(0x181, &[0, 0, 0, 0xE8, 3, 0, 0]);

@@ -9,7 +9,7 @@ mod filters;
 
 use super::services::Services;
 use super::turn::{self, Part, Timed};
-use super::{Device, Extension, NodeObjects, Outbox, SlaveEvent, Spacecraft};
+use super::{Device, Extension, NodeObjects, SlaveEvent, Spacecraft};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, NodeControl};
 use crate::link::Stamp;
@@ -22,7 +22,6 @@ use cob_id_set::CobIdSet;
 use filters::ChangedFilters;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
 
-pub type Out = Outbox<SlaveEvent>;
 pub type Turn<'a> = turn::Turn<'a, SlaveEvent>;
 
 /// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
@@ -130,7 +129,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             let lifetime = self.services.lifetimes.heartbeat.min(self.control.period());
             turn.out.send_for(bus, frame, turn.now, lifetime);
         }
-        while let Some(bus) = self.services.buses.no_sooner().poll(turn.until, turn.out) {
+        while let Some(bus) = self.services.buses.no_sooner().poll(turn) {
             turn.out.event(SlaveEvent::BusFailed { bus });
         }
         self.run_device(bus, turn);

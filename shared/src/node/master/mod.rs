@@ -31,7 +31,7 @@ use crate::emcy::ErrorReader;
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::StateClashes;
-use crate::node::{Filters, FullDepth, LinkEvent, Node, Outbox, TimeKeeper};
+use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Strap, TwoBoards};
 use crate::store::{Group, ParameterStore};
@@ -39,7 +39,6 @@ use crate::sync;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet, earliest};
 
-type Out = Outbox<MasterEvent>;
 type Turn<'a> = turn::Turn<'a, MasterEvent>;
 
 /// Master of a spacecraft: NMT master, redundancy master, producer of SYNC and time, SDO client, CANopen device;
@@ -138,7 +137,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     #[inline(never)] // most frames find nothing due
     fn run_all(&mut self, turn: &mut Turn) {
         if self.is_active() {
-            while let Some(bus) = self.services.buses.no_sooner().poll(turn.until, turn.out) {
+            while let Some(bus) = self.services.buses.no_sooner().poll(turn) {
                 self.report_health(bus, turn);
                 turn.out.event(MasterEvent::BusFailed { bus });
             }
@@ -289,24 +288,23 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         u16::try_from(number).ok().filter(|number| *number <= FUNCTIONS).map(|number| self.filter(number))
     }
 
-    fn start(&mut self, now: Instant, out: &mut Out) {
-        self.power_on(&mut Turn::new(now, out));
+    fn start(&mut self, turn: &mut Turn) {
+        self.power_on(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
         match event {
-            LinkEvent::Received { frame, stamp } => self.on_received(bus, frame, stamp, now, out),
-            _ => self.on_bus_event(bus, event, &mut Turn::new(now, out)),
+            LinkEvent::Received { frame, stamp } => self.on_received(bus, frame, stamp, turn),
+            _ => self.on_bus_event(bus, event, turn),
         }
     }
 
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         self.services.counters.received(bus);
-        let turn = &mut Turn::new(now, out);
         // A frame is judged by its end.
-        turn.until = stamp.at.min(now);
+        turn.until = stamp.at.min(turn.now);
         self.run(turn);
-        turn.until = now;
+        turn.until = turn.now;
         if self.is_active() {
             self.on_frame(bus, frame, stamp, turn);
         } else {
@@ -315,14 +313,12 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         self.run(turn);
     }
 
-    fn on_request(&mut self, request: MasterRequest, now: Instant, out: &mut Out) {
-        let turn = &mut Turn::new(now, out);
+    fn on_request(&mut self, request: MasterRequest, turn: &mut Turn) {
         self.obey(request, turn);
         self.run_all(turn);
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Out) {
-        let turn = &mut Turn::new(now, out);
+    fn poll(&mut self, turn: &mut Turn) {
         self.run_all(turn);
         self.advance_save(turn);
     }
@@ -332,8 +328,8 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         self.services.with_save((next < Instant::NEVER).then_some(next))
     }
 
-    fn charge(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
-        self.takes_token(frame.id(), &mut Turn::new(now, out))
+    fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
+        self.takes_token(frame.id(), turn)
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {

@@ -1,7 +1,7 @@
 //! Dictionary of the master, and effects of written objects.
 
 use super::declared::MasterObjects;
-use super::{Master, Out, Turn};
+use super::{Master, Turn};
 use crate::boot::Assignment;
 use crate::emcy::{ActiveErrors, EmcyConsumers, ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, monitored};
@@ -364,9 +364,8 @@ impl<D: Device, B: MasterBoards> DeviceNode for Master<D, B> {
         self.services.change(now, |objects| change(&mut objects.application.device))
     }
 
-    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
-        let turn = &mut Turn::new(now, out);
-        if let Some(at) = self.services.write(at, value, now)? {
+    fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
+        if let Some(at) = self.services.write(at, value, turn.now)? {
             self.on_written(at, turn);
         }
         self.run_all(turn);

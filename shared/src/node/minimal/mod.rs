@@ -43,17 +43,18 @@ pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
 
 use super::buses::{BusNews, Buses};
 use super::counters::BusCounters;
-use super::{Counters, Filters, LinkEvent, Node, Outbox};
+use super::{Counters, Filters, LinkEvent, Node};
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::link::depth::Places;
 use crate::link::port::{Filter, Health};
+use crate::node;
 use crate::redundancy::{BusCause, MasterMessage, Selection, Selector};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 
 /// Each step of it sends four PDOs and a heartbeat at most.
 const DEPTH: usize = 8;
-type Out = Outbox<MinimalEvent, Places<DEPTH>>;
+type Turn<'a> = node::Turn<'a, MinimalEvent, Places<DEPTH>>;
 
 /// Slave of the minimal set, on both buses or on one at a time.
 #[doc(alias("minimal slave", "reduced protocol"))]
@@ -111,24 +112,24 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         self.numbers.redundancy.consumer.as_micros() > 0
     }
 
-    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let id = frame.id();
         if !self.buses.is_joined(bus, self.active()) {
             self.counters.ignored(bus);
         } else if id == CobId::heartbeat(NodeId::MASTER) {
-            self.on_master(bus, frame, stamp, now, out);
+            self.on_master(bus, frame, stamp, turn);
         } else if bus != self.active() {
             self.counters.ignored(bus);
         } else if id == CobId::SYNC {
-            self.on_sync(bus, frame, stamp, now, out);
+            self.on_sync(bus, frame, stamp, turn);
         } else if let Some((nth, pdo)) = D::PDOS.received(id, self.id) {
             if frame.data().len() < usize::from(pdo.least) {
                 return self.counters.malformed(bus);
             }
             let answer = self.device.on_pdo(nth, frame.data(), stamp.at);
-            out.event(MinimalEvent::Pdo { bus, number: nth as u8 });
+            turn.out.event(MinimalEvent::Pdo { bus, number: nth as u8 });
             if let Some((number, payload)) = answer {
-                self.answer(number, &payload, now, out);
+                self.answer(number, &payload, turn);
             }
         } else {
             self.counters.ignored(bus);
@@ -136,28 +137,28 @@ impl<D: MinimalDevice> MinimalSlave<D> {
     }
 
     /// Telemetry that was asked for: at once, so that its delay is that of this board's processor and of the bus.
-    fn answer(&mut self, number: usize, payload: &Payload, now: Instant, out: &mut Out) {
+    fn answer(&mut self, number: usize, payload: &Payload, turn: &mut Turn) {
         match D::PDOS.transmit.get(number) {
             Some(Some(MinimalTpdo { cob_id, trigger: Trigger::Request })) => {
-                self.send(cob_id.of(self.id), payload, now, out);
+                self.send(cob_id.of(self.id), payload, turn);
             }
             _ => self.counters.refused(self.active()),
         }
     }
 
-    fn send(&mut self, id: CobId, payload: &Payload, now: Instant, out: &mut Out) {
+    fn send(&mut self, id: CobId, payload: &Payload, turn: &mut Turn) {
         match Frame::new(id, payload) {
-            Ok(frame) => out.send_for(self.active(), frame, now, self.numbers.lifetime),
+            Ok(frame) => turn.out.send_for(self.active(), frame, turn.now, self.numbers.lifetime),
             Err(_) => self.counters.refused(self.active()),
         }
     }
 
     /// 1019h is not among the objects of a minimal slave: SYNC has no counter.
-    fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if !frame.data().is_empty() {
             return self.counters.malformed(bus);
         }
-        out.event(MinimalEvent::Sync { bus });
+        turn.out.event(MinimalEvent::Sync { bus });
         for (number, pdo) in D::PDOS.transmit.iter().enumerate() {
             let Some(MinimalTpdo { cob_id, trigger: Trigger::Sync(every) }) = pdo else { continue };
             let Some(count) = self.syncs.get_mut(number) else { continue };
@@ -167,12 +168,12 @@ impl<D: MinimalDevice> MinimalSlave<D> {
             }
             *count = 0;
             if let Some(payload) = self.device.on_sync(number, stamp.at) {
-                self.send(cob_id.of(self.id), &payload, now, out);
+                self.send(cob_id.of(self.id), &payload, turn);
             }
         }
     }
 
-    fn on_master(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_master(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if heartbeat::decode(frame).is_none() {
             return self.counters.malformed(bus);
         }
@@ -181,25 +182,25 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         }
         self.counters.taken(bus, frame);
         if let Some(selection) = self.selector.on_master(bus, MasterMessage::Heartbeat, stamp.at) {
-            self.apply(selection, now, out);
+            self.apply(selection, turn);
         }
         if bus == self.active() {
-            out.event(MinimalEvent::Heartbeat { bus });
+            turn.out.event(MinimalEvent::Heartbeat { bus });
         }
     }
 
-    fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
+    fn apply(&mut self, selection: Selection, turn: &mut Turn) {
         match selection {
-            Selection::Missed { bus } => out.event(MinimalEvent::MasterMissed { bus }),
-            Selection::GaveUp { bus } => out.event(MinimalEvent::GaveUp { bus }),
-            Selection::Toggled { to } => self.move_to(to, BusCause::Toggled, now, out),
-            Selection::Followed { to } => self.move_to(to, BusCause::Followed, now, out),
-            Selection::Found { bus, moved: true } => self.move_to(bus, BusCause::Found, now, out),
+            Selection::Missed { bus } => turn.out.event(MinimalEvent::MasterMissed { bus }),
+            Selection::GaveUp { bus } => turn.out.event(MinimalEvent::GaveUp { bus }),
+            Selection::Toggled { to } => self.move_to(to, BusCause::Toggled, turn),
+            Selection::Followed { to } => self.move_to(to, BusCause::Followed, turn),
+            Selection::Found { bus, moved: true } => self.move_to(bus, BusCause::Found, turn),
             Selection::Contradicted { bus, moved: true } => {
-                self.move_to(bus, BusCause::TakenBack, now, out);
+                self.move_to(bus, BusCause::TakenBack, turn);
             }
             Selection::Found { bus, moved: false } => {
-                out.event(MinimalEvent::ActiveBus { bus, cause: BusCause::Found });
+                turn.out.event(MinimalEvent::ActiveBus { bus, cause: BusCause::Found });
             }
             // Without module control no command alone finds a bus; nothing is kept beyond power-off.
             Selection::Contradicted { moved: false, .. }
@@ -210,26 +211,26 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         }
     }
 
-    fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
-        self.buses.change(bus.other(), bus, out);
+    fn move_to(&mut self, bus: Bus, cause: BusCause, turn: &mut Turn) {
+        self.buses.change(bus.other(), bus, turn.out);
         if self.numbers.redundancy.producer > Duration::ZERO {
-            self.heartbeat.announce(now);
+            self.heartbeat.announce(turn.now);
         }
-        out.event(MinimalEvent::ActiveBus { bus, cause });
+        turn.out.event(MinimalEvent::ActiveBus { bus, cause });
     }
 
-    /// Does what was due at `until`, which may be before `now`.
-    fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        while let Some(bus) = self.buses.poll(until, out) {
-            out.event(MinimalEvent::BusFailed { bus });
+    /// Does what is due.
+    fn run(&mut self, turn: &mut Turn) {
+        while let Some(bus) = self.buses.poll(turn) {
+            turn.out.event(MinimalEvent::BusFailed { bus });
         }
         if self.follows_master() {
-            while let Some(selection) = self.selector.poll(until) {
-                self.apply(selection, now, out);
+            while let Some(selection) = self.selector.poll(turn.until) {
+                self.apply(selection, turn);
             }
         }
-        if let Some(frame) = self.heartbeat.poll(until, NmtState::Operational) {
-            out.send_for(self.active(), frame, now, self.numbers.redundancy.producer);
+        if let Some(frame) = self.heartbeat.poll(turn.until, NmtState::Operational) {
+            turn.out.send_for(self.active(), frame, turn.now, self.numbers.redundancy.producer);
         }
     }
 }
@@ -249,49 +250,51 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
         filters
     }
 
-    fn start(&mut self, now: Instant, out: &mut Out) {
+    fn start(&mut self, turn: &mut Turn) {
         let bus = self.active();
-        self.buses.join(bus, out);
+        self.buses.join(bus, turn.out);
         if self.follows_master() {
-            self.selector.start(now);
+            self.selector.start(turn.now);
         }
         if self.numbers.redundancy.producer > Duration::ZERO {
-            self.heartbeat.announce(now);
+            self.heartbeat.announce(turn.now);
         }
-        out.event(MinimalEvent::ActiveBus { bus, cause: BusCause::PowerOn });
-        self.run(now, now, out);
+        turn.out.event(MinimalEvent::ActiveBus { bus, cause: BusCause::PowerOn });
+        self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
         if let LinkEvent::Received { frame, stamp } = event {
-            return self.on_received(bus, frame, stamp, now, out);
+            return self.on_received(bus, frame, stamp, turn);
         }
         self.counters.on_link(bus, event);
-        match self.buses.on_link(bus, event, now) {
-            Some(BusNews::Health(health)) => out.event(MinimalEvent::Health { bus, health }),
+        match self.buses.on_link(bus, event, turn.now) {
+            Some(BusNews::Health(health)) => turn.out.event(MinimalEvent::Health { bus, health }),
             Some(BusNews::Failed(health)) => {
-                out.event(MinimalEvent::Health { bus, health });
-                out.event(MinimalEvent::BusFailed { bus });
+                turn.out.event(MinimalEvent::Health { bus, health });
+                turn.out.event(MinimalEvent::BusFailed { bus });
             }
-            Some(BusNews::Stalled) => out.event(MinimalEvent::BusStalled { bus }),
+            Some(BusNews::Stalled) => turn.out.event(MinimalEvent::BusStalled { bus }),
             None => {}
         }
-        self.run(now, now, out);
+        self.run(turn);
     }
 
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         self.counters.received(bus);
-        self.run(stamp.at.min(now), now, out);
-        self.on_frame(bus, frame, stamp, now, out);
-        self.run(now, now, out);
+        turn.until = stamp.at.min(turn.now);
+        self.run(turn);
+        turn.until = turn.now;
+        self.on_frame(bus, frame, stamp, turn);
+        self.run(turn);
     }
 
-    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+    fn on_request(&mut self, request: Self::Request, _turn: &mut Turn) {
         match request {}
     }
 
-    fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run(now, now, out);
+    fn poll(&mut self, turn: &mut Turn) {
+        self.run(turn);
     }
 
     fn deadline(&self) -> Option<Instant> {

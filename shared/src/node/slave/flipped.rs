@@ -7,7 +7,7 @@ use std::vec::Vec;
 use crate::heartbeat::NodeControl;
 use crate::link::Stamp;
 use crate::node::probe::Probe;
-use crate::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent};
+use crate::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent, Turn};
 use crate::profile::Profile;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
@@ -26,15 +26,15 @@ impl Bench {
     fn new() -> Self {
         let slave = Slave::new(ID, &Profile::DEFAULT, Probe::default());
         let mut bench = Bench { slave, now: Instant::ZERO, sent: Vec::new(), filters: 0 };
-        bench.with(|slave, now, out| slave.start(now, out));
+        bench.with(|slave, turn| slave.start(turn));
         bench.heartbeats(2);
         (bench.filters, bench.sent) = (0, Vec::new());
         bench
     }
 
-    fn with(&mut self, step: impl FnOnce(&mut Slave<Probe>, Instant, &mut Outbox<SlaveEvent>)) {
+    fn with(&mut self, step: impl FnOnce(&mut Slave<Probe>, &mut Turn<'_, SlaveEvent>)) {
         let mut out = Outbox::new();
-        step(&mut self.slave, self.now, &mut out);
+        step(&mut self.slave, &mut Turn::new(self.now, &mut out));
         let mut ended = Vec::new();
         while let Some((bus, command)) = out.pop_command() {
             match command {
@@ -50,7 +50,7 @@ impl Bench {
     }
 
     fn link(&mut self, bus: Bus, event: &LinkEvent) {
-        self.with(|slave, now, out| slave.on_link(bus, event, now, out));
+        self.with(|slave, turn| slave.on_link(bus, event, turn));
     }
 
     /// Lets the slave run until it has sent this number of heartbeats.
@@ -61,7 +61,7 @@ impl Bench {
         let until = heartbeats(self) + number;
         while heartbeats(self) < until {
             self.now = self.slave.deadline().expect("heartbeats have a period").max(self.now);
-            self.with(|slave, now, out| slave.poll(now, out));
+            self.with(|slave, turn| slave.poll(turn));
         }
     }
 

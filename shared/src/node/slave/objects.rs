@@ -3,7 +3,7 @@
 use super::Slave;
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::link::Stamp;
-use crate::node::canopen::{Out, Turn};
+use crate::node::canopen::Turn;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
 use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
 use crate::store::Group;
@@ -133,9 +133,8 @@ impl<D: Device> DeviceNode for Slave<D> {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
     }
 
-    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
-        let turn = &mut Turn::new(now, out);
-        if let Some(at) = self.canopen.services.write(at, value, now)? {
+    fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
+        if let Some(at) = self.canopen.services.write(at, value, turn.now)? {
             self.on_written(at, turn);
         }
         self.run(turn);

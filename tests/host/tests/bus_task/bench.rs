@@ -8,7 +8,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use ecss_can::link::port::Filter;
 use ecss_can::link::queue::Outgoing;
-use ecss_can::node::{BusCommand, FailCause, Filters, FullDepth, LinkEvent, Node, Outbox};
+use ecss_can::node::{BusCommand, FailCause, Filters, FullDepth, LinkEvent, Node, Turn};
 use ecss_can::runner::{Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;
@@ -46,15 +46,15 @@ impl Node for Probe {
         self.filters().get(number).copied()
     }
 
-    fn start(&mut self, _: Instant, out: &mut Outbox<()>) {
-        out.command(Bus::Nominal, BusCommand::Join);
+    fn start(&mut self, turn: &mut Turn<'_, ()>) {
+        turn.out.command(Bus::Nominal, BusCommand::Join);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, _: Instant, out: &mut Outbox<()>) {
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn<'_, ()>) {
         self.told.borrow_mut().push(*event);
         if matches!(event, LinkEvent::Received { .. }) {
             (0..self.replies).for_each(|byte| {
-                out.command(
+                turn.out.command(
                     bus,
                     BusCommand::Send(Outgoing { frame: frame(0x385, byte), expires: Instant::NEVER }),
                 )
@@ -62,13 +62,13 @@ impl Node for Probe {
         }
     }
 
-    fn on_request(&mut self, request: BusCommand, _: Instant, out: &mut Outbox<()>) {
-        out.command(Bus::Nominal, request);
+    fn on_request(&mut self, request: BusCommand, turn: &mut Turn<'_, ()>) {
+        turn.out.command(Bus::Nominal, request);
     }
 
-    fn poll(&mut self, now: Instant, _: &mut Outbox<()>) {
+    fn poll(&mut self, turn: &mut Turn<'_, ()>) {
         self.polls.set(self.polls.get() + 1);
-        if self.due.get().is_some_and(|due| due <= now) {
+        if self.due.get().is_some_and(|due| due <= turn.now) {
             self.due.take();
         }
     }

@@ -1,7 +1,7 @@
 //! A whole slave between two buses.
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent};
+use ecss_can::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent, Turn};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
@@ -34,7 +34,7 @@ impl Bench {
     pub fn new(profile: &Profile) -> Bench {
         let slave = device::slave(ID, profile);
         let mut bench = Bench { slave, now: Instant::from_micros(1_000), sent: vec![], events: vec![] };
-        bench.step(|slave, now, out| slave.start(now, out));
+        bench.step(|slave, turn| slave.start(turn));
         bench
     }
 
@@ -43,15 +43,15 @@ impl Bench {
         let event =
             LinkEvent::Transmitted { frame: frame(0x705, 1, [0; 8]), stamp: Stamp::interrupt(self.now) };
         let bus = self.slave.status(self.now).active;
-        self.step(|slave, now, out| slave.on_link(bus, &event, now, out));
+        self.step(|slave, turn| slave.on_link(bus, &event, turn));
     }
 
     /// One step. What it does fits into an outbox.
-    pub fn step(&mut self, step: impl FnOnce(&mut TestSlave, Instant, &mut Outbox<SlaveEvent>)) {
+    pub fn step(&mut self, step: impl FnOnce(&mut TestSlave, &mut Turn<'_, SlaveEvent>)) {
         let mut out = Outbox::new();
         self.sent.clear();
         self.events.clear();
-        step(&mut self.slave, self.now, &mut out);
+        step(&mut self.slave, &mut Turn::new(self.now, &mut out));
         while let Some((bus, command)) = out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
                 if outgoing.is_expired(self.now) {
@@ -70,14 +70,14 @@ impl Bench {
 
     /// What is due now.
     pub fn poll(&mut self) {
-        self.step(|slave, now, out| slave.poll(now, out));
+        self.step(|slave, turn| slave.poll(turn));
         assert!(self.slave.deadline().is_none_or(|due| due > self.now), "a deadline of the past");
     }
 
     /// A frame that ended now.
     pub fn receive(&mut self, bus: Bus, frame: Frame) {
         let stamp = Stamp::interrupt(self.now);
-        self.step(|slave, now, out| slave.on_link(bus, &LinkEvent::Received { frame, stamp }, now, out));
+        self.step(|slave, turn| slave.on_link(bus, &LinkEvent::Received { frame, stamp }, turn));
     }
 
     /// Time passes; `see` looks at every step.

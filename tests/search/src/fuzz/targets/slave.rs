@@ -117,7 +117,7 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
                 (7, _) => LinkEvent::Stalled,
                 _ => LinkEvent::Health(health),
             };
-            bench.step(|slave, now, out| slave.on_link(on, &event, now, out));
+            bench.step(|slave, turn| slave.on_link(on, &event, turn));
         }
         _ => {
             let (which, how) = (input.byte(), input.byte());
@@ -139,7 +139,7 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
 fn receive(bench: &mut Bench, on: ecss_can::types::Bus, frame: Frame, age: u8) {
     let at = Instant::from_micros(bench.now.as_micros() - u64::from(age));
     let stamp = Stamp::interrupt(at);
-    bench.step(|slave, now, out| slave.on_link(on, &LinkEvent::Received { frame, stamp }, now, out));
+    bench.step(|slave, turn| slave.on_link(on, &LinkEvent::Received { frame, stamp }, turn));
 }
 
 fn note(bench: &Bench, signature: &mut Signature) {
