@@ -447,7 +447,8 @@ fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
 /// Given a master with selective access, when its bus fails, then it leaves that bus and joins the other one. When a command brings
 /// it back, then it joins the first bus again, and begins with a heartbeat.
 ///
-/// Verifies: ECSS 8.2.1a.1, 8.3.3b.2
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1, 8.3.3b.2
+/// Notices: ECSS 8.2.1a: a master with selective access stays on the redundant bus when it returns to the nominal one.
 /// Notices: ECSS 8.2.1a.1: a bus that failed is not left.
 /// Notices: ECSS 8.3.3b.2: a bus that was left in bus-off is not joined again, so no heartbeat starts there.
 #[test]

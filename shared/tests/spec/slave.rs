@@ -546,7 +546,8 @@ fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
 /// Given a slave that followed the master to the redundant bus, when its nominal controller is bus-off, then it recovers that controller
 /// after 10 ms.
 ///
-/// Verifies: ECSS 8.2.2a
+/// Verifies: ECSS 8.2.1a.2, 8.2.2a
+/// Notices: ECSS 8.2.1a.2: a slave with parallel access gives up the bus that the master left.
 /// Notices: ECSS 8.2.2a: the controller of the bus that the master left is not recovered from bus-off.
 #[test]
 fn a_parallel_slave_recovers_the_bus_that_the_master_left() {

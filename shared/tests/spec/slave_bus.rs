@@ -141,6 +141,8 @@ fn choice_of_a_bus_is_due_at_once() {
 /// Given a slave with selective access that toggles never, because Ttoggle or Ntoggle is zero, when its application chooses the other
 /// bus and then Bdefault again, then the slave goes there each time, and stays.
 ///
+/// Verifies: ECSS 8.2.1a
+/// Notices: ECSS 8.2.1a: a slave with selective access stays on the redundant bus when it returns to the nominal one.
 /// Notices: ECSS 8.2.3a: with toggling disabled the application cannot choose the bus.
 /// Notices: ECSS 8.2.3a: the application cannot choose Bdefault.
 #[test]

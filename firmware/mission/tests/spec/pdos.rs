@@ -179,7 +179,8 @@ fn spacecraft_time_is_taken_as_figure_7_1_has_it() {
 
 /// Given the slaves of the mission at power-on, then each has one transmit PDO with its Local SCET Get: 180h and its Node-ID.
 ///
-/// Verifies: ECSS 7.2.2e, 7.2.2g, 7.2.3h, 7.2.3j
+/// Verifies: ECSS 7.1.2f, 7.2.2e, 7.2.2g, 7.2.3h, 7.2.3j
+/// Notices: ECSS 7.1.2f: a slave maps the coarse time of Local SCET Get before the fine time.
 /// Notices: ECSS 7.2.2e: a slave maps the coarse time alone.
 /// Notices: ECSS 7.2.2g: a second PDO of a slave has its coarse time.
 /// Notices: ECSS 7.2.3h: a slave sends the coarse time before the fine time.

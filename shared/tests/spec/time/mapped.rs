@@ -154,6 +154,23 @@ fn consumer_without_local_time_pdo_follows() {
     assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554));
 }
 
+/// Given a consumer of UTC that sends no local time, when a SYNC and 2 ms later its time come, then the clock is set to the time of that
+/// SYNC.
+///
+/// Verifies: ECSS 7.1.1b
+/// Notices: ECSS 7.1.1b: a consumer of UTC without a Local Time PDO notes no SYNC, and its clock is never set.
+#[test]
+fn consumer_of_utc_without_local_time_pdo_follows() {
+    let mut slave = operational::<Universal<true>>();
+    unmap_local_time(&mut slave, 0x85);
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    run(&mut slave, ms(52));
+    slave.receive(NOMINAL, 0x181, &Utc::new(101, 5, 250).unwrap().encode());
+    // A day and 5.25 ms, rounded to 88,080 units of 2^-24 s; then 2 ms, 33,554.4.
+    assert_eq!(slave.node.scet(slave.now), scet(86_400, 121_634));
+}
+
 /// Given a slave that keeps UTC and receives it by 181h, when a client maps Local SCET Set there, then the SCET that comes sets its
 /// clock.
 ///
