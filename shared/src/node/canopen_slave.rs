@@ -7,7 +7,7 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat::is_heartbeat;
 use crate::link::Stamp;
 use crate::link::port::Filter;
-use crate::nmt::{NmtMessage, Reaction};
+use crate::nmt::NmtMessage;
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
 use crate::types::{AbortCode, Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
@@ -112,11 +112,8 @@ impl<D: Device> CanopenSlave<D> {
             .control
             .change(&mut self.canopen.services.wakes)
             .on_command(message.command, turn.now);
-        match reaction {
-            Reaction::Unchanged => {}
-            Reaction::Entered(state) => self.canopen.entered(state, turn),
-            Reaction::ResetNode => self.canopen.wait_for_reset(turn),
-            Reaction::ResetCommunication => self.boot(turn),
+        if self.canopen.follow(reaction, turn) {
+            self.boot(turn);
         }
     }
 

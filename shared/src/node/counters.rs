@@ -52,6 +52,11 @@ impl BusCounters {
         &self.0
     }
 
+    /// Returns the number of frames received on each bus; wraps.
+    pub fn all_received(&self) -> PerBus<u32> {
+        PerBus::from_fn(|bus| self.0[bus].received)
+    }
+
     /// Counts an event of a bus.
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent) {
         let counters = &mut self.0[bus];

@@ -111,8 +111,8 @@ impl<D: Device> Slave<D> {
         if self.canopen.control.state() == NmtState::Initialising {
             return;
         }
-        let (until, now) = (turn.until, turn.now);
-        self.decide(turn, |redundancy, node| redundancy.poll(until, now, node));
+        let until = turn.until;
+        while self.decide(turn, |redundancy, step| redundancy.poll(until, step)) {}
         self.run_budget(turn);
         self.canopen.poll(self.redundancy.selected(), turn);
         self.canopen.set_filters(&Bus::ALL, turn);
@@ -174,8 +174,7 @@ impl<D: Device> Node for Slave<D> {
         let bus = self.redundancy.selected();
         self.canopen.services.buses.no_sooner().join(bus, turn.out);
         turn.out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
-        let now = turn.now;
-        self.decide(turn, |redundancy, node| redundancy.boot(now, node));
+        self.boot(turn);
         self.run(turn);
     }
 

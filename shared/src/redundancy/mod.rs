@@ -67,7 +67,7 @@ pub use objects::{Redundancy, RedundancyObjects};
 pub use peers::{PeerHeartbeat, Peers};
 pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};
-pub use slave::{BusCause, Retained, SlaveAction, SlaveNode, SlaveRedundancy, SlaveVerdict};
+pub use slave::{BusCause, Retained, SlaveAction, SlaveActions, SlaveRedundancy, SlaveStep, SlaveVerdict};
 pub use standby::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
 
 use crate::types::{Bus, Canonical, Duration};

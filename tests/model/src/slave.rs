@@ -6,7 +6,7 @@ pub mod reports;
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
-use ecss_can::redundancy::{BusAccess, Parameters, Retained, SlaveRedundancy, SlaveVerdict};
+use ecss_can::redundancy::{BusAccess, Parameters, Retained, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, earliest,
 };
@@ -15,7 +15,7 @@ use crate::defect::{self, Defect};
 use crate::profile::{GRACE, PARALLEL, PARAMETERS};
 use crate::station::{Outgoing, Station};
 use crate::what::What;
-use adapter::{Adapter, Node};
+use adapter::Node;
 use reports::Reports;
 
 /// A slave.
@@ -91,11 +91,23 @@ impl Slave {
         self.node.has_wrong_bdefault
     }
 
-    fn step(&mut self, now: Instant, step: impl FnOnce(&mut SlaveRedundancy, &mut Adapter)) {
-        step(
-            &mut self.redundancy,
-            &mut Adapter { node: &mut self.node, defect: self.defect, now, reported: None },
-        );
+    /// Lets the redundancy decide, and carries out what it decided.
+    fn decide<R>(
+        &mut self,
+        now: Instant,
+        decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R,
+    ) -> R {
+        let mut step = SlaveStep::new(now, &self.node.control, self.node.received);
+        let result = decide(&mut self.redundancy, &mut step);
+        let mut reported = None;
+        for action in step.into_actions() {
+            self.carry_out(action, &mut reported, now);
+        }
+        self.end_step(now);
+        result
+    }
+
+    fn end_step(&mut self, now: Instant) {
         if std::mem::take(&mut self.node.is_warning) {
             let emcy = Frame::of(CobId::emcy(self.id), ErrorCode::HEARTBEAT.get().to_le_bytes());
             self.node.outgoing.send(self.active(), emcy, now);
@@ -129,7 +141,8 @@ impl Canonical for Slave {
 impl Station for Slave {
     fn start(&mut self, now: Instant) {
         *self = self.restarted(Retained::decode(self.node.retained).unwrap_or_default());
-        self.step(now, |redundancy, node| redundancy.boot(now, node));
+        self.boot(now);
+        self.end_step(now);
     }
 
     fn power_off(&mut self) {
@@ -138,7 +151,7 @@ impl Station for Slave {
     }
 
     fn poll(&mut self, now: Instant) {
-        self.step(now, |redundancy, node| redundancy.poll(now, now, node));
+        while self.decide(now, |redundancy, step| redundancy.poll(now, step)) {}
         self.resume(now);
         if let Some(heartbeat) = self.node.control.poll(now) {
             self.node.outgoing.send(self.active(), heartbeat, now);
@@ -157,10 +170,9 @@ impl Station for Slave {
         if frame.id() == question && bus == self.active() && self.state().allows_sdo() {
             self.node.outgoing.send(bus, self.answer(frame), now);
         } else {
-            let mut verdict = SlaveVerdict::Ignored;
-            self.step(now, |redundancy, node| {
-                let usual = redundancy.on_usual_frame(bus, frame, now, &node.node.control);
-                verdict = usual.unwrap_or_else(|| redundancy.on_rare_frame(bus, frame, now, now, node));
+            let verdict = self.redundancy.on_usual_frame(bus, frame, now, &self.node.control);
+            let verdict = verdict.unwrap_or_else(|| {
+                self.decide(now, |redundancy, step| redundancy.on_rare_frame(bus, frame, now, step))
             });
             let is_heartbeat = frame.id() == CobId::heartbeat(NodeId::MASTER);
             let is_heard = is_heartbeat && bus == self.active();

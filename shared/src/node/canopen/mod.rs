@@ -75,8 +75,19 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.update_taken();
     }
 
+    /// Follows a change of the NMT state. Returns whether the caller has to boot the node up again.
+    pub fn follow(&mut self, reaction: Reaction, turn: &mut Turn) -> bool {
+        match reaction {
+            Reaction::Unchanged => {}
+            Reaction::Entered(state) => self.entered(state, turn),
+            Reaction::ResetNode => self.wait_for_reset(turn),
+            Reaction::ResetCommunication => return true,
+        }
+        false
+    }
+
     /// Notes that the node entered another NMT state.
-    pub fn entered(&mut self, state: NmtState, turn: &mut Turn) {
+    fn entered(&mut self, state: NmtState, turn: &mut Turn) {
         self.services.entered(state, turn.now);
         turn.out.event(SlaveEvent::State(state));
     }

@@ -15,15 +15,15 @@ impl<D: Device> Slave<D> {
             turn.out.event(SlaveEvent::OverBudget { id });
         }
         if over == Over::Node {
-            self.decide(turn, |redundancy, node| redundancy.silence(node));
+            self.decide(turn, |redundancy, step| redundancy.silence(step));
         }
     }
 
     pub(super) fn run_budget(&mut self, turn: &mut Turn) {
         match self.budget.no_sooner().poll(turn.until) {
             Some(BudgetStep::Resume) => {
-                let now = turn.now;
-                self.decide(turn, |redundancy, node| redundancy.resume(now, node));
+                self.redundancy.no_sooner().resume();
+                self.boot(turn);
             }
             Some(BudgetStep::Calm) => self.canopen.services.within_budget(),
             None => {}

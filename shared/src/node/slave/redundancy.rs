@@ -1,35 +1,43 @@
 //! Carries out the decisions of the redundancy of a slave.
 
-use super::retained::Memory;
-use super::{Canopen, Slave};
-use crate::heartbeat::NodeControl;
+use super::Slave;
 use crate::link::Stamp;
+use crate::nmt::Reaction;
 use crate::node::canopen::Turn;
 use crate::node::services::SdoStep;
 use crate::node::{Device, SlaveEvent};
-use crate::redundancy::{BusCause, Parameters, SlaveAction, SlaveNode, SlaveRedundancy, SlaveVerdict};
-use crate::types::{Bus, CobId, Frame, PerBus};
-
-/// A slave without its redundancy, in one step.
-pub(super) struct Surroundings<'a, 't, D: Device> {
-    canopen: &'a mut Canopen<D>,
-    memory: &'a mut Memory,
-    initial: &'a Parameters,
-    turn: &'a mut Turn<'t>,
-}
+use crate::redundancy::{BusCause, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};
+use crate::types::{Bus, CobId, Frame};
 
 impl<D: Device> Slave<D> {
-    /// Lets the redundancy decide, and the node around it carry out.
+    /// Lets the redundancy decide, and carries out what it decided.
     pub(super) fn decide<R>(
         &mut self,
         turn: &mut Turn,
-        step: impl FnOnce(&mut SlaveRedundancy, &mut Surroundings<D>) -> R,
+        decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R,
     ) -> R {
-        let Slave { canopen, redundancy, memory, initial, .. } = self;
-        let surroundings = &mut Surroundings { canopen, memory, initial, turn };
-        let result = step(redundancy.no_sooner(), surroundings);
-        redundancy.settle(&mut canopen.services.wakes);
+        let Slave { canopen, redundancy, .. } = self;
+        let received = canopen.services.counters.all_received();
+        let mut step = SlaveStep::new(turn.now, &canopen.control, received);
+        let result = decide(redundancy.no_sooner(), &mut step);
+        let actions = step.into_actions();
+        self.carry_out_all(&actions, turn);
         result
+    }
+
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`: once for all decisions
+    fn carry_out_all(&mut self, actions: &[SlaveAction], turn: &mut Turn) {
+        self.redundancy.settle(&mut self.canopen.services.wakes);
+        actions.iter().for_each(|action| self.carry_out(*action, turn));
+    }
+
+    /// Restores the communication profile, boots up and begins the search (ECSS 8.3.2).
+    pub(super) fn boot(&mut self, turn: &mut Turn) {
+        self.canopen.restore_communication(&self.initial, turn.now);
+        let services = &mut self.canopen.services;
+        let parameters = services.written_redundancy();
+        let bus = self.redundancy.change(&mut services.wakes).boot(parameters, turn.now);
+        self.canopen.boot(bus, turn);
     }
 
     /// A frame that is none of SYNC, SDO and PDOs on the active bus.
@@ -60,47 +68,33 @@ impl<D: Device> Slave<D> {
 
     #[inline(never)] // a heartbeat of the master need not pay for it
     fn on_rare_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) -> SlaveVerdict {
+        self.decide(turn, |redundancy, step| redundancy.on_rare_frame(bus, frame, stamp.at, step))
+    }
+
+    fn carry_out(&mut self, action: SlaveAction, turn: &mut Turn) {
+        let Slave { canopen, redundancy, .. } = self;
         let now = turn.now;
-        self.decide(turn, |redundancy, node| redundancy.on_rare_frame(bus, frame, stamp.at, now, node))
-    }
-}
-
-impl<D: Device> SlaveNode for Surroundings<'_, '_, D> {
-    fn control(&self) -> &NodeControl {
-        &self.canopen.control
-    }
-
-    fn control_mut(&mut self) -> &mut NodeControl {
-        self.canopen.control.change(&mut self.canopen.services.wakes)
-    }
-
-    fn received(&self) -> PerBus<u32> {
-        let counters = self.canopen.services.counters.all();
-        PerBus::from_fn(|bus| counters[bus].received)
-    }
-
-    fn restore_communication(&mut self) -> Parameters {
-        self.canopen.restore_communication(self.initial, self.turn.now);
-        self.canopen.services.written_redundancy()
-    }
-
-    fn show(&mut self, parameters: &Parameters) {
-        self.canopen.services.show_redundancy(parameters, self.turn.now);
-    }
-
-    fn note_bdefault(&mut self, bus: Bus) -> Option<bool> {
-        let id = self.canopen.control.id();
-        self.canopen.services.dictionary.stored.note_bdefault(id, bus).map(|outcome| outcome.is_ok())
-    }
-
-    #[inline(never)] // of many callers
-    fn act(&mut self, action: SlaveAction) {
-        let Surroundings { canopen, turn, .. } = self;
-        let now = turn.now;
+        let wakes = &mut canopen.services.wakes;
         let event = match action {
-            SlaveAction::BootUp { bus } => return canopen.boot(bus, turn),
-            SlaveAction::Entered(state) => return canopen.entered(state, turn),
-            SlaveAction::ResetNode => return canopen.wait_for_reset(turn),
+            SlaveAction::Obey(command) => {
+                let reaction = canopen.control.change(wakes).on_command(command, now);
+                return self.change_state(reaction, turn);
+            }
+            SlaveAction::EnterPreOperational => {
+                let reaction = canopen.control.change(wakes).on_master_missed();
+                return self.change_state(reaction, turn);
+            }
+            SlaveAction::FallSilent { bus } => {
+                canopen.services.dictionary.emcy.change(wakes).hasten();
+                canopen.run_device(bus, turn);
+                let reaction = canopen.control.change(&mut canopen.services.wakes).fall_silent();
+                return self.change_state(reaction, turn);
+            }
+            SlaveAction::WaitForReset => return canopen.wait_for_reset(turn),
+            SlaveAction::Announce => return canopen.control.change(wakes).announce(now),
+            SlaveAction::ShowParameters => {
+                return canopen.services.show_redundancy(redundancy.parameters(), now);
+            }
             SlaveAction::Raise { code, source } => {
                 canopen.services.raise(code, [source, 0, 0, 0, 0]);
                 return;
@@ -109,14 +103,11 @@ impl<D: Device> SlaveNode for Surroundings<'_, '_, D> {
                 canopen.services.clear(code, source);
                 return;
             }
-            SlaveAction::SendEmergencies { bus } => {
-                canopen.services.dictionary.emcy.change(&mut canopen.services.wakes).hasten();
-                return canopen.run_device(bus, turn);
-            }
             SlaveAction::Retain(retained) => return self.memory.write(retained),
+            SlaveAction::NoteBdefault { bus, may_write } => return self.note_bdefault(bus, may_write, turn),
             SlaveAction::ActiveBus { bus, cause, is_new } => {
                 if is_new {
-                    canopen.services.dictionary.emcy.change(&mut canopen.services.wakes).recall(now);
+                    canopen.services.dictionary.emcy.change(wakes).recall(now);
                     canopen.services.buses.no_sooner().change(bus.other(), bus, turn.out);
                     // Aborts the running transfer and reports it on the new bus.
                     canopen.serve(SdoStep::BusChanged, bus, turn);
@@ -131,8 +122,25 @@ impl<D: Device> SlaveNode for Surroundings<'_, '_, D> {
             SlaveAction::Clash { bus, yields } => SlaveEvent::Clash { bus, yields },
             SlaveAction::ClashOver => SlaveEvent::ClashOver,
             SlaveAction::ResetIgnored { bus, command } => SlaveEvent::ResetIgnored { bus, command },
-            SlaveAction::BdefaultNoted { bus, is_kept } => SlaveEvent::BdefaultNoted { bus, is_kept },
         };
         turn.out.event(event);
+    }
+
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`: of three callers
+    fn change_state(&mut self, reaction: Reaction, turn: &mut Turn) {
+        if self.canopen.follow(reaction, turn) {
+            self.boot(turn);
+        }
+    }
+
+    /// Writes Bdefault beyond power-off. A node without a parameter store keeps nothing.
+    fn note_bdefault(&mut self, bus: Bus, may_write: bool, turn: &mut Turn) {
+        let id = self.canopen.control.id();
+        let mut note = || self.canopen.services.dictionary.stored.note_bdefault(id, bus);
+        let outcome = if may_write { note().map(|outcome| outcome.is_ok()) } else { Some(false) };
+        if let Some(is_kept) = outcome {
+            self.memory.write(self.redundancy.no_sooner().on_noted(bus, is_kept));
+            turn.out.event(SlaveEvent::BdefaultNoted { bus, is_kept });
+        }
     }
 }

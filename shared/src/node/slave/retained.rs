@@ -56,6 +56,6 @@ impl<D: Device> Slave<D> {
     pub(super) fn on_stored(&mut self, is_saved: bool, turn: &mut Turn) {
         let written = self.canopen.services.written_redundancy().bdefault;
         let stored = if is_saved { written } else { self.initial.bdefault };
-        self.decide(turn, |redundancy, node| redundancy.on_stored(stored, node));
+        self.decide(turn, |redundancy, step| redundancy.on_stored(stored, step));
     }
 }

@@ -1,63 +1,44 @@
-//! Decisions of a slave's redundancy, and the node that carries them out.
+//! Decisions of a slave's redundancy, which its node carries out.
 
 use super::Retained;
 use crate::emcy::ErrorCode;
 use crate::heartbeat::NodeControl;
 use crate::nmt::Command;
-use crate::redundancy::Parameters;
-use crate::types::{Bus, NmtState, PerBus};
+use crate::types::{Bus, Instant, PerBus};
 
-/// Node around the redundancy of a slave. It carries out each action before the machine goes on.
-pub trait SlaveNode {
-    /// Returns Node-ID, NMT state and heartbeat of the node.
-    fn control(&self) -> &NodeControl;
+/// Most actions of one step: ignored resets are forgotten (3), the bus changes (5), and a reset is obeyed (2).
+pub(super) const MOST: usize = 10;
 
-    /// Lends them for a change.
-    fn control_mut(&mut self) -> &mut NodeControl;
-
-    /// Returns the number of frames received on each bus since power-on; wraps.
-    fn received(&self) -> PerBus<u32>;
-
-    /// Restores the communication profile of power-on with the stored parameters. Returns the redundancy parameters.
-    fn restore_communication(&mut self) -> Parameters;
-
-    /// Shows the parameters in object 2000h.
-    fn show(&mut self, parameters: &Parameters);
-
-    /// Writes Bdefault beyond power-off. Returns whether it is stored, `None` without a parameter store.
-    fn note_bdefault(&mut self, bus: Bus) -> Option<bool>;
-
-    /// Carries out an action. What it changes is due at once.
-    fn act(&mut self, action: SlaveAction);
+/// One step of the redundancy of a slave: what it looks at, and what it decides.
+#[derive(Debug)]
+pub struct SlaveStep<'a> {
+    /// Present instant.
+    pub(super) now: Instant,
+    /// Node-ID, NMT state and heartbeat of the node.
+    pub(super) control: &'a NodeControl,
+    /// Number of frames received on each bus since power-on; wraps.
+    pub(super) received: PerBus<u32>,
+    actions: SlaveActions,
 }
 
-impl<N: SlaveNode> SlaveNode for &mut N {
-    fn control(&self) -> &NodeControl {
-        (**self).control()
+/// Decisions of a step, in the order in which the node carries them out.
+pub type SlaveActions = heapless::Vec<SlaveAction, MOST>;
+
+impl<'a> SlaveStep<'a> {
+    /// Begins a step at `now`. `received`: number of frames received on each bus since power-on; wraps.
+    pub const fn new(now: Instant, control: &'a NodeControl, received: PerBus<u32>) -> Self {
+        SlaveStep { now, control, received, actions: SlaveActions::new() }
     }
 
-    fn control_mut(&mut self) -> &mut NodeControl {
-        (**self).control_mut()
+    /// Ends the step. Returns what the node has to carry out.
+    pub fn into_actions(self) -> SlaveActions {
+        self.actions
     }
 
-    fn received(&self) -> PerBus<u32> {
-        (**self).received()
-    }
-
-    fn restore_communication(&mut self) -> Parameters {
-        (**self).restore_communication()
-    }
-
-    fn show(&mut self, parameters: &Parameters) {
-        (**self).show(parameters);
-    }
-
-    fn note_bdefault(&mut self, bus: Bus) -> Option<bool> {
-        (**self).note_bdefault(bus)
-    }
-
-    fn act(&mut self, action: SlaveAction) {
-        (**self).act(action);
+    #[inline(never)] // of many callers
+    pub(super) fn act(&mut self, action: SlaveAction) {
+        let is_placed = self.actions.push(action).is_ok();
+        debug_assert!(is_placed, "a step has {MOST} actions at most");
     }
 }
 
@@ -65,15 +46,17 @@ impl<N: SlaveNode> SlaveNode for &mut N {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SlaveAction {
-    /// Boot up ([`NodeControl::boot`]) and send the boot-up message.
-    BootUp {
-        /// Bus of the message.
-        bus: Bus,
-    },
-    /// The node entered this NMT state: its services follow.
-    Entered(NmtState),
-    /// Reset the chip, and send nothing until then. Repeated with each frame that is received meanwhile.
-    ResetNode,
+    /// Obey a command of the master ([`NodeControl::on_command`]). After "reset communication" call
+    /// [`SlaveRedundancy::boot`](super::SlaveRedundancy::boot).
+    Obey(Command),
+    /// Wait for the reset of the chip. Repeated with each frame that is received meanwhile.
+    WaitForReset,
+    /// Leave Operational: the master is missed, or the node is silenced ([`NodeControl::on_master_missed`]).
+    EnterPreOperational,
+    /// Send a heartbeat at once ([`NodeControl::announce`]).
+    Announce,
+    /// Show the parameters in object 2000h ([`SlaveRedundancy::parameters`](super::SlaveRedundancy::parameters)).
+    ShowParameters,
     /// Report the bus that the node considers active.
     ActiveBus {
         /// Bus that is active, or on which the node searches.
@@ -107,9 +90,10 @@ pub enum SlaveAction {
         /// Source of [`SlaveAction::Raise`].
         source: u8,
     },
-    /// Send the emergencies that wait, whatever their inhibit time: the next state forbids them.
-    SendEmergencies {
-        /// Bus to send them on.
+    /// Send the emergencies that wait, whatever their inhibit time, and stop: another node has this Node-ID
+    /// ([`NodeControl::fall_silent`]).
+    FallSilent {
+        /// Bus of the emergencies.
         bus: Bus,
     },
     /// Report another node with this Node-ID.
@@ -128,14 +112,15 @@ pub enum SlaveAction {
         /// "Reset node" or "reset communication".
         command: Command,
     },
-    /// Write the values that outlive a reset of the chip.
+    /// Write the values that outlive a reset of the chip ([`Retained::encode`]).
     Retain(Retained),
-    /// Report that a new Bdefault was to be kept beyond power-off.
-    BdefaultNoted {
+    /// Keep Bdefault beyond power-off. If the node has a parameter store, report whether it was kept, and call
+    /// [`SlaveRedundancy::on_noted`](super::SlaveRedundancy::on_noted).
+    NoteBdefault {
         /// New value of Bdefault.
         bus: Bus,
-        /// `true`: it is stored.
-        is_kept: bool,
+        /// `false`: enough was written since power-on, so it is not kept.
+        may_write: bool,
     },
 }
 

@@ -1,9 +1,9 @@
 //! Two nodes with one Node-ID: the clash is reported, and the node that booted last is silent.
 
-use super::{SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict};
+use super::{SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
-use crate::nmt::{Clash, ClashTimes, Reaction};
+use crate::nmt::{Clash, ClashTimes};
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Duration, Frame, Instant};
 
@@ -20,10 +20,10 @@ impl SlaveRedundancy {
         bus: Bus,
         frame: &Frame,
         at: Instant,
-        node: &mut impl SlaveNode,
+        step: &mut SlaveStep,
     ) -> SlaveVerdict {
         let Some(state) = heartbeat::decode(frame) else { return SlaveVerdict::Malformed };
-        let control = node.control();
+        let control = step.control;
         let periods = if control.is_held_back(at) { ROUNDS } else { PERIODS };
         let (is_due, source) = (control.is_just_due(at), control.id().get());
         let clash = self.clashes.on_heartbeat(state, at, self.probation(periods), is_due);
@@ -31,15 +31,11 @@ impl SlaveRedundancy {
             return SlaveVerdict::Taken;
         }
         let yields = clash == Clash::Newcomer;
-        node.act(Action::Clash { bus, yields });
-        node.act(Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source });
+        step.act(Action::Clash { bus, yields });
+        step.act(Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source });
         if yields {
             // Stopped forbids the message, so it goes out before.
-            node.act(Action::SendEmergencies { bus: self.selected() });
-            let reaction = node.control_mut().fall_silent();
-            if let Reaction::Entered(state) = reaction {
-                node.act(Action::Entered(state));
-            }
+            step.act(Action::FallSilent { bus: self.selected() });
         }
         SlaveVerdict::Taken
     }
@@ -57,13 +53,13 @@ impl SlaveRedundancy {
     }
 
     /// The other node was silent long enough.
-    pub(super) fn on_clash_over(&mut self, now: Instant, node: &mut impl SlaveNode) {
-        let source = node.control().id().get();
-        node.act(Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source });
-        node.act(Action::ClashOver);
+    pub(super) fn on_clash_over(&mut self, step: &mut SlaveStep) {
+        let source = step.control.id().get();
+        step.act(Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source });
+        step.act(Action::ClashOver);
         if self.clashes.restore() {
-            self.enter_pre_operational(node);
-            node.control_mut().announce(now);
+            self.enter_pre_operational(step);
+            step.act(Action::Announce);
         }
     }
 }

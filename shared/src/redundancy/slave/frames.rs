@@ -1,9 +1,9 @@
 //! Frames of network management: module control and heartbeats, and the ends of the node's own frames.
 
-use super::{SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict};
+use super::{SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, NodeControl, is_heartbeat};
-use crate::nmt::{Command, NmtMessage, Reaction};
+use crate::nmt::{Command, NmtMessage};
 use crate::redundancy::MasterMessage;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 
@@ -52,46 +52,38 @@ impl SlaveRedundancy {
         bus: Bus,
         frame: &Frame,
         at: Instant,
-        now: Instant,
-        node: &mut impl SlaveNode,
+        step: &mut SlaveStep,
     ) -> SlaveVerdict {
         let id = frame.id();
-        if node.control().state() == NmtState::Initialising {
+        if step.control.state() == NmtState::Initialising {
             // Repeated with every frame: if the action were lost in a full queue, the node would stay silent.
-            node.act(Action::ResetNode);
+            step.act(Action::WaitForReset);
             SlaveVerdict::Ignored
         } else if !self.is_joined(bus) {
             SlaveVerdict::Ignored
         } else if id == CobId::NMT {
-            self.on_nmt(bus, frame, at, now, node)
+            self.on_nmt(bus, frame, at, step)
         } else if id == CobId::heartbeat(NodeId::MASTER) {
-            self.on_master_heartbeat(bus, frame, at, now, node)
-        } else if id == CobId::heartbeat(node.control().id()) {
-            self.on_own_heartbeat(bus, frame, at, node)
+            self.on_master_heartbeat(bus, frame, at, step)
+        } else if id == CobId::heartbeat(step.control.id()) {
+            self.on_own_heartbeat(bus, frame, at, step)
         } else {
             SlaveVerdict::Ignored
         }
     }
 
-    fn on_nmt(
-        &mut self,
-        bus: Bus,
-        frame: &Frame,
-        at: Instant,
-        now: Instant,
-        node: &mut impl SlaveNode,
-    ) -> SlaveVerdict {
+    fn on_nmt(&mut self, bus: Bus, frame: &Frame, at: Instant, step: &mut SlaveStep) -> SlaveVerdict {
         let Some(NmtMessage { command, target }) = NmtMessage::decode(frame) else {
             return SlaveVerdict::Malformed;
         };
-        let is_for_this = target.includes(node.control().id());
+        let is_for_this = target.includes(step.control.id());
         let is_reset = matches!(command, Command::ResetNode | Command::ResetCommunication);
         // Not of the master, as far as this node can know: it does not end a search either.
-        if is_reset && is_for_this && self.is_refused(bus, command, now, node) {
+        if is_reset && is_for_this && self.is_refused(bus, command, step) {
             return SlaveVerdict::Ignored;
         }
         // ECSS 8.3.3g before the command itself: it decides where the answer goes.
-        self.on_master(bus, MasterMessage::Command, at, now, node);
+        self.on_master(bus, MasterMessage::Command, at, step);
         if bus != self.selected() {
             return SlaveVerdict::Ignored;
         }
@@ -102,19 +94,10 @@ impl SlaveRedundancy {
         if !may_run && matches!(command, Command::Start | Command::EnterPreOperational) {
             return SlaveVerdict::Ignored;
         }
-        let reaction = node.control_mut().on_command(command, now);
-        match reaction {
-            Reaction::Unchanged => {}
-            Reaction::Entered(state) => node.act(Action::Entered(state)),
-            Reaction::ResetNode => {
-                self.count_reset(node);
-                node.act(Action::ResetNode);
-            }
-            Reaction::ResetCommunication => {
-                self.count_reset(node);
-                self.boot(now, node);
-            }
+        if is_reset {
+            self.count_reset(step);
         }
+        step.act(Action::Obey(command));
         SlaveVerdict::Taken
     }
 
@@ -123,30 +106,22 @@ impl SlaveRedundancy {
         bus: Bus,
         frame: &Frame,
         at: Instant,
-        now: Instant,
-        node: &mut impl SlaveNode,
+        step: &mut SlaveStep,
     ) -> SlaveVerdict {
         if heartbeat::decode(frame).is_none() {
             return SlaveVerdict::Malformed;
         }
         if self.guard.is_counting() {
-            self.trust_resets(node);
+            self.trust_resets(step);
         }
-        self.on_master(bus, MasterMessage::Heartbeat, at, now, node);
+        self.on_master(bus, MasterMessage::Heartbeat, at, step);
         if bus == self.selected() { SlaveVerdict::Heard } else { SlaveVerdict::Ignored }
     }
 
-    fn on_master(
-        &mut self,
-        bus: Bus,
-        message: MasterMessage,
-        at: Instant,
-        now: Instant,
-        node: &mut impl SlaveNode,
-    ) {
-        self.selector.on_work(self.work(node.received()));
+    fn on_master(&mut self, bus: Bus, message: MasterMessage, at: Instant, step: &mut SlaveStep) {
+        self.selector.on_work(self.work(step.received));
         if let Some(selection) = self.selector.on_master(bus, message, at) {
-            self.apply(selection, now, node);
+            self.apply(selection, step);
         }
     }
 

@@ -1,15 +1,15 @@
 //! Redundancy of a slave: which bus it uses, which NMT state it has, and which resets it obeys (ECSS 8.3).
 //!
 //! [`SlaveRedundancy`] joins the rules of a slave. The node passes what happens: frames of network management, ends of
-//! its own heartbeats, the application's choice of a bus, and the time. The machine decides, in order, and the node
-//! carries out: it is a [`SlaveNode`], to which the machine passes each [`Action`].
+//! its own heartbeats, the application's choice of a bus, and the time. The machine returns its decisions, [`SlaveAction`]s,
+//! in a [`SlaveStep`]. The node carries them out in their order.
 //!
 //! | decision | by |
 //! | --- | --- |
 //! | active bus, search, Bdefault | [`Selector`] |
 //! | whether a reset is obeyed | [`ResetGuard`] |
 //! | whether the node yields to another one with its Node-ID | [`ClashWatch`] |
-//! | NMT state, boot-up message, heartbeat | [`NodeControl`](crate::heartbeat::NodeControl), which the node lends |
+//! | NMT state, boot-up message, heartbeat | [`NodeControl`](crate::heartbeat::NodeControl) of the node, by actions |
 //!
 //! After it missed the master, a slave sends an EMCY (ECSS 8.3.3e, note 2). The first change of the bus waits until
 //! this *warning* was sent, or for a short time.
@@ -26,7 +26,7 @@ mod tests;
 use super::{BusAccess, Parameters, Selector};
 use crate::nmt::{ClashWatch, ResetGuard};
 use crate::types::{Bus, Canonical, Duration, Instant, PerBus, earliest};
-pub use action::{BusCause, SlaveAction, SlaveNode, SlaveVerdict};
+pub use action::{BusCause, SlaveAction, SlaveActions, SlaveStep, SlaveVerdict};
 pub use retained::Retained;
 
 /// Redundancy of a slave.
@@ -35,7 +35,7 @@ pub use retained::Retained;
 /// that makes the deadline earlier always causes an action.
 #[doc(alias("redundancy slave"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Canonical)]
-#[canonical(context = PerBus<u32>)] // `SlaveNode::received`; the node counts from zero again
+#[canonical(context = PerBus<u32>)] // `received` of a step; the node counts from zero again
 pub struct SlaveRedundancy {
     access: BusAccess,
     #[canonical(within = self.work(*context))]
@@ -107,14 +107,14 @@ impl SlaveRedundancy {
         self.access.joins(bus, self.selected())
     }
 
-    /// Boots up on the selected bus and begins the search there (ECSS 8.3.2), at power-on and at "reset communication".
-    pub fn boot(&mut self, now: Instant, node: &mut impl SlaveNode) {
-        let parameters = node.restore_communication();
+    /// Begins the search on the selected bus (ECSS 8.3.2), at power-on and at "reset communication". `parameters`: those
+    /// of the restored communication profile. Returns the bus of the boot-up message.
+    pub fn boot(&mut self, parameters: Parameters, now: Instant) -> Bus {
         self.selector.configure(parameters);
-        node.act(SlaveAction::BootUp { bus: self.selected() });
         self.selector.start(now);
         self.clashes.boot(now);
         self.guard.on_boot(now);
+        self.selected()
     }
 
     /// Takes parameters that were written.
@@ -135,35 +135,37 @@ impl SlaveRedundancy {
 
     /// Silences the node, which sent too many frames (ECSS 5.3.3.1b). It enters Pre-operational, and no command starts
     /// it. So it sends no PDO, while the master hears it and may read its objects.
-    pub fn silence(&mut self, node: &mut impl SlaveNode) {
+    pub fn silence(&mut self, step: &mut SlaveStep) {
         self.is_silenced = true;
-        self.enter_pre_operational(node);
+        self.enter_pre_operational(step);
     }
 
-    /// Ends the silence with the communication profile of power-on, whatever a client had written.
-    pub fn resume(&mut self, now: Instant, node: &mut impl SlaveNode) {
+    /// Ends the silence. Call [`SlaveRedundancy::boot`] then, with the communication profile of power-on, whatever a
+    /// client had written.
+    pub const fn resume(&mut self) {
         self.is_silenced = false;
-        self.boot(now, node);
     }
 
-    /// Does what was due at `until`, which may be before `now`: a frame is judged by its end. Not while the node waits
-    /// for its reset.
-    pub fn poll(&mut self, until: Instant, now: Instant, node: &mut impl SlaveNode) {
-        if let Some(bus) = self.wanted.take() {
-            self.change_bus(bus, now, node);
-        }
+    /// Does the first of what was due at `until`, which may be before the present: a frame is judged by its end. Returns
+    /// whether there may be more: then call it again after the actions were carried out. Not while the node waits for
+    /// its reset.
+    pub fn poll(&mut self, until: Instant, step: &mut SlaveStep) -> bool {
         self.warning.take_if(|end| *end <= until);
-        while self.warning.is_none()
+        if let Some(bus) = self.wanted.take() {
+            self.change_bus(bus, step);
+        } else if self.warning.is_none()
             && let Some(selection) = self.selector.poll(until)
         {
-            self.apply(selection, now, node);
+            self.apply(selection, step);
+        } else if self.clashes.is_known() && self.clashes.poll(until, self.parameters().hold_off_time()) {
+            self.on_clash_over(step);
+        } else {
+            if self.guard.is_counting() {
+                self.open_guard(until, step);
+            }
+            return false;
         }
-        if self.clashes.is_known() && self.clashes.poll(until, self.parameters().hold_off_time()) {
-            self.on_clash_over(now, node);
-        }
-        if self.guard.is_counting() {
-            self.open_guard(until, node);
-        }
+        true
     }
 
     /// Returns when to call [`SlaveRedundancy::poll`] next.

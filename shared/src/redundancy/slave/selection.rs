@@ -1,89 +1,84 @@
 //! Effect of a decision of the selector on bus and NMT state.
 
-use super::{BusCause, SlaveAction as Action, SlaveNode, SlaveRedundancy};
+use super::{BusCause, SlaveAction as Action, SlaveRedundancy, SlaveStep};
 use crate::emcy::ErrorCode;
-use crate::nmt::Reaction;
 use crate::redundancy::Selection;
-use crate::types::{Bus, Instant, NodeId};
+use crate::types::{Bus, NodeId};
 
 /// Source of errors of the master.
 const MASTER: u8 = NodeId::MASTER.get();
 
 impl SlaveRedundancy {
-    pub(super) fn apply(&mut self, selection: Selection, now: Instant, node: &mut impl SlaveNode) {
+    pub(super) fn apply(&mut self, selection: Selection, step: &mut SlaveStep) {
         match selection {
             Selection::Missed { bus } => {
-                node.act(Action::MasterMissed { bus });
+                step.act(Action::MasterMissed { bus });
                 // ECSS 8.3.3e, note 2.
-                node.act(Action::Raise { code: ErrorCode::HEARTBEAT, source: MASTER });
-                self.warning = Some(now + self.warning_time);
-                self.enter_pre_operational(node);
+                step.act(Action::Raise { code: ErrorCode::HEARTBEAT, source: MASTER });
+                self.warning = Some(step.now + self.warning_time);
+                self.enter_pre_operational(step);
             }
             Selection::Toggled { to } => {
-                self.enter_pre_operational(node);
-                self.use_bus(to, true, BusCause::Toggled, now, node);
+                self.enter_pre_operational(step);
+                self.use_bus(to, true, BusCause::Toggled, step);
             }
-            Selection::GaveUp { bus } => node.act(Action::GaveUp { bus }),
+            Selection::GaveUp { bus } => step.act(Action::GaveUp { bus }),
             Selection::Found { bus, moved } => {
-                self.confirm(node);
-                self.use_bus(bus, moved, BusCause::Found, now, node);
+                self.confirm(step);
+                self.use_bus(bus, moved, BusCause::Found, step);
             }
-            Selection::Confirmed => self.confirm(node),
+            Selection::Confirmed => self.confirm(step),
             Selection::Unconfirmed { bus, moved } => {
-                self.enter_pre_operational(node);
-                self.use_bus(bus, moved, BusCause::Unconfirmed, now, node);
+                self.enter_pre_operational(step);
+                self.use_bus(bus, moved, BusCause::Unconfirmed, step);
             }
             Selection::Followed { to } => {
-                self.use_bus(to, true, BusCause::Followed, now, node);
-                self.retain_bdefault(node);
+                self.use_bus(to, true, BusCause::Followed, step);
+                self.retain_bdefault(step);
             }
             Selection::Contradicted { bus, moved } => {
-                node.act(Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: MASTER });
+                step.act(Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: MASTER });
                 if moved {
-                    self.use_bus(bus, true, BusCause::TakenBack, now, node);
-                    self.retain_bdefault(node);
+                    self.use_bus(bus, true, BusCause::TakenBack, step);
+                    self.retain_bdefault(step);
                 }
             }
             Selection::Undisputed => {
-                node.act(Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source: MASTER });
+                step.act(Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source: MASTER });
             }
-            Selection::KeepBdefault { bus } => self.keep_bdefault(bus, node),
+            Selection::KeepBdefault { bus } => self.keep_bdefault(bus, step),
         }
-        node.show(self.selector.parameters());
+        step.act(Action::ShowParameters);
     }
 
     /// The master is there, as its heartbeat shows. A command alone may come from any node.
-    fn confirm(&mut self, node: &mut impl SlaveNode) {
+    fn confirm(&mut self, step: &mut SlaveStep) {
         self.warning = None;
         if self.selector.is_confirmed() {
-            self.retain_bdefault(node);
-            node.act(Action::Clear { code: ErrorCode::HEARTBEAT, source: MASTER });
+            self.retain_bdefault(step);
+            step.act(Action::Clear { code: ErrorCode::HEARTBEAT, source: MASTER });
         }
     }
 
     /// The application of a slave with selective access chose a bus (ECSS 8.2.3a).
-    pub(super) fn change_bus(&mut self, bus: Bus, now: Instant, node: &mut impl SlaveNode) {
-        let moved = self.selector.select(bus, now);
-        self.enter_pre_operational(node);
-        self.use_bus(bus, moved, BusCause::Selected, now, node);
-        node.show(self.selector.parameters());
+    pub(super) fn change_bus(&mut self, bus: Bus, step: &mut SlaveStep) {
+        let moved = self.selector.select(bus, step.now);
+        self.enter_pre_operational(step);
+        self.use_bus(bus, moved, BusCause::Selected, step);
+        step.act(Action::ShowParameters);
     }
 
-    pub(super) fn enter_pre_operational(&mut self, node: &mut impl SlaveNode) {
-        if self.clashes.has_yielded() {
-            return;
-        }
-        let reaction = node.control_mut().on_master_missed();
-        if let Reaction::Entered(state) = reaction {
-            node.act(Action::Entered(state));
+    pub(super) fn enter_pre_operational(&mut self, step: &mut SlaveStep) {
+        if !self.clashes.has_yielded() {
+            step.act(Action::EnterPreOperational);
         }
     }
 
     /// The heartbeat continues on a new bus at once (ECSS 8.3.3d, h).
-    fn use_bus(&mut self, bus: Bus, is_new: bool, cause: BusCause, now: Instant, node: &mut impl SlaveNode) {
+    fn use_bus(&mut self, bus: Bus, is_new: bool, cause: BusCause, step: &mut SlaveStep) {
         if is_new && !self.clashes.has_yielded() {
-            node.control_mut().announce(now);
+            step.act(Action::Announce);
         }
-        node.act(Action::ActiveBus { bus, cause, is_new });
+        step.act(Action::ActiveBus { bus, cause, is_new });
     }
 }

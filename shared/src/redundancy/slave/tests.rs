@@ -4,10 +4,11 @@ extern crate std;
 
 use std::vec::Vec;
 
-use super::{BusCause, Retained, SlaveAction as Action, SlaveNode, SlaveRedundancy, SlaveVerdict as Verdict};
+use super::action::MOST;
+use super::{BusCause, Retained, SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict as Verdict};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, NodeControl};
-use crate::nmt::{Command, NmtMessage, Target};
+use crate::nmt::{Command, NmtMessage, Reaction, Target};
 use crate::redundancy::{BusAccess, Parameters};
 use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
@@ -37,61 +38,32 @@ fn command(command: Command) -> Frame {
     NmtMessage { command, target: Target::All }.encode()
 }
 
-/// A node that records its actions, each with the NMT state in which it was carried out.
-struct Recorder {
-    control: NodeControl,
-    now: Instant,
-    actions: Vec<(NmtState, Action)>,
-}
-
-impl SlaveNode for Recorder {
-    fn control(&self) -> &NodeControl {
-        &self.control
-    }
-
-    fn control_mut(&mut self) -> &mut NodeControl {
-        &mut self.control
-    }
-
-    fn received(&self) -> PerBus<u32> {
-        PerBus::default()
-    }
-
-    fn restore_communication(&mut self) -> Parameters {
-        PARAMETERS
-    }
-
-    fn show(&mut self, _: &Parameters) {}
-
-    fn note_bdefault(&mut self, _: Bus) -> Option<bool> {
-        Some(true)
-    }
-
-    fn act(&mut self, action: Action) {
-        if let Action::BootUp { .. } = action {
-            self.control.boot(self.now);
-        }
-        self.actions.push((self.control.state(), action));
-    }
-}
-
-/// A slave and its node.
+/// A slave and its node, which records the actions that it carries out.
 struct Bench {
     slave: SlaveRedundancy,
-    node: Recorder,
+    control: NodeControl,
+    actions: Vec<Action>,
+    /// Most actions of one step.
+    most: usize,
 }
 
 impl Bench {
     /// A slave that booted at 0 ms on the nominal bus.
     fn new(access: BusAccess) -> Bench {
-        let control = NodeControl::new(ID, PARAMETERS.producer, Duration::ZERO, false);
         let mut bench = Bench {
             slave: SlaveRedundancy::new(access, PARAMETERS, Retained::default(), WARNING_TIME),
-            node: Recorder { control, now: Instant::ZERO, actions: Vec::new() },
+            control: NodeControl::new(ID, PARAMETERS.producer, Duration::ZERO, false),
+            actions: Vec::new(),
+            most: 0,
         };
-        bench.slave.boot(ms(0), &mut bench.node);
-        assert_eq!(bench.actions(), [Action::BootUp { bus: Bus::Nominal }]);
+        assert_eq!(bench.boot(0), Bus::Nominal);
         bench
+    }
+
+    /// Returns the bus of the boot-up message.
+    fn boot(&mut self, at: u64) -> Bus {
+        self.control.boot(ms(at));
+        self.slave.boot(PARAMETERS, ms(at))
     }
 
     /// A slave in Operational that heard its master at 10 ms.
@@ -99,27 +71,52 @@ impl Bench {
         let mut bench = Bench::new(BusAccess::Parallel);
         bench.receive(Bus::Nominal, &of_master(), 10);
         bench.receive(Bus::Nominal, &command(Command::Start), 10);
-        assert_eq!(bench.node.control.state(), NmtState::Operational);
-        bench.node.actions.clear();
+        assert_eq!(bench.control.state(), NmtState::Operational);
+        bench.actions.clear();
         bench
     }
 
     fn poll(&mut self, at: u64) -> Vec<Action> {
-        self.node.now = ms(at);
-        self.slave.poll(ms(at), ms(at), &mut self.node);
+        while self.decide(at, |slave, step| slave.poll(ms(at), step)) {}
         self.actions()
     }
 
     fn receive(&mut self, bus: Bus, frame: &Frame, at: u64) -> Verdict {
-        self.node.now = ms(at);
-        let Bench { slave, node } = self;
-        let verdict = slave.on_usual_frame(bus, frame, ms(at), &node.control);
-        verdict.unwrap_or_else(|| slave.on_rare_frame(bus, frame, ms(at), ms(at), node))
+        let verdict = self.slave.on_usual_frame(bus, frame, ms(at), &self.control);
+        verdict
+            .unwrap_or_else(|| self.decide(at, |slave, step| slave.on_rare_frame(bus, frame, ms(at), step)))
     }
 
-    /// The actions since the last call.
+    fn decide<R>(&mut self, at: u64, decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R) -> R {
+        let mut step = SlaveStep::new(ms(at), &self.control, PerBus::default());
+        let result = decide(&mut self.slave, &mut step);
+        let actions = step.into_actions();
+        self.most = self.most.max(actions.len());
+        for action in actions {
+            self.carry_out(&action, at);
+            self.actions.push(action);
+        }
+        result
+    }
+
+    fn carry_out(&mut self, action: &Action, at: u64) {
+        match *action {
+            Action::Obey(command) => {
+                let reaction = self.control.on_command(command, ms(at));
+                if reaction == Reaction::ResetCommunication {
+                    self.boot(at);
+                }
+            }
+            Action::EnterPreOperational => _ = self.control.on_master_missed(),
+            Action::FallSilent { .. } => _ = self.control.fall_silent(),
+            Action::Announce => self.control.announce(ms(at)),
+            _ => {}
+        }
+    }
+
+    /// The actions since the last call, but those that show the parameters.
     fn actions(&mut self) -> Vec<Action> {
-        self.node.actions.drain(..).map(|(_, action)| action).collect()
+        self.actions.drain(..).filter(|action| *action != Action::ShowParameters).collect()
     }
 }
 
@@ -130,8 +127,7 @@ impl Bench {
 #[test]
 fn first_change_of_the_bus_waits_for_the_warning() {
     let toggled = Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Toggled, is_new: true };
-    let missed =
-        [Action::MasterMissed { bus: Bus::Nominal }, MISSED, Action::Entered(NmtState::PreOperational)];
+    let missed = [Action::MasterMissed { bus: Bus::Nominal }, MISSED, Action::EnterPreOperational];
     let [low, high] = ErrorCode::HEARTBEAT.get().to_le_bytes();
     let warning = Frame::of(CobId::emcy(ID), [low, high, 0x11, 1, 0, 0, 0, 0]);
     for end in ["sent", "failed", "none"] {
@@ -143,7 +139,8 @@ fn first_change_of_the_bus_waits_for_the_warning() {
             "failed" => bench.slave.on_end(&warning),
             _ => assert_eq!(bench.poll(261), []),
         }
-        assert_eq!(bench.poll(if end == "none" { 262 } else { 261 }), [toggled], "{end}");
+        let expected = [Action::EnterPreOperational, Action::Announce, toggled];
+        assert_eq!(bench.poll(if end == "none" { 262 } else { 261 }), expected, "{end}");
     }
 }
 
@@ -161,12 +158,11 @@ fn elder_of_a_clash_that_misses_the_master_is_pre_operational() {
     let clash = Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: 5 };
     assert_eq!(bench.actions(), [Action::Clash { bus: Bus::Nominal, yields: false }, clash]);
     assert_eq!(bench.poll(449), []);
-    let missed =
-        [Action::MasterMissed { bus: Bus::Nominal }, MISSED, Action::Entered(NmtState::PreOperational)];
+    let missed = [Action::MasterMissed { bus: Bus::Nominal }, MISSED, Action::EnterPreOperational];
     assert_eq!(bench.poll(450), missed);
-    assert_eq!(bench.node.control.state(), NmtState::PreOperational);
+    assert_eq!(bench.control.state(), NmtState::PreOperational);
     let toggled = Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Toggled, is_new: true };
-    assert_eq!(bench.poll(452), [toggled]);
+    assert_eq!(bench.poll(452), [Action::EnterPreOperational, Action::Announce, toggled]);
 }
 
 #[test]
@@ -203,11 +199,13 @@ fn bus_of_a_reset_is_changed_to_before_it_is_obeyed() {
     let mut bench = Bench::new(BusAccess::Parallel);
     assert_eq!(bench.receive(Bus::Redundant, &command(Command::ResetCommunication), 20), Verdict::Taken);
     let expected = [
+        Action::Announce,
         Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Found, is_new: true },
         Action::Retain(Retained { resets: 1, ..Retained::default() }),
-        Action::BootUp { bus: Bus::Redundant },
+        Action::Obey(Command::ResetCommunication),
     ];
     assert_eq!(bench.actions(), expected);
+    assert_eq!(bench.boot(20), Bus::Redundant);
 }
 
 #[test]
@@ -215,10 +213,10 @@ fn a_reset_of_the_chip_is_counted_before_it_happens() {
     let mut bench = Bench::new(BusAccess::Parallel);
     assert_eq!(bench.receive(Bus::Nominal, &command(Command::ResetNode), 20), Verdict::Taken);
     let counted = Action::Retain(Retained { resets: 1, ..Retained::default() });
-    assert_eq!(bench.actions()[1..], [counted, Action::ResetNode]);
+    assert_eq!(bench.actions()[1..], [counted, Action::Obey(Command::ResetNode)]);
     // The event may be lost: it is repeated until the chip is reset.
     assert_eq!(bench.receive(Bus::Nominal, &of_master(), 30), Verdict::Ignored);
-    assert_eq!(bench.actions(), [Action::ResetNode]);
+    assert_eq!(bench.actions(), [Action::WaitForReset]);
 }
 
 /// Given three resets in a row that were obeyed, when a fourth arrives on the other bus, then it neither resets the slave
@@ -249,27 +247,23 @@ fn a_newcomer_reports_the_clash_before_it_is_stopped() {
         bench.receive(Bus::Nominal, &heartbeat::encode(ID, NmtState::Operational), 50),
         Verdict::Taken
     );
-    let states: Vec<NmtState> = bench.node.actions.iter().map(|(state, _)| *state).collect();
     let clash = Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: 5 };
-    let expected = [
-        Action::Clash { bus: Bus::Nominal, yields: true },
-        clash,
-        Action::SendEmergencies { bus: Bus::Nominal },
-        Action::Entered(NmtState::Stopped),
-    ];
+    let expected =
+        [Action::Clash { bus: Bus::Nominal, yields: true }, clash, Action::FallSilent { bus: Bus::Nominal }];
     assert_eq!(bench.actions(), expected);
-    assert_eq!(states[2], NmtState::PreOperational);
-    assert_eq!(bench.node.control.deadline(), None, "no heartbeat");
+    assert_eq!(bench.control.state(), NmtState::Stopped);
+    assert_eq!(bench.control.deadline(), None, "no heartbeat");
     bench.receive(Bus::Nominal, &of_master(), 60);
     assert_eq!(bench.receive(Bus::Nominal, &command(Command::Start), 60), Verdict::Ignored);
     bench.actions();
     let over = [
         Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source: 5 },
         Action::ClashOver,
-        Action::Entered(NmtState::PreOperational),
+        Action::EnterPreOperational,
+        Action::Announce,
     ];
     assert_eq!(bench.poll(300), over);
-    assert_eq!(bench.node.control.deadline(), Some(ms(300)));
+    assert_eq!(bench.control.deadline(), Some(ms(300)));
 }
 
 /// Given a slave above its budget, when the master starts it, then the slave stays in Pre-operational until the silence
@@ -279,12 +273,13 @@ fn a_newcomer_reports_the_clash_before_it_is_stopped() {
 #[test]
 fn a_silenced_slave_is_not_started() {
     let mut bench = Bench::operational();
-    bench.slave.silence(&mut bench.node);
-    assert_eq!(bench.actions(), [Action::Entered(NmtState::PreOperational)]);
+    bench.decide(15, |slave, step| slave.silence(step));
+    assert_eq!(bench.actions(), [Action::EnterPreOperational]);
     assert_eq!(bench.receive(Bus::Nominal, &command(Command::Start), 20), Verdict::Ignored);
-    bench.slave.resume(ms(30), &mut bench.node);
-    assert_eq!(bench.actions(), [Action::BootUp { bus: Bus::Nominal }]);
+    bench.slave.resume();
+    assert_eq!((bench.boot(30), bench.actions()), (Bus::Nominal, Vec::new()));
     assert_eq!(bench.receive(Bus::Nominal, &command(Command::Start), 40), Verdict::Taken);
+    assert_eq!(bench.control.state(), NmtState::Operational);
 }
 
 /// Verifies: ECSS 8.2.3a
@@ -296,7 +291,8 @@ fn a_chosen_bus_is_searched_first_in_pre_operational() {
     bench.actions();
     assert!(bench.slave.choose(Bus::Redundant));
     let expected = [
-        Action::Entered(NmtState::PreOperational),
+        Action::EnterPreOperational,
+        Action::Announce,
         Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Selected, is_new: true },
     ];
     assert_eq!(bench.poll(20), expected);
@@ -351,6 +347,7 @@ fn nothing_becomes_due_earlier_without_an_action() {
                 assert!(after >= due, "step {step}: {frame:?} on {bus:?} at {at} ms");
             }
         }
+        assert!(bench.most < MOST, "{} actions in one step", bench.most);
     }
 }
 
@@ -368,7 +365,7 @@ impl Bench {
 #[test]
 fn a_canonical_slave_forgets_its_boot_after_the_probation() {
     let (mut first, mut second) = (Bench::new(BusAccess::Parallel), Bench::new(BusAccess::Parallel));
-    second.slave.boot(ms(100), &mut second.node);
+    second.boot(100);
     for bench in [&mut first, &mut second] {
         bench.receive(Bus::Nominal, &of_master(), 200);
     }
@@ -386,7 +383,7 @@ fn a_canonical_slave_keeps_where_the_master_worked() {
     for (bus, at) in [(Bus::Nominal, 10), (Bus::Redundant, 20), (Bus::Nominal, 40)] {
         bench.receive(bus, &of_master(), at);
     }
-    // The recorder received none until now.
+    // The node received none until now.
     let received = |redundant| bench.canonical(50, PerBus { nominal: 0, redundant });
     assert_eq!(received(5), received(8));
     assert_ne!(received(5), received(0));

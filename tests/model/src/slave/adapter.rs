@@ -2,10 +2,12 @@
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::NodeControl;
-use ecss_can::redundancy::{BusCause, Parameters, Retained, SlaveAction, SlaveNode};
+use ecss_can::nmt::Reaction;
+use ecss_can::redundancy::{BusCause, Parameters, SlaveAction};
 use ecss_can::types::{Bus, Instant, PerBus};
 use host_worlds::judge::selector::is_bdefault_right;
 
+use super::Slave;
 use super::reports::Reports;
 use crate::defect::{self, Defect};
 use crate::station::Outgoing;
@@ -37,56 +39,54 @@ pub struct Node {
     pub reports: Option<Reports>,
 }
 
-/// The node in one step.
-pub struct Adapter<'a> {
-    pub node: &'a mut Node,
-    /// A rule that does not hold.
-    pub defect: Option<Defect>,
-    pub now: Instant,
-    /// The bus that was reported since the parameters were shown.
-    pub reported: Option<(BusCause, Bus)>,
-}
-
-impl SlaveNode for Adapter<'_> {
-    fn control(&self) -> &NodeControl {
-        &self.node.control
+impl Slave {
+    /// Boots up with the restored communication profile.
+    pub(super) fn boot(&mut self, now: Instant) {
+        let node = &mut self.node;
+        node.reports.iter_mut().for_each(Reports::restart);
+        let parameters = Parameters { bdefault: node.bdefault, ..defect::parameters(self.defect) };
+        let bus = self.redundancy.boot(parameters, now);
+        node.outgoing.send(bus, node.control.boot(now), now);
+        node.has_given_up = false;
     }
 
-    fn control_mut(&mut self) -> &mut NodeControl {
-        &mut self.node.control
-    }
-
-    fn received(&self) -> PerBus<u32> {
-        self.node.received
-    }
-
-    fn restore_communication(&mut self) -> Parameters {
-        self.node.reports.iter_mut().for_each(Reports::restart);
-        Parameters { bdefault: self.node.bdefault, ..defect::parameters(self.defect) }
-    }
-
-    fn show(&mut self, parameters: &Parameters) {
-        let reported = self.reported.take();
-        let bdefault = defect::shown(self.defect, parameters.bdefault, reported);
-        let before = std::mem::replace(&mut self.node.bdefault, bdefault);
-        let is_right = is_bdefault_right(before, bdefault, reported);
-        self.node.has_wrong_bdefault |= !is_right;
-    }
-
-    fn note_bdefault(&mut self, bus: Bus) -> Option<bool> {
-        self.node.stored = bus;
-        Some(true)
-    }
-
-    fn act(&mut self, action: SlaveAction) {
-        let node = &mut *self.node;
+    /// Carries out an action. `reported`: the bus that was reported since the parameters were shown.
+    pub(super) fn carry_out(
+        &mut self,
+        action: SlaveAction,
+        reported: &mut Option<(BusCause, Bus)>,
+        now: Instant,
+    ) {
+        let Slave { node, redundancy, .. } = self;
         match action {
-            SlaveAction::BootUp { bus } => {
-                node.outgoing.send(bus, node.control.boot(self.now), self.now);
-                node.has_given_up = false;
+            SlaveAction::Obey(command) => {
+                let reaction = node.control.on_command(command, now);
+                self.follow(reaction, now);
+            }
+            SlaveAction::EnterPreOperational => {
+                let reaction = node.control.on_master_missed();
+                self.follow(reaction, now);
+            }
+            SlaveAction::FallSilent { .. } => {
+                let reaction = node.control.fall_silent();
+                self.follow(reaction, now);
+            }
+            SlaveAction::Announce => node.control.announce(now),
+            SlaveAction::ShowParameters => {
+                let reported = reported.take();
+                let bdefault = defect::shown(self.defect, redundancy.parameters().bdefault, reported);
+                let before = std::mem::replace(&mut node.bdefault, bdefault);
+                node.has_wrong_bdefault |= !is_bdefault_right(before, bdefault, reported);
+            }
+            SlaveAction::NoteBdefault { bus, may_write } => {
+                if may_write {
+                    node.stored = bus;
+                }
+                node.retained = redundancy.on_noted(bus, may_write).encode();
+                assert_eq!(node.stored, if may_write { bus } else { bus.other() }, "Bdefault in the store");
             }
             SlaveAction::ActiveBus { bus, cause, is_new } => {
-                self.reported = Some((cause, bus));
+                *reported = Some((cause, bus));
                 if is_new {
                     node.outgoing.abandon(bus.other());
                     node.reports.iter_mut().for_each(Reports::leave);
@@ -96,24 +96,27 @@ impl SlaveNode for Adapter<'_> {
                     && is_master
                     && self.defect != Some(Defect::NeverAnnounces)
                 {
-                    reports.announce(node.control.state(), self.now);
+                    reports.announce(node.control.state(), now);
                 }
-            }
-            SlaveAction::Entered(state) => {
-                node.reports.iter_mut().for_each(|reports| reports.enter(state, self.now));
             }
             SlaveAction::GaveUp { .. } => node.has_given_up = true,
             SlaveAction::MasterMissed { .. } => node.has_given_up = false,
             SlaveAction::Raise { code: ErrorCode::HEARTBEAT, .. } => node.is_warning = true,
             SlaveAction::Clear { code: ErrorCode::HEARTBEAT, .. } => node.has_given_up = false,
-            SlaveAction::BdefaultNoted { bus, is_kept } => {
-                let written = Retained::decode(node.retained).map_or(0, |retained| retained.notes);
-                assert_eq!(is_kept, written <= Retained::MOST_NOTES, "note {written} since power-on");
-                assert_eq!(node.stored, if is_kept { bus } else { bus.other() }, "Bdefault in the store");
-            }
-            SlaveAction::ResetNode => node.waits_for_reset = true,
+            SlaveAction::WaitForReset => node.waits_for_reset = true,
             SlaveAction::Retain(retained) => node.retained = retained.encode(),
             _ => {}
+        }
+    }
+
+    fn follow(&mut self, reaction: Reaction, now: Instant) {
+        match reaction {
+            Reaction::Unchanged => {}
+            Reaction::Entered(state) => {
+                self.node.reports.iter_mut().for_each(|reports| reports.enter(state, now));
+            }
+            Reaction::ResetNode => self.node.waits_for_reset = true,
+            Reaction::ResetCommunication => self.boot(now),
         }
     }
 }

@@ -18,7 +18,7 @@ impl Slave {
     /// Is silenced by its budget until a [`BREAK`] is over.
     pub fn silence(&mut self, now: Instant) {
         self.node.silence = Some(now + BREAK);
-        self.step(now, |redundancy, node| redundancy.silence(node));
+        self.decide(now, |redundancy, step| redundancy.silence(step));
         self.poll(now);
     }
 
@@ -26,14 +26,15 @@ impl Slave {
     pub fn save(&mut self, now: Instant) {
         let stored = self.node.bdefault;
         self.node.stored = stored;
-        self.step(now, |redundancy, node| redundancy.on_stored(stored, node));
+        self.decide(now, |redundancy, step| redundancy.on_stored(stored, step));
         self.poll(now);
     }
 
     /// Ends the silence, when it is due.
     pub(super) fn resume(&mut self, now: Instant) {
         if self.node.silence.take_if(|end| *end <= now).is_some() {
-            self.step(now, |redundancy, node| redundancy.resume(now, node));
+            self.redundancy.resume();
+            self.boot(now);
         }
     }
 }
