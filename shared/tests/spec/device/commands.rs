@@ -197,3 +197,22 @@ fn reset_communication_begins_a_search_switched_off_before() {
     // A heartbeat every 100 ms, and one at once after each change.
     assert_eq!(slave.times(REDUNDANT, 0x705), [500, 600, 700, 800, 900]);
 }
+
+/// Given a slave whose search ended in vain after one change of the bus (Ntoggle 1), when the communication is reset at 1.2 s, then
+/// the slave searches anew: it listens 500 ms on its bus, and then on the other one.
+///
+/// Verifies: ECSS 8.3.2b
+/// Notices: ECSS 8.3.2b: a reset of the communication after giving up does not clear Ctoggle, so the slave does not toggle.
+#[test]
+fn reset_communication_begins_another_search_after_giving_up() {
+    let mut slave = powered();
+    write_all(&mut slave, &[(0x2000, 3, &[1])]);
+    slave.run_until(ms(1_200));
+    assert!(slave.events.contains(&SlaveEvent::GaveUp { bus: REDUNDANT }));
+    slave.receive(REDUNDANT, 0x000, &[0x82, 5]);
+    slave.clear();
+    slave.run_until(ms(1_950));
+    let toggled = SlaveEvent::ActiveBus { bus: NOMINAL, cause: BusCause::Toggled };
+    assert_eq!(slave.events, [toggled]);
+    assert_eq!(slave.times(NOMINAL, 0x705), [1_700, 1_800, 1_900]);
+}

@@ -6,7 +6,7 @@ use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::node::{MasterRequest, Refusal};
 use ecss_can::od::{Access, DataType, Entry, Objects, checked};
-use ecss_can::pdo::Mapping;
+use ecss_can::pdo::{Mapping, StaticMapping};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, NodeId};
@@ -308,6 +308,40 @@ fn objects_of_shipped_images_are_those_of_the_tables() {
     let sent = [(Some(0x186), 1), (None, 254), (Some(0x386), 254), (Some(0x486), 254)];
     assert_eq!(of(prototype.tpdos), sent);
     assert_eq!((prototype.consumer_heartbeat, prototype.producer_heartbeat), ([1 << 16 | 2_500], 250));
+}
+
+/// Entries of a mapping: the eight bytes of this object.
+fn eight_bytes(index: u32) -> Vec<u32> {
+    (1..=8).map(|sub| index << 16 | sub << 8 | 8).collect()
+}
+
+/// Entries of a mapping: code (16 bits) and data (48 bits) of this object.
+fn code_and_data(index: u32) -> Vec<u32> {
+    vec![index << 16 | 0x0110, index << 16 | 0x0230]
+}
+
+/// Given the devices of the shipped images, then each PDO in use maps the objects that it carries, and the one that is not in use
+/// maps none.
+///
+/// Verifies: ECSS 9.4.10e
+/// Notices: ECSS 9.4.10e: telemetry by TPDO 4 of the prototype has no mapping.
+#[test]
+fn pdos_in_use_of_shipped_images_have_their_mappings() {
+    let mapped =
+        |mappings: &[StaticMapping; 4]| mappings.each_ref().map(|mapping| mapping.objects().to_vec());
+    let standard = MinimalObjects::new(MINIMAL, &Numbers::of(&SPACECRAFT, MINIMAL));
+    let received = [eight_bytes(0x6200), code_and_data(0x6201), code_and_data(0x6202), eight_bytes(0x6203)];
+    assert_eq!(mapped(&standard.rpdo_mappings), received);
+    let sent = [vec![], vec![0x6001_0120, 0x6001_0208], code_and_data(0x6002), eight_bytes(0x6000)];
+    assert_eq!(mapped(&standard.tpdo_mappings), sent);
+
+    let six = NodeId::of::<6>();
+    let prototype = PrototypeObjects::new(six, &Numbers::of(&LIBRECUBE, six));
+    let time = |index: u32| vec![index << 16 | 0x0218, index << 16 | 0x0120];
+    let received = [time(0x2010), code_and_data(0x6200), code_and_data(0x6201), eight_bytes(0x6203)];
+    assert_eq!(mapped(&prototype.rpdo_mappings), received);
+    let sent = [time(0x2011), vec![], code_and_data(0x6100), eight_bytes(0x6000)];
+    assert_eq!(mapped(&prototype.tpdo_mappings), sent);
 }
 
 /// Given the minimal slave of profile `librecube`, then its RPDO 1 has Local SCET Set and its TPDO 1 Local SCET Get, in the order of
