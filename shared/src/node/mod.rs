@@ -61,7 +61,7 @@ pub mod minimal;
 mod network_objects;
 mod objects;
 #[cfg(test)]
-mod probe;
+pub(crate) mod probe;
 mod save;
 mod services;
 mod slave;

@@ -242,3 +242,18 @@ pub(super) fn register(task: &mut Option<Waker>, context: &Context<'_>) -> bool 
     }
     is_new
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Shared;
+    use crate::node::probe::Probe;
+    use crate::node::{Master, Slave};
+
+    const fn assert_send<T: Send>() {}
+
+    /// A node may run at another priority than its application (docs/decisions/tasks-and-storage.md).
+    const _: () = {
+        assert_send::<Shared<Slave<Probe>>>();
+        assert_send::<Shared<Master<Probe>>>();
+    };
+}

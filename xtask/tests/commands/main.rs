@@ -15,6 +15,7 @@ mod own_package;
 mod patches;
 mod selftest;
 mod statements;
+mod walks;
 
 /// The program under test.
 const XTASK: second::programs::Program = second::programs::Program(env!("CARGO_BIN_EXE_xtask"));
