@@ -576,6 +576,24 @@ fn a_selective_slave_does_not_recover_a_bus_it_left() {
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
 }
 
+/// Given a slave with selective access that left a bus, and a late report of error passive from there, when the slave joins that bus
+/// again, then it indicates error active. A controller that joins a bus is error active.
+///
+/// Verifies: ECSS 5.6.2b
+/// Notices: ECSS 5.6.2b: error passive of an earlier stay on a bus is indicated when the slave joins it again.
+#[test]
+fn selective_slave_indicates_a_joined_bus_as_error_active() {
+    let mut slave = operational(&SELECTIVE);
+    slave.run_until(ms(510));
+    assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
+    let passive = Health { state: ErrorState::Passive, tec: 128, ..Health::default() };
+    slave.health(NOMINAL, passive);
+    assert_eq!(slave.node.status(slave.now).health[NOMINAL], passive);
+    slave.run_until(ms(1_010));
+    assert_eq!(slave.node.status(slave.now).active, NOMINAL);
+    assert_eq!(slave.node.status(slave.now).health[NOMINAL], Health::default());
+}
+
 /// Verifies: ECSS 6.5.4a, 8.3.3h
 /// Notices: ECSS 8.3.3h: a slave that started by itself changes the bus in Operational.
 #[test]

@@ -438,10 +438,11 @@ fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
     assert!(boot.poll(ms(501)), "nobody waits for it any more");
 }
 
-/// Given a boot time after which the network goes on, when a mandatory slave loses power while it is checked, then SYNC begins for
-/// the others at the end of the boot time.
+/// Given a boot time after which the network goes on, when a mandatory slave is disconnected or loses power while it is checked, then
+/// SYNC begins for the others at the end of the boot time.
 ///
-/// Verifies: ECSS 5.3.3.2.2b
+/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.2b
+/// Notices: ECSS 5.3.3.2.2a: SYNC waits for ever for a slave that was heard, and disconnected during its boot-up.
 /// Notices: ECSS 5.3.3.2.2b: SYNC waits for ever for a slave that lost power during its boot-up.
 #[test]
 fn slave_lost_in_its_boot_up_does_not_hold_others_up() {

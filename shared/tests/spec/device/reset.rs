@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.5.1a.5, 6.10a, 6.10c
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, Node};
+use ecss_can::node::{BusCommand, Node, SlaveEvent};
 use ecss_can::types::{Bus, CobId};
 
 use super::fixture::{done, operational, payloads, powered, read, write, write_all};
@@ -61,6 +61,26 @@ fn a_pdo_has_its_cob_id_again_that_another_one_took() {
     );
     assert_eq!(sent_when_triggered(&mut slave), [(0x185, 4), (0x385, 8)]);
     assert_eq!(reset_and_trigger(&mut slave), DEFAULT);
+}
+
+/// Given a COB-ID of SYNC that a client wrote, when the slave gets Reset communication, then it takes SYNC with 080h again, and no
+/// longer with the written COB-ID.
+///
+/// Notices: ECSS 6.5.1a.5: the slave goes on to take SYNC with the COB-ID that a client wrote.
+#[test]
+fn sync_has_its_cob_id_again_after_reset_communication() {
+    let syncs = |slave: &mut Bench<TestSlave>| {
+        [0x080, 0x081].map(|id| {
+            slave.clear();
+            slave.receive(NOMINAL, id, &[]);
+            slave.events.iter().filter(|event| matches!(event, SlaveEvent::Sync { .. })).count()
+        })
+    };
+    let mut slave = powered();
+    assert_eq!(write(&mut slave, 0x1005, 0, &[0x81, 0, 0, 0]), done(0x1005, 0));
+    assert_eq!(syncs(&mut slave), [0, 1]);
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(syncs(&mut slave), [1, 0]);
 }
 
 /// Notices: ECSS 6.10a: a written COB-ID of SYNC is not admitted by the filters.
