@@ -5,7 +5,7 @@
 //! differ, checks that no other node sends one of its COB-IDs, and starts it. ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors.
 //!
 //! ```
-//! use async_canopen::boot::{AssignedSlave, Boot, BootPolicy, BootProgress, BootRequest, Expected, Identified};
+//! use async_canopen::boot::{AssignedSlave, Boot, BootAction, BootPolicy, BootProgress, BootRequest, Expected, Identified};
 //! use async_canopen::sdo::Error;
 //! use async_canopen::types::{AbortCode, Address, Duration, Instant, NmtState, NodeId};
 //!
@@ -32,8 +32,9 @@
 //! while boot.request(|_| expected, None).is_some() {
 //!     boot.on_done(Err(Error::Abort(AbortCode::NoObject)), |_| false);
 //! }
-//! assert_eq!(boot.take_start(), Some(node));
-//! assert_eq!(boot.progress(node), BootProgress::Started);
+//! let actions: Vec<BootAction> = std::iter::from_fn(|| boot.poll(Instant::ZERO)).collect();
+//! let reported = BootAction::ReportProgress { node, progress: BootProgress::Started };
+//! assert_eq!(actions, [reported, BootAction::Start(node)]);
 //! ```
 //!
 //! The process runs for every assigned slave that boots up, is heard for the first time, or was lost and returns.
@@ -52,14 +53,16 @@
 //! - COB-IDs of emergencies and of the first eight TPDOs are compared, of the master and of slaves that were checked
 //!   since its power-on. A slave is not started if the network then has more than 64 of them outside the
 //!   pre-defined connection set.
-//! - Without mandatory slaves SYNC does not wait, and [`Boot::poll`] never reports the end of the boot-up.
+//! - Without mandatory slaves SYNC does not wait, and the end of the boot-up is never reported.
 
+mod action;
 mod expected;
 mod overheard;
 mod process;
 mod progress;
 mod senders;
 
+pub use action::BootAction;
 pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
 pub use process::{BootRequest, Identified, TimePdo};
 pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
@@ -106,6 +109,8 @@ pub struct Boot {
     /// Silent when the boot time ended, and to be reported.
     silent: u128,
     start: Option<NodeId>,
+    /// Everybody followed a SYNC, which is to be reported.
+    is_completed: bool,
     /// End of the boot time.
     deadline: Option<Instant>,
     phase: Phase,
@@ -137,6 +142,7 @@ impl Boot {
             deviation: None,
             silent: 0,
             start: None,
+            is_completed: false,
             deadline: None,
             phase: Phase::Configuring,
             is_changed: true,
@@ -274,7 +280,7 @@ impl Boot {
         self.process.is_some() || self.queued != 0
     }
 
-    /// Returns whether `poll`, a `take_...` function or `request` has work before the deadline.
+    /// Returns whether `poll` or `request` has work before the deadline.
     pub const fn is_due(&self) -> bool {
         self.is_changed || self.queued != 0 && self.process.is_none()
     }
@@ -349,50 +355,56 @@ impl Boot {
         }
     }
 
-    /// Returns the slave to start now, once.
-    pub fn take_start(&mut self) -> Option<NodeId> {
-        self.start.take()
-    }
-
-    /// Returns a slave whose progress changed, once.
-    pub fn take_change(&mut self) -> Option<(NodeId, BootProgress)> {
-        let node = first(self.changed)?;
-        self.changed &= !bit(node);
-        Some((node, self.progress(node)))
-    }
-
-    /// Returns a slave that was started and lost its configuration, with the first value that differs, once. The
-    /// slave has to enter Pre-operational before the next transfer.
-    pub fn take_deviation(&mut self) -> Option<(NodeId, Difference)> {
-        self.deviation.take()
-    }
-
-    /// Returns a slave whose boot-up failed, with the reason, once.
-    pub fn take_failure(&mut self) -> Option<(NodeId, BootFailure)> {
-        self.failure.take().or_else(|| {
-            let node = first(self.silent)?;
-            self.silent &= !bit(node);
-            Some((node, BootFailure { error: BootError::Silent, cause: BootCause::Silence }))
-        })
-    }
-
-    /// Enters the next phase when it is due. Returns `true` once: when all mandatory slaves are synchronous.
-    /// Without mandatory slaves it never does.
-    pub fn poll(&mut self, now: Instant) -> bool {
-        self.is_changed = false;
+    /// Returns the next thing to do or to report at `now`. Call it until `None`, at the deadline and after each input.
+    pub fn poll(&mut self, now: Instant) -> Option<BootAction> {
         if self.deadline.is_some_and(|deadline| deadline <= now) {
-            self.deadline = None;
-            let missing = self.mandatory & !self.started;
-            self.silent = missing;
-            for (place, nth) in self.progress.iter().zip(0..) {
-                if *place != BootProgress::Awaited {
-                    self.silent &= !(1_u128 << (nth & 0x7F));
-                }
-            }
-            if self.policy.goes_on {
-                self.excused = missing;
+            self.end_boot_time();
+        }
+        self.advance();
+        let action = self.next_action();
+        self.is_changed = action.is_some();
+        action
+    }
+
+    fn next_action(&mut self) -> Option<BootAction> {
+        if let Some((node, difference)) = self.deviation.take() {
+            return Some(BootAction::Hold { node, difference });
+        }
+        if let Some((node, failure)) = self.failure.take() {
+            return Some(BootAction::ReportFailure { node, failure });
+        }
+        if let Some(node) = first(self.silent) {
+            self.silent &= !bit(node);
+            let failure = BootFailure { error: BootError::Silent, cause: BootCause::Silence };
+            return Some(BootAction::ReportFailure { node, failure });
+        }
+        if let Some(node) = first(self.changed) {
+            self.changed &= !bit(node);
+            return Some(BootAction::ReportProgress { node, progress: self.progress(node) });
+        }
+        if let Some(node) = self.start.take() {
+            return Some(BootAction::Start(node));
+        }
+        core::mem::take(&mut self.is_completed).then_some(BootAction::ReportCompleted)
+    }
+
+    /// The boot time is over: mandatory slaves that were never heard are reported.
+    fn end_boot_time(&mut self) {
+        self.deadline = None;
+        let missing = self.mandatory & !self.started;
+        self.silent = missing;
+        for (place, nth) in self.progress.iter().zip(0..) {
+            if *place != BootProgress::Awaited {
+                self.silent &= !(1_u128 << (nth & 0x7F));
             }
         }
+        if self.policy.goes_on {
+            self.excused = missing;
+        }
+    }
+
+    /// Enters the next phase when nothing is missing.
+    fn advance(&mut self) {
         match self.phase {
             Phase::Configuring if self.mandatory & !self.started & !self.excused == 0 => {
                 self.deadline = None;
@@ -400,11 +412,10 @@ impl Boot {
             }
             Phase::Synchronising if self.mandatory & !self.synchronised & !self.excused == 0 => {
                 self.phase = Phase::Completed;
-                return self.mandatory != 0;
+                self.is_completed = self.mandatory != 0;
             }
             _ => {}
         }
-        false
     }
 
     /// Returns whether SYNC may be sent.

@@ -16,6 +16,7 @@ impl Boot {
             self.set_progress(node, BootProgress::Awaited);
         }
         (self.deadline, self.failure, self.deviation, self.start) = (None, None, None, None);
+        self.is_completed = false;
         (self.silent, self.excused, self.phase) = (0, 0, Phase::Configuring);
     }
 

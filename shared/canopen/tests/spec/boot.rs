@@ -1,11 +1,13 @@
 //! The boot-up process of the network, sans-IO: what slaves say goes in, SDO transfers come out.
 
+use std::ops::{Deref, DerefMut};
+
 use async_canopen::boot::{
-    AssignedSlave, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress, BootRequest,
-    Difference, Expected, Identified, Setting,
+    AssignedSlave, Boot, BootAction, BootCause, BootError, BootFailure, BootPolicy, BootProgress,
+    BootRequest, Difference, Expected, Identified, Setting,
 };
 use async_canopen::sdo::Error;
-use async_canopen::types::{AbortCode, Address, CobId, NmtState, NodeId};
+use async_canopen::types::{AbortCode, Address, CobId, Instant, NmtState, NodeId};
 
 use crate::bench::{ms, node, span};
 
@@ -37,9 +39,75 @@ pub(crate) const OBJECTS: Identified = Identified {
     tpdo: 0x1800,
 };
 
+/// A boot-up process, with those of its actions that no test has taken yet.
+pub(crate) struct Bench {
+    boot: Boot,
+    now: Instant,
+    actions: Vec<BootAction>,
+}
+
+impl Bench {
+    pub(crate) fn new(policy: BootPolicy, settings: &'static [Setting]) -> Bench {
+        Bench { boot: Boot::new(policy, OBJECTS, settings), now: ms(0), actions: Vec::new() }
+    }
+
+    /// Returns whether the end of the boot-up is reported.
+    pub(crate) fn poll(&mut self, now: Instant) -> bool {
+        self.now = now;
+        self.take(|action| (*action == BootAction::ReportCompleted).then_some(())).is_some()
+    }
+
+    pub(crate) fn take_start(&mut self) -> Option<NodeId> {
+        self.take(|action| if let BootAction::Start(node) = action { Some(*node) } else { None })
+    }
+
+    pub(crate) fn take_change(&mut self) -> Option<(NodeId, BootProgress)> {
+        self.take(|action| match action {
+            BootAction::ReportProgress { node, progress } => Some((*node, *progress)),
+            _ => None,
+        })
+    }
+
+    pub(crate) fn take_deviation(&mut self) -> Option<(NodeId, Difference)> {
+        self.take(|action| match action {
+            BootAction::Hold { node, difference } => Some((*node, *difference)),
+            _ => None,
+        })
+    }
+
+    pub(crate) fn take_failure(&mut self) -> Option<(NodeId, BootFailure)> {
+        self.take(|action| match action {
+            BootAction::ReportFailure { node, failure } => Some((*node, *failure)),
+            _ => None,
+        })
+    }
+
+    /// Takes the first action of a kind.
+    fn take<R>(&mut self, is_it: impl Fn(&BootAction) -> Option<R>) -> Option<R> {
+        let Bench { boot, now, actions } = self;
+        actions.extend(std::iter::from_fn(|| boot.poll(*now)));
+        let place = actions.iter().position(|action| is_it(action).is_some())?;
+        is_it(&actions.remove(place))
+    }
+}
+
+impl Deref for Bench {
+    type Target = Boot;
+
+    fn deref(&self) -> &Boot {
+        &self.boot
+    }
+}
+
+impl DerefMut for Bench {
+    fn deref_mut(&mut self) -> &mut Boot {
+        &mut self.boot
+    }
+}
+
 /// Slave 2 mandatory, slave 3 optional.
-pub(crate) fn started(policy: BootPolicy) -> Boot {
-    let mut boot = Boot::new(policy, OBJECTS, SETTINGS);
+pub(crate) fn started(policy: BootPolicy) -> Bench {
+    let mut boot = Bench::new(policy, SETTINGS);
     for (node, mandatory) in [(TWO, true), (THREE, false)] {
         boot.assign(node, AssignedSlave { node, mandatory, expected: expected() }.assignment());
     }
@@ -361,7 +429,7 @@ fn boot_after_bus_switch_waits_for_slaves_heard_on_new_bus() {
 }
 
 /// Slave 2 goes through everything.
-pub(crate) fn configure_two(boot: &mut Boot) {
+pub(crate) fn configure_two(boot: &mut Bench) {
     boots_up(boot, TWO);
     identify(boot, 2);
     next(boot, expected());
@@ -394,7 +462,7 @@ fn started_slave_is_started_again_at_once_until_it_boots_up() {
 
 #[test]
 fn completion_is_never_told_without_mandatory_slaves() {
-    let mut boot = Boot::new(POLICY, OBJECTS, SETTINGS);
+    let mut boot = Bench::new(POLICY, SETTINGS);
     boot.assign(THREE, AssignedSlave { node: THREE, mandatory: false, expected: expected() }.assignment());
     boot.start(ms(0));
     assert!(!boot.poll(ms(0)) && boot.is_released());
@@ -462,7 +530,7 @@ fn slave_lost_in_its_boot_up_does_not_hold_others_up() {
 fn no_boot_time_reports_no_silence_and_no_slaves_release_sync() {
     let boot = started(BootPolicy { time: span(0), ..POLICY });
     assert_eq!(boot.deadline(), None);
-    let mut boot = Boot::new(POLICY, OBJECTS, &[]);
+    let mut boot = Bench::new(POLICY, &[]);
     boot.start(ms(0));
     boot.poll(ms(0));
     assert!(boot.is_released());
@@ -502,7 +570,7 @@ fn pdo_of_a_slave_is_known_by_its_configured_cob_id() {
     let cob_id =
         |index, sub| Setting { node: TWO, at: Address::new(index, sub), value: &[0xC3, 0x04, 0, 0x40] };
     let producer = |settings: &'static [Setting], raw| {
-        Boot::new(POLICY, OBJECTS, settings).producer(async_canopen::types::CobId::new(raw).unwrap())
+        Bench::new(POLICY, settings).producer(async_canopen::types::CobId::new(raw).unwrap())
     };
     assert_eq!(producer(SETTINGS, 0x4C3), NodeId::new(0x43));
     let moved: &[Setting] = Box::leak(Box::new([cob_id(0x1802, 1)]));

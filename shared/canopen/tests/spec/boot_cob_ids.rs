@@ -3,14 +3,14 @@
 //! Verifies: ECSS 6.10l, 6.10m
 
 use async_canopen::boot::{
-    AssignedSlave, Assignment, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress,
-    BootRequest, Expected,
+    AssignedSlave, Assignment, BootCause, BootError, BootFailure, BootPolicy, BootProgress, BootRequest,
+    Expected,
 };
 use async_canopen::sdo::Error;
 use async_canopen::types::{AbortCode, Address, CobId, NmtState};
 
 use crate::bench::{ms, node, span};
-use crate::boot::OBJECTS;
+use crate::boot::Bench;
 
 /// Nothing is expected of a slave.
 const ANY: Expected = Expected { device_type: 0, identity: [0; 4], stamp: [0; 2] };
@@ -19,11 +19,11 @@ const ANY: Expected = Expected { device_type: 0, identity: [0; 4], stamp: [0; 2]
 type Sent<'a> = &'a [Option<u32>];
 
 /// Slaves 2 to 127 assigned. The master sends 181h and 305h.
-struct Network(Boot);
+struct Network(Bench);
 
 impl Network {
     fn new() -> Network {
-        let mut boot = Boot::new(BootPolicy { time: span(0), goes_on: false }, OBJECTS, &[]);
+        let mut boot = Bench::new(BootPolicy { time: span(0), goes_on: false }, &[]);
         for node in (2..=127).map(node) {
             boot.assign(node, AssignedSlave { node, mandatory: false, expected: ANY }.assignment());
         }

@@ -1,18 +1,18 @@
 //! Boot-up process of slaves that run: when they are checked again, and what a check changes.
 
-use async_canopen::boot::{Boot, BootError, BootProgress, Difference, Expected};
+use async_canopen::boot::{BootError, BootProgress, Difference, Expected};
 use async_canopen::nmt::Target;
 use async_canopen::sdo::Error;
 use async_canopen::types::{Address, NmtState};
 
 use crate::bench::ms;
 use crate::boot::{
-    Asked, NOT_OWN, POLICY, THREE, TWO, answer, boots_up, configure_two, expected, identify, next,
+    Asked, Bench, NOT_OWN, POLICY, THREE, TWO, answer, boots_up, configure_two, expected, identify, next,
     sends_nothing, started, transfer,
 };
 
 /// Slave 2 went through everything and says that it is Operational.
-fn running() -> Boot {
+fn running() -> Bench {
     let mut boot = started(POLICY);
     configure_two(&mut boot);
     assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));

@@ -2,7 +2,7 @@
 
 use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
-use crate::boot::{Boot, BootRequest, Identified};
+use crate::boot::{Boot, BootAction, BootRequest, Identified};
 use crate::emcy::EmcyObjects;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{RPDO, TPDO};
@@ -59,11 +59,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.collect(turn);
         self.collect_answer(turn);
         self.collect_errors(turn);
-        self.tell_boot(turn);
+        self.carry_out_boot(turn);
         // Once: only a frame or the time ends what has begun.
         if self.begin_transfer() || self.begin_identification(turn.until) || self.begin_errors(turn.until) {
             self.run_client(turn);
-            self.tell_boot(turn);
+            self.carry_out_boot(turn);
         }
         self.transfers.no_sooner().wake(turn.now);
     }
@@ -115,30 +115,35 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         true
     }
 
-    fn tell_boot(&mut self, turn: &mut Turn) {
-        let is_completed = self.boot.no_sooner().poll(turn.until);
-        if let Some((node, difference)) = self.boot.no_sooner().take_deviation() {
-            let wait = NmtMessage { command: Command::EnterPreOperational, target: Target::Node(node) };
-            self.send_nmt(wait, turn);
-            turn.out.event(MasterEvent::ConfigurationLost { node, difference });
-        }
-        while let Some((node, failure)) = self.boot.no_sooner().take_failure() {
+    /// Carries out what the boot-up process decided.
+    fn carry_out_boot(&mut self, turn: &mut Turn) {
+        while let Some(action) = self.boot.no_sooner().poll(turn.until) {
             let objects = &mut self.services.dictionary.objects.application.network;
-            objects.show_error(node, failure.error as u8, failure.cause.abort_code());
-            turn.out.event(MasterEvent::BootFailed { node, failure });
-        }
-        while let Some((node, progress)) = self.boot.no_sooner().take_change() {
-            self.services.dictionary.objects.application.network.show_progress(node, progress);
-            turn.out.event(MasterEvent::Boot { node, progress });
-        }
-        if let Some(node) = self.boot.no_sooner().take_start()
-            && !self.redundancy.peers().is_held(node)
-        {
-            let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
-            self.send_nmt(start, turn);
-        }
-        if is_completed {
-            turn.out.event(MasterEvent::BootCompleted);
+            let event = match action {
+                BootAction::Hold { node, difference } => {
+                    let wait =
+                        NmtMessage { command: Command::EnterPreOperational, target: Target::Node(node) };
+                    self.send_nmt(wait, turn);
+                    MasterEvent::ConfigurationLost { node, difference }
+                }
+                BootAction::Start(node) => {
+                    if !self.redundancy.peers().is_held(node) {
+                        let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
+                        self.send_nmt(start, turn);
+                    }
+                    continue;
+                }
+                BootAction::ReportFailure { node, failure } => {
+                    objects.show_error(node, failure.error as u8, failure.cause.abort_code());
+                    MasterEvent::BootFailed { node, failure }
+                }
+                BootAction::ReportProgress { node, progress } => {
+                    objects.show_progress(node, progress);
+                    MasterEvent::Boot { node, progress }
+                }
+                BootAction::ReportCompleted => MasterEvent::BootCompleted,
+            };
+            turn.out.event(event);
         }
     }
 }
