@@ -19,8 +19,10 @@ const ABSENT: u32 = 0x0602_0000;
 /// Given a slave, when it is powered and commanded, then it boots up, sends its heartbeat and obeys the five commands of NMT, also
 /// straight from reset communication to Operational.
 ///
-/// Verifies: ECSS 6.5.1a.1, 11.1a
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 6.5.1a.4, 6.5.1a.5
 /// Notices: ECSS 6.5.1a.1: Start is ignored until a heartbeat of the master is heard.
+/// Notices: ECSS 6.5.1a.5: Reset communication sends no boot-up message.
+/// Notices: ECSS 6.5.1a.3: Enter pre-operational is ignored in Stopped.
 #[test]
 fn nmt_services_that_apply_are_there() {
     let mut slave = powered();
@@ -43,8 +45,10 @@ fn nmt_services_that_apply_are_there() {
 /// Given a slave in Operational, then a PDO brings it a command, an event and a SYNC make it send one, and expedited and segmented SDO
 /// transfers state their sizes and can be aborted.
 ///
-/// Verifies: ECSS 11.1a
+/// Verifies: ECSS 11.1a, 6.1a, 6.2a, 6.9b, 6.9e
 /// Notices: ECSS 11.1a: an upload in segments does not state its size.
+/// Notices: ECSS 6.1a: a segmented download goes on after an abort of its client.
+/// Notices: ECSS 6.9b: SYNC triggers no PDO.
 #[test]
 fn pdo_and_sdo_services_that_apply_are_there() {
     let mut slave = operational();
@@ -81,9 +85,10 @@ fn pdo_and_sdo_services_that_apply_are_there() {
 /// Given what the table leaves to the implementer, then the choice is: all services of SDO, block transfers among them, records for
 /// complex data types, and the objects of each state but TIME.
 ///
-/// Verifies: ECSS 11.1a, 11.1b
+/// Verifies: ECSS 11.1a, 11.1b, 6.1a, 6.5.4a, 6.8a
 /// Notices: ECSS 11.1b: a block upload that a client begins sends no segments.
 /// Notices: ECSS 11.1a: a block upload does not state its size.
+/// Notices: ECSS 6.5.4a: a slave answers SDO requests in Stopped.
 #[test]
 fn optional_services_are_those_that_were_chosen() {
     let mut slave = operational();
@@ -113,9 +118,11 @@ fn optional_services_are_those_that_were_chosen() {
 /// Given what the table excludes, then a slave has none of it: PDOs on remote request, multiplex PDOs, TIME and node guarding. The
 /// CRC of a block transfer is for clients that offer it, and EMCY ends with 1014h.
 ///
-/// Verifies: ECSS 11.1c
+/// Verifies: ECSS 11.1c, 6.1a, 6.2a, 6.4a, 7.2.3f
 /// Notices: ECSS 11.1c: transmission types 252 and 253 are taken.
 /// Notices: ECSS 11.1c: a valid TPDO may be changed to one that allows remote frames.
+/// Notices: ECSS 6.4a: emergencies are sent while 1014h is not valid.
+/// Notices: ECSS 7.2.3f: the filters of a slave admit the time object of CiA 301 (100h).
 #[test]
 fn excluded_services_are_not_used() {
     let mut slave = operational();

@@ -52,6 +52,9 @@ fn refused(slave: &mut Bench<TestSlave>) -> (u32, u16, u16) {
 
 /// Given an application that sends without end, when the bucket of that COB-ID is empty, then its frames stay away until it is
 /// full, one emergency reports it, and another one its end. Other COB-IDs go on.
+///
+/// Verifies: ECSS 6.4a.1, 6.4a.2
+/// Notices: ECSS 6.4a.1: each refused frame is another emergency.
 #[test]
 fn a_babbling_pdo_is_silent_until_its_bucket_is_full() {
     let mut slave = operational(&OF_COB_ID);
@@ -81,6 +84,9 @@ fn a_babbling_pdo_is_silent_until_its_bucket_is_full() {
 
 /// Given a slave above the budget of the node, then it is in Pre-operational, and no command but a reset ends that. After its
 /// time it boots up, with the communication profile of power-on, and is started as any other.
+///
+/// Verifies: ECSS 6.4a.1, 6.5.3a
+/// Notices: ECSS 6.5.3a: a slave that was silent for its budget returns without a boot-up message.
 #[test]
 fn a_babbling_slave_is_silent_for_its_time_and_boots_up() {
     let mut slave = operational(&OF_NODE);
@@ -125,8 +131,9 @@ fn a_silent_slave_is_stopped_by_command() {
 
 /// Given a slave that is silent because it babbled, when the master resets it, then its application is to reset the chip.
 ///
-/// Verifies: ECSS 6.5.1a.4
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a
 /// Notices: ECSS 6.5.1a.4: a slave above its budget ignores Reset node.
+/// Notices: ECSS 6.5.1a: a slave above its budget does not obey Reset node of all nodes.
 #[test]
 fn a_silent_slave_is_reset_by_command() {
     for target in [0, 5] {
@@ -140,6 +147,9 @@ fn a_silent_slave_is_reset_by_command() {
 }
 
 /// A master with reset communication of its slave: the reset is the other way out of silence.
+///
+/// Verifies: ECSS 6.5.1a.1
+/// Notices: ECSS 6.5.1a.1: a slave whose silence is over ignores Start.
 #[test]
 fn reset_ends_pre_operational_of_silent_slave_not_its_silence() {
     let mut slave = operational(&OF_NODE);
@@ -161,6 +171,10 @@ fn announced(profile: &Profile) -> Bench<Master> {
 
 /// Given an application of a master that sends frames without end, then PDOs and such frames stay away for the time of the
 /// profile. Heartbeat and SYNC go on, so that no slave misses its master.
+///
+/// Verifies: ECSS 6.9d, 8.3.3a
+/// Notices: ECSS 8.3.3a: a master above its budget sends no heartbeat.
+/// Notices: ECSS 6.9d: a master above its budget sends no SYNC.
 #[test]
 fn a_babbling_master_keeps_its_network_and_is_silent_otherwise() {
     let mut master = announced(&OF_NODE);

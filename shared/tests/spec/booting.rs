@@ -1,6 +1,6 @@
 //! Before its boot-up message a node is in Initialising for all others (CiA 301 7.3.2.2.1, 7.2.8.3.3).
 //!
-//! Verifies: ECSS 6.5.3a
+//! Verifies: ECSS 6.5.3a, 6.5.4a
 
 use crate::bench::{Bench, NOMINAL, frame, ms, node};
 use crate::canopen_slave;

@@ -57,6 +57,9 @@ fn sent(slave: &Bench<CanopenSlave<Channel>>) -> Vec<(u16, Vec<u8>)> {
     slave.frames().into_iter().map(|(_, frame)| (frame.id().raw(), frame.data().to_vec())).collect()
 }
 
+/// Verifies: ECSS 6.5.2a, 6.5.3a, 6.5.4a
+/// Notices: ECSS 6.5.3a: a plain slave sends no boot-up message at power-on.
+/// Notices: ECSS 6.5.4a: a plain slave stays in Initialising after its boot-up message.
 #[test]
 fn boots_on_its_only_bus() {
     let mut slave = powered();
@@ -68,11 +71,12 @@ fn boots_on_its_only_bus() {
     assert_eq!(beats.len(), 3, "boot-up, then every 100 ms: {beats:?}");
 }
 
-/// Verifies: ECSS 6.5.1a, 6.5.1a.2, 6.5.1a.4, 6.5.3a
+/// Verifies: ECSS 6.5.1a, 6.5.1a.2, 6.5.1a.4, 6.5.3a, 6.5.1a.5
 /// Notices: ECSS 6.5.1a: a plain slave does not obey a broadcast.
 /// Notices: ECSS 6.5.1a.2: a plain slave does not obey a broadcast.
 /// Notices: ECSS 6.5.1a.4: reset node resets the communication of a plain slave alone.
 /// Notices: ECSS 6.5.3a: a plain slave sends no boot-up message after reset communication.
+/// Notices: ECSS 6.5.1a.5: a plain slave ignores the fourth reset of its communication in a row.
 #[test]
 fn obeys_every_command_without_a_heartbeat_of_the_master() {
     let mut slave = operational();
@@ -91,6 +95,8 @@ fn obeys_every_command_without_a_heartbeat_of_the_master() {
     assert_eq!(sent(&slave), [], "silent until the chip is reset");
 }
 
+/// Verifies: ECSS 6.1a, 6.2a, 6.9b, 6.9e
+/// Notices: ECSS 6.9b: a synchronous TPDO of a plain slave ignores SYNC.
 #[test]
 fn exchanges_pdos_and_sdos() {
     let mut slave = operational();
@@ -112,7 +118,7 @@ fn exchanges_pdos_and_sdos() {
 /// Given SYNCs that have a counter (1019h) and a TPDO that goes with each, when a SYNC comes without its counter, then
 /// the slave sends an emergency and no PDO.
 ///
-/// Verifies: ECSS 6.9e
+/// Verifies: ECSS 6.9e, 6.3b, 6.4a.2
 /// Notices: ECSS 6.9e: a slave without a clock obeys a SYNC that lacks its counter.
 #[test]
 fn a_sync_without_its_counter_sends_no_pdo() {
@@ -127,6 +133,8 @@ fn a_sync_without_its_counter_sends_no_pdo() {
     assert_eq!(sent(&slave), [(0x085, vec![0x40, 0x82, 0x11, 0, 0, 0, 0, 0])]);
 }
 
+/// Verifies: ECSS 6.1a, 6.8a
+/// Notices: ECSS 6.1a: a read of an object that there is not has another abort code than 0602 0000h.
 #[test]
 fn has_no_object_beyond_canopen() {
     let mut slave = operational();
@@ -139,8 +147,10 @@ fn has_no_object_beyond_canopen() {
     }
 }
 
-/// Verifies: ECSS 6.4a.2
+/// Verifies: ECSS 6.4a.2, 6.4a, 6.4a.1, 6.5.2a, 6.5.4a
 /// Notices: ECSS 6.4a.2: a missed heartbeat has the code 8000h.
+/// Notices: ECSS 6.5.2a: the heartbeat of another node ends the error of the missed one.
+/// Notices: ECSS 6.5.4a: a plain slave stays Operational after a missed heartbeat although 1029h is 0.
 #[test]
 fn misses_the_heartbeat_that_1016h_names() {
     let mut slave = operational();
@@ -161,6 +171,8 @@ fn misses_the_heartbeat_that_1016h_names() {
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x085, &[0, 0, 0, 0x30, 0x81, 1, 0, 0]))]);
 }
 
+/// Verifies: ECSS 6.4a, 6.4a.1, 6.4a.2
+/// Notices: ECSS 6.4a.1: the end of an error of another source ends this one.
 #[test]
 fn reports_errors_of_its_device_and_their_end() {
     let mut slave = operational();
@@ -177,6 +189,9 @@ fn reports_errors_of_its_device_and_their_end() {
     assert_eq!(emergencies(&slave), [[0x00, 0x00, 0x00, 0x00, 0x20, 7, 0, 0]]);
 }
 
+/// Verifies: ECSS 6.5.1a, 6.5.1a.3
+/// Notices: ECSS 6.5.1a: a command of three bytes is obeyed.
+/// Notices: ECSS 6.5.1a.3: a slave obeys Enter pre-operational of another node.
 #[test]
 fn counts_what_is_malformed_and_what_is_for_others() {
     let mut slave = operational();
@@ -197,6 +212,8 @@ fn counts_what_is_malformed_and_what_is_for_others() {
     assert_eq!(sent(&slave), []);
 }
 
+/// Verifies: ECSS 6.5.2a, 6.8a
+/// Notices: ECSS 6.5.2a: a plain slave keeps its heartbeat period when 1017h is written.
 #[test]
 fn is_written_by_its_application_as_by_a_client() {
     let mut slave = operational();
@@ -212,6 +229,9 @@ fn is_written_by_its_application_as_by_a_client() {
 }
 
 /// Given a node without heartbeats, when its client falls silent in a download, then the SDO timeout of 500 ms ends it by itself.
+///
+/// Verifies: ECSS 6.1a
+/// Notices: ECSS 6.1a: a plain slave has no SDO timeout.
 #[test]
 fn aborts_a_transfer_that_does_not_go_on() {
     let mut slave = operational();
@@ -226,6 +246,9 @@ fn aborts_a_transfer_that_does_not_go_on() {
 }
 
 /// CiA 301 7.2.4.3.17: too long, too short. A length that is not told fits.
+///
+/// Verifies: ECSS 6.1a, 6.8a
+/// Notices: ECSS 6.1a: a value that is too long is cut off and written.
 #[test]
 fn takes_a_number_of_its_length_alone() {
     let mut slave = operational();
@@ -246,6 +269,9 @@ fn takes_a_number_of_its_length_alone() {
 }
 
 /// CiA 301 7.2.4.3.3: the four bytes of the first frame are the length of what follows in segments.
+///
+/// Verifies: ECSS 6.1a
+/// Notices: ECSS 6.1a: the size in the first frame is written as the value.
 #[test]
 fn takes_a_number_that_comes_in_a_segment() {
     let mut slave = operational();

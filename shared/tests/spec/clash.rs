@@ -165,8 +165,9 @@ fn clash_frames(slave: &Bench<TestSlave>) -> Vec<Vec<u8>> {
 /// Given a slave that has just booted, when its own Node-ID is heard, then it sends EMCY 8150h and nothing more until the
 /// other node was silent for Ttoggle consumer times; resets and starts do not end that sooner.
 ///
-/// Verifies: ECSS 8.3.3d
+/// Verifies: ECSS 8.3.3d, 6.4a.2
 /// Notices: ECSS 8.3.3d: a slave that was silent in a clash sends no heartbeat after it.
+/// Notices: ECSS 6.4a.2: a clash of Node-IDs has another code than 8150h.
 #[test]
 fn newcomer_is_silent_until_the_other_node_is() {
     let mut slave = powered(&STANDARD);
@@ -192,6 +193,9 @@ fn newcomer_is_silent_until_the_other_node_is() {
 
 /// Given a newcomer whose inhibit time runs and for which another emergency waits, when its own Node-ID is heard, then EMCY 8150h
 /// goes out before it is Stopped.
+///
+/// Verifies: ECSS 6.4a.1, 6.4a.2, 6.5.4a
+/// Notices: ECSS 6.5.4a: emergencies that wait go out in Stopped.
 #[test]
 fn newcomer_reports_the_clash_within_its_inhibit_time() {
     let mut slave = powered(&STANDARD);
@@ -211,6 +215,8 @@ fn newcomer_reports_the_clash_within_its_inhibit_time() {
 }
 
 /// Given a slave that has worked for a while, when its own Node-ID is heard, then it reports that and goes on.
+///
+/// Verifies: ECSS 6.4a.2
 #[test]
 fn elder_reports_another_node_with_its_id_and_goes_on() {
     let mut slave = powered(&STANDARD);

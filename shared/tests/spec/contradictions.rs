@@ -66,6 +66,7 @@ fn command_on_the_other_bus_moves_no_follower() {
     assert_eq!(selector.deadline(), Some(ms(1_220)));
 }
 
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn heartbeat_on_the_old_bus_takes_a_move_back() {
     let mut selector = following();
@@ -76,6 +77,8 @@ fn heartbeat_on_the_old_bus_takes_a_move_back() {
 }
 
 /// A heartbeat that was on the wire when the master left ends up to 5 ms later.
+///
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn heartbeat_under_way_at_the_move_is_no_contradiction() {
     let mut selector = following();
@@ -88,6 +91,8 @@ fn heartbeat_under_way_at_the_move_is_no_contradiction() {
 }
 
 /// Given heartbeats of an intruder every 10 ms for 20 s, then the slave leaves its bus once.
+///
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn intruder_on_the_idle_bus_moves_a_slave_once() {
     let mut selector = following();
@@ -109,6 +114,8 @@ fn intruder_on_the_idle_bus_moves_a_slave_once() {
 }
 
 /// Given an intruder that is heard more seldom than a hold-off lasts at first, 300 ms, then the second one is long enough.
+///
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn seldom_intruder_moves_a_slave_twice() {
     let mut selector = following();
@@ -142,6 +149,9 @@ fn heartbeats_on_the_other_bus_do_not_postpone_the_miss() {
 }
 
 /// In a hold-off the master is followed after one and a half of the longest gap, here 60 ms.
+///
+/// Verifies: ECSS 8.3.3g
+/// Notices: ECSS 8.3.3g: in a hold-off the master is not followed to the other bus at all.
 #[test]
 fn real_change_in_a_hold_off_needs_silence_on_the_old_bus() {
     let mut selector = following();
@@ -153,6 +163,8 @@ fn real_change_in_a_hold_off_needs_silence_on_the_old_bus() {
 }
 
 /// Without two heartbeats in a row no gap is known: half a consumer time.
+///
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn unknown_rhythm_counts_as_half_a_consumer_time() {
     let mut selector = Selector::new(PARAMETERS);
@@ -184,6 +196,8 @@ fn only_the_last_four_gaps_make_the_rhythm() {
 }
 
 /// Heartbeats of an intruder on the same bus make the gaps short; the own heartbeat period (40 ms) is the least.
+///
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn rhythm_is_no_shorter_than_the_own_heartbeat() {
     let mut selector = following();
@@ -197,6 +211,8 @@ fn rhythm_is_no_shorter_than_the_own_heartbeat() {
 }
 
 /// Given an intruder that goes on where the master was, then the bus counts on which the master works.
+///
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn slave_stays_where_the_master_works() {
     let mut selector = following();
@@ -214,6 +230,8 @@ fn slave_stays_where_the_master_works() {
 }
 
 /// The same when the intruder is faster than the master's first command on the new bus.
+///
+/// Verifies: ECSS 8.3.3g
 #[test]
 fn slave_returns_to_where_the_master_works() {
     let mut selector = following();
@@ -228,7 +246,7 @@ fn slave_returns_to_where_the_master_works() {
 
 /// Given a bus found by a command, when no heartbeat follows, then the search goes on as if it had not ended.
 ///
-/// Verifies: ECSS 8.3.3g, 8.3.3h, 8.3.3i
+/// Verifies: ECSS 8.3.3g, 8.3.3h, 8.3.3i, 8.3.1a
 /// Notices: ECSS 8.3.3i: the return from a bus found by a command alone counts as a switch.
 #[test]
 fn bus_found_by_a_command_alone_is_given_up_again() {
@@ -255,7 +273,9 @@ fn bus_found_by_a_command_alone_is_given_up_again() {
     assert_eq!(selector.parameters().ctoggle, 2);
 }
 
+/// Verifies: ECSS 8.3.3e, 8.3.3g
 /// Notices: ECSS 8.3.3l: a heartbeat that confirms a bus restores the old Bdefault.
+/// Notices: ECSS 8.3.3e: a master that was confirmed is not missed when it falls silent.
 #[test]
 fn heartbeat_confirms_a_bus_found_by_a_command() {
     let mut selector = Selector::new(PARAMETERS);
@@ -273,7 +293,7 @@ fn heartbeat_confirms_a_bus_found_by_a_command() {
 
 /// Given a bus found by a command alone, when a heartbeat comes on the other bus, then that one is active, and no search goes on.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3e
 /// Notices: ECSS 8.3.3k: after a command, a heartbeat on the other bus does not end the search.
 /// Notices: ECSS 8.3.3g: after a command, a heartbeat on the other bus does not make that one active.
 #[test]
@@ -330,7 +350,8 @@ fn bdefault_is_kept_when_nothing_contradicts_it() {
     assert_eq!(decisions(&mut selector, 1_259), []);
 }
 
-/// Verifies: ECSS 8.2.3a
+/// Verifies: ECSS 8.2.3a, 8.3.3h
+/// Notices: ECSS 8.3.3h: the toggling time of before the choice goes on.
 #[test]
 fn chosen_bus_begins_a_search_there() {
     let mut selector = Selector::new(PARAMETERS);
@@ -346,8 +367,9 @@ fn chosen_bus_begins_a_search_there() {
 
 /// The master can read how many toggles it took until the next search begins.
 ///
-/// Verifies: ECSS 8.3.1a
+/// Verifies: ECSS 8.3.1a, 8.3.3i
 /// Notices: ECSS 8.3.1a: Ctoggle also counts the toggles of an earlier search.
+/// Notices: ECSS 8.3.3i: the switches of an earlier search count in the next one.
 #[test]
 fn ctoggle_stays_until_the_next_search() {
     let mut selector = Selector::new(PARAMETERS);

@@ -254,7 +254,6 @@ fn a_slave_heard_on_the_other_bus_holds_the_dwell_too() {
     }
 }
 
-/// Verifies: ECSS 8.3.3j
 #[test]
 fn a_dwell_covers_the_search_of_a_slave() {
     // Twice Ttoggle consumer times and two heartbeat periods, and no less than asked for.

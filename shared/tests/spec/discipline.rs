@@ -208,6 +208,9 @@ fn a_pair_before_the_last_correction_is_ignored() {
 }
 
 /// The seconds count on through 2^32.
+///
+/// Verifies: ECSS 7.1.1a
+/// Notices: ECSS 7.1.1a: the seconds saturate at 2^32 - 1.
 #[test]
 fn the_clock_runs_through_the_wrap_of_the_seconds() {
     let mut clock = LocalClock::default();

@@ -48,6 +48,8 @@ fn last_error(master: &mut Bench<Master>) -> Option<(u32, u32)> {
 /// Given a slave that is Operational
 /// When a foreign node sends heartbeats with its Node-ID and another state, in step, faster or slower
 /// Then the master commands the slave all the time but before the third turn, and reports a collision (8150h).
+///
+/// Verifies: ECSS 6.4a.2
 #[test]
 fn slave_with_a_foreign_double_is_commanded_all_the_time() {
     for (state, period, most) in [
@@ -87,6 +89,9 @@ fn known_clash_makes_no_news_of_the_foreign_states() {
 
 /// Given a clash, when the slave that was Operational is silent, then after a consumer time the state of the other node
 /// counts: it is started.
+///
+/// Verifies: ECSS 8.3.3f
+/// Notices: ECSS 8.3.3f: a slave in Pre-operational is not started after a clash.
 #[test]
 fn silence_of_the_operational_node_ends_its_precedence() {
     let mut master = powered(&STANDARD);
@@ -108,6 +113,8 @@ fn silence_of_the_operational_node_ends_its_precedence() {
 
 /// Given a clash, when the node that is Operational is heard on the other bus only, then it takes no commands here: the slave on
 /// the active bus is started.
+///
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn operational_node_on_the_other_bus_has_no_precedence() {
     let mut master = powered(&STANDARD);
@@ -143,6 +150,9 @@ fn clash_is_over_when_the_foreign_node_is_gone() {
 
 /// Given one slave that leaves Operational and is started again, in all ways that the protocol knows, then that is no clash:
 /// its next heartbeat a period later, a boot-up message, or a report at once of each state, twice.
+///
+/// Verifies: ECSS 6.4a.1
+/// Notices: ECSS 6.4a.1: a slave that is restarted is reported as a collision.
 #[test]
 fn one_slave_that_changes_its_state_is_no_clash() {
     const BOOT_UP: u8 = 0x00;

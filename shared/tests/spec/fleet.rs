@@ -228,6 +228,8 @@ impl Fleet {
     }
 }
 
+/// Verifies: ECSS 8.3.2a
+/// Notices: ECSS 8.3.2a: a slave begins on the redundant bus.
 #[test]
 fn all_are_operational_and_commanded_in_one_heartbeat_period() {
     let mut fleet = Fleet::new(&STANDARD, 2..=4);
@@ -237,6 +239,9 @@ fn all_are_operational_and_commanded_in_one_heartbeat_period() {
     assert!(fleet.log.iter().all(|(_, bus, _)| *bus == NOMINAL));
 }
 
+/// Verifies: ECSS 8.2.1a.1, 8.3.3e, 8.3.3e.2, 8.3.3f
+/// Notices: ECSS 8.3.3e.2: a slave with selective access does not leave the bus of a silent master.
+/// Notices: ECSS 8.3.3f: a slave that toggled is not started on the new bus.
 #[test]
 fn after_near_cut_parallel_slaves_follow_then_the_selective_one() {
     let mut fleet = Fleet::new(&SLOW, 2..=4);
@@ -255,6 +260,8 @@ fn after_near_cut_parallel_slaves_follow_then_the_selective_one() {
     assert_eq!(fleet.switches().len(), 1);
 }
 
+/// Verifies: ECSS 8.3.3b.2
+/// Notices: ECSS 8.3.3b.2: after a commanded switch the heartbeat on the new bus waits for its period.
 #[test]
 fn a_commanded_switch_loses_no_command_of_parallel_slaves() {
     let mut fleet = Fleet::new(&STANDARD, 2..=4);
@@ -270,6 +277,8 @@ fn a_commanded_switch_loses_no_command_of_parallel_slaves() {
     assert_eq!(first.2.id().raw(), 0x701);
 }
 
+/// Verifies: ECSS 8.3.3b.1
+/// Notices: ECSS 8.3.3b.1: the master sends its heartbeat on both buses after a change.
 #[test]
 fn nothing_stale_goes_out_after_a_cut_heals() {
     let mut fleet = Fleet::new(&STANDARD, 2..=4);
@@ -298,6 +307,8 @@ fn a_master_long_before_its_slaves_does_not_switch() {
     assert_eq!(fleet.commanded(), [2, 3, 4]);
 }
 
+/// Verifies: ECSS 8.3.3f, 8.3.3k
+/// Notices: ECSS 8.3.3f: the master starts a slave only at its boot-up message.
 #[test]
 fn slaves_long_before_master_are_found_wherever_they_listen() {
     for wait in [300, 700, 1_300, 10_000] {
@@ -323,6 +334,7 @@ fn after_an_outage(milliseconds: u64, restored: &[Bus]) -> Vec<u8> {
     fleet.commanded()
 }
 
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn both_buses_cut_then_one_or_both_restored_reaches_all_slaves() {
     for outage in [200, 700, 1_000, 1_600, 3_000] {

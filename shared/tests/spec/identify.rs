@@ -97,6 +97,9 @@ fn a_node_that_is_not_heard_is_not_asked_again() {
 
 /// Given a slave whose server misses the first questions, or answers each question 120 ms too late, Then it counts: its silence
 /// moves the master.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: a slave that did not answer the first question does not count, and its silence moves nobody.
 #[test]
 fn a_slave_with_a_slow_server_counts() {
     for (answers, is_late) in [(1, false), (2, false), (3, false), (1, true)] {
@@ -146,6 +149,8 @@ fn a_question_lost_with_its_bus_is_asked_again_on_the_other() {
     assert_eq!(questions(&master), [(5, 1), (5, 20)]);
 }
 
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: an acknowledged frame does not end the isolation of a master.
 #[test]
 fn any_acknowledged_frame_ends_isolation() {
     let mut master = powered(&STANDARD);
@@ -165,6 +170,9 @@ fn any_acknowledged_frame_ends_isolation() {
     assert_eq!(master.events, [left]);
 }
 
+/// Verifies: ECSS 6.4a, 6.4a.2, 8.1a
+/// Notices: ECSS 8.1a: a second master on the other bus is not noticed.
+/// Notices: ECSS 6.4a: a second master stays an error when it is silent.
 #[test]
 fn a_second_master_is_a_collision_of_its_bus_until_it_is_silent() {
     for bus in [NOMINAL, REDUNDANT] {
@@ -188,6 +196,9 @@ fn a_second_master_is_a_collision_of_its_bus_until_it_is_silent() {
 }
 
 /// The bus that was left says nothing any more about itself: what failed there may be whole again.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: a bus that failed once is never used again by a master with selective access.
 #[test]
 fn a_selective_master_may_return_to_a_bus_that_failed() {
     const SELECTIVE: Profile = Profile { selective: &[ecss_can::types::NodeId::MASTER], ..STANDARD };

@@ -83,7 +83,7 @@ fn heartbeats_on_the_active_bus_every_period() {
     assert_eq!(actions(&mut manager, 80), [(0, beat), (40, beat), (80, beat)]);
 }
 
-/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2, 8.3.3a
 /// Notices: ECSS 8.3.3b.2: the heartbeat keeps its rhythm: on the other bus it is late.
 /// Notices: ECSS 8.3.3b.2: after a second switch in the settling time the heartbeat keeps its rhythm.
 #[test]
@@ -104,7 +104,7 @@ fn commanded_switch_stops_heartbeat_here_and_starts_it_there() {
 
 /// Given a bus that fails 10 ms after a heartbeat, then the next one is on the other bus at once, and every 40 ms from then on.
 ///
-/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2, 8.3.3a
 /// Notices: ECSS 8.3.3b.2: after bus-off the heartbeat on the other bus begins a period late.
 #[test]
 fn failure_of_a_bus_starts_the_heartbeat_on_the_other_one_at_once() {
@@ -120,7 +120,7 @@ fn failure_of_a_bus_starts_the_heartbeat_on_the_other_one_at_once() {
 /// Given no acknowledgement on either bus, when the master changes the bus by command, then its heartbeat is on the other one at
 /// once, and every 40 ms from then on.
 ///
-/// Verifies: ECSS 8.3.3b.2
+/// Verifies: ECSS 8.3.3b.2, 8.3.3a
 /// Notices: ECSS 8.3.3b.2: the heartbeat does not start on a bus without acknowledgement.
 #[test]
 fn switch_to_a_bus_without_acknowledgement_starts_heartbeats() {
@@ -168,6 +168,7 @@ fn new_bus_is_announced_once_its_heartbeat_was_sent_or_failed() {
     }
 }
 
+/// Verifies: ECSS 8.3.3b.2
 #[test]
 fn late_heartbeat_on_old_bus_is_followed_by_one_on_active_bus() {
     let mut manager = started();
@@ -280,6 +281,8 @@ fn a_slave_is_lost_once_and_returns_once() {
     assert_eq!(manager.peers().state(node(2)), Some(Operational));
 }
 
+/// Verifies: ECSS 6.5.2a
+/// Notices: ECSS 6.5.2a: the master monitors 125 slaves at most.
 #[test]
 fn up_to_126_slaves_are_monitored() {
     let mut manager = started();
@@ -420,6 +423,8 @@ fn a_stopped_slave_that_is_not_held_is_to_be_started() {
     assert!(!start(&mut manager, Stopped));
 }
 
+/// Verifies: ECSS 8.3.3f
+/// Notices: ECSS 8.3.3f: a slave that the application released is not started.
 #[test]
 fn slaves_held_before_they_were_heard_are_not_started_either() {
     let mut manager = started();

@@ -45,7 +45,9 @@ fn command(master: &mut Bench<Master>, raw: u8) -> Result<(), Refusal> {
     master.touch(|master, now| console::command(master, node(raw), [1, 0, 0, 0, 0, 0, 0, 0], now))
 }
 
-/// Verifies: ECSS 8.3.2a, 8.3.3a
+/// Verifies: ECSS 8.3.2a, 8.3.3a, 6.5.3a, 8.2.1a.2, 8.2.2a
+/// Notices: ECSS 6.5.3a: a master sends no boot-up message.
+/// Notices: ECSS 8.2.2a: a master with parallel access joins the nominal bus alone.
 #[test]
 fn power_on_joins_boots_up_and_sends_heartbeat_on_default_bus() {
     let mut master = powered(&STANDARD);
@@ -67,9 +69,10 @@ fn filters_are_function_codes_of_slaves_and_own_sdo_server() {
     assert!(expected.iter().all(|filter| filters.contains(filter)), "{filters:?}");
 }
 
-/// Verifies: ECSS 6.9c, 7.2.2b, 7.2.3d
+/// Verifies: ECSS 6.9c, 7.2.2b, 7.2.3d, 6.9d
 /// Notices: ECSS 7.2.2b: a single master board withholds its time.
 /// Notices: ECSS 7.2.3d: a master whose clock was not set produces no SYNC.
+/// Notices: ECSS 6.9d: a master sends SYNC once.
 #[test]
 fn sync_and_spacecraft_time_are_periodic_and_expire_in_a_period() {
     let mut master = powered(&STANDARD);
@@ -85,8 +88,10 @@ fn sync_and_spacecraft_time_are_periodic_and_expire_in_a_period() {
     }
 }
 
-/// Verifies: ECSS 7.2.2a
+/// Verifies: ECSS 7.2.2a, 7.1.1a, 7.1.2f, 7.2.2b
 /// Notices: ECSS 7.2.2a: the Spacecraft Time PDO carries an older sample of Local SCET Get.
+/// Notices: ECSS 7.1.2f: the Spacecraft Time PDO has the coarse time first.
+/// Notices: ECSS 7.2.2b: the Spacecraft Time PDO conveys the time since power-on.
 #[test]
 fn the_time_set_by_the_application_is_the_one_conveyed() {
     let mut master = powered(&STANDARD);
@@ -119,6 +124,8 @@ fn slaves_that_boot_up_or_wait_are_started_unasked() {
     );
 }
 
+/// Verifies: ECSS 6.5.1a.3, 6.5.1a.5
+/// Notices: ECSS 6.5.1a.3: a slave that the application put into Pre-operational is started again.
 #[test]
 fn slave_stopped_by_application_is_left_alone_until_started() {
     let mut master = flying();
@@ -133,6 +140,7 @@ fn slave_stopped_by_application_is_left_alone_until_started() {
     assert_eq!(master.frames(), [(NOMINAL, frame(0x000, &[0x82, 2])), (NOMINAL, frame(0x000, &[1, 2]))]);
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn commands_and_requests_go_to_operational_slaves_only() {
     let mut master = flying();
@@ -156,6 +164,8 @@ fn commands_and_requests_go_to_operational_slaves_only() {
     assert_eq!(status(&mut master).counters.nominal.refused, 2);
 }
 
+/// Verifies: ECSS 6.2a, 8.1a
+/// Notices: ECSS 8.1a: a master does not report another master on its bus.
 #[test]
 fn telemetry_and_local_time_of_active_bus_reach_application() {
     let mut master = flying();
@@ -189,6 +199,8 @@ fn telemetry_and_local_time_of_active_bus_reach_application() {
     assert_eq!((counters.nominal.malformed, counters.nominal.ignored, counters.redundant.ignored), (4, 1, 1));
 }
 
+/// Verifies: ECSS 6.4a
+/// Notices: ECSS 6.4a: an emergency of a slave does not reach the application of the master.
 #[test]
 fn emergencies_of_slaves_reach_the_application() {
     let mut master = flying();
@@ -203,6 +215,9 @@ fn emergencies_of_slaves_reach_the_application() {
 
 /// Given 1028h, whose entries are the COB-IDs of the pre-defined connection set, when the one of node 3 is set invalid, then its
 /// emergencies are none of the master's any more, those of others are, until it is valid again. No other COB-ID fits.
+///
+/// Verifies: ECSS 6.4a, 6.8a
+/// Notices: ECSS 6.8a: 1028h takes a COB-ID other than that of the node.
 #[test]
 fn emergencies_are_consumed_by_1028h() {
     const RANGE: [u8; 4] = [0x30, 0x00, 0x09, 0x06];
@@ -265,7 +280,7 @@ fn switch_abandons_old_bus_and_announces_new_one_before_use() {
 /// Given a master whose controller is bus-off, when it leaves this bus, then it abandons what waits there. Else that would be sent after
 /// the recovery.
 ///
-/// Verifies: ECSS 8.3.3b.1
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b, 8.3.3b.2
 /// Notices: ECSS 8.3.3b.1: a heartbeat that waits on a bus in bus-off is not abandoned.
 #[test]
 fn a_bus_that_is_left_in_bus_off_is_abandoned() {
@@ -300,7 +315,7 @@ fn master_commands_slaves_in_each_of_its_states() {
 /// Given a master that works on the redundant bus, then it hears a slave on the nominal one. When it goes back, then nothing that waits
 /// on the redundant bus may go out there.
 ///
-/// Verifies: ECSS 8.2.1a.2, 8.2.2a, 8.3.3b, 8.3.3b.1
+/// Verifies: ECSS 8.2.1a.2, 8.2.2a, 8.3.3b, 8.3.3b.1, 8.3.3b.2
 /// Notices: ECSS 8.2.2a: a master on the redundant bus hears nothing on the nominal one.
 /// Notices: ECSS 8.3.3b: the nominal bus is abandoned, whichever is left.
 /// Notices: ECSS 8.3.3b.1: the nominal bus is abandoned, whichever is left.
@@ -321,6 +336,8 @@ fn master_on_the_redundant_bus_hears_both_and_abandons_it() {
     assert_eq!(master.frames(), [(NOMINAL, heartbeat)]);
 }
 
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: a command that waits for a bus is kept when that bus is left.
 #[test]
 fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
     let mut master = flying();
@@ -349,6 +366,8 @@ fn not_sent(bus: Bus, id: u16) -> MasterEvent {
     MasterEvent::NotSent { bus, id: CobId::new(id).unwrap(), data: [1, 0, 0, 0, 0, 0, 0, 0] }
 }
 
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: a heartbeat that was abandoned announces the bus.
 #[test]
 fn an_abandoned_heartbeat_of_an_earlier_stay_announces_nothing() {
     let mut master = flying();
@@ -374,8 +393,9 @@ fn no_more_than_a_few_frames_wait_for_the_announcement() {
 
 /// Given a slave that is lost, when it is heard again in the state that it had, then the master reports its return and its state.
 ///
-/// Verifies: ECSS 5.3.3.2.3k.2
+/// Verifies: ECSS 5.3.3.2.3k.2, 6.5.2a
 /// Notices: ECSS 5.3.3.2.3k.2: a slave that returns in the state that it had stays missing for the master.
+/// Notices: ECSS 6.5.2a: a slave that is silent for its consumer time is not lost.
 #[test]
 fn a_lost_slave_is_refused_and_returns() {
     let mut master = flying();
@@ -406,6 +426,9 @@ fn a_lost_slave_is_refused_and_returns() {
     );
 }
 
+/// Verifies: ECSS 5.6.2b, 8.3.3b, 8.3.3b.2
+/// Notices: ECSS 5.6.2b: the application does not learn that a controller is error passive.
+/// Notices: ECSS 8.3.3b.2: an isolated master sends its heartbeat on the new bus a period later.
 #[test]
 fn cut_off_it_goes_to_the_other_bus_within_milliseconds() {
     let mut master = flying();
@@ -423,8 +446,10 @@ fn cut_off_it_goes_to_the_other_bus_within_milliseconds() {
     assert_eq!(master.times(REDUNDANT, 0x701), [104]);
 }
 
-/// Verifies: ECSS 5.3.3.2.3e, 5.6.2a, 5.6.2b
+/// Verifies: ECSS 5.3.3.2.3e, 5.6.2a, 8.3.3b
 /// Notices: ECSS 5.3.3.2.3e: a master never leaves a bus that failed.
+/// Notices: ECSS 5.6.2a: a master does not recover a controller that is bus-off.
+/// Notices: ECSS 8.3.3b: a master stays on a bus that failed.
 #[test]
 fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
     let mut master = flying();
@@ -447,7 +472,7 @@ fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
 /// Given a master with selective access, when its bus fails, then it leaves that bus and joins the other one. When a command brings
 /// it back, then it joins the first bus again, and begins with a heartbeat.
 ///
-/// Verifies: ECSS 8.2.1a, 8.2.1a.1, 8.3.3b.2
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1, 8.3.3b.2, 8.2.3a, 8.3.3b
 /// Notices: ECSS 8.2.1a: a master with selective access stays on the redundant bus when it returns to the nominal one.
 /// Notices: ECSS 8.2.1a.1: a bus that failed is not left.
 /// Notices: ECSS 8.3.3b.2: a bus that was left in bus-off is not joined again, so no heartbeat starts there.
@@ -470,8 +495,10 @@ fn selective_master_leaves_a_failed_bus_and_can_return() {
     assert_eq!(master.frames()[0], (NOMINAL, frame(0x701, &[0x05])));
 }
 
-/// Verifies: ECSS 8.2.1a.1, 8.2.3a
+/// Verifies: ECSS 8.2.1a.1, 8.2.3a, 8.2.1a, 8.3.3b
 /// Notices: ECSS 8.2.1a.1: a master joins the other bus before it leaves its own.
+/// Notices: ECSS 8.2.3a: a master with selective access ignores the bus that its application chooses.
+/// Notices: ECSS 8.2.1a: a master with selective access joins both buses.
 #[test]
 fn a_master_with_selective_access_leaves_and_joins() {
     let mut master = powered(&Profile { selective: &[ecss_can::types::NodeId::MASTER], ..STANDARD });
@@ -486,7 +513,7 @@ fn a_master_with_selective_access_leaves_and_joins() {
 
 /// Given a master with selective access and Ntoggle 0, when its application chooses the other bus, then the master goes there.
 ///
-/// Verifies: ECSS 8.2.3a, 8.3.3b
+/// Verifies: ECSS 8.2.3a, 8.3.3b, 8.2.1a.1
 /// Notices: ECSS 8.2.3a: the application of a master cannot choose the bus while Ntoggle is 0.
 /// Notices: ECSS 8.3.3b: with Ntoggle 0 a commanded switch is ignored.
 #[test]

@@ -14,7 +14,8 @@ const ANY: Expected = Expected { device_type: 0, identity: [0; 4], stamp: [0; 2]
 
 /// Over the bus: slave 2 sends 302h, the first command PDO of this master.
 ///
-/// Verifies: ECSS 6.10l
+/// Verifies: ECSS 6.10l, 6.10m
+/// Notices: ECSS 6.10l: a slave that sends a command PDO of the master is started.
 #[test]
 fn the_boot_process_compares_with_the_pdos_of_the_master() {
     assert_cob_id_in_use(Address::new(0x1800, 1), 0x4000_0302);
@@ -22,8 +23,9 @@ fn the_boot_process_compares_with_the_pdos_of_the_master() {
 
 /// Over the bus: slave 2 reports its errors with 081h, as the master does.
 ///
-/// Verifies: ECSS 6.10l
+/// Verifies: ECSS 6.10l, 6.10m
 /// Notices: ECSS 6.10l: a slave may take the COB-ID of the EMCY of the master.
+/// Notices: ECSS 6.10m: a slave whose emergencies have the COB-ID of those of the master is started.
 #[test]
 fn the_boot_process_compares_with_the_emergencies_of_the_master() {
     assert_cob_id_in_use(Address::new(0x1014, 0), 0x0000_0081);

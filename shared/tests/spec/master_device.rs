@@ -115,8 +115,9 @@ fn its_dictionary_is_read_over_sdo() {
     }
 }
 
-/// Verifies: ECSS 6.9c, 6.9d
+/// Verifies: ECSS 6.9c, 6.9d, 6.3b
 /// Notices: ECSS 6.9d: a new period in 1006h ends SYNC.
+/// Notices: ECSS 6.3b: the counter of SYNC goes above 1019h.
 #[test]
 fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
     let mut master = powered(&STANDARD);
@@ -138,8 +139,9 @@ fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
 /// Given a master that produces SYNC, when bit 30 of 1005h is cleared, then it sends no SYNC. When the bit is set again with another
 /// COB-ID, then SYNC has this COB-ID.
 ///
-/// Verifies: ECSS 6.9c
+/// Verifies: ECSS 6.9c, 6.3b, 6.10a, 6.10c
 /// Notices: ECSS 6.9c: a write of 1005h does not reach the producer of SYNC.
+/// Notices: ECSS 6.10c: SYNC keeps its COB-ID when 1005h is written.
 #[test]
 fn sync_follows_bit_30_and_cob_id_of_1005h() {
     let mut master = powered(&STANDARD);
@@ -204,11 +206,13 @@ fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
 /// Given a master whose heartbeat a client ended by a 1017h of zero, when 1017h gets a period again, or Reset communication restores
 /// that of the profile, then its heartbeats are periodic again.
 ///
-/// Verifies: ECSS 8.3.1b, 8.3.1c, 8.3.3a
+/// Verifies: ECSS 8.3.1b, 8.3.1c, 8.3.3a, 6.5.1a.5, 6.5.2a
 /// Notices: ECSS 8.3.1c: 1017h that was zero begins no heartbeat of the master.
 /// Notices: ECSS 8.3.3a: 1017h that was zero begins no heartbeat of the master.
 /// Notices: ECSS 8.3.1b: after Reset communication the master keeps the 1017h that was written.
 /// Notices: ECSS 8.3.3a: after Reset communication the master keeps the 1017h that was written.
+/// Notices: ECSS 6.5.1a.5: after Reset communication the master keeps the 1017h that was written.
+/// Notices: ECSS 6.5.2a: a master whose 1017h is zero sends heartbeats.
 #[test]
 fn heartbeat_of_the_master_resumes_after_a_1017h_of_zero() {
     for (is_reset, period) in [(false, 50), (true, 100)] {
@@ -232,6 +236,8 @@ fn heartbeat_of_the_master_resumes_after_a_1017h_of_zero() {
     }
 }
 
+/// Verifies: ECSS 6.5.1a.2, 6.5.1a.4
+/// Notices: ECSS 6.5.1a.4: a request to reset all nodes in 1F82h is sent to node 128.
 #[test]
 fn request_nmt_commands_a_slave_and_tells_its_state() {
     let mut master = powered(&STANDARD);
@@ -251,7 +257,8 @@ fn request_nmt_commands_a_slave_and_tells_its_state() {
     assert_eq!(master.node.objects().application.network.request_nmt[1], 1, "missing");
 }
 
-/// Verifies: ECSS 6.7b
+/// Verifies: ECSS 6.7b, 6.7c
+/// Notices: ECSS 6.7c: the object of the result does not show that the test of a master runs.
 #[test]
 fn a_self_test_is_the_applications_part() {
     let mut master = powered(&STANDARD);
@@ -263,8 +270,9 @@ fn a_self_test_is_the_applications_part() {
 /// Given a slave that the master asks, when the answer comes from another node, on the other bus, or to another question, then the
 /// master waits for the right one. Then it checks and starts the slave.
 ///
-/// Verifies: ECSS 6.10m
+/// Verifies: ECSS 6.10m, 6.1a
 /// Notices: ECSS 6.10m: the master takes the answer of another node for that of the slave that it asked.
+/// Notices: ECSS 6.1a: the client takes the value of another object for its answer.
 #[test]
 fn a_slave_is_asked_checked_and_started() {
     let mut master = powered(&BOOTS_TWO);
@@ -290,7 +298,7 @@ fn a_slave_is_asked_checked_and_started() {
 /// Given a master with SDO server and client, then 1200h has the COB-IDs of its server, and 1280h those of the server that it asked
 /// last.
 ///
-/// Verifies: ECSS 9.4.10f
+/// Verifies: ECSS 9.4.10f, 6.8a, 6.10a
 /// Notices: ECSS 9.4.10f: 1280h of a master names the first server that it asked.
 #[test]
 fn sdo_parameters_of_the_master_are_those_in_use() {
@@ -329,8 +337,9 @@ fn boot_failure_stays_in_dictionary_until_slave_is_started() {
     assert_eq!((read(&mut master, 0x2041, 2), read(&mut master, 0x2042, 2)), (0, 0));
 }
 
-/// Verifies: ECSS 5.3.3.2.3e
+/// Verifies: ECSS 5.3.3.2.3e, 6.1a, 8.3.3b
 /// Notices: ECSS 5.3.3.2.3e: a slave in its boot-up process is not booted on the redundant bus.
+/// Notices: ECSS 8.3.3b: a request goes out on the new bus before it is announced.
 #[test]
 fn bus_switch_in_boot_aborts_on_new_bus_once_it_is_announced() {
     let mut master = powered(&BOOTS_TWO);
@@ -347,8 +356,9 @@ fn bus_switch_in_boot_aborts_on_new_bus_once_it_is_announced() {
     assert_eq!(master.frames(), [(REDUNDANT, frame(0x602, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]))]);
 }
 
-/// Verifies: ECSS 11.1c
+/// Verifies: ECSS 11.1c, 6.9d
 /// Notices: ECSS 11.1c: SYNC does not wait for the mandatory slaves, as in the simplified boot-up.
+/// Notices: ECSS 6.9d: SYNC does not begin when the mandatory slaves run.
 #[test]
 fn sync_waits_for_the_mandatory_slave() {
     let mut master = powered(&BOOTS_TWO);

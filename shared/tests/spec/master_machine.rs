@@ -1,8 +1,6 @@
 //! Redundancy of a master as one machine: the order of what it sends, and the role of its board.
 //!
 //! Heartbeat 40 ms, consumer time 100 ms. Slave 2 is assigned. Four frames may wait.
-//!
-//! Verifies: ECSS 8.1a
 
 use ecss_can::link::queue::Outgoing;
 use ecss_can::nmt::{Command, NmtMessage, Reaction, Target};
@@ -96,7 +94,8 @@ fn hear(machine: &mut Machine, state: NmtState, may_start: bool) -> Option<Comma
 /// Given a commanded change of the bus, When frames are sent before a node acknowledges the heartbeat there, Then they
 /// follow it in their order, without those whose lifetime ended.
 ///
-/// Verifies: ECSS 8.3.3b
+/// Verifies: ECSS 8.3.3b, 8.3.3b.2
+/// Notices: ECSS 8.3.3b: a frame goes out on the new bus before the heartbeat is acknowledged.
 #[test]
 fn frames_wait_in_order_for_the_announcement_of_a_bus() {
     let mut machine = alone();
@@ -123,6 +122,7 @@ fn frames_wait_in_order_for_the_announcement_of_a_bus() {
     assert_eq!(machine.send_time(), Sending::Now(REDUNDANT));
 }
 
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn a_frame_above_the_places_of_held_ones_is_refused() {
     let mut machine = alone();
@@ -140,7 +140,7 @@ fn a_frame_above_the_places_of_held_ones_is_refused() {
     assert_eq!(poll(&mut machine, 8), [0, 1, 2, 3].map(|data| send(REDUNDANT, command(data, 100))));
 }
 
-/// Verifies: ECSS 8.3.3b
+/// Verifies: ECSS 8.3.3b, 8.3.3b.2
 /// Notices: ECSS 8.3.3b: a bus that is commanded before the announcement of another is not taken.
 #[test]
 fn frames_held_for_a_bus_that_is_left_are_never_sent() {
@@ -159,6 +159,9 @@ fn frames_held_for_a_bus_that_is_left_are_never_sent() {
 }
 
 /// A heartbeat that is not acknowledged within its lifetime ends the wait.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: frames wait for an announcement that failed until the next change of the bus.
 #[test]
 fn a_failed_heartbeat_releases_the_held_frames() {
     let mut machine = alone();
@@ -201,9 +204,10 @@ fn a_slave_that_the_application_stopped_gets_no_command() {
     assert_eq!(hear(&mut machine, Stopped, true), Some(Command::Start));
 }
 
-/// Verifies: ECSS 6.5.1a.3, 6.5.2a
+/// Verifies: ECSS 6.5.1a.3, 6.5.2a, 6.5.1a.5, 6.5.4a
 /// Notices: ECSS 6.5.1a.3: a master in Pre-operational still reports Operational.
 /// Notices: ECSS 6.5.2a: a master in Pre-operational still reports Operational.
+/// Notices: ECSS 6.5.4a: a master boots up in Pre-operational after Reset communication.
 #[test]
 fn heartbeats_report_the_own_state_of_the_master() {
     let mut machine = alone();
@@ -218,6 +222,9 @@ fn heartbeats_report_the_own_state_of_the_master() {
 }
 
 /// 701h of another node is reported when it begins, and when no bus has it for Ttoggle consumer times, 300 ms.
+///
+/// Verifies: ECSS 8.1a
+/// Notices: ECSS 8.1a: a second master on the other bus is not reported.
 #[test]
 fn a_rival_is_reported_at_its_begin_and_its_end_on_each_bus() {
     let mut machine = alone();
@@ -233,6 +240,9 @@ fn a_rival_is_reported_at_its_begin_and_its_end_on_each_bus() {
 
 /// Given an active board of two, When its heartbeat is due, Then its claim goes to both buses, on the active one after
 /// the heartbeat is acknowledged if that announces the bus.
+///
+/// Verifies: ECSS 8.1a
+/// Notices: ECSS 8.1a: an active board claims on its active bus alone.
 #[test]
 fn claims_follow_the_heartbeat_on_both_buses() {
     let (mut machine, at) = paired(BusAccess::Parallel);
@@ -246,6 +256,8 @@ fn claims_follow_the_heartbeat_on_both_buses() {
     );
 }
 
+/// Verifies: ECSS 8.1a, 8.2.1a.1
+/// Notices: ECSS 8.2.1a.1: a board with selective access sends its claim on the other bus.
 #[test]
 fn a_board_with_selective_access_claims_on_its_bus_only() {
     let (mut machine, at) = paired(BusAccess::Selective);
@@ -257,6 +269,9 @@ fn a_board_with_selective_access_claims_on_its_bus_only() {
 
 /// Given an active board with a frame that waits and a rival, When it becomes the standby, Then it drops the frame, is
 /// Initialising, and reports no end of the rival.
+///
+/// Verifies: ECSS 8.1a
+/// Notices: ECSS 8.1a: a board that stands by sends what waited.
 #[test]
 fn a_board_that_stands_by_forgets_what_it_began() {
     let (mut machine, at) = paired(BusAccess::Parallel);
@@ -284,6 +299,8 @@ fn a_board_that_stands_by_forgets_what_it_began() {
 }
 
 /// Given a heartbeat whose claim is not sent yet, When the board stands by and takes over again, Then that claim is never sent.
+///
+/// Verifies: ECSS 8.1a
 #[test]
 fn a_claim_that_was_due_ends_with_the_active_role() {
     let (mut machine, at) = paired(BusAccess::Parallel);
@@ -298,6 +315,9 @@ fn a_claim_that_was_due_ends_with_the_active_role() {
 
 /// Given a board that listens, When it hears another master and later nothing, Then it takes over on the bus of that
 /// master.
+///
+/// Verifies: ECSS 8.1a
+/// Notices: ECSS 8.1a: a listening board takes over beside a master on the redundant bus.
 #[test]
 fn a_listening_board_follows_the_master_that_it_hears() {
     let mut machine = machine(Some(Strap::Prime), BusAccess::Parallel);
@@ -315,6 +335,8 @@ fn a_listening_board_follows_the_master_that_it_hears() {
     assert!(matches!(taken, Some(MasterAction::TookOver { bus: REDUNDANT, .. })), "{taken:?}");
 }
 
+/// Verifies: ECSS 8.1a
+/// Notices: ECSS 8.1a: an active board does not yield to a claim on the other bus.
 #[test]
 fn an_active_board_yields_to_a_claim_with_more_slaves() {
     let (mut machine, at) = paired(BusAccess::Parallel);
@@ -352,6 +374,9 @@ fn hear_claim(machine: &mut Machine, bus: Bus, claim: Claim, at: u64) -> Option<
 
 /// Given a master on the nominal bus. Then heartbeats count on both buses, answers by SDO on the active one only, and a claim means nothing
 /// where there is one master board.
+///
+/// Verifies: ECSS 8.2.1a.2
+/// Notices: ECSS 8.2.1a.2: heartbeats on the bus that is not active are ignored.
 #[test]
 fn each_frame_has_one_meaning() {
     let mut machine = alone();

@@ -58,10 +58,11 @@ impl MinimalDevice for Echo {
 
 /// Commands and requests of any length to a slave that was never heard: it takes each, and answers what asks for it.
 ///
-/// Verifies: ECSS 9.4.1a, 9.4.2a, 9.4.2c
+/// Verifies: ECSS 9.4.1a, 9.4.2a, 9.4.2c, 9.4.1c, 9.4.3b.1
 /// Notices: ECSS 9.4.1a: the master pads commands to 8 bytes.
 /// Notices: ECSS 9.4.2a: a command of 8 bytes loses its last one.
 /// Notices: ECSS 9.4.2c: the master refuses the fourth RPDO.
+/// Notices: ECSS 9.4.1c: a slave answers a command that asks for nothing.
 #[test]
 fn master_sends_commands_and_requests_by_each_of_four_pdos() {
     let mut master = announced();
@@ -83,7 +84,7 @@ fn master_sends_commands_and_requests_by_each_of_four_pdos() {
     }
 }
 
-/// Verifies: ECSS 9.4.2a
+/// Verifies: ECSS 9.4.2a, 9.4.2c
 /// Notices: ECSS 9.4.2a: a command of more than 8 bytes is cut off and sent.
 #[test]
 fn commands_to_a_slave_that_takes_none_are_refused() {
@@ -142,9 +143,10 @@ fn slave_without_heartbeat_is_never_missed() {
 /// The master has the SYNC of Tables 9-7 to 9-10 in its dictionary, with the producer bit of CiA 301 in 1005h, and sends it in the period
 /// that stands there. The synchronous window is zero: no node has one.
 ///
-/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3d
+/// Verifies: ECSS 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3d, 9.4.7.3a, 9.4.7.3b.2
 /// Notices: ECSS 9.4.7.3b: SYNC is sent in twice the period of 1006h.
 /// Notices: ECSS 9.4.7.3b.1: the period is in 1007h, and 1006h is zero.
+/// Notices: ECSS 9.4.7.3a: 1005h of the master lacks the producer bit.
 #[test]
 fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
     let mut master = powered(&MIXED);
@@ -165,8 +167,9 @@ fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
 /// Given a time stamp object (100h) and a master whose time is set, then its controllers do not admit it, it changes nothing, and the
 /// master sends its time by 181h alone.
 ///
-/// Verifies: ECSS 9.4.7.1b
+/// Verifies: ECSS 9.4.7.1b, 7.2.2b, 7.2.3f
 /// Notices: ECSS 9.4.7.1b: the filters of the master admit 100h.
+/// Notices: ECSS 7.2.3f: the time is sent by the time object of CiA 301 as well.
 #[test]
 fn master_neither_takes_nor_sends_time_stamps() {
     let mut master = announced();
@@ -190,7 +193,7 @@ fn master_neither_takes_nor_sends_time_stamps() {
 /// 32 bits is taken, but those below 100 us. A reset of its communication brings back the period of the profile, and 1005h says that
 /// the master still produces SYNC.
 ///
-/// Verifies: ECSS 9.4.7.3a, 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3b.2
+/// Verifies: ECSS 9.4.7.3a, 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3b.2, 6.9d
 /// Notices: ECSS 9.4.7.3a: after a reset of the communication 1005h of the master is 80h.
 /// Notices: ECSS 9.4.7.3b: a written 1006h counts from the next start.
 /// Notices: ECSS 9.4.7.3b: with zero in 1006h SYNC goes on.
@@ -199,6 +202,7 @@ fn master_neither_takes_nor_sends_time_stamps() {
 /// Notices: ECSS 9.4.7.3b.2: SYNC has the low 24 bits of 1006h.
 /// Notices: ECSS 9.4.7.3b: after a reset of the communication SYNC keeps a period that 1006h does not show.
 /// Notices: ECSS 9.4.7.3b.1: after a reset of the communication SYNC keeps a period that 1006h does not show.
+/// Notices: ECSS 6.9d: SYNC ends when 1006h is written.
 #[test]
 fn sync_has_the_period_that_stands_in_the_dictionary() {
     let mut master = powered(&MIXED);
@@ -231,7 +235,7 @@ fn sync_has_the_period_that_stands_in_the_dictionary() {
 
 /// Given a master that stored a 1006h of 50 ms, when it is powered on again, then its dictionary has 50 ms and SYNC that period.
 ///
-/// Verifies: ECSS 9.4.7.3b.1
+/// Verifies: ECSS 9.4.7.3b.1, 9.4.7.3b
 /// Notices: ECSS 9.4.7.3b.1: after power-on SYNC has the period of the profile, and 1006h the stored one.
 #[test]
 fn sync_has_the_stored_period_after_power_on() {

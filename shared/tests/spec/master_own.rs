@@ -39,6 +39,9 @@ fn each_value_of_request_nmt_is_a_command() {
 }
 
 /// CiA 301 7.2.4.3.3: a number may come in a segment, too.
+///
+/// Verifies: ECSS 6.1a
+/// Notices: ECSS 6.1a: the four bytes of the size are written as the value.
 #[test]
 fn a_number_is_downloaded_in_a_segment() {
     let mut master = powered(&STANDARD);
@@ -53,6 +56,9 @@ fn a_number_is_downloaded_in_a_segment() {
 }
 
 /// Given a transfer that its client does not go on with, then it is aborted after the SDO timeout (0504 0000h).
+///
+/// Verifies: ECSS 6.1a
+/// Notices: ECSS 6.1a: the SDO server of a master has no timeout.
 #[test]
 fn a_client_that_falls_silent_is_aborted() {
     let mut master = powered(&STANDARD);
@@ -65,6 +71,9 @@ fn a_client_that_falls_silent_is_aborted() {
 }
 
 /// CiA 301 7.2.4.3: requests have eight bytes.
+///
+/// Verifies: ECSS 6.1a
+/// Notices: ECSS 6.1a: a request of four bytes is answered.
 #[test]
 fn a_request_of_another_length_is_counted_and_not_answered() {
     let mut master = powered(&STANDARD);
@@ -73,7 +82,8 @@ fn a_request_of_another_length_is_counted_and_not_answered() {
     assert_eq!(master.node.status(master.now).counters.nominal.malformed, 1);
 }
 
-/// Verifies: ECSS 6.7b, 6.7c
+/// Verifies: ECSS 6.7c
+/// Notices: ECSS 6.7c: the result of the self-test of a master is not in its dictionary.
 #[test]
 fn the_result_of_its_self_test_is_in_the_dictionary() {
     let mut master = powered(&STANDARD);
@@ -109,7 +119,7 @@ fn result_of_the_self_test_outlives_reset_communication() {
 
 /// Given a record of the last reset, then an emergency follows the boot-up message: 6100h, generic (01h), program counter.
 ///
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2
 #[test]
 fn its_last_reset_is_reported() {
     let mut master = Bench::new(console::master(&STANDARD, None));
@@ -135,7 +145,8 @@ const UNACKNOWLEDGED: Health =
 
 /// Given an error before the boot-up message left, then its emergency, which would win arbitration, waits for that message.
 ///
-/// Verifies: ECSS 6.5.3a
+/// Verifies: ECSS 6.5.3a, 6.4a.2
+/// Notices: ECSS 6.5.3a: the emergency of a master goes out before its boot-up message.
 #[test]
 fn emergency_waits_for_the_boot_up_message() {
     let mut master = Bench::new(console::master(&STANDARD, None));
@@ -150,9 +161,10 @@ fn emergency_waits_for_the_boot_up_message() {
 /// Given a master that is the first node on its bus, when it becomes error passive because nobody acknowledges, then that is
 /// no error. When another node was there, it is one.
 ///
-/// Verifies: ECSS 5.6.2b, 6.4a, 6.4a.1
+/// Verifies: ECSS 5.6.2b, 6.4a, 6.4a.1, 6.4a.2
 /// Notices: ECSS 6.4a: an end of error passive is reported as a recovery from bus-off.
 /// Notices: ECSS 6.4a.1: a controller that was error passive is said to have recovered from bus-off.
+/// Notices: ECSS 6.4a.2: error passive has another code than 8120h.
 #[test]
 fn first_node_on_a_bus_reports_no_passive_controller() {
     let mut master = powered(&STANDARD);
@@ -169,7 +181,8 @@ fn first_node_on_a_bus_reports_no_passive_controller() {
     assert_eq!(emergencies(&master).last(), Some(&[0x20, 0x81, 0x11, 0]));
 }
 
-/// Verifies: ECSS 5.6.2c
+/// Verifies: ECSS 5.6.2a, 8.3.3b
+/// Notices: ECSS 8.3.3b: the master stays on the bus whose controller failed.
 #[test]
 fn a_controller_that_fails_is_told_once_and_its_bus_is_left() {
     let mut master = powered(&STANDARD);
@@ -195,8 +208,10 @@ fn a_controller_that_fails_is_told_once_and_its_bus_is_left() {
 /// Given a master on a bus that is dominant because of a short, when the recovery of its controller never ends, then the master uses
 /// the redundant bus after three attempts of 10 ms and 50 ms.
 ///
-/// Verifies: ECSS 5.3.3.2.3i
+/// Verifies: ECSS 5.3.3.2.3i, 5.6.2a, 8.3.3b
 /// Notices: ECSS 5.3.3.2.3i: a master stays on a bus on which its recovery never ends.
+/// Notices: ECSS 5.6.2a: a recovery that never ends is waited for.
+/// Notices: ECSS 8.3.3b: the master stays on a bus on which its recovery never ends.
 #[test]
 fn bus_on_which_recovery_never_ends_is_left() {
     let mut master = powered(&STANDARD);
@@ -228,8 +243,9 @@ fn counters(master: &Bench<Master>) -> Vec<u8> {
 /// Given SYNCs with a counter, when the master was stopped and started, then the first SYNC has counter 1 (CiA 301 7.2.5.2).
 /// SYNC goes on in Pre-operational, and so does its counter.
 ///
-/// Verifies: ECSS 6.9c, 6.3b
+/// Verifies: ECSS 6.9c, 6.3b, 6.5.4a
 /// Notices: ECSS 6.9c: the counter starts again in Operational, not after Stopped.
+/// Notices: ECSS 6.5.4a: a stopped master sends SYNC.
 #[test]
 fn sync_counter_begins_with_1_after_the_master_was_stopped() {
     let own = |command| MasterRequest::Nmt(NmtMessage { command, target: Target::Node(NodeId::MASTER) });

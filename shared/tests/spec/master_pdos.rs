@@ -49,9 +49,11 @@ fn own(command: Command) -> MasterRequest {
     MasterRequest::Nmt(NmtMessage { command, target: Target::Node(NodeId::MASTER) })
 }
 
-/// Verifies: ECSS 7.2.2a, 11.1c
+/// Verifies: ECSS 7.2.2a, 11.1c, 7.1.2f, 7.2.2b, 7.2.3a
 /// Notices: ECSS 7.2.2a: after "reset communication" the Spacecraft Time PDO is not valid.
 /// Notices: ECSS 11.1c: PDOs allow remote requests at power-on.
+/// Notices: ECSS 7.1.2f: the mapping of the Spacecraft Time PDO has the coarse time first.
+/// Notices: ECSS 7.2.2b: a written period of the Spacecraft Time PDO has no effect.
 #[test]
 fn the_spacecraft_time_is_its_first_transmit_pdo() {
     let mut master = powered(&STANDARD);
@@ -73,6 +75,10 @@ fn the_spacecraft_time_is_its_first_transmit_pdo() {
 }
 
 /// While a new bus is not announced nothing may be sent there. The time waits, and is that of its departure.
+///
+/// Verifies: ECSS 7.2.2b, 8.3.3b
+/// Notices: ECSS 7.2.2b: a Spacecraft Time PDO that waited conveys the time at which it was due.
+/// Notices: ECSS 8.3.3b: the time goes out on the new bus before its announcement.
 #[test]
 fn a_time_that_was_due_before_the_announcement_follows_it() {
     let mut master = flying();
@@ -90,7 +96,8 @@ fn a_time_that_was_due_before_the_announcement_follows_it() {
     assert_eq!(time.expires, ms(1_255));
 }
 
-/// Verifies: ECSS 6.2a
+/// Verifies: ECSS 6.2a, 6.10a, 6.10c
+/// Notices: ECSS 6.10c: a PDO of the master keeps its COB-ID.
 #[test]
 fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
     let mut master = flying();
@@ -120,6 +127,9 @@ fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
 }
 
 /// The same content twice is two frames, also to a slave that is not there. A PDO that is not valid is refused and counted.
+///
+/// Verifies: ECSS 6.2a
+/// Notices: ECSS 6.2a: a PDO with the same content is sent once.
 #[test]
 fn a_pdo_goes_out_whenever_the_application_sends_it() {
     let mut master = flying();
@@ -141,7 +151,8 @@ fn a_refused_command_fills_nothing() {
 
 /// Its own SYNC is the one that its synchronous PDOs follow.
 ///
-/// Verifies: ECSS 6.9b, 6.9e
+/// Verifies: ECSS 6.9b, 6.9e, 6.2a, 6.9a
+/// Notices: ECSS 6.9a: a TPDO of type 2 is sent with each SYNC.
 #[test]
 fn synchronous_pdos_follow_its_own_sync() {
     let mut master = flying();
@@ -163,6 +174,8 @@ fn synchronous_pdos_follow_its_own_sync() {
     assert_eq!(ids(&master), [0x302]);
 }
 
+/// Verifies: ECSS 8.3.1b
+/// Notices: ECSS 8.3.1b: the last entry of 1016h names no slave.
 #[test]
 fn it_consumes_the_heartbeat_of_every_slave_of_its_dictionary() {
     for profile in [&STANDARD, &SLOW] {
@@ -175,9 +188,11 @@ fn it_consumes_the_heartbeat_of_every_slave_of_its_dictionary() {
     }
 }
 
-/// Verifies: ECSS 6.5.4a, 8.3.3a, 6.9d
+/// Verifies: ECSS 6.5.4a, 8.3.3a, 6.9d, 6.5.1a.2, 6.5.2a
 /// Notices: ECSS 8.3.3a: the master sends no heartbeat while it is stopped.
 /// Notices: ECSS 6.9d: SYNC pauses while its producer is in Pre-operational.
+/// Notices: ECSS 6.5.1a.2: a stopped master sends SYNC.
+/// Notices: ECSS 6.5.2a: the heartbeat of a master always reports Operational.
 #[test]
 fn its_own_state_is_commanded_and_told_like_that_of_a_slave() {
     let mut master = flying();
@@ -201,6 +216,8 @@ fn its_own_state_is_commanded_and_told_like_that_of_a_slave() {
     assert_eq!(master.events.last(), Some(&MasterEvent::State(NmtState::Operational)));
 }
 
+/// Verifies: ECSS 6.5.1a.4
+/// Notices: ECSS 6.5.1a.4: a request to reset the master itself (1F82h) is ignored.
 #[test]
 fn a_reset_of_the_chip_is_its_applications_part() {
     let mut master = flying();
@@ -211,9 +228,10 @@ fn a_reset_of_the_chip_is_its_applications_part() {
     assert!(ids(&master).contains(&0x701), "it goes on until then");
 }
 
-/// Verifies: ECSS 6.5.1a.5, 6.5.4a, 7.2.3a
+/// Verifies: ECSS 6.5.1a.5, 6.5.4a, 7.2.3a, 6.5.3a, 8.3.1b
 /// Notices: ECSS 6.5.1a.5: reset communication of the master keeps 1016h.
 /// Notices: ECSS 7.2.3a: reset communication of the master does not restore its Spacecraft Time PDO.
+/// Notices: ECSS 6.5.3a: reset communication of the master sends no boot-up message.
 #[test]
 fn reset_communication_brings_its_parameters_back() {
     let mut master = flying();
@@ -227,6 +245,9 @@ fn reset_communication_brings_its_parameters_back() {
     assert_eq!(read(&mut master, 0x1016, 3), 4 << 16 | 250);
 }
 
+/// Verifies: ECSS 6.8a, 8.3.1c, 8.3.2a
+/// Notices: ECSS 8.3.2a: the boot-up message of a master goes out on the nominal bus, not on the stored Bdefault.
+/// Notices: ECSS 8.3.1c: a stored 1016h of a master is not followed.
 #[test]
 fn what_it_stores_holds_after_the_next_start() {
     let memory = Memory::default();
@@ -300,6 +321,9 @@ fn frames_that_no_pdo_covers_pass_both_ways() {
 }
 
 /// Given a master that wants the heartbeats of node 3 as raw frames, when one comes, then the redundancy takes it all the same.
+///
+/// Verifies: ECSS 6.5.2a
+/// Notices: ECSS 6.5.2a: a heartbeat that the application wants as a raw frame is not consumed.
 #[test]
 fn raw_frames_do_not_hide_a_heartbeat() {
     let mut master = Bench::new(ecss_can::node::Master::new(&STANDARD, Viewer::default(), None));

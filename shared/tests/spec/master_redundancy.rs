@@ -40,6 +40,10 @@ fn ctoggle(master: &Bench<Master>) -> u8 {
 
 /// Given Ntoggle 1, When no slave is heard for 11 dwells, Then the master changes the bus once, shows it in Ctoggle, and
 /// stays.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.1b: Ctoggle of a master does not show a change of the bus.
+/// Notices: ECSS 8.3.1c: a written Ntoggle of a master is not obeyed.
 #[test]
 fn a_master_changes_the_bus_as_often_as_its_ntoggle_says() {
     let mut master = powered(&STANDARD);
@@ -51,6 +55,9 @@ fn a_master_changes_the_bus_as_often_as_its_ntoggle_says() {
 }
 
 /// Given Ntoggle 50, When 47 is written to Ctoggle, Then three changes are left.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.1c: a written Ctoggle of a master is not obeyed.
 #[test]
 fn a_master_continues_with_a_written_ctoggle() {
     let mut master = powered(&STANDARD);
@@ -63,6 +70,9 @@ fn a_master_continues_with_a_written_ctoggle() {
 }
 
 /// Given Ttoggle 30, Then a dwell is two toggling times of 7.5 s and two heartbeat periods: 15.2 s.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.1c: a written Ttoggle of a master is not obeyed.
 #[test]
 fn a_master_dwells_for_its_written_ttoggle() {
     let mut master = powered(&STANDARD);

@@ -24,10 +24,12 @@ fn errors(master: &mut Bench<Master>) -> (u32, u32, u32) {
     (read(master, 0x1001, 0), last(1, master), last(2, master))
 }
 
-/// Verifies: ECSS 5.3.3.2.3g, 5.6.2b, 5.6.2c
+/// Verifies: ECSS 5.3.3.2.3g, 5.6.2b, 5.6.2c, 6.4a.2, 6.4b
 /// Notices: ECSS 5.3.3.2.3g: the end of error passive on the redundant bus is not reported.
 /// Notices: ECSS 5.6.2b: the application hears of the active bus alone.
 /// Notices: ECSS 5.6.2c: the object of the redundant bus has the counters of the nominal one.
+/// Notices: ECSS 6.4a.2: the recovery from bus-off has another code than 8140h.
+/// Notices: ECSS 6.4b: frames that were lost (8110h) are not reported.
 #[test]
 fn errors_of_its_buses_stand_in_its_dictionary() {
     for (bus, health, source) in [(NOMINAL, 0x2020, 0), (REDUNDANT, 0x2021, 1 << 16)] {
@@ -84,6 +86,8 @@ fn register_is_clear_after_error_passive_and_bus_off() {
     }
 }
 
+/// Verifies: ECSS 6.8a
+/// Notices: ECSS 6.8a: 1020h of a master stays when a parameter is written.
 #[test]
 fn a_parameter_that_is_written_ends_the_verified_configuration() {
     let mut master = powered(&STANDARD);
@@ -146,8 +150,10 @@ fn lost_at(master: &mut Bench<Master>) -> Option<u64> {
 /// Given slave 9 in 1016h, when its heartbeat is missed, then the master sends EMCY 8130h (CiA 301: heartbeat error) with the
 /// Node-ID of the slave, and its end when the slave is heard again.
 ///
-/// Verifies: ECSS 6.4a.2
+/// Verifies: ECSS 6.4a.2, 6.4a, 6.4a.1, 6.5.2a, 8.3.1c
 /// Notices: ECSS 6.4a.2: a master reports a missed heartbeat with a code other than 8130h.
+/// Notices: ECSS 6.4a.1: the end of a missed heartbeat is not reported.
+/// Notices: ECSS 8.3.1c: a written 1016h of a master is not obeyed.
 #[test]
 fn missed_slave_is_reported_by_emcy_8130h() {
     let mut master = powered(&STANDARD);
@@ -170,7 +176,7 @@ fn missed_slave_is_reported_by_emcy_8130h() {
 
 /// Given a download to slave 9, when slave 2 is off the bus and lost, then the download goes on.
 ///
-/// Verifies: ECSS 5.3.3.2.2a
+/// Verifies: ECSS 5.3.3.2.2a, 6.1a
 /// Notices: ECSS 5.3.3.2.2a: the loss of one slave aborts the SDO transfer with another one.
 #[test]
 fn transfer_goes_on_while_another_slave_is_lost() {
@@ -205,7 +211,7 @@ fn transfer_goes_on_while_another_slave_is_lost() {
 /// Given a master that reads 1001h of slave 2, when that slave is off the bus and does not answer, then the SDO client is free for
 /// slave 9.
 ///
-/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.3k
+/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.3k, 6.1a
 /// Notices: ECSS 5.3.3.2.2a: the SDO client stays taken after a slave that left the bus did not answer.
 /// Notices: ECSS 5.3.3.2.3k: the SDO client stays taken after a slave behind the cut did not answer.
 #[test]
@@ -261,7 +267,8 @@ fn errors_of_slaves_are_read_again_after_bus_off() {
 
 /// Entry 8 is that of slave 9; the others have 250 ms.
 ///
-/// Verifies: ECSS 8.3.1b, 8.3.1c
+/// Verifies: ECSS 8.3.1b, 8.3.1c, 6.5.2a
+/// Notices: ECSS 6.5.2a: the longest time of 1016h is that of all slaves.
 #[test]
 fn a_slave_is_lost_after_its_own_time_of_1016h() {
     let consumer = |master: &mut Bench<Master>, sub, node: u32, time: u32| {
@@ -291,7 +298,8 @@ fn a_slave_is_lost_after_its_own_time_of_1016h() {
 /// Given entries without a Node-ID of 1 to 127 or without a time, then they are not in use (CiA 301 7.5.2.15): the longest consumer
 /// time is that of the others, and an entry that names a node again takes no time from it.
 ///
-/// Verifies: ECSS 8.3.1c
+/// Verifies: ECSS 8.3.1c, 6.5.2a, 8.3.1b
+/// Notices: ECSS 6.5.2a: an entry of 1016h with a Node-ID above 127 is in use.
 #[test]
 fn entries_of_1016h_not_in_use_delay_no_decision() {
     let common = |master: &Bench<Master>| master.node.status(master.now).redundancy.consumer;
@@ -386,6 +394,8 @@ fn the_expected_stamp_decides_whether_a_slave_is_configured() {
     assert_eq!(booted(&mut master, [0, 0]), expected);
 }
 
+/// Verifies: ECSS 8.1b
+/// Notices: ECSS 8.1b: the redundancy master takes a 1F80h that makes it no NMT master.
 #[test]
 fn its_own_startup_is_that_of_a_master() {
     let mut master = powered(&STANDARD);

@@ -1,6 +1,4 @@
 //! The minimal slave (ECSS 9).
-//!
-//! Verifies: ECSS 9.4.1a, 9.4.6.1a
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Stamp, port::Filter};
@@ -125,9 +123,10 @@ pub fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
     bench
 }
 
-/// Verifies: ECSS 9.4.7.1a, 9.4.9.2a
+/// Verifies: ECSS 9.4.7.1a, 9.4.9.2a, 8.2.1a.2, 8.3.2a, 8.3.3d
 /// Notices: ECSS 9.4.7.1a: the slave sends a time stamp at power-on.
 /// Notices: ECSS 9.4.9.2a: the slave sends a boot-up message at power-on.
+/// Notices: ECSS 8.2.1a.2: a minimal slave with parallel access joins one bus.
 #[test]
 fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
@@ -140,10 +139,11 @@ fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
 
 /// Any of the four, any length.
 ///
-/// Verifies: ECSS 9.4.1c, 9.4.2a, 9.3a
+/// Verifies: ECSS 9.4.1c, 9.4.2a, 9.3a, 9.4.1a
 /// Notices: ECSS 9.4.1c: a command without an answer brings an empty telemetry PDO.
 /// Notices: ECSS 9.4.2a: the device gets 7 bytes of a command at most.
 /// Notices: ECSS 9.3a: RPDO 4 is not received.
+/// Notices: ECSS 9.4.1a: a command of no bytes does not reach the device.
 #[test]
 fn a_command_reaches_the_device_and_is_not_answered() {
     let mut slave = powered::<Probe>();
@@ -161,11 +161,12 @@ fn a_command_reaches_the_device_and_is_not_answered() {
     assert_eq!(slave.events.len(), 36);
 }
 
-/// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b, 9.4.3b.1
+/// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b.1, 9.4.1a, 9.4.4a
 /// Notices: ECSS 9.4.2b: telemetry goes by the TPDO with the number of the RPDO.
 /// Notices: ECSS 9.4.2b: the device gets only as many bytes of a request as its RPDO must have.
 /// Notices: ECSS 9.4.3a: telemetry has 4 bytes at most.
 /// Notices: ECSS 9.4.3b.1: telemetry goes to the bus that is not active.
+/// Notices: ECSS 9.4.4a: telemetry is sent 10 ms after its request.
 #[test]
 fn a_request_brings_the_telemetry_that_it_names_at_once() {
     let mut slave = powered::<Probe>();
@@ -183,7 +184,7 @@ fn a_request_brings_the_telemetry_that_it_names_at_once() {
     assert_eq!(slave.node.device().commands, []);
 }
 
-/// Verifies: ECSS 9.4.3b.2, 9.4.3b, 9.4.7.1a, 6.9b
+/// Verifies: ECSS 9.4.3b.2, 9.4.3b, 9.4.7.1a, 6.9b, 9.4.1a
 /// Notices: ECSS 9.4.3b.2: telemetry comes one SYNC later than its type says.
 /// Notices: ECSS 9.4.3b: SYNC brings telemetry that is sent on request.
 /// Notices: ECSS 9.4.7.1a: the slave sends a time stamp with each SYNC.
@@ -232,7 +233,7 @@ impl MinimalDevice for SlowFirst {
 
 /// Given telemetry with every third SYNC before telemetry with every one, then each SYNC brings the latter.
 ///
-/// Verifies: ECSS 9.4.3b, 9.4.3b.2
+/// Verifies: ECSS 9.4.3b, 9.4.3b.2, 6.9b
 /// Notices: ECSS 9.4.3b: a PDO that waits for a later SYNC ends the list for this one.
 /// Notices: ECSS 9.4.3b.2: a PDO that waits for a later SYNC holds back those behind it.
 #[test]
@@ -270,6 +271,9 @@ const fn sync_pdo(base: u16) -> Option<MinimalTpdo> {
 }
 
 /// The most that one step brings: a heartbeat that is due, then a SYNC for all four PDOs. Its small queues take it.
+///
+/// Verifies: ECSS 8.3.3d, 9.4.1a, 9.4.3b.2
+/// Notices: ECSS 9.4.3b.2: SYNC brings three PDOs at most.
 #[test]
 fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Talkative));
@@ -281,10 +285,11 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
     assert_eq!(ids, [0x705, 0x185, 0x285, 0x385, 0x485]);
 }
 
-/// Verifies: ECSS 9.4.1b, 9.4.3b
+/// Verifies: ECSS 9.4.1b, 9.4.3b, 9.4.3c, 9.4.6.1a
 /// Notices: ECSS 9.4.1b: a heartbeat of the master makes the slave send TPDO 1.
 /// Notices: ECSS 9.4.3b: a heartbeat of the master triggers a TPDO.
 /// Notices: ECSS 9.4.3b: a SYNC on the bus that is not active brings telemetry.
+/// Notices: ECSS 9.4.6.1a: a slave that hears its master sends telemetry by itself.
 #[test]
 fn nothing_is_sent_unasked() {
     let mut slave = powered::<Cyclic>();
@@ -306,8 +311,9 @@ fn nothing_is_sent_unasked() {
 /// Given telemetry on request and telemetry with SYNC, when 600 SYNCs and no request come, then only the latter is sent. Transmission
 /// type 254 is no number of SYNCs.
 ///
-/// Verifies: ECSS 9.4.3c
+/// Verifies: ECSS 9.4.3c, 9.4.3b.2
 /// Notices: ECSS 9.4.3c: telemetry on request goes also with the 254th SYNC.
+/// Notices: ECSS 9.4.3b.2: telemetry of a SYNC goes with the first SYNC only.
 #[test]
 fn no_number_of_syncs_brings_telemetry_on_request() {
     let mut slave = powered::<Mixed>();
@@ -322,7 +328,7 @@ fn no_number_of_syncs_brings_telemetry_on_request() {
 
 /// Module control, time stamps, SDO and emergencies are no part of the minimal set.
 ///
-/// Verifies: ECSS 9.4.7.1a, 9.4.7.2a, 9.4.8a, 9.4.10c
+/// Verifies: ECSS 9.4.7.1a, 9.4.7.2a, 9.4.8a, 9.4.10c, 9.4.6.1a
 /// Notices: ECSS 9.4.6.1a: a module control command starts the slave again.
 /// Notices: ECSS 9.4.7.1a: 100h is handled as a SYNC.
 /// Notices: ECSS 9.4.7.2a: an emergency of the master is handled as its heartbeat.
@@ -368,7 +374,9 @@ fn frame_against_the_protocol_is_dropped_and_counted() {
     assert_eq!(slave.node.device().0.commands.len(), 1);
 }
 
-/// Verifies: ECSS 9.4.7.2b
+/// Verifies: ECSS 9.4.7.2b, 5.6.2a, 9.4.7.2a
+/// Notices: ECSS 9.4.7.2b: a controller that is error passive makes a minimal slave send an EMCY.
+/// Notices: ECSS 5.6.2a: a minimal slave does not recover a controller that is bus-off.
 #[test]
 fn no_error_makes_it_send_an_emergency() {
     let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
@@ -423,9 +431,10 @@ fn no_condition_that_it_tells_makes_it_send_an_emergency() {
 /// Given three requests in one instant and three SYNCs in the next one, then each brings its telemetry at once, and none comes by
 /// itself in the ten minutes after them.
 ///
-/// Verifies: ECSS 9.4.1d, 9.4.4b
+/// Verifies: ECSS 9.4.1d, 9.4.4b, 9.4.3c, 9.4.6.1a, 9.4.9.2a
 /// Notices: ECSS 9.4.1d: a second request in one instant is refused.
 /// Notices: ECSS 9.4.4b: telemetry of SYNC goes also with each heartbeat of the slave.
+/// Notices: ECSS 9.4.9.2a: the first heartbeat of a minimal slave reports Initialising.
 #[test]
 fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
     let mut slave = powered::<Cyclic>();
@@ -453,7 +462,7 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
 /// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end, and waits for its bus as long as
 /// other telemetry: no window closes before.
 ///
-/// Verifies: ECSS 9.4.7.3d, 9.4.10c
+/// Verifies: ECSS 9.4.7.3d, 9.4.10c, 9.4.3b.2
 /// Notices: ECSS 9.4.7.3d: a SYNC older than 100 ms is dropped.
 /// Notices: ECSS 9.4.7.3d: telemetry by SYNC is dropped 10 ms after the SYNC.
 /// Notices: ECSS 9.4.10c: a synchronous window of 1 ms (1007h) is in use.
@@ -470,9 +479,12 @@ fn late_sync_brings_its_telemetry() {
 
 /// Consumer time 250 ms, Ttoggle 2.
 ///
-/// Verifies: ECSS 9.4.9.1.1a, 8.3.3d
+/// Verifies: ECSS 9.4.9.1.1a, 8.3.3d, 6.5.2b, 8.2.1a.1, 8.3.3h
 /// Notices: ECSS 9.4.9.1.1a: a search goes on on the bus that it left.
 /// Notices: ECSS 8.3.3d: a minimal slave sends its heartbeat on Bdefault.
+/// Notices: ECSS 8.3.3h: a minimal slave toggles with the first consumer time that it misses.
+/// Notices: ECSS 6.5.2b: a minimal slave does not miss its master.
+/// Notices: ECSS 8.2.1a.1: a minimal slave joins the other bus before it leaves its own.
 #[test]
 fn it_looks_for_the_masters_heartbeat_by_itself() {
     let selective = Numbers { access: BusAccess::Selective, ..numbers() };
@@ -499,8 +511,9 @@ fn it_looks_for_the_masters_heartbeat_by_itself() {
 
 /// Given a minimal slave that never heard a master, then it changes the bus every 500 ms from power-on on.
 ///
-/// Verifies: ECSS 8.3.2b
+/// Verifies: ECSS 8.3.2b, 8.3.3h, 9.4.9.1.1a
 /// Notices: ECSS 8.3.2b: a minimal slave does not toggle before the first heartbeat of the master.
+/// Notices: ECSS 8.3.3h: the first toggling time of a minimal slave is one consumer time.
 #[test]
 fn search_of_a_minimal_slave_begins_at_power_on() {
     let mut slave = powered::<Probe>();
@@ -513,7 +526,7 @@ fn search_of_a_minimal_slave_begins_at_power_on() {
 /// Given a minimal slave with Ntoggle 1 or 2, when it never hears the master, then it changes the bus once or twice and listens on
 /// the bus that it has reached.
 ///
-/// Verifies: ECSS 8.3.3i, 8.3.3j
+/// Verifies: ECSS 8.3.3i, 8.3.3j, 9.4.9.1.1a
 /// Notices: ECSS 8.3.3i: a minimal slave that gave up begins another search.
 /// Notices: ECSS 8.3.3j: a minimal slave that gave up begins another search.
 #[test]
@@ -556,7 +569,7 @@ fn telemetry_lost_with_its_bus_is_not_repeated() {
 /// Given a slave that lost the master, when the master boots up on the other bus before the slave changes to it, then that bus is the
 /// active one.
 ///
-/// Verifies: ECSS 8.3.3g, 8.3.3k
+/// Verifies: ECSS 8.3.3g, 8.3.3k, 9.4.9.1.1a
 /// Notices: ECSS 8.3.3g: a minimal slave ignores the boot-up message of the master.
 /// Notices: ECSS 8.3.3k: the search of a minimal slave ends on its selected bus alone.
 #[test]
@@ -574,11 +587,12 @@ fn boot_up_message_of_the_master_ends_the_search() {
     assert_eq!(slave.node.active(), REDUNDANT);
 }
 
-/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2, 8.3.3d, 5.3.3.2.3i
+/// Verifies: ECSS 9.4.9.1.1a, 8.2.1a.2, 8.3.3d, 5.3.3.2.3i, 8.3.3g
 /// Notices: ECSS 9.4.9.1.1a: heartbeats on the bus that is not selected are ignored.
 /// Notices: ECSS 8.2.1a.2: a minimal slave with parallel access does not hear the other bus.
 /// Notices: ECSS 8.3.3d: a heartbeat of a minimal slave that waits on the old bus is not abandoned.
 /// Notices: ECSS 5.3.3.2.3i: a minimal slave does not hear the master on the redundant bus.
+/// Notices: ECSS 8.3.3g: a minimal slave obeys commands on the bus that is not active.
 #[test]
 fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();
@@ -635,11 +649,14 @@ fn without_a_consumer_time_bus_off_is_recovered() {
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Recover)]);
 }
 
-/// Verifies: ECSS 6.3a, 9.3a
+/// Verifies: ECSS 6.3a, 9.3a, 9.4.6.1a, 9.4.7.1a, 9.4.7.2a
 /// Notices: ECSS 6.3a: the filters accept SYNC only if the device listens to it as well.
 /// Notices: ECSS 9.3a: the filters of a slave whose TPDOs follow SYNC do not accept it.
 /// Notices: ECSS 9.3a: the filters accept SYNC only if it brings the first TPDO that is in use.
 /// Notices: ECSS 9.3a: the filters do not accept SYNC for a device that only listens to it.
+/// Notices: ECSS 9.4.6.1a: the filters of a minimal slave admit NMT commands.
+/// Notices: ECSS 9.4.7.1a: the filters of a minimal slave admit 100h.
+/// Notices: ECSS 9.4.7.2a: the filters of a minimal slave admit emergencies.
 #[test]
 fn its_filters_are_exact() {
     let exact = |ids: &[u16]| -> Vec<Filter> {
@@ -657,6 +674,9 @@ fn its_filters_are_exact() {
 }
 
 /// One that is late still answers, on the bus that is active then.
+///
+/// Verifies: ECSS 6.5.2b, 8.3.3e
+/// Notices: ECSS 8.3.3e: a heartbeat that is handled late is missed although it came in time.
 #[test]
 fn a_frame_is_judged_as_of_its_end() {
     let mut slave = powered::<Probe>();
@@ -673,6 +693,8 @@ fn a_frame_is_judged_as_of_its_end() {
 /// not obey.
 ///
 /// Verifies: ECSS 5.6.2b, 5.6.2c
+/// Notices: ECSS 5.6.2b: a minimal slave tells no change of its controllers but bus-off.
+/// Notices: ECSS 5.6.2c: a minimal slave keeps the counters of one controller for both.
 #[test]
 fn the_state_of_its_controllers_is_told() {
     let mut slave = powered::<Probe>();
@@ -721,7 +743,7 @@ fn numbers_of_one_controller_are_those_of_selective_access() {
 
 /// Given a profile that names node 5 for selective access, then a minimal slave with this Node-ID joins one bus; node 6 joins both.
 ///
-/// Verifies: ECSS 8.2.1a
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1, 8.2.1a.2
 /// Notices: ECSS 8.2.1a: a minimal slave has parallel access whatever the profile says.
 #[test]
 fn its_access_is_that_of_the_profile() {
@@ -735,6 +757,9 @@ fn its_access_is_that_of_the_profile() {
 }
 
 /// The answer of a device names a telemetry that follows SYNC, one that is not in use, and one that no node has.
+///
+/// Verifies: ECSS 9.4.3b
+/// Notices: ECSS 9.4.3b: telemetry that follows SYNC is sent on request as well.
 #[test]
 fn answers_that_name_a_telemetry_that_is_not_there_are_counted() {
     let mut slave = powered::<Cyclic>();
@@ -747,7 +772,8 @@ fn answers_that_name_a_telemetry_that_is_not_there_are_counted() {
 /// The minimal slave has no budget: whatever it receives, it sends at most one frame for a PDO and one for each of its
 /// PDOs that follow SYNC.
 ///
-/// Verifies: ECSS 5.3.3.1b
+/// Verifies: ECSS 5.3.3.1b, 9.4.3c, 9.4.6.1a
+/// Notices: ECSS 9.4.3c: a minimal slave sends telemetry by itself.
 #[test]
 fn a_minimal_slave_sends_no_more_than_it_is_asked_for() {
     let mut slave = powered::<Cyclic>();

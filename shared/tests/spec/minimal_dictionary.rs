@@ -9,7 +9,7 @@ use crate::bench::node;
 
 /// Given slaves with the lowest, a middle and the highest Node-ID, then their COB-IDs are those of Tables 9-4 and 9-6.
 ///
-/// Verifies: ECSS 9.4.2d, 9.4.4c, 9.4.4d
+/// Verifies: ECSS 9.4.2d, 9.4.4c, 9.4.4d, 9.3a
 /// Notices: ECSS 9.4.2d: COB-IDs have the low six bits of the Node-ID.
 /// Notices: ECSS 9.4.4c: TPDO 4 has COB-ID 500h + node.
 /// Notices: ECSS 9.4.4d: telemetry on request has transmission type 255.
@@ -31,6 +31,8 @@ fn its_pdos_are_those_of_the_tables() {
     pdos.assert_possible();
 }
 
+/// Verifies: ECSS 6.2a
+/// Notices: ECSS 6.2a: a TPDO may go with every 241st SYNC.
 #[test]
 fn pdos_that_cannot_be_are_refused() {
     let rpdo = |base| Some(MinimalRpdo { cob_id: CobIdOf::node(base), least: 0 });
@@ -312,7 +314,7 @@ mod dictionaries {
     }
 }
 
-/// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10d, 9.4.10e
+/// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10d, 9.4.10e, 9.4.1d
 /// Notices: ECSS 9.4.5a: only sub-index 0 of a mapping is checked for access.
 /// Notices: ECSS 9.4.5a: sub-index 0 of a mapping is not checked for access.
 /// Notices: ECSS 9.4.10d: a forbidden object without sub-indices, such as 1007h, may have a value.

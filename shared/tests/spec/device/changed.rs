@@ -23,6 +23,9 @@ fn write(slave: &mut Bench<TestSlave>, at: (u16, u8), value: u32) -> Result<(), 
     slave.write(at, &value.to_le_bytes())
 }
 
+/// Verifies: ECSS 8.3.1a, 8.3.3e.2, 8.3.3h, 8.3.3i, 8.3.3j
+/// Notices: ECSS 8.3.3h: the switch comes at the first consumer time missed.
+/// Notices: ECSS 8.3.3j: a slave with Ntoggle 1 goes back to the first bus.
 #[test]
 fn the_redundancy_follows_its_parameters() {
     let mut slave = powered();
@@ -43,7 +46,7 @@ fn the_redundancy_follows_its_parameters() {
     assert_eq!(slave.events.last(), Some(&SlaveEvent::GaveUp { bus: REDUNDANT }));
 }
 
-/// Verifies: ECSS 8.3.3d
+/// Verifies: ECSS 8.3.3d, 6.5.2a
 /// Notices: ECSS 8.3.3d: a written 1017h ends the heartbeat of the slave.
 #[test]
 fn the_heartbeat_follows_its_period() {
@@ -56,7 +59,7 @@ fn the_heartbeat_follows_its_period() {
 
 /// Given a slave whose stored 1017h is zero, when a client writes 50 ms at 100 ms, then the heartbeat begins at once.
 ///
-/// Verifies: ECSS 8.3.3d
+/// Verifies: ECSS 8.3.3d, 6.5.2a
 /// Notices: ECSS 8.3.3d: 1017h that was zero at power-on begins no heartbeat.
 #[test]
 fn a_slave_without_heartbeat_begins_one_that_is_written() {
@@ -72,6 +75,9 @@ fn a_slave_without_heartbeat_begins_one_that_is_written() {
     assert_eq!(slave.times(NOMINAL, 0x705), [100, 150, 200]);
 }
 
+/// Verifies: ECSS 6.4a, 6.4a.2, 6.5.2a, 8.2.2a
+/// Notices: ECSS 6.5.2a: a slave does not consume the heartbeat of a node that 1016h names from now on.
+/// Notices: ECSS 8.2.2a: the filter for a heartbeat is set in the nominal controller alone.
 #[test]
 fn other_heartbeats_are_consumed_and_pass_the_filters() {
     let mut slave = powered();
@@ -89,9 +95,10 @@ fn other_heartbeats_are_consumed_and_pass_the_filters() {
     assert_eq!(payloads(&slave, 0x085), [[0x30, 0x81, 0x11, 7, 0, 0, 0, 0]]);
 }
 
-/// Verifies: ECSS 6.9e, 6.10a
+/// Verifies: ECSS 6.9e, 6.10a, 6.3b, 6.4a, 6.10c
 /// Notices: ECSS 6.9e: after a write of 1005h the filters still accept the old SYNC only.
 /// Notices: ECSS 6.10a: a written 1014h does not reach the producer of EMCY.
+/// Notices: ECSS 6.10c: the COB-ID of EMCY cannot be changed.
 #[test]
 fn sync_and_emergency_follow_their_objects() {
     let mut slave = operational();
@@ -115,6 +122,8 @@ fn sync_and_emergency_follow_their_objects() {
     assert_eq!(slave.sent.len(), 1, "the Local Time PDO alone");
 }
 
+/// Verifies: ECSS 7.1.2c
+/// Notices: ECSS 7.1.2c: a write of 2010h leaves the clock as it is.
 #[test]
 fn the_clock_is_set() {
     let mut slave = powered();
@@ -123,6 +132,9 @@ fn the_clock_is_set() {
     assert_eq!(slave.node.scet(slave.now), Scet::new(77, 0).unwrap());
 }
 
+/// Verifies: ECSS 6.2a, 6.10a, 6.10c
+/// Notices: ECSS 6.2a: a TPDO without a mapping becomes valid.
+/// Notices: ECSS 6.10c: an RPDO keeps its old COB-ID.
 #[test]
 fn pdos_come_and_go_as_they_are_configured() {
     let mut slave = operational();
@@ -149,6 +161,9 @@ fn pdos_come_and_go_as_they_are_configured() {
 
 /// Given an operational slave with an event-driven PDO of 6210h, when its application changes objects, then the PDO goes out
 /// if and only if what it carries is another value than before.
+///
+/// Verifies: ECSS 6.2a, 6.5.4a
+/// Notices: ECSS 6.5.4a: a change in Pre-operational is sent after the next Start.
 #[test]
 fn a_pdo_goes_out_when_its_content_has_changed() {
     let mut slave = operational();
@@ -176,6 +191,9 @@ fn a_pdo_goes_out_when_its_content_has_changed() {
 }
 
 /// The rules for clients hold for the application: what cannot be is refused, and all PDOs go on as they are.
+///
+/// Verifies: ECSS 6.2a, 6.10b
+/// Notices: ECSS 6.10b: a TPDO takes the COB-ID of another TPDO.
 #[test]
 fn a_pdo_that_cannot_be_is_refused_and_others_go_on() {
     let telemetry_goes = |slave: &mut Bench<TestSlave>| {
@@ -251,9 +269,10 @@ fn cob_ids_of_other_senders_are_refused() {
 /// Given entries of 1016h with the Node-ID of the master, of which one is in use, when the master falls silent, then the slave
 /// misses it after the time of that entry. An entry without a time or without a Node-ID is not in use (CiA 301 7.5.2.15).
 ///
-/// Verifies: ECSS 6.5.2b, 8.3.1c, 8.3.3c
+/// Verifies: ECSS 6.5.2b, 8.3.1c, 8.3.3c, 6.5.2a
 /// Notices: ECSS 6.5.2b: the first entry of 1016h counts, whatever node it names.
 /// Notices: ECSS 8.3.3c: only sub-index 1 of 1016h makes a slave a consumer of the master's heartbeat.
+/// Notices: ECSS 6.5.2a: an entry of 1016h without a time is in use.
 #[test]
 fn master_is_missed_by_its_entry_in_use() {
     const NOT_IN_USE: [[u8; 4]; 4] = [[0, 0, 1, 0], [0; 4], [0xFA, 0, 0, 0], [100, 0, 0x81, 0]];
@@ -271,7 +290,7 @@ fn master_is_missed_by_its_entry_in_use() {
 
 /// Given that no entry in use has the Node-ID of the master, when the master falls silent, then the slave does not miss it.
 ///
-/// Verifies: ECSS 6.5.2b, 8.3.1c
+/// Verifies: ECSS 6.5.2b, 8.3.1c, 6.5.2a
 /// Notices: ECSS 6.5.2b: a written 1016h is obeyed after the next boot only.
 #[test]
 fn master_without_an_entry_in_use_is_not_missed() {
@@ -286,6 +305,8 @@ fn master_without_an_entry_in_use_is_not_missed() {
 }
 
 /// Given an entry of 1016h that is not in use, then no filter admits the heartbeats of its node.
+///
+/// Verifies: ECSS 6.5.2a
 #[test]
 fn entry_without_a_time_admits_no_heartbeat() {
     let mut slave = powered();

@@ -58,9 +58,10 @@ fn took_pdo(slave: &Bench<TestSlave>) -> bool {
 /// Given a slave in Pre-operational or Stopped, when it is started by its Node-ID or with all slaves (node 0), then every
 /// service runs: PDOs by timer, event and SYNC as well, in both directions.
 ///
-/// Verifies: ECSS 6.5.1a.1
+/// Verifies: ECSS 6.5.1a.1, 6.2a, 6.5.2a
 /// Notices: ECSS 6.5.1a.1: a command to all nodes (node 0) is malformed.
 /// Notices: ECSS 6.5.1a.1: a stopped slave ignores the command to start.
+/// Notices: ECSS 6.5.2a: heartbeats report Pre-operational in Operational.
 #[test]
 fn a_started_slave_uses_every_service() {
     for (before, target) in [(0x80, 5), (0x02, 5), (0x80, 0), (0x02, 0)] {
@@ -106,7 +107,7 @@ fn a_stopped_slave_sends_heartbeats_alone() {
 /// Given a slave in Operational or Stopped, when it receives Enter Pre-operational, then it answers SDO requests, reports
 /// errors and sends heartbeats, and neither sends nor takes a PDO.
 ///
-/// Verifies: ECSS 6.5.1a.3
+/// Verifies: ECSS 6.5.1a.3, 6.5.2a
 /// Notices: ECSS 6.5.1a.3: a stopped slave ignores the command to enter Pre-operational.
 #[test]
 fn a_slave_in_pre_operational_uses_every_service_but_pdos() {
@@ -144,9 +145,10 @@ fn a_slave_to_be_reset_is_silent_until_the_reset() {
 /// when its communication is to be reset, or that of all nodes, then it boots up at once with the objects of power-on. The
 /// application and the chip go on.
 ///
-/// Verifies: ECSS 6.5.1a.5
+/// Verifies: ECSS 6.5.1a.5, 6.5.3a
 /// Notices: ECSS 6.5.1a: Reset communication of all nodes is not obeyed.
 /// Notices: ECSS 6.5.1a.5: the PDOs keep what a client wrote.
+/// Notices: ECSS 6.5.3a: Reset communication of all nodes brings no boot-up message.
 #[test]
 fn reset_communication_resets_communication_objects_alone() {
     for (before, target) in [(0x80, 5), (0x01, 5), (0x02, 5), (0x01, 0)] {
@@ -169,7 +171,7 @@ fn reset_communication_resets_communication_objects_alone() {
 /// Given a segmented upload under way, when the communication is reset, then the upload is over: a request for its next segment
 /// is aborted.
 ///
-/// Verifies: ECSS 6.5.1a.5
+/// Verifies: ECSS 6.5.1a.5, 6.1a
 /// Notices: ECSS 6.5.1a.5: an SDO transfer goes on after Reset communication.
 #[test]
 fn reset_communication_ends_a_transfer() {
@@ -183,8 +185,10 @@ fn reset_communication_ends_a_transfer() {
 /// Given a client that switched the search off (1016h, consumer time zero), when the communication is reset, then the slave listens on
 /// both buses in turn. Its consumer time is 250 ms again, so it listens 500 ms on each bus.
 ///
-/// Verifies: ECSS 8.3.2b
+/// Verifies: ECSS 8.3.2b, 6.5.1a.5, 8.3.3d, 8.3.3h
 /// Notices: ECSS 8.3.2b: a reset of the communication begins the search with the parameters of before.
+/// Notices: ECSS 6.5.1a.5: 1016h keeps what a client wrote.
+/// Notices: ECSS 8.3.3h: a slave that has changed the bus sends no heartbeat there.
 #[test]
 fn reset_communication_begins_a_search_switched_off_before() {
     let mut slave = powered();

@@ -27,9 +27,10 @@ fn misses_seven(slave: &mut Bench<TestSlave>) {
 /// Given a slave that monitors node 7, when that node loses its power, then the slave does what 1029h says. With 1 (no change) it stays
 /// Operational and sends its telemetry.
 ///
-/// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.2a
+/// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.2a, 6.5.2a, 6.5.4a
 /// Notices: ECSS 5.3.3.2.2b: a slave whose 1029h is 1 leaves Operational when another node has no power.
 /// Notices: ECSS 5.3.3.2.2a: a slave whose 1029h is 1 leaves Operational when another node is off the bus.
+/// Notices: ECSS 6.5.4a: a missed heartbeat stops no slave whose 1029h is 2.
 #[test]
 fn slave_with_1029h_1_stays_operational_without_its_peer() {
     use NmtState::{Operational, PreOperational, Stopped};
@@ -47,8 +48,9 @@ fn slave_with_1029h_1_stays_operational_without_its_peer() {
 /// CiA 301, table of emergency error codes: 8210h for an RPDO that is too short, 8220h for one that is too long, 8250h for one that
 /// is overdue. The byte after the error register is the number of the RPDO, from zero.
 ///
-/// Verifies: ECSS 6.4a.1, 6.4a.2
+/// Verifies: ECSS 6.4a.1, 6.4a.2, 6.2a, 6.4b
 /// Notices: ECSS 6.4a.2: an RPDO that is too long is reported with the error code of one that is too short.
+/// Notices: ECSS 6.4b: the end of the event timer of an RPDO (8250h) is not reported.
 #[test]
 fn each_error_of_an_rpdo_has_the_code_of_canopen() {
     let mut slave = operational();
@@ -76,7 +78,8 @@ fn each_error_of_an_rpdo_has_the_code_of_canopen() {
     assert_eq!(payloads(&slave, 0x085), expected);
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2, 6.5.1a.5
+/// Notices: ECSS 6.5.1a.5: a missed heartbeat stays in 1001h after Reset communication.
 #[test]
 fn reset_communication_clears_missed_heartbeat_until_next_miss() {
     let mut slave = powered();
@@ -100,7 +103,8 @@ fn reset_communication_clears_missed_heartbeat_until_next_miss() {
 /// Reset communication: 1001h and 1003h hold what is still wrong, both of them (CiA 301: the communication profile returns to
 /// its power-on values). What the application has raised is still there, each once, the newest first.
 ///
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.5.1a.5, 6.8a
+/// Notices: ECSS 6.8a: 1003h keeps errors that are over after Reset communication.
 #[test]
 fn register_and_history_agree_after_reset_communication() {
     let mut slave = powered();
@@ -125,7 +129,7 @@ fn register_and_history_agree_after_reset_communication() {
     assert!(gone.iter().all(|data| data[..2] == [0, 0]), "nothing is reported anew: {gone:02X?}");
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.5.2a
 #[test]
 fn a_missed_heartbeat_ends_when_nobody_monitors_it_any_more() {
     for value in [[0; 4], [150, 0, 8, 0], [150, 0, 7, 0]] {
@@ -138,7 +142,9 @@ fn a_missed_heartbeat_ends_when_nobody_monitors_it_any_more() {
     }
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2, 6.5.4a
+/// Notices: ECSS 6.5.4a: a stopped slave sends emergencies.
+/// Notices: ECSS 6.4a.1: each lost frame is an emergency.
 #[test]
 fn burst_of_losses_is_one_error_per_bus_while_messages_wait() {
     let overrun = |source| [0x10, 0x81, 0x11, source, 0, 0, 0, 0];
@@ -168,7 +174,8 @@ fn burst_of_losses_is_one_error_per_bus_while_messages_wait() {
     assert_eq!(errors(&mut slave), (0, 2));
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2
+/// Notices: ECSS 6.4a.2: lost frames have another code than 8110h.
 #[test]
 fn a_loss_of_frames_either_way_is_an_error() {
     for event in [LinkEvent::Overrun { lost: 1 }, LinkEvent::Unsent { frames: 1 }] {

@@ -113,8 +113,9 @@ fn a_default_rpdo_that_cannot_be_is_reported() {
     assert_eq!(slave.events, []);
 }
 
-/// Verifies: ECSS 11.1c
+/// Verifies: ECSS 11.1c, 6.10b
 /// Notices: ECSS 11.1c: the defaults of a device may have types 252 and 253, remote requests.
+/// Notices: ECSS 6.10b: the defaults of a device may give a PDO the COB-ID of EMCY.
 #[test]
 fn every_reason_for_which_a_default_cannot_be_is_reported() {
     type Defaults = fn(NodeId) -> PdoObjects;
@@ -148,6 +149,9 @@ fn with(id: NodeId, cob_id: u32, transmission: u8) -> PdoObjects {
 }
 
 /// Reset communication brings the same defaults: the error goes on and is not told again.
+///
+/// Verifies: ECSS 6.4a.1
+/// Notices: ECSS 6.4a.1: each Reset communication reports an error again that goes on.
 #[test]
 fn a_default_that_cannot_be_is_told_once() {
     let mut slave = started(|id| mapped(id, &[0x6000_0008], &[0x6002_0008]));
@@ -218,7 +222,7 @@ fn a_refused_value_is_no_event_of_its_rpdo() {
     assert_eq!(refused_so_far(&slave), 2);
 }
 
-/// Verifies: ECSS 6.9e, 6.4a.1
+/// Verifies: ECSS 6.9e, 6.4a.1, 6.9b
 #[test]
 fn a_refused_value_is_no_event_of_its_synchronous_rpdo() {
     let mut slave = started(|id| {
@@ -279,6 +283,10 @@ fn a_mapping_is_written_while_the_pdo_is_invalid_and_empty() {
 
 /// CiA 301 7.5.2.35: bits 0 to 29 stay while the PDO is valid. The write that makes it invalid may move it, as the tools of
 /// others do; that of 1014h may not.
+///
+/// Verifies: ECSS 6.10a, 6.10c
+/// Notices: ECSS 6.10a: the COB-ID of a valid PDO can be changed.
+/// Notices: ECSS 6.10c: the COB-ID of a PDO cannot be changed.
 #[test]
 fn a_valid_pdo_is_moved_by_the_write_that_ends_it() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));
@@ -300,7 +308,8 @@ fn a_valid_pdo_is_moved_by_the_write_that_ends_it() {
 
 /// What is sent under one identifier comes of one service: SYNC, an emergency or a TPDO.
 ///
-/// Verifies: ECSS 6.10b
+/// Verifies: ECSS 6.10b, 6.10a
+/// Notices: ECSS 6.10b: a TPDO takes the COB-ID of SYNC.
 #[test]
 fn no_two_services_share_an_identifier_in_use() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));

@@ -196,6 +196,8 @@ fn a_volatile_value_has_its_default_after_power_on() {
     assert_eq!((instrument.mode, instrument.exposures), (5, 7));
 }
 
+/// Verifies: ECSS 6.1a
+/// Notices: ECSS 6.1a: an upload ends with the first buffer.
 #[test]
 fn a_string_longer_than_the_buffer_is_read_in_segments() {
     let mut slave = powered(&Memory::default());
@@ -204,6 +206,9 @@ fn a_string_longer_than_the_buffer_is_read_in_segments() {
 }
 
 /// What has no room in the store is not saved, which the client hears; what was stored holds.
+///
+/// Verifies: ECSS 6.8a
+/// Notices: ECSS 6.8a: a save without room is answered as done.
 #[test]
 fn a_set_without_room_is_refused_whole() {
     let memory = Memory::with_room(200);
@@ -218,6 +223,9 @@ fn a_set_without_room_is_refused_whole() {
 }
 
 /// Smaller in new firmware: its default holds, and an emergency tells of it.
+///
+/// Verifies: ECSS 6.8a
+/// Notices: ECSS 6.8a: a stored string that is too long is cut off.
 #[test]
 fn a_long_value_that_does_not_fit_any_more_leaves_the_default() {
     #[derive(Debug, Objects)]

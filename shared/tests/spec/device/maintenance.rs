@@ -77,8 +77,9 @@ fn a_node_in_maintenance_mode_answers_sdo_and_is_silent_else() {
     assert_eq!(slave.frames(), []);
 }
 
-/// Verifies: ECSS 6.10g, 6.10j
+/// Verifies: ECSS 6.10g, 6.10j, 6.10k
 /// Notices: ECSS 6.10j: Node-IDs above those of the straps are refused.
+/// Notices: ECSS 6.10k: a Node-ID is stored although a bit of its complement is wrong.
 #[test]
 fn a_node_id_is_stored_in_maintenance_mode() {
     let memory = Memory::default();

@@ -23,7 +23,9 @@ use ecss_can::types::{Bus, CobId, NmtState};
 use self::fixture::{ask, done, powered, read, refused, write};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node, span};
 
-/// Verifies: ECSS 6.1a, 6.8a
+/// Verifies: ECSS 6.1a, 6.8a, 6.5.2a, 6.5.4a, 8.3.1c
+/// Notices: ECSS 6.5.4a: a slave answers SDO requests in Stopped.
+/// Notices: ECSS 6.5.2a: the heartbeat keeps its period when 1017h is written.
 #[test]
 fn objects_are_read_and_written_where_sdo_is_allowed() {
     let mut slave = powered();
@@ -41,6 +43,11 @@ fn objects_are_read_and_written_where_sdo_is_allowed() {
     assert_eq!(slave.frames(), []);
 }
 
+/// Verifies: ECSS 6.1a, 6.2a, 6.8a, 6.9d, 11.1c
+/// Notices: ECSS 6.1a: a value that is too long is refused with 0607 0013h, too short.
+/// Notices: ECSS 6.2a: the mapping of a valid PDO can be written.
+/// Notices: ECSS 6.9d: a client makes a slave a producer of SYNC.
+/// Notices: ECSS 11.1c: transmission type 252, remote request, is taken.
 #[test]
 fn what_must_not_be_written_is_refused_with_the_right_code() {
     let mut slave = powered();
@@ -81,7 +88,9 @@ fn what_must_not_be_written_is_refused_with_the_right_code() {
     assert_eq!(ask(&mut slave, [0xE0, 0, 0, 0, 0, 0, 0, 0]), refused(0, 0, 0x0504_0001));
 }
 
-/// Verifies: ECSS 6.5.2a
+/// Verifies: ECSS 6.5.2a, 6.5.1a.5, 8.2.1a.2, 8.2.2a
+/// Notices: ECSS 6.5.1a.5: the filters of 1016h and 1005h stay after Reset communication.
+/// Notices: ECSS 8.2.2a: a changed filter is set in the nominal controller alone.
 #[test]
 fn heartbeat_of_another_slave_passes_filters_once_monitored() {
     let mut slave = powered();
@@ -127,7 +136,7 @@ fn heartbeat_lives_no_longer_than_1017h() {
 
 /// Given a slave with an SDO server, then 1200h has the two COB-IDs of its server.
 ///
-/// Verifies: ECSS 9.4.10f
+/// Verifies: ECSS 9.4.10f, 6.8a, 6.10a
 /// Notices: ECSS 9.4.10f: both COB-IDs in 1200h are that of requests.
 #[test]
 fn sdo_parameters_are_those_of_the_server() {
@@ -136,10 +145,12 @@ fn sdo_parameters_are_those_of_the_server() {
     assert_eq!(parameters, [[0x05, 0x06, 0, 0], [0x85, 0x05, 0, 0]]);
 }
 
-/// Verifies: ECSS 8.3.1c, 8.3.1a, 8.3.3c
+/// Verifies: ECSS 8.3.1c, 8.3.1a, 8.3.3c, 6.4a.2, 6.5.2b
 /// Notices: ECSS 8.3.1c: a written consumer time is not followed.
 /// Notices: ECSS 8.3.1a: 2000h sub 4 does not show a toggle.
 /// Notices: ECSS 8.3.3c: a written 1016h does not reach the consumer of the master's heartbeat.
+/// Notices: ECSS 6.5.2b: a slave does not miss the heartbeat of the redundancy master.
+/// Notices: ECSS 6.4a.2: a missed master has another code than 8130h.
 #[test]
 fn redundancy_parameters_are_written_and_obeyed() {
     let mut slave = powered();
@@ -164,7 +175,9 @@ fn redundancy_parameters_are_written_and_obeyed() {
 
 /// Given a slave that searches, When Ntoggle or Ctoggle is written, Then the search has as many switches as are left.
 ///
-/// Verifies: ECSS 8.3.1c
+/// Verifies: ECSS 8.3.1c, 8.3.1a, 8.3.3i, 8.3.3j
+/// Notices: ECSS 8.3.3i: a search makes one switch more than Ntoggle.
+/// Notices: ECSS 8.3.3j: a slave toggles on after Ntoggle switches.
 #[test]
 fn a_search_has_the_written_ntoggle_and_ctoggle() {
     // Sub-index, value, and switches until the slave gives up; by default Ntoggle is 50.
@@ -181,7 +194,7 @@ fn a_search_has_the_written_ntoggle_and_ctoggle() {
     }
 }
 
-/// Verifies: ECSS 8.3.1c
+/// Verifies: ECSS 8.3.1c, 8.3.1a
 #[test]
 fn a_written_bdefault_is_read_back_and_must_be_a_bus() {
     let mut slave = powered();
@@ -232,8 +245,9 @@ fn the_self_test_is_started_and_its_result_read() {
     assert_eq!(read(&mut slave, 0x2031, 2), [0, 0, 0, 0]);
 }
 
-/// Verifies: ECSS 5.3.3.2.3i
+/// Verifies: ECSS 5.3.3.2.3i, 6.1a, 8.3.3g
 /// Notices: ECSS 5.3.3.2.3i: the SDO server stays in a transfer of the bus that was left.
+/// Notices: ECSS 8.3.3g: a slave goes on sending on the bus that the master left.
 #[test]
 fn a_transfer_under_way_ends_when_the_bus_changes() {
     let mut slave = powered();

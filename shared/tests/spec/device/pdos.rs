@@ -21,9 +21,10 @@ use crate::slave::TestSlave;
 const VALUE: u32 = 0x6210_0020;
 const BDEFAULT: u32 = 0x2000_0108;
 
-/// Verifies: ECSS 6.10a, 6.10c, 8.2.1a.2, 8.2.2a
+/// Verifies: ECSS 6.10a, 6.10c, 8.2.1a.2, 8.2.2a, 6.5.1a.5
 /// Notices: ECSS 8.2.1a.2: a changed filter is set on the active bus only.
 /// Notices: ECSS 8.2.2a: changed filters are set in the nominal controller alone.
+/// Notices: ECSS 6.5.1a.5: the COB-ID of an RPDO stays after Reset communication.
 #[test]
 fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     let mut slave = powered();
@@ -81,6 +82,9 @@ fn what_a_service_has_to_follow_does_not_come_by_pdo() {
     assert_eq!(by_pdo, [0x2010, 0x6101, 0x6200, 0x6210]);
 }
 
+/// Verifies: ECSS 8.3.1a, 8.3.1c, 8.3.3g, 8.3.3l
+/// Notices: ECSS 8.3.3l: a PDO carries the Bdefault of before the search.
+/// Notices: ECSS 8.3.1c: a written Ctoggle is not shown.
 #[test]
 fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
     let mut slave = powered();
@@ -137,7 +141,8 @@ fn map_synchronous_word(slave: &mut Bench<TestSlave>) {
     }
 }
 
-/// Verifies: ECSS 6.9e
+/// Verifies: ECSS 6.9e, 6.3b, 6.9b
+/// Notices: ECSS 6.9b: a synchronous RPDO takes effect on arrival.
 #[test]
 fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
     let mut slave = autostarted();
@@ -163,7 +168,7 @@ fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
 /// Given a synchronous RPDO that waits for SYNC, when the slave leaves Operational and is started again, then the next SYNC does not
 /// apply the old value.
 ///
-/// Verifies: ECSS 6.5.1a.2, 6.5.1a.3, 6.9e
+/// Verifies: ECSS 6.5.1a.2, 6.5.1a.3, 6.9e, 6.9b
 /// Notices: ECSS 6.5.1a.2: a value that was received before Stop takes effect after the next Start.
 /// Notices: ECSS 6.5.1a.3: a value that was received before Pre-operational takes effect after the next Start.
 /// Notices: ECSS 6.9e: a value from before Operational was left is applied with the first SYNC after it.
@@ -192,6 +197,8 @@ fn values_of_the_moment(slave: &Bench<TestSlave>) -> Vec<(u32, u32)> {
     payloads(slave, 0x285).iter().map(|data| (number(&data[..4]), number(&data[4..]))).collect()
 }
 
+/// Verifies: ECSS 7.1.2d
+/// Notices: ECSS 7.1.2d: a PDO by event timer carries the time of the last read of Local SCET Get.
 #[test]
 fn pdo_by_event_timer_carries_present_time_and_health() {
     let mut slave = operational();
@@ -206,8 +213,9 @@ fn pdo_by_event_timer_carries_present_time_and_health() {
     assert_eq!(values_of_the_moment(&slave), expected);
 }
 
-/// Verifies: ECSS 6.9a
+/// Verifies: ECSS 6.9a, 6.9b, 7.1.2d
 /// Notices: ECSS 6.9a: of several synchronous TPDOs the first one alone is sent.
+/// Notices: ECSS 7.1.2d: a synchronous PDO carries the time of the last read of Local SCET Get.
 #[test]
 fn pdo_by_event_or_sync_carries_present_time_and_health() {
     for transmission in [254, 0, 1] {
@@ -224,7 +232,8 @@ fn pdo_by_event_or_sync_carries_present_time_and_health() {
     }
 }
 
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3l
+/// Notices: ECSS 8.3.3l: a slave that follows its master keeps its Bdefault.
 #[test]
 fn change_of_bus_triggers_the_pdo_that_carries_the_default_bus() {
     let mut slave = operational();
@@ -251,7 +260,8 @@ fn change_of_bus_triggers_the_pdo_that_carries_the_default_bus() {
     assert_eq!(of_pdo(&slave), []);
 }
 
-/// Verifies: ECSS 6.9e
+/// Verifies: ECSS 6.9e, 6.9b
+/// Notices: ECSS 6.9b: a PDO of type 0 is sent at its event, not at SYNC.
 #[test]
 fn triggered_pdo_goes_out_at_the_sync_despite_writes_before() {
     let mut slave = operational();

@@ -12,7 +12,8 @@ const RECORD: PostMortem =
 
 /// Given a record of the last reset, when the boot-up message was sent, then one emergency reports it, and its end.
 ///
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2, 6.5.3a
+/// Notices: ECSS 6.5.3a: an emergency goes out before the boot-up message.
 #[test]
 fn the_last_reset_is_reported_once_after_the_boot_up_message() {
     let causes = [
@@ -57,6 +58,7 @@ fn a_reset_without_a_cause_is_not_reported() {
     assert_eq!(read(&mut slave, 0x2032, 1), [0; 4]);
 }
 
+/// Verifies: ECSS 6.1a
 #[test]
 fn the_record_of_the_last_reset_is_in_the_dictionary() {
     let mut slave = powered();

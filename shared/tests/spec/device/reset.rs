@@ -1,6 +1,6 @@
 //! Reset communication takes back what was configured over the bus.
 //!
-//! Verifies: ECSS 6.5.1a.5, 6.10a, 6.10c
+//! Verifies: ECSS 6.5.1a.5
 
 use ecss_can::link::port::Filter;
 use ecss_can::node::{BusCommand, Node, SlaveEvent};
@@ -28,6 +28,8 @@ fn sent_when_triggered(slave: &mut Bench<TestSlave>) -> Vec<(u16, usize)> {
 /// The Local Time PDO and telemetry.
 const DEFAULT: [(u16, usize); 2] = [(0x185, 7), (0x385, 8)];
 
+/// Verifies: ECSS 6.2a, 6.10a, 6.10c
+/// Notices: ECSS 6.10c: two TPDOs cannot swap their COB-IDs.
 #[test]
 fn pdos_that_have_swapped_their_cob_ids_have_their_own_again() {
     let mut slave = operational();
@@ -45,6 +47,7 @@ fn pdos_that_have_swapped_their_cob_ids_have_their_own_again() {
     assert_eq!(reset_and_trigger(&mut slave), DEFAULT);
 }
 
+/// Verifies: ECSS 6.2a, 6.10a, 6.10c
 #[test]
 fn a_pdo_has_its_cob_id_again_that_another_one_took() {
     let mut slave = operational();
@@ -66,6 +69,7 @@ fn a_pdo_has_its_cob_id_again_that_another_one_took() {
 /// Given a COB-ID of SYNC that a client wrote, when the slave gets Reset communication, then it takes SYNC with 080h again, and no
 /// longer with the written COB-ID.
 ///
+/// Verifies: ECSS 6.10a, 6.10c
 /// Notices: ECSS 6.5.1a.5: the slave goes on to take SYNC with the COB-ID that a client wrote.
 #[test]
 fn sync_has_its_cob_id_again_after_reset_communication() {
@@ -83,6 +87,7 @@ fn sync_has_its_cob_id_again_after_reset_communication() {
     assert_eq!(syncs(&mut slave), [1, 0]);
 }
 
+/// Verifies: ECSS 6.5.3a, 6.10a, 6.10c, 8.2.2a
 /// Notices: ECSS 6.10a: a written COB-ID of SYNC is not admitted by the filters.
 /// Notices: ECSS 6.5.1a.5: 1016h keeps what a client wrote.
 #[test]
@@ -154,7 +159,7 @@ fn heartbeat_times_of_table_8_1_return_to_those_of_the_profile() {
 /// Given a heartbeat period of 50 ms that a client wrote, when the slave gets Reset communication, then its heartbeats have the period
 /// of its profile, 100 ms, from the boot-up message on.
 ///
-/// Verifies: ECSS 6.5.2a
+/// Verifies: ECSS 6.5.2a, 8.3.3d
 /// Notices: ECSS 6.5.2a: after Reset communication the heartbeats keep the period that a client wrote.
 #[test]
 fn heartbeats_have_the_period_of_the_profile_after_reset() {

@@ -35,8 +35,9 @@ impl Device for Sampler {
     const PDOS: PdoSet = PdoSet::NONE;
 }
 
-/// Verifies: ECSS 6.8a
+/// Verifies: ECSS 6.8a, 6.1a
 /// Notices: ECSS 6.8a: an expedited download writes a number outside its limits.
+/// Notices: ECSS 6.1a: a value below its limit is refused with 0609 0031h, too high.
 #[test]
 fn value_outside_its_limits_or_no_boolean_is_refused() {
     let mut device = Bench::new(Slave::new(node(5), &STANDARD, Sampler::default()));
@@ -54,6 +55,8 @@ fn value_outside_its_limits_or_no_boolean_is_refused() {
     }
 }
 
+/// Verifies: ECSS 6.8a
+/// Notices: ECSS 6.8a: 1020h stays when an object of the application is written.
 #[test]
 fn changed_sample_is_a_changed_configuration() {
     let mut device = Bench::new(Slave::new(node(5), &STANDARD, Sampler::default()));

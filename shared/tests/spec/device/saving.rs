@@ -11,6 +11,10 @@ use crate::bench::{NOMINAL, REDUNDANT, frame};
 const SAVE: [u8; 8] = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
 
 /// Given a save that was asked for, then the client reads meanwhile, writes nothing, and gets one answer at the end.
+///
+/// Verifies: ECSS 6.1a, 6.8a
+/// Notices: ECSS 6.1a: a save is answered twice, at its begin and at its end.
+/// Notices: ECSS 6.8a: a write during a save changes what is stored.
 #[test]
 fn a_save_is_answered_once_when_it_has_ended() {
     let memory = Memory::default();
@@ -36,6 +40,8 @@ fn a_save_is_answered_once_when_it_has_ended() {
     assert_eq!(powered_with(&memory).node.objects().application.value, 7);
 }
 
+/// Verifies: ECSS 6.1a, 6.8a
+/// Notices: ECSS 6.8a: a save that failed is answered as done.
 #[test]
 fn a_save_that_fails_is_answered_with_its_abort_code_at_the_end() {
     let memory = Memory::broken();
@@ -48,6 +54,8 @@ fn a_save_that_fails_is_answered_with_its_abort_code_at_the_end() {
 }
 
 /// A segmented download of "save": the answer to its last segment waits.
+///
+/// Verifies: ECSS 6.1a, 6.8a
 #[test]
 fn a_segmented_save_is_answered_when_it_has_ended() {
     let memory = Memory::default();
@@ -62,6 +70,9 @@ fn a_segmented_save_is_answered_when_it_has_ended() {
 }
 
 /// NMT stop, reset communication: the client gets no answer, and the set before is stored.
+///
+/// Verifies: ECSS 6.5.1a.2, 6.5.1a.5, 6.8a
+/// Notices: ECSS 6.5.1a.2: a stopped slave answers the save that ran.
 #[test]
 fn a_save_ends_where_sdo_ends_and_keeps_the_set_before() {
     for command in [[0x02, 5], [0x82, 5]] {
@@ -80,6 +91,9 @@ fn a_save_ends_where_sdo_ends_and_keeps_the_set_before() {
 }
 
 /// Given a client that gave up and aborts, then its save ends and it gets no answer.
+///
+/// Verifies: ECSS 6.1a
+/// Notices: ECSS 6.1a: a transfer that its client aborted is answered.
 #[test]
 fn a_client_that_aborts_gets_no_answer_to_its_save() {
     let memory = Memory::default();
@@ -93,6 +107,9 @@ fn a_client_that_aborts_gets_no_answer_to_its_save() {
 }
 
 /// Given a slave that follows its master during a save, then the answer goes out on the new bus.
+///
+/// Verifies: ECSS 6.1a, 8.3.3g
+/// Notices: ECSS 8.3.3g: the answer to a save goes out on the bus that the master left.
 #[test]
 fn the_answer_to_a_save_follows_the_bus() {
     let memory = Memory::default();

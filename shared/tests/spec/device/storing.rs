@@ -14,7 +14,8 @@ use super::fixture::{
 };
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 
-/// Verifies: ECSS 8.3.1c
+/// Verifies: ECSS 8.3.1c, 8.3.2a
+/// Notices: ECSS 8.3.2a: a stored Bdefault does not make the bus active at power-on.
 #[test]
 fn stored_values_survive_a_reset_and_defaults_return_on_command() {
     let memory = Memory::default();
@@ -49,7 +50,7 @@ fn stored_values_survive_a_reset_and_defaults_return_on_command() {
 /// Given a slave with another COB-ID for its emergencies, when it is reset, then emergencies have the stored one after power-on and after
 /// reset communication. Without a store they have the default.
 ///
-/// Verifies: ECSS 6.10a
+/// Verifies: ECSS 6.10a, 6.10c
 /// Notices: ECSS 6.10a: after a reset the emergencies have the COB-ID that they had before.
 #[test]
 fn emergencies_have_their_stored_cob_id_after_each_reset() {
@@ -73,6 +74,8 @@ fn emergencies_have_their_stored_cob_id_after_each_reset() {
     }
 }
 
+/// Verifies: ECSS 6.5.1a.5
+/// Notices: ECSS 6.5.1a.5: Reset communication brings the defaults in place of the stored values.
 #[test]
 fn reset_communication_restores_stored_communication_profile() {
     let memory = Memory::default();
@@ -88,6 +91,9 @@ fn reset_communication_restores_stored_communication_profile() {
 }
 
 /// EMCY 6300h with the cause in its second byte, at each start until parameters are saved; the set before is applied.
+///
+/// Verifies: ECSS 6.4a.1
+/// Notices: ECSS 6.4a.1: a store without a loss is reported as an error.
 #[test]
 fn store_loss_is_reported_with_its_cause_until_the_next_save() {
     for (loss, cause) in [(Loss::Interrupted, 1), (Loss::Damaged, 2)] {
@@ -219,8 +225,9 @@ fn a_device_says_whether_it_stores_parameters() {
     }
 }
 
-/// Verifies: ECSS 6.5.4a, 11.1a
+/// Verifies: ECSS 6.5.4a, 11.1a, 6.5.1a.5, 8.1b
 /// Notices: ECSS 11.1a: autostart that was stored does not lead to Operational after "reset communication".
+/// Notices: ECSS 8.1b: a slave takes a 1F80h that makes it an NMT master.
 #[test]
 fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
     let memory = Memory::default();
@@ -255,8 +262,9 @@ fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
 
 /// Given a profile with autostart, then a slave is Operational after power-on and after "reset communication", without a command.
 ///
-/// Verifies: ECSS 11.1a
+/// Verifies: ECSS 11.1a, 6.5.4a
 /// Notices: ECSS 11.1a: after "reset communication" a slave with autostart stays in Pre-operational.
+/// Notices: ECSS 6.5.4a: a slave with autostart waits in Pre-operational for a command.
 #[test]
 fn startup_is_as_its_profile_has_it_until_then() {
     let profile = Profile { autostart: true, ..STANDARD };
@@ -392,8 +400,9 @@ fn stored_pdos_with_an_identifier_of_others_are_not_valid() {
 /// Given a slave whose stored heartbeat period is zero, when it boots up, at power-on and by command, then it sends its boot-up message and
 /// no heartbeat.
 ///
-/// Verifies: ECSS 6.5.3a
+/// Verifies: ECSS 6.5.3a, 6.5.2a
 /// Notices: ECSS 6.5.3a: a slave without heartbeats boots up without a message.
+/// Notices: ECSS 6.5.2a: a slave whose 1017h is zero sends heartbeats.
 #[test]
 fn slave_without_heartbeats_sends_its_boot_up_message() {
     let memory = Memory::default();

@@ -5,6 +5,8 @@
 use super::fixture::{NO_INHIBIT, autostarted, done, errors, payloads, read, refused, write, write_all};
 use crate::bench::{NOMINAL, ms};
 
+/// Verifies: ECSS 6.9e
+/// Notices: ECSS 6.9e: a SYNC without its counter triggers a PDO.
 #[test]
 fn with_a_counter_announced_a_sync_must_have_it() {
     let mut slave = autostarted();
@@ -17,7 +19,8 @@ fn with_a_counter_announced_a_sync_must_have_it() {
     assert!(slave.frames().iter().all(|(_, frame)| frame.id().raw() == 0x085), "{:?}", slave.frames());
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2, 6.9e
+/// Notices: ECSS 6.4a.1: each SYNC of a wrong length is another emergency.
 #[test]
 fn a_sync_of_wrong_length_is_one_error_until_a_good_one_comes() {
     const SYNC_LENGTH: [u8; 8] = [0x40, 0x82, 0x11, 0, 0, 0, 0, 0];
@@ -48,6 +51,9 @@ fn a_sync_of_wrong_length_is_one_error_until_a_good_one_comes() {
 }
 
 /// What is expected may change while the error lasts.
+///
+/// Verifies: ECSS 6.4a.1, 6.9e
+/// Notices: ECSS 6.3b: a written 1019h is obeyed after the next boot only.
 #[test]
 fn a_sync_of_wrong_length_is_right_once_1019h_says_so() {
     let mut slave = autostarted();

@@ -126,6 +126,7 @@ fn a_value_that_a_function_refuses_stays_in_all_groups() {
     assert_eq!(camera.lens.label.name.as_bytes(), b"Narrow");
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn a_function_is_asked_for_values_that_keep_type_and_limits() {
     let mut camera = Camera::default();
@@ -218,6 +219,7 @@ fn keeps_cob_id(_: &Fixed, at: Address, value: &[u8]) -> Result<(), AbortCode> {
     if at == Address::new(0x1802, 1) && is_another { Err(ParameterIncompatible) } else { Ok(()) }
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn what_a_function_refuses_of_a_pdo_its_service_does_not_take() {
     let application = Fixed::default();
@@ -256,7 +258,7 @@ impl Device for OldCamera {
     const PDOS: PdoSet = PdoSet::NONE;
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.8a
 #[test]
 fn refused_stored_value_is_not_applied_and_raises_an_emcy() {
     let memory = Memory::default();

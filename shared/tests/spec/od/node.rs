@@ -31,6 +31,7 @@ fn node_has_pre_defined_connection_set_until_configured() {
     );
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn a_static_mapping_cannot_be_written() {
     let mut objects = PdoSet::NONE.at_power_on::<PdoObjects<1, 1, StaticMapping>>(NodeId::of::<5>());
@@ -43,7 +44,7 @@ fn a_static_mapping_cannot_be_written() {
     }
 }
 
-/// Verifies: ECSS 8.3.1a
+/// Verifies: ECSS 8.3.1a, 8.3.1c, 6.8a
 /// Notices: ECSS 8.3.1a: Ntoggle cannot be written.
 #[test]
 fn the_redundancy_object_has_four_programmable_values() {
