@@ -94,6 +94,7 @@ mod tests {
         assert_eq!(master_board(id_of([false, true, false, false, false])), None, "a slave");
     }
 
+    /// Verifies: ECSS 6.10e, 6.10j
     #[test]
     fn four_bits_least_significant_first_then_parity() {
         assert_eq!(id_of([false, true, false, false, false]), Ok(NodeId::of::<2>()));
@@ -102,11 +103,14 @@ mod tests {
         assert_eq!(id_of([true, true, true, true, true]), Ok(NodeId::of::<15>()));
     }
 
+    /// Verifies: ECSS 6.10e, 6.10f
     #[test]
     fn a_board_without_straps_has_no_id_of() {
         assert_eq!(id_of([false; 5]), Err(StrapError::Open));
     }
 
+    /// Verifies: ECSS 6.10f, 9.1a
+    /// Notices: ECSS 9.1a: straps give a slave the Node-ID of the master.
     #[test]
     fn zero_and_one_are_no_slaves() {
         assert_eq!(id_of([false, false, false, false, true]), Err(StrapError::NotASlave(0)));
@@ -159,7 +163,8 @@ mod tests {
         }
     }
 
-    /// Verifies: ECSS 6.10g
+    /// Verifies: ECSS 6.10g, 6.10e, 6.10k
+    /// Notices: ECSS 6.10k: straps in RAM are taken with a flipped bit.
     #[test]
     fn straps_in_ram_are_taken_only_when_no_bit_has_changed() {
         for bits in 0..=0b11_1111 {

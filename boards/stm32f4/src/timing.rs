@@ -37,11 +37,12 @@ mod tests {
     /// bxCAN at 42 MHz: prescaler, TS1, TS2, SJW. They are those of common calculators for the rates, and calculated by hand
     /// for the two networks with worse oscillators.
     ///
-    /// Verifies: ECSS 5.4.3a, 5.4.2a, 5.4.2b
+    /// Verifies: ECSS 5.4.3a, 5.4.2a, 5.4.2b, 5.4.3c, 5.4.3d
     /// Notices: ECSS 5.4.3a: the clock behind the time quanta is half of what it is.
     /// Notices: ECSS 5.4.3a: the jump width that a network asks for is not taken.
     /// Notices: ECSS 5.4.3a: prescalers above 64 are refused.
     /// Notices: ECSS 5.4.2b: a bus is offered at 1 Mbit/s and 500 kbit/s, and not at 125 kbit/s.
+    /// Notices: ECSS 5.4.3d: the jump width is 4 whatever the phase segments are.
     #[test]
     fn time_quanta_and_sample_point_follow_the_network() {
         let crystals = |bit_rate| Network {

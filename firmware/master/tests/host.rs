@@ -10,6 +10,8 @@ fn master(arguments: &[&str]) -> (Option<i32>, String) {
 
 /// Given the program without options, then the master commands three slaves on the nominal bus. When that is cut at 4 s, then the
 /// master goes to the redundant bus, all three are back there, and telemetry passes until the end at 10 s.
+///
+/// Verifies: ECSS 8.3.3b, 8.3.3d, 8.3.3f
 #[test]
 fn master_program_shows_the_fail_over() {
     let (code, text) = master(&[]);

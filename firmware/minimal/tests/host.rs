@@ -10,6 +10,8 @@ fn minimal(arguments: &[&str]) -> (Option<i32>, String) {
 
 /// Given a run of 8 s with a cut after 5 s, then the minimal slave executes commands before it, follows the master to the redundant
 /// bus, and executes commands there.
+///
+/// Verifies: ECSS 8.3.3d, 9.4.2a, 9.4.3a, 9.4.9.1.1a
 #[test]
 fn minimal_program_shows_the_fail_over() {
     let (code, text) = minimal(&["--seconds", "8", "--cut-at", "5"]);

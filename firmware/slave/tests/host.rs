@@ -24,6 +24,8 @@ fn endless(arguments: &[&str]) -> (Child, BufReader<ChildStdout>) {
 
 /// Given the program without options, then the slave is started and commanded. When the nominal bus is cut at 4 s, then the slave
 /// follows the master, and commands and telemetry pass on the redundant bus.
+///
+/// Verifies: ECSS 6.5.1a.1, 8.3.3d, 8.3.3g
 #[test]
 fn slave_program_shows_the_fail_over() {
     let lines = lines(&slave(&[]));
@@ -50,6 +52,9 @@ fn slave_program_shows_the_fail_over() {
 
 /// Given a run of 3 s with all frames, then each frame is a line of candump, and there is no cut. The boot-up message of the slave and
 /// its first heartbeat in state Operational are those of CiA 301 7.2.8.3.
+///
+/// Verifies: ECSS 6.3b, 6.5.2a, 6.5.3a, 6.9c, 6.9d
+/// Notices: ECSS 6.9d: SYNC comes with twice its period.
 #[test]
 fn slave_program_prints_frames_as_candump() {
     let lines = lines(&slave(&["--frames", "--seconds", "3"]));

@@ -90,8 +90,9 @@ fn one_wrong_copy_of_three_changes_no_node_id() {
 /// Given copies or straps with the Node-ID of the master, 1, or of boards in maintenance mode, 127, then they give the board none,
 /// alone or together.
 ///
-/// Verifies: ECSS 6.10h, 9.1a
+/// Verifies: ECSS 6.10h, 9.1a, 6.10j
 /// Notices: ECSS 9.1a: a slave accepts Node-ID 1.
+/// Notices: ECSS 6.10j: Node-IDs above 15 cannot be stored.
 #[test]
 fn no_slave_has_the_node_id_of_master_or_maintenance() {
     for id in [1, 127] {
@@ -171,8 +172,10 @@ fn no_single_failure_gives_a_board_another_node_id() {
     }
 }
 
+/// Verifies: ECSS 6.10j
 /// Notices: ECSS 6.10e: straps win over a stored Node-ID that differs.
 /// Notices: ECSS 6.10f: a board without any Node-ID takes 127 and communicates.
+/// Notices: ECSS 6.10j: a board without straps does not take its stored Node-ID.
 #[test]
 fn straps_and_store_decide_as_documented() {
     let (three, five) = (node(3), node(5));

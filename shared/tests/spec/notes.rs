@@ -1,4 +1,6 @@
 //! Notes beside the parameter set (ECSS 8.3.3k, l), and the values that RAM retains over a reset.
+//!
+//! Verifies: ECSS 8.3.2a
 
 use std::collections::BTreeMap;
 
@@ -79,6 +81,9 @@ fn run(store: &mut Memory, group: Group, request: StoreRequest, values: &Diction
 }
 
 /// Node 5 and Bdefault 1: Bh.
+///
+/// Verifies: ECSS 8.3.3l
+/// Notices: ECSS 8.3.2a: a node takes the noted Bdefault of another node.
 #[test]
 fn a_note_holds_node_and_bdefault_and_is_of_its_node_alone() {
     let mut store = Memory::default();
@@ -109,6 +114,8 @@ fn with_bdefault(bdefault: u8) -> Dictionary {
     BTreeMap::from([((0x1017, 0), vec![1, 0]), ((0x2000, 1), vec![bdefault])])
 }
 
+/// Verifies: ECSS 8.3.3l
+/// Notices: ECSS 8.3.2a: the stored Bdefault is applied after the one that was noted later.
 #[test]
 fn a_noted_bdefault_is_applied_after_the_stored_one() {
     let mut store = Memory::default();
@@ -126,8 +133,9 @@ fn a_noted_bdefault_is_applied_after_the_stored_one() {
 
 /// Given a noted Bdefault, when another group is saved or restored, then the stored set has the noted value.
 ///
-/// Verifies: ECSS 11.1b
+/// Verifies: ECSS 11.1b, 8.3.3l
 /// Notices: ECSS 11.1b: a save of another group loses the noted Bdefault.
+/// Notices: ECSS 8.3.3l: a save of the communication parameters sets Bdefault back.
 #[test]
 fn a_save_of_other_groups_takes_the_note_into_the_set() {
     for first in [None, Some(0)] {
@@ -158,6 +166,7 @@ fn a_save_or_restore_of_its_group_ends_the_note() {
     }
 }
 
+/// Verifies: ECSS 8.3.3l
 #[test]
 fn retained_values_come_back_from_their_words() {
     for bdefault in [None, Some(Bus::Nominal), Some(Bus::Redundant)] {
@@ -171,6 +180,8 @@ fn retained_values_come_back_from_their_words() {
 }
 
 /// RAM after power-on holds anything.
+///
+/// Notices: ECSS 8.3.2a: what stands in RAM after power-on is taken for a retained Bdefault.
 #[test]
 fn words_that_do_not_fit_together_retain_nothing() {
     let [word, check] = Retained { bdefault: Some(Bus::Redundant), resets: 2, notes: 1 }.encode();

@@ -97,6 +97,8 @@ fn taken_over() -> Board {
     board
 }
 
+/// Verifies: ECSS 6.5.2a, 6.5.3a, 8.2.1a.2, 8.3.2a, 8.3.3a
+/// Notices: ECSS 8.3.2a: a board that hears no master begins on the bus other than Bdefault.
 #[test]
 fn a_board_alone_listens_silently_then_boots_on_the_default_bus() {
     let mut board = powered(Strap::Prime);
@@ -114,6 +116,8 @@ fn a_board_alone_listens_silently_then_boots_on_the_default_bus() {
 }
 
 /// Given a profile without a standby, when a board gets power, then it is active at once.
+///
+/// Verifies: ECSS 6.5.3a, 8.2.1a.2, 8.3.2a
 #[test]
 fn a_board_of_a_mission_without_a_standby_is_active_at_power_on() {
     let mut board = Bench::new(Master::of_two(&STANDARD, Strap::Second, Console::default(), None));
@@ -192,6 +196,9 @@ fn a_listening_board_sends_no_nmt_command() {
 
 /// Given a standby that heard a slave Operational and never heard it answer, When it takes over, Then the slave counts: its silence
 /// makes the new master leave the bus.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.3b: a new master stays on a bus where slaves fall silent that it overheard.
 #[test]
 fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
     let mut board = powered(Strap::Second);
@@ -216,7 +223,7 @@ fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
     assert_eq!(switched, Some(SwitchCause::SlavesSilent), "{:?}", board.events);
 }
 
-/// Verifies: ECSS 5.3.3.2.2b, 8.3.3a
+/// Verifies: ECSS 5.3.3.2.2b, 8.3.3a, 6.5.3a, 8.2.1a.2
 /// Notices: ECSS 5.3.3.2.2b: slaves that still send keep the standby from taking over.
 /// Notices: ECSS 8.3.3a: the master sends its heartbeat on Bdefault, not on the active bus.
 #[test]
@@ -312,7 +319,7 @@ fn a_master_that_loses_its_slaves_is_not_replaced() {
     assert_eq!((board.frames(), &board.controls), (vec![], &vec![]));
 }
 
-/// Verifies: ECSS 5.3.3.2.3e
+/// Verifies: ECSS 5.3.3.2.3e, 8.3.3a
 /// Notices: ECSS 5.3.3.2.3e: the standby takes over on the bus that its master has left.
 #[test]
 fn a_master_that_changed_the_bus_is_replaced_where_it_is_now() {
@@ -324,6 +331,9 @@ fn a_master_that_changed_the_bus_is_replaced_where_it_is_now() {
 }
 
 /// Given slaves that run, when the standby has taken over, then it asks who they are, and neither starts nor resets one.
+///
+/// Verifies: ECSS 6.9c, 6.9d
+/// Notices: ECSS 6.9d: a master that took over sends no SYNC.
 #[test]
 fn running_slaves_go_on_after_a_takeover() {
     let mut board = taken_over();
@@ -344,7 +354,7 @@ fn running_slaves_go_on_after_a_takeover() {
 /// Given a board that is strapped second and became active, when a slave waits in Pre-operational, then this board starts it, and sends
 /// the NMT commands of its application.
 ///
-/// Verifies: ECSS 8.1b
+/// Verifies: ECSS 8.1b, 6.5.1a.1, 6.5.1a.2, 8.3.3f
 /// Notices: ECSS 8.1b: only the board that is strapped prime starts slaves.
 #[test]
 fn the_second_board_is_the_nmt_master_when_it_is_active() {
@@ -367,7 +377,7 @@ fn the_second_board_is_the_nmt_master_when_it_is_active() {
 /// Given a board that is strapped second and became active, when an assigned slave boots up and has what the board expects, then this
 /// board starts it.
 ///
-/// Verifies: ECSS 8.1b
+/// Verifies: ECSS 8.1b, 6.5.1a.1
 /// Notices: ECSS 8.1b: the second board starts no slave that it has checked.
 #[test]
 fn the_second_board_checks_and_starts_an_assigned_slave() {
@@ -399,6 +409,9 @@ fn the_second_board_reports_a_silent_slave_after_boot_time() {
 
 /// Given two active masters on one bus, when the other one hears more slaves, then this one yields: silent, and whatever
 /// waited is gone.
+///
+/// Verifies: ECSS 6.4a.2
+/// Notices: ECSS 6.4a.2: a second master is reported with a code other than 8150h.
 #[test]
 fn of_two_active_masters_the_one_with_fewer_slaves_yields() {
     let mut board = taken_over();
@@ -445,6 +458,9 @@ fn the_master_that_hears_more_slaves_claims_and_stays() {
 
 /// Given an active master, then it claims with each heartbeat on both buses that it is active: the other board may be cut off from
 /// either. A foreign 701h there changes nothing.
+///
+/// Verifies: ECSS 8.3.3a
+/// Notices: ECSS 8.3.3a: an active master sends its heartbeat on both buses.
 #[test]
 fn an_active_master_says_so_on_both_buses_with_each_heartbeat() {
     let mut board = taken_over();
@@ -463,8 +479,9 @@ fn an_active_master_says_so_on_both_buses_with_each_heartbeat() {
 
 /// Given two master boards, then neither claims by the time stamp object (100h), the active one sends none, and no controller admits it.
 ///
-/// Verifies: ECSS 9.4.7.1b
+/// Verifies: ECSS 9.4.7.1b, 7.2.3f, 11.1c
 /// Notices: ECSS 9.4.7.1b: the claims of the prime master board have COB-ID 100h.
+/// Notices: ECSS 11.1c: a controller of a master board admits time stamps.
 #[test]
 fn no_board_of_two_takes_or_sends_time_stamps() {
     assert!(Profile::PAIR.both_claims().iter().all(|claims| claims.raw() != 0x100));

@@ -12,7 +12,8 @@ use ecss_can::types::{Address, CobId, Duration};
 
 use crate::bench::{node, span};
 
-/// Verifies: ECSS 8.3.1a
+/// Verifies: ECSS 8.3.1a, 6.5.2b, 8.3.3c
+/// Notices: ECSS 6.5.2b: 1016h of a slave does not name the master.
 #[test]
 fn a_slave_holds_the_objects_of_table_8_1() {
     let parameters = Parameters { ctoggle: 3, ..STANDARD.redundancy() };
@@ -81,8 +82,9 @@ fn the_settling_time_covers_a_search_and_two_heartbeats() {
 /// Given two master boards, when one number does not fit the others, then the profile is not sound: the standby would take
 /// over while the active master changes the bus, or after the slaves changed the bus, or both boards would be active.
 ///
-/// Verifies: ECSS 8.1a, 6.10l
+/// Verifies: ECSS 8.1a, 6.10l, 6.10b
 /// Notices: ECSS 6.10l: the claims of two master boards may have one COB-ID.
+/// Notices: ECSS 6.10b: a master board may claim by the COB-ID of its heartbeat.
 #[test]
 fn each_number_of_two_master_boards_has_its_limits() {
     let is_sound = |pair| Profile { standby: Some(pair), ..STANDARD }.is_standby_sound();

@@ -95,7 +95,7 @@ fn notes(slave: &Bench<TestSlave>) -> Vec<(Bus, bool)> {
 /// Given a slave that followed the master to the redundant bus, when its chip is reset at once, with or without a parameter store, then
 /// it starts there.
 ///
-/// Verifies: ECSS 8.3.3l
+/// Verifies: ECSS 8.3.3l, 8.3.3g
 /// Notices: ECSS 8.3.3l: Bdefault of a bus that was followed does not outlive a reset.
 /// Notices: ECSS 8.3.2a: Bdefault of a bus that was followed does not outlive a reset.
 #[test]
@@ -112,7 +112,7 @@ fn a_reset_starts_on_the_bus_followed_last() {
     }
 }
 
-/// Verifies: ECSS 8.3.3k, 8.3.3l
+/// Verifies: ECSS 8.3.3k, 8.3.3l, 6.5.3a, 8.3.3g
 /// Notices: ECSS 8.3.2a: after a reset a slave starts on the stored Bdefault, not on the last one.
 /// Notices: ECSS 8.3.3l: Bdefault of a bus found in a search is not retained.
 #[test]
@@ -138,7 +138,8 @@ fn without_power_a_bus_found_just_now_is_forgotten() {
     assert_eq!(board.starts_on(), NOMINAL);
 }
 
-/// Verifies: ECSS 8.3.3k
+/// Verifies: ECSS 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.3.3l: Bdefault of a bus that was found does not outlive power-off.
 #[test]
 fn a_bus_found_a_consumer_time_ago_outlives_power() {
     let mut board = Memories::new();
@@ -154,6 +155,8 @@ fn a_bus_found_a_consumer_time_ago_outlives_power() {
     assert_eq!(board.starts_on(), NOMINAL);
 }
 
+/// Verifies: ECSS 8.3.3l
+/// Notices: ECSS 8.3.3l: a bus that was found just before a reset is never noted.
 #[test]
 fn a_bus_that_is_stored_already_is_not_noted_again() {
     let mut board = Memories::new();
@@ -178,6 +181,7 @@ fn a_bus_that_is_stored_already_is_not_noted_again() {
     assert_eq!(notes(&slave), [(NOMINAL, true)]);
 }
 
+/// Verifies: ECSS 8.3.3l
 #[test]
 fn eight_notes_are_written_from_power_on_to_power_off() {
     let mut board = Memories::new();
@@ -202,6 +206,8 @@ fn eight_notes_are_written_from_power_on_to_power_off() {
     assert_eq!(notes(&slave), [(REDUNDANT, true)]);
 }
 
+/// Verifies: ECSS 8.3.3l
+/// Notices: ECSS 8.3.3l: with a full store Bdefault does not outlive a reset either.
 #[test]
 fn a_store_without_room_says_that_bdefault_is_not_kept() {
     let mut board = Memories { store: Some(Memory::full()), ..Memories::new() };
@@ -213,6 +219,7 @@ fn a_store_without_room_says_that_bdefault_is_not_kept() {
     assert_eq!(board.starts_on(), NOMINAL);
 }
 
+/// Verifies: ECSS 8.3.3l
 #[test]
 fn without_a_store_bdefault_outlives_a_reset_only() {
     let mut board = Memories { store: None, ..Memories::new() };
@@ -224,6 +231,9 @@ fn without_a_store_bdefault_outlives_a_reset_only() {
     assert_eq!(board.starts_on(), NOMINAL);
 }
 
+/// Verifies: ECSS 8.3.1c, 8.3.3l
+/// Notices: ECSS 8.3.1c: a Bdefault that a client writes is not taken.
+/// Notices: ECSS 8.3.3l: Bdefault stays as written when the master is found again on the same bus.
 #[test]
 fn a_bdefault_written_lasts_until_the_next_find_or_reset() {
     let board = Memories::new();
@@ -241,6 +251,8 @@ fn a_bdefault_written_lasts_until_the_next_find_or_reset() {
 }
 
 /// It is not what the master was found on, so it is neither retained nor noted.
+///
+/// Verifies: ECSS 8.3.3l
 #[test]
 fn a_bdefault_written_soon_after_a_find_is_not_kept() {
     let mut board = Memories::new();
@@ -253,6 +265,8 @@ fn a_bdefault_written_soon_after_a_find_is_not_kept() {
     assert_eq!(board.starts_on(), REDUNDANT);
 }
 
+/// Verifies: ECSS 6.8a, 8.3.1c, 8.3.3l
+/// Notices: ECSS 8.3.1c: a Bdefault that was written and saved is lost at a reset.
 #[test]
 fn save_keeps_the_bdefault_of_the_dictionary() {
     for sub in [1, 4] {
@@ -271,6 +285,7 @@ fn save_keeps_the_bdefault_of_the_dictionary() {
     }
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn load_clears_the_kept_bdefault_from_the_next_reset_on() {
     for sub in [1, 4] {
@@ -306,6 +321,7 @@ fn save_and_load_end_the_wait_for_a_note() {
     }
 }
 
+/// Verifies: ECSS 8.3.3l
 #[test]
 fn saves_and_loads_of_other_parameters_leave_the_kept_bdefault() {
     for (index, signature) in [(0x1010, b"save"), (0x1011, b"load")] {
@@ -321,6 +337,7 @@ fn saves_and_loads_of_other_parameters_leave_the_kept_bdefault() {
     }
 }
 
+/// Verifies: ECSS 6.1a, 8.3.3l
 #[test]
 fn a_save_that_fails_leaves_the_retained_bdefault() {
     let board = Memories { store: Some(Memory::full()), ..Memories::new() };
@@ -333,7 +350,7 @@ fn a_save_that_fails_leaves_the_retained_bdefault() {
 
 /// A command alone may come from any node.
 ///
-/// Verifies: ECSS 8.3.3k, 8.3.3l
+/// Verifies: ECSS 8.3.3k, 8.3.3l, 8.3.3g
 /// Notices: ECSS 8.3.3l: a bus found by a command and confirmed by a heartbeat is not Bdefault after a reset.
 #[test]
 fn bus_found_by_command_is_retained_once_heartbeat_confirms_it() {
@@ -378,7 +395,7 @@ impl Flight {
     }
 }
 
-/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.4a.2, 6.5.3a
 #[test]
 fn fourth_reset_in_a_row_is_ignored_counted_and_reported_once() {
     for (raw, command) in [(0x81, Command::ResetNode), (0x82, Command::ResetCommunication)] {
@@ -407,7 +424,7 @@ fn fourth_reset_in_a_row_is_ignored_counted_and_reported_once() {
     }
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2
 #[test]
 fn the_end_of_a_row_of_resets_is_reported() {
     let gone = frame(0x085, &[0x00, 0x00, 0, 0x00, 0x81, 0x82, 0, 0]);
@@ -442,7 +459,8 @@ fn a_reset_is_obeyed_when_the_master_was_heard_since_the_boot() {
     assert_eq!((flight.boots, flight.ignored.len()), (20, 0));
 }
 
-/// Verifies: ECSS 6.5.1a.4
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.5.3a
+/// Notices: ECSS 6.5.1a.5: resets two consumer times apart count as a row.
 #[test]
 fn twenty_resets_with_pauses_give_twenty_boots() {
     for command in [0x81, 0x82] {
@@ -455,6 +473,8 @@ fn twenty_resets_with_pauses_give_twenty_boots() {
 }
 
 /// The command to another node, other commands, and a row that a start interrupts.
+///
+/// Verifies: ECSS 6.5.1a.4
 #[test]
 fn commands_other_than_a_reset_of_this_node_do_not_count() {
     let mut flight = Flight::new();
@@ -472,7 +492,8 @@ fn commands_other_than_a_reset_of_this_node_do_not_count() {
 
 /// An ignored reset does not end a search: with selective access the slave gets to the other bus.
 ///
-/// Verifies: ECSS 8.3.3e, 8.3.3h
+/// Verifies: ECSS 8.3.3e, 8.3.3h, 5.3.3.1b, 6.5.1a.1, 8.3.2b
+/// Notices: ECSS 5.3.3.1b: a slave stays on the bus on which resets are babbled.
 #[test]
 fn a_selective_slave_leaves_the_bus_on_which_resets_are_babbled() {
     let mut flight = Flight::new();

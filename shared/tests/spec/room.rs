@@ -44,6 +44,9 @@ impl Device for Bank {
 
 /// Given 40 transmit PDOs of type 0 and an event for all but one, when a SYNC comes, then as many go out as the node has room
 /// for, the others at the next SYNC, and each once.
+///
+/// Verifies: ECSS 6.9a, 6.9b
+/// Notices: ECSS 6.9a: a synchronous PDO that had no room at a SYNC is lost.
 #[test]
 fn a_pdo_without_room_at_a_sync_goes_out_at_the_next_one() {
     const IDLE: usize = 17;

@@ -48,7 +48,7 @@ fn bdefault(selector: &Selector) -> Bus {
     selector.parameters().bdefault
 }
 
-/// Verifies: ECSS 8.3.2a
+/// Verifies: ECSS 8.3.2a, 8.3.1a
 #[test]
 fn power_on_selects_the_default_bus_and_clears_ctoggle() {
     for bus in Bus::ALL {
@@ -58,9 +58,10 @@ fn power_on_selects_the_default_bus_and_clears_ctoggle() {
     }
 }
 
-/// Verifies: ECSS 8.3.2b
+/// Verifies: ECSS 8.3.2b, 8.3.1a
 /// Notices: ECSS 8.3.2b: after power-on a slave does not toggle before its first heartbeat of the master.
 /// Notices: ECSS 8.3.3h: each toggle but the first is one consumer time late.
+/// Notices: ECSS 8.3.1a: Ctoggle does not count the changes of a search that begins at power-on.
 #[test]
 fn search_before_first_heartbeat_runs_from_pre_operational() {
     let mut selector = started(PARAMETERS);
@@ -87,7 +88,7 @@ fn after_an_even_ntoggle_it_listens_on_bdefault() {
     assert_eq!(selector.deadline(), None);
 }
 
-/// Verifies: ECSS 5.3.3.2.3k.2, 8.3.3j, 8.3.3l, 5.3.3.2.3h
+/// Verifies: ECSS 5.3.3.2.3k.2, 8.3.3j, 8.3.3l, 5.3.3.2.3h, 8.3.3g
 /// Notices: ECSS 5.3.3.2.3k.2: a slave that gave up its search does not follow the master.
 /// Notices: ECSS 8.3.3j: after an odd Ntoggle a slave goes back to Bdefault.
 /// Notices: ECSS 5.3.3.2.3h: a slave that gave up ignores the master that resumes.
@@ -107,7 +108,7 @@ fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {
     assert_eq!(decisions(&mut selector, 9_100), [(9_100, Selection::Missed { bus: REDUNDANT })]);
 }
 
-/// Verifies: ECSS 8.3.3e.1, 8.3.3e.2
+/// Verifies: ECSS 8.3.3e.1, 8.3.3e.2, 8.3.1a, 8.3.3c
 /// Notices: ECSS 8.3.3e.2: Ttoggle counts from the miss, not from the last heartbeat.
 #[test]
 fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
@@ -146,7 +147,7 @@ fn each_miss_brings_a_switch_however_many_there_were_before() {
 /// Given a slave that follows the master on the nominal bus, when Bdefault is written and the master is missed, then each switch
 /// leaves the bus that was listened to, whatever Bdefault is.
 ///
-/// Verifies: ECSS 8.3.3e.2
+/// Verifies: ECSS 8.3.3e.2, 8.3.2b
 /// Notices: ECSS 8.3.3e.2: a search begins on Bdefault, not on the bus that was followed.
 /// Notices: ECSS 8.3.3e.2: every switch goes to the bus other than Bdefault.
 #[test]
@@ -163,6 +164,8 @@ fn each_switch_leaves_the_bus_listened_to_with_either_bdefault() {
     }
 }
 
+/// Verifies: ECSS 8.3.3e.1, 8.3.3e.2
+/// Notices: ECSS 8.3.3e.1: with Ttoggle 1 the bus is changed before Pre-operational is entered.
 #[test]
 fn with_ttoggle_one_miss_and_switch_coincide_in_that_order() {
     let mut selector = following(Parameters { ttoggle: 1, ..PARAMETERS });
@@ -201,7 +204,7 @@ fn a_command_on_the_active_bus_is_no_heartbeat() {
     assert_eq!(selector.deadline(), Some(ms(1_100)));
 }
 
-/// Verifies: ECSS 8.3.3k
+/// Verifies: ECSS 8.3.3k, 8.3.3g
 #[test]
 fn master_back_on_same_bus_between_miss_and_switch_is_found() {
     let mut selector = following(PARAMETERS);
@@ -211,7 +214,7 @@ fn master_back_on_same_bus_between_miss_and_switch_is_found() {
     assert_eq!(decisions(&mut selector, 1_349), []);
 }
 
-/// Verifies: ECSS 8.3.3g, 8.3.3k, 8.3.3l
+/// Verifies: ECSS 8.3.3g, 8.3.3k, 8.3.3l, 8.3.1a
 /// Notices: ECSS 8.3.3k: a first heartbeat is taken for a command, and has to be confirmed.
 #[test]
 fn heartbeat_on_toggled_bus_ends_search_and_sets_bdefault() {
@@ -232,7 +235,8 @@ fn message_in_toggling_time_after_last_toggle_updates_bdefault() {
     assert_eq!(bdefault(&selector), REDUNDANT);
 }
 
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.3.3l: Bdefault stays when a search ends on the other bus.
 #[test]
 fn any_master_message_ends_the_search_also_on_the_other_bus() {
     for message in [Heartbeat, Command] {
@@ -263,7 +267,7 @@ fn late_message_older_than_last_heartbeat_does_not_move_back() {
     assert_eq!(selector.selected(), REDUNDANT);
 }
 
-/// Verifies: ECSS 8.3.3i
+/// Verifies: ECSS 8.3.3i, 8.3.3k
 #[test]
 fn with_ntoggle_zero_switching_is_disabled() {
     let mut selector = following(Parameters { ntoggle: 0, ..PARAMETERS });
@@ -274,7 +278,7 @@ fn with_ntoggle_zero_switching_is_disabled() {
 
 /// Given a slave with the largest Ntoggle, then it toggles 255 times and gives up. That 255 is no limit holds for the master alone.
 ///
-/// Verifies: ECSS 8.3.3i, 8.3.3j
+/// Verifies: ECSS 8.3.3i, 8.3.3j, 8.3.1a
 /// Notices: ECSS 8.3.3i: an Ntoggle of 255 is no limit for a slave.
 /// Notices: ECSS 8.3.3j: a slave with Ntoggle 255 never stops toggling.
 #[test]
@@ -308,6 +312,8 @@ fn with_ttoggle_zero_it_never_toggles() {
     assert_eq!(decisions(&mut selector, 100_000), [(1_100, Selection::Missed { bus: NOMINAL })]);
 }
 
+/// Verifies: ECSS 6.5.2a
+/// Notices: ECSS 6.5.2a: a consumer time of zero is over at once.
 #[test]
 fn with_a_consumer_time_of_zero_nothing_is_monitored() {
     let mut selector = following(Parameters { consumer: span(0), ..PARAMETERS });
@@ -315,7 +321,7 @@ fn with_a_consumer_time_of_zero_nothing_is_monitored() {
     assert_eq!(selector.poll(ms(100_000)), None);
 }
 
-/// Verifies: ECSS 8.3.2b
+/// Verifies: ECSS 8.3.2b, 8.3.2a
 /// Notices: ECSS 8.3.2b: a search after a late boot counts from power-on, so that it toggles at once.
 #[test]
 fn reset_communication_keeps_bus_and_alternate_is_the_other_one() {
@@ -327,6 +333,9 @@ fn reset_communication_keeps_bus_and_alternate_is_the_other_one() {
 }
 
 /// Parameters are written over the bus at any time, also while the master is searched.
+///
+/// Verifies: ECSS 8.3.1c, 8.3.3i
+/// Notices: ECSS 8.3.1c: an Ntoggle that is written during a search holds for the next one.
 #[test]
 fn a_search_ends_when_switching_is_disabled_meanwhile() {
     for disabled in [
@@ -342,8 +351,9 @@ fn a_search_ends_when_switching_is_disabled_meanwhile() {
     }
 }
 
-/// Verifies: ECSS 8.3.2b
+/// Verifies: ECSS 8.3.2b, 8.3.1c
 /// Notices: ECSS 8.3.2b: a write of a parameter ends the toggling.
+/// Notices: ECSS 8.3.1c: a consumer time that is written during a search holds after the next change of the bus.
 #[test]
 fn toggling_time_shortened_in_search_switches_once_at_a_time() {
     let mut selector = started(PARAMETERS);

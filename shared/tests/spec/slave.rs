@@ -56,13 +56,15 @@ fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
     }
 }
 
-/// Verifies: ECSS 8.2.1a, 8.2.1a.1
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1, 8.3.2a
 /// Notices: ECSS 8.2.1a: selective access of the profile is taken for parallel access.
 #[test]
 fn with_selective_access_it_joins_the_default_bus_only() {
     assert_eq!(powered(&SELECTIVE).controls, [(NOMINAL, BusCommand::Join)]);
 }
 
+/// Verifies: ECSS 6.3a, 6.5.2b, 6.10a
+/// Notices: ECSS 6.3a: no filter of a slave admits SYNC.
 #[test]
 fn its_filters_are_exact() {
     let slave = instrument::slave(node(5), &STANDARD, vec![]);
@@ -89,7 +91,8 @@ fn heartbeats_go_out_on_the_active_bus_and_live_one_period() {
     assert_eq!(slave.sent[0].expires, ms(200));
 }
 
-/// Verifies: ECSS 6.5.4a
+/// Verifies: ECSS 6.5.4a, 6.5.1a, 6.5.1a.1, 6.5.1a.2
+/// Notices: ECSS 6.5.1a.1: a slave does not obey a Start to all nodes.
 #[test]
 fn a_command_changes_the_state_and_the_heartbeat_tells_at_once() {
     let mut slave = powered(&STANDARD);
@@ -102,6 +105,8 @@ fn a_command_changes_the_state_and_the_heartbeat_tells_at_once() {
     assert_eq!(slave.events.last(), Some(&SlaveEvent::State(NmtState::Stopped)));
 }
 
+/// Verifies: ECSS 6.5.1a, 6.5.1a.2
+/// Notices: ECSS 6.5.1a.2: a slave obeys a Stop for another node.
 #[test]
 fn a_command_to_another_node_is_not_obeyed() {
     let mut slave = operational(&STANDARD);
@@ -112,7 +117,7 @@ fn a_command_to_another_node_is_not_obeyed() {
 /// Given a slave in Pre-operational, Operational or Stopped, when the master sends a heartbeat with any of these states every 200 ms, then
 /// the slave misses the master 250 ms after the last heartbeat, and not before.
 ///
-/// Verifies: ECSS 8.3.3c
+/// Verifies: ECSS 8.3.3c, 6.5.2b
 /// Notices: ECSS 8.3.3c: a slave that is stopped takes no heartbeat of the master.
 /// Notices: ECSS 8.3.3c: only a master that is Operational is heard.
 #[test]
@@ -134,7 +139,7 @@ fn master_is_heard_in_any_state_of_it_and_of_the_slave() {
 
 /// Given a slave that is stopped, when it misses the master, then it enters Pre-operational, and goes to the other bus after that.
 ///
-/// Verifies: ECSS 8.3.3e, 8.3.3e.1
+/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3d, 8.3.3e.2, 8.3.3h
 /// Notices: ECSS 8.3.3e.1: a slave that is stopped stays so when it misses the master.
 #[test]
 fn stopped_slave_that_misses_the_master_is_pre_operational() {
@@ -176,7 +181,7 @@ fn master_missed_pre_operational_switch_heartbeat_there() {
 
 /// Given a slave that lost the master, when the master boots up on either bus, then the search ends there.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3k
 /// Notices: ECSS 8.3.3g: the boot-up message of the master does not end a search.
 #[test]
 fn boot_up_message_of_the_master_ends_the_search() {
@@ -194,7 +199,7 @@ fn boot_up_message_of_the_master_ends_the_search() {
     }
 }
 
-/// Verifies: ECSS 8.2.1a, 8.2.1a.1
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1, 8.3.3e.2, 8.3.3g
 /// Notices: ECSS 8.2.1a.1: a slave with selective access does not leave the old bus.
 /// Notices: ECSS 8.2.1a: a node with selective access joins a bus and stays on the other one.
 #[test]
@@ -234,7 +239,7 @@ fn with_selective_access_it_recovers_no_bus_that_it_left() {
 /// Given a slave that searches on the redundant bus, when a stray Start makes it Operational and no heartbeat follows, then it is
 /// Pre-operational again after a consumer time, and goes on with its search so.
 ///
-/// Verifies: ECSS 8.3.3e.1, 8.3.3h
+/// Verifies: ECSS 8.3.3e.1, 8.3.3h, 6.5.1a.1, 8.3.3k
 /// Notices: ECSS 8.3.3e.1: a slave that a stray Start made Operational changes the bus in that state.
 /// Notices: ECSS 8.3.3h: a slave that a stray Start made Operational changes the bus in that state.
 #[test]
@@ -257,7 +262,8 @@ fn slave_started_by_a_stray_command_goes_on_in_pre_operational() {
     }
 }
 
-/// Verifies: ECSS 8.3.3j
+/// Verifies: ECSS 8.3.3j, 8.3.3d, 8.3.3i
+/// Notices: ECSS 8.3.3d: a slave that gave up its search sends no heartbeat.
 #[test]
 fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {
     let mut slave = powered(&Profile { ntoggle: 2, ..STANDARD });
@@ -269,7 +275,7 @@ fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {
     assert_eq!(slave.times(NOMINAL, 0x705).len(), 5);
 }
 
-/// Verifies: ECSS 8.2.1a.2, 8.3.3g
+/// Verifies: ECSS 8.2.1a.2, 8.3.3g, 8.3.3d
 /// Notices: ECSS 8.2.1a.2: a slave with parallel access leaves the bus that is not active.
 #[test]
 fn parallel_slave_follows_heartbeat_and_stays_operational() {
@@ -290,7 +296,7 @@ fn parallel_slave_follows_heartbeat_and_stays_operational() {
     assert_eq!(slave.events.len(), 1);
 }
 
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 6.5.1a.1, 8.3.3d
 #[test]
 fn start_while_searching_moves_slave_to_its_bus_and_is_obeyed() {
     let mut slave = powered(&STANDARD);
@@ -310,7 +316,7 @@ fn start_while_searching_moves_slave_to_its_bus_and_is_obeyed() {
 /// Given a slave that searches, when a command for another node arrives on the other bus, then that bus is the active one. The slave
 /// does not obey.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3d
 /// Notices: ECSS 8.3.3g: a command for another node does not end a search.
 #[test]
 fn command_for_another_node_shows_the_active_bus_to_a_searching_slave() {
@@ -322,6 +328,9 @@ fn command_for_another_node_shows_the_active_bus_to_a_searching_slave() {
     assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x7F]))]);
 }
 
+/// Verifies: ECSS 6.5.1a, 8.3.3g
+/// Notices: ECSS 6.5.1a: a command without a Node-ID is obeyed.
+/// Notices: ECSS 8.3.3g: a malformed command or heartbeat ends a search.
 #[test]
 fn a_malformed_command_or_heartbeat_is_no_master_message() {
     let mut slave = powered(&STANDARD);
@@ -340,6 +349,8 @@ fn a_malformed_command_or_heartbeat_is_no_master_message() {
     assert_eq!(counters.nominal.malformed, 0);
 }
 
+/// Verifies: ECSS 6.5.1a.5, 6.5.3a, 6.5.4a, 8.3.2a, 8.3.3d
+/// Notices: ECSS 8.3.2a: after reset communication a slave boots up on the nominal bus.
 #[test]
 fn reset_communication_boots_up_on_the_bus_in_use() {
     let mut slave = operational(&STANDARD);
@@ -373,6 +384,10 @@ fn reset_node_silences_it_until_the_application_resets_the_chip() {
     assert_eq!(slave.events, [SlaveEvent::ResetNode, SlaveEvent::ResetNode]);
 }
 
+/// Verifies: ECSS 6.2a, 6.4a.2, 6.5.1a.3, 6.5.4a
+/// Notices: ECSS 6.2a: a command that is shorter than its mapping is taken.
+/// Notices: ECSS 6.4a.2: a PDO that is too short has a code other than 8210h.
+/// Notices: ECSS 6.5.4a: a slave takes PDOs in Pre-operational.
 #[test]
 fn commands_are_taken_only_when_operational_on_the_active_bus() {
     let mut slave = operational(&STANDARD);
@@ -397,6 +412,7 @@ fn commands_are_taken_only_when_operational_on_the_active_bus() {
     assert_eq!(slave.events, []);
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn telemetry_goes_out_for_one_period_on_the_active_bus() {
     let mut slave = operational(&STANDARD);
@@ -458,6 +474,8 @@ fn sync_is_answered_with_local_time_at_its_end_if_operational() {
     assert_eq!(slave.frames()[0], (NOMINAL, frame(0x085, &[0x40, 0x82, 0x11, 0, 0, 0, 0, 0])));
 }
 
+/// Verifies: ECSS 6.2a, 7.1.1a
+/// Notices: ECSS 6.2a: a Spacecraft Time PDO that lacks a byte sets the clock.
 #[test]
 fn a_short_time_pdo_is_malformed_and_sets_nothing() {
     let mut slave = operational(&STANDARD);
@@ -468,6 +486,7 @@ fn a_short_time_pdo_is_malformed_and_sets_nothing() {
     assert_eq!(slave.node.status(ms(1_000)).scet, Scet::new(1, 0).unwrap());
 }
 
+/// Verifies: ECSS 6.5.2b, 8.3.3c
 #[test]
 fn heartbeat_that_ended_in_time_counts_however_late_handled() {
     let mut slave = operational(&STANDARD);
@@ -480,7 +499,7 @@ fn heartbeat_that_ended_in_time_counts_however_late_handled() {
 /// Given a slave alone on its bus, when it has sent nothing yet, then its heartbeats are boot-up messages, and its emergencies wait:
 /// its first frame is a boot-up message. When one was acknowledged, heartbeats have its state.
 ///
-/// Verifies: ECSS 6.5.3a
+/// Verifies: ECSS 6.5.3a, 6.5.4a
 #[test]
 fn the_first_frame_of_a_slave_is_its_boot_up_message() {
     let mut slave = Bench::alone(instrument::slave(node(5), &STANDARD, vec![0; 1024]));
@@ -546,9 +565,10 @@ fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
 /// Given a slave that followed the master to the redundant bus, when its nominal controller is bus-off, then it recovers that controller
 /// after 10 ms.
 ///
-/// Verifies: ECSS 8.2.1a.2, 8.2.2a
+/// Verifies: ECSS 8.2.1a.2, 8.2.2a, 5.6.2a
 /// Notices: ECSS 8.2.1a.2: a slave with parallel access gives up the bus that the master left.
 /// Notices: ECSS 8.2.2a: the controller of the bus that the master left is not recovered from bus-off.
+/// Notices: ECSS 5.6.2a: the controller of the bus that the master left stays bus-off.
 #[test]
 fn a_parallel_slave_recovers_the_bus_that_the_master_left() {
     let mut slave = operational(&STANDARD);

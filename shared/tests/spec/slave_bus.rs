@@ -32,7 +32,7 @@ fn missing_its_master() -> Bench<TestSlave> {
     slave
 }
 
-/// Verifies: ECSS 8.3.3e
+/// Verifies: ECSS 8.3.3e, 6.4a.2, 8.3.3e.2
 #[test]
 fn switch_waits_for_the_result_of_the_emcy() {
     for is_sent in [true, false] {
@@ -48,7 +48,7 @@ fn switch_waits_for_the_result_of_the_emcy() {
     }
 }
 
-/// Verifies: ECSS 8.3.3e
+/// Verifies: ECSS 8.3.3e, 8.3.3e.2
 #[test]
 fn switch_waits_two_milliseconds_at_most() {
     let mut slave = missing_its_master();
@@ -68,6 +68,9 @@ fn switch_waits_for_no_other_frame() {
 }
 
 /// A heartbeat in these two milliseconds ends the search before the switch.
+///
+/// Verifies: ECSS 8.3.3k
+/// Notices: ECSS 8.3.3k: a heartbeat between the miss and the switch does not end the search.
 #[test]
 fn heartbeat_while_the_switch_waits_keeps_the_bus() {
     let mut slave = missing_its_master();
@@ -97,6 +100,7 @@ fn first_slave_on_a_bus_reports_no_passive_controller() {
     assert_eq!(errors(&mut slave), Some(1));
 }
 
+/// Verifies: ECSS 8.2.1a.1, 8.3.3d, 8.3.3h
 /// Notices: ECSS 8.2.3a: the bus cannot be chosen while the master is heard.
 #[test]
 fn application_chooses_the_bus_with_selective_access() {
@@ -141,10 +145,11 @@ fn choice_of_a_bus_is_due_at_once() {
 /// Given a slave with selective access that toggles never, because Ttoggle or Ntoggle is zero, when its application chooses the other
 /// bus and then Bdefault again, then the slave goes there each time, and stays.
 ///
-/// Verifies: ECSS 8.2.1a
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1, 8.3.3h, 8.3.3i
 /// Notices: ECSS 8.2.1a: a slave with selective access stays on the redundant bus when it returns to the nominal one.
 /// Notices: ECSS 8.2.3a: with toggling disabled the application cannot choose the bus.
 /// Notices: ECSS 8.2.3a: the application cannot choose Bdefault.
+/// Notices: ECSS 8.3.3i: with Ntoggle 0 a slave changes the bus once.
 #[test]
 fn bus_is_chosen_also_with_toggling_disabled() {
     for disabled in [Profile { ttoggle: 0, ..SELECTIVE }, Profile { ntoggle: 0, ..SELECTIVE }] {
@@ -160,6 +165,8 @@ fn bus_is_chosen_also_with_toggling_disabled() {
     }
 }
 
+/// Verifies: ECSS 8.3.3h
+/// Notices: ECSS 8.3.3h: the toggling time does not begin anew with the choice of the bus.
 #[test]
 fn choice_of_the_same_bus_begins_a_search_there() {
     let mut slave = powered(&SELECTIVE);
@@ -202,6 +209,10 @@ fn application_chooses_no_bus_with_parallel_access() {
 }
 
 /// Commands on the other bus are counted there, and no more.
+///
+/// Verifies: ECSS 6.5.1a, 8.3.3g
+/// Notices: ECSS 6.5.1a: commands on the bus that is not active are obeyed.
+/// Notices: ECSS 8.3.3g: a command on the other bus moves a slave that hears its master.
 #[test]
 fn command_on_the_other_bus_is_counted_as_ignored() {
     let mut slave = powered(&STANDARD);

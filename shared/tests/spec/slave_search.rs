@@ -2,7 +2,7 @@
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3, Ntoggle 4, dwell 1,000 ms, unless a test says otherwise.
 //!
-//! Verifies: ECSS 8.3.1b, 8.3.1c
+//! Verifies: ECSS 8.3.1b, 8.3.1c, 8.3.3b
 
 use ecss_can::redundancy::{Action, Manager, Parameters, SwitchCause};
 use ecss_can::types::{Bus, Duration, NodeId};

@@ -252,8 +252,9 @@ fn commanded_standby_waits_a_consumer_time_and_takes_over_again() {
     assert_eq!(prime.poll(ms(3_400)), Some(SILENT));
 }
 
-/// Verifies: ECSS 6.10l
+/// Verifies: ECSS 6.10l, 6.10m
 /// Notices: ECSS 6.10l: the second master board claims with the COB-ID of the prime one.
+/// Notices: ECSS 6.10m: a claim with the COB-ID of one board and the strap of the other is taken.
 #[test]
 fn claims_as_frames_and_back_and_nothing_else_is_one() {
     for (expected, bytes) in [

@@ -20,7 +20,7 @@ const NO_STATE: [u8; 5] = [0x80, 0x81, 0x86, 0xFE, 0x06];
 /// Given a master that sends every heartbeat, or every second one, with bit 7, then its slave follows for ever. Each such heartbeat is
 /// counted.
 ///
-/// Verifies: ECSS 6.5.2b, 8.3.3d
+/// Verifies: ECSS 6.5.2b, 6.5.2a, 8.3.3c
 /// Notices: ECSS 6.5.2b: heartbeats of a master that is not Operational do not count.
 #[test]
 fn slave_follows_a_master_with_bit_7() {
@@ -44,7 +44,7 @@ fn slave_follows_a_master_with_bit_7() {
 
 /// Given a slave that misses its master, when a heartbeat with bit 7 comes on the other bus, then the search ends there.
 ///
-/// Verifies: ECSS 8.3.3g
+/// Verifies: ECSS 8.3.3g, 8.3.3k
 #[test]
 fn heartbeat_with_bit_7_ends_a_search() {
     for (byte, _) in TOGGLED {
@@ -57,7 +57,7 @@ fn heartbeat_with_bit_7_ends_a_search() {
     }
 }
 
-/// Verifies: ECSS 8.3.3c, 8.3.3e
+/// Verifies: ECSS 8.3.3c, 8.3.3e, 6.5.2b, 8.3.3e.1
 /// Notices: ECSS 8.3.3c: a malformed heartbeat on the active bus counts as one of the master.
 /// Notices: ECSS 8.3.3e: a malformed heartbeat on the active bus counts as one of the master.
 #[test]
@@ -89,6 +89,9 @@ fn double_node_id_with_bit_7_is_a_clash() {
 }
 
 /// Given a node that 1016h monitors, when it sends bit 7, then it is not missed and its state is known.
+///
+/// Verifies: ECSS 6.5.2a, 6.5.2b
+/// Notices: ECSS 6.5.2b: a plain slave takes no heartbeat with bit 7.
 #[test]
 fn consumer_takes_heartbeats_with_bit_7() {
     for (byte, state) in TOGGLED {
@@ -109,7 +112,7 @@ fn consumer_takes_heartbeats_with_bit_7() {
 /// Given a slave that sends bit 7, then its master knows its state, starts it, does not lose it and stays on the bus. 80h is no
 /// boot-up message: nothing is asked again.
 ///
-/// Verifies: ECSS 8.3.3f
+/// Verifies: ECSS 8.3.3f, 6.5.2a
 #[test]
 fn master_keeps_a_slave_with_bit_7() {
     let mut master = master_device::powered(&STANDARD);
@@ -147,7 +150,7 @@ fn master_keeps_a_slave_with_bit_7() {
 /// Given a standby that hears master and slaves with bit 7 alone, when it takes over, then they are its slaves: their silence makes it
 /// leave the bus.
 ///
-/// Verifies: ECSS 8.1a
+/// Verifies: ECSS 8.1a, 8.3.3b
 #[test]
 fn standby_knows_slaves_with_bit_7() {
     let mut board = pair::powered(ecss_can::redundancy::Strap::Second);
@@ -175,6 +178,8 @@ fn standby_knows_slaves_with_bit_7() {
     assert_eq!(switched, Some(SwitchCause::SlavesSilent), "{:?}", board.events);
 }
 
+/// Verifies: ECSS 6.5.2b, 8.3.3c
+/// Notices: ECSS 6.5.2b: a minimal slave takes no heartbeat with bit 7.
 #[test]
 fn minimal_slave_follows_a_master_with_bit_7() {
     for (byte, _) in TOGGLED {

@@ -65,7 +65,7 @@ fn a_bus_that_served_more_slaves_is_tried_again() {
 /// Given a try of the other bus, when it was in vain, then the heartbeat begins on the bus that the master returns to at once, not in
 /// the rhythm of the one that it leaves.
 ///
-/// Verifies: ECSS 8.3.3b.2
+/// Verifies: ECSS 8.3.3b.2, 8.3.3a, 8.3.3b.1
 /// Notices: ECSS 8.3.3b.2: after a try in vain the heartbeat begins a period late.
 #[test]
 fn heartbeat_begins_at_once_after_a_try_in_vain() {

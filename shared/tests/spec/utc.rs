@@ -110,6 +110,7 @@ fn a_device_with_utc_is_set_and_read_over_the_bus() {
     assert_eq!((UtcSet::STRUCTURE, UtcGet::STRUCTURE), (0x41, 0x41));
 }
 
+/// Verifies: ECSS 7.1.3c
 #[test]
 fn it_goes_by_pdo_as_figure_7_2_has_it() {
     let mut device = LocalUtc::default();

@@ -22,12 +22,15 @@ mod tests {
         CobId::new(raw).unwrap()
     }
 
+    /// Verifies: ECSS 11.1c
+    /// Notices: ECSS 11.1c: filters admit remote frames.
     #[test]
     fn exact_filter_compares_every_identifier_bit_and_rtr_and_ide() {
         // STID 31:21 of the 16-bit register layout: 701h << 5 = E020h, mask 7FFh << 5 | 18h = FFF8h.
         assert_eq!(half_bank(Filter::exact(id(0x701))), 0xFFF8_E020);
     }
 
+    /// Verifies: ECSS 11.1c
     #[test]
     fn a_function_filter_leaves_the_node_out() {
         assert_eq!(half_bank(Filter::function(id(0x380))), 0xF018_7000);

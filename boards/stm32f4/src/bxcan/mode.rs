@@ -215,6 +215,7 @@ mod tests {
         assert!(mode.is_settled());
     }
 
+    /// Verifies: ECSS 8.2.1a.1
     #[test]
     fn a_bus_is_left_when_the_mailboxes_are_empty() {
         let mut mode = on_bus();
@@ -227,6 +228,7 @@ mod tests {
         assert!(mode.is_settled() && mode.is_silent());
     }
 
+    /// Verifies: ECSS 8.2.1a.1
     #[test]
     fn a_mailbox_that_does_not_empty_keeps_nobody_on_the_bus() {
         let mut mode = on_bus();
@@ -281,6 +283,8 @@ mod tests {
         assert!(mode.is_settled());
     }
 
+    /// Verifies: ECSS 8.2.1a.1
+    /// Notices: ECSS 8.2.1a.1: a recovery from bus-off joins a bus that was left.
     #[test]
     fn a_bus_that_was_left_is_not_recovered() {
         let mut mode = silent();

@@ -280,6 +280,8 @@ mod tests {
         }
     }
 
+    /// Verifies: ECSS 5.6.2b
+    /// Notices: ECSS 5.6.2b: error passive that was over before the application looked is not reported.
     #[test]
     fn worse_state_that_ended_is_reported_before_the_present_one() {
         let mut log = ErrorLog::new();

@@ -97,6 +97,8 @@ mod tests {
     }
 
     /// COB-IDs and bytes are those of CiA 301 and of the mission's data sheets.
+    ///
+    /// Verifies: ECSS 6.5.2a
     #[test]
     fn frames_of_interest_are_described() {
         let cases: [(u16, &[u8], Option<&str>); 11] = [

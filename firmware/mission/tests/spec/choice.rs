@@ -65,8 +65,9 @@ const BIT_RATES: &str = "#[allow(nonstandard_style)] pub enum BitRate { KBIT_10 
 /// Given the feature of each bit rate, or none, when the choice of the bit rate is compiled with it, then images run at this rate: at
 /// all of the standard, beside the slower ones.
 ///
-/// Verifies: ECSS 5.4.2b
+/// Verifies: ECSS 5.4.2b, 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3
 /// Notices: ECSS 5.4.2b: images for 250 kbit/s run at 500 kbit/s.
+/// Notices: ECSS 5.4.2a.2: images for 250 kbit/s run at 500 kbit/s.
 #[test]
 fn images_run_at_the_bit_rate_of_their_feature() {
     let (_, features) = choices();

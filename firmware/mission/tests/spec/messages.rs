@@ -33,6 +33,7 @@ fn padded<const N: usize>(data: &[u8]) -> [u8; N] {
     all
 }
 
+/// Verifies: ECSS 9.4.2a
 #[test]
 fn commands_on_the_wire() {
     let wire = [
@@ -69,6 +70,7 @@ fn commands_that_are_none() {
     }
 }
 
+/// Verifies: ECSS 9.4.2b
 #[test]
 fn requests_have_a_code_each_and_no_data() {
     let codes = Request::ALL.map(Request::code);
@@ -81,6 +83,7 @@ fn requests_have_a_code_each_and_no_data() {
     assert_eq!(Request::decode(&Message::of(0x105, [])), None);
 }
 
+/// Verifies: ECSS 9.4.2b
 #[test]
 fn telemetry_on_the_wire() {
     let health = Health { state: ErrorState::Passive, tec: 128, rec: 3, last_error: LastError::Ack };

@@ -165,7 +165,7 @@ fn spacecraft_time_is_get_at_the_master_and_set_at_each_slave() {
 
 /// Given a slave of the mission, when 181h comes after a SYNC, then its bytes are fine time and coarse time, both little-endian.
 ///
-/// Verifies: ECSS 7.1.2f
+/// Verifies: ECSS 7.1.2f, 7.2.2c, 7.2.3g
 /// Notices: ECSS 7.1.2f: a slave maps the coarse time of Local SCET Set before the fine time.
 #[test]
 fn spacecraft_time_is_taken_as_figure_7_1_has_it() {
@@ -267,6 +267,8 @@ fn a_node_that_is_none_of_the_missions_is_not_commanded() {
     assert_eq!(request(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
 }
 
+/// Verifies: ECSS 6.5.2a, 8.3.1b
+/// Notices: ECSS 8.3.1b: 1016h of the master has no entry for the last slave.
 #[test]
 fn the_master_consumes_the_heartbeat_of_every_slave() {
     for profile in [&STANDARD, &LIBRECUBE] {
@@ -279,6 +281,8 @@ fn the_master_consumes_the_heartbeat_of_every_slave() {
 
 /// A receive PDO changes a value; that a service has to follow, the node learns from an SDO. Objects that may come by PDO
 /// are the application's, which hears of each, and the time, which sets the clock.
+///
+/// Verifies: ECSS 7.2.2c
 #[test]
 fn what_a_service_has_to_follow_does_not_come_by_pdo() {
     let mut by_pdo = Vec::new();

@@ -123,7 +123,8 @@ impl Bench {
 /// Given a slave in Operational, when the master is missed, then the slave reports it, enters Pre-operational and
 /// changes the bus only when the EMCY was sent.
 ///
-/// Verifies: ECSS 8.3.3e
+/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2
+/// Notices: ECSS 8.3.3e.1: a slave enters Pre-operational with the change of the bus, not with the miss.
 #[test]
 fn first_change_of_the_bus_waits_for_the_warning() {
     let toggled = Action::ActiveBus { bus: Bus::Redundant, cause: BusCause::Toggled, is_new: true };
@@ -176,7 +177,7 @@ fn other_frames_do_not_end_the_warning() {
 
 /// Given a slave that missed the master, when the master is heard again on the same bus, then search and error end.
 ///
-/// Verifies: ECSS 5.3.3.2.3j, 5.3.3.2.3k.2
+/// Verifies: ECSS 5.3.3.2.3j, 5.3.3.2.3k.2, 8.3.3k
 /// Notices: ECSS 5.3.3.2.3j: a slave never ends its report that it missed the master.
 /// Notices: ECSS 5.3.3.2.3k.2: the error of the missed master stays when it is heard again on the same bus.
 #[test]
@@ -192,7 +193,7 @@ fn heartbeat_of_the_master_ends_warning_and_search() {
 /// Given a searching slave, when "reset communication" arrives on the other bus, then the slave changes the bus first, so
 /// that its boot-up message is on the bus of the master.
 ///
-/// Verifies: ECSS 6.5.3a, 8.3.3g
+/// Verifies: ECSS 6.5.3a, 8.3.3g, 6.5.1a.5
 /// Notices: ECSS 6.5.3a: the boot-up message after a reset is sent on Bdefault.
 #[test]
 fn bus_of_a_reset_is_changed_to_before_it_is_obeyed() {
@@ -208,6 +209,7 @@ fn bus_of_a_reset_is_changed_to_before_it_is_obeyed() {
     assert_eq!(bench.boot(20), Bus::Redundant);
 }
 
+/// Verifies: ECSS 6.5.1a.4
 #[test]
 fn a_reset_of_the_chip_is_counted_before_it_happens() {
     let mut bench = Bench::new(BusAccess::Parallel);
@@ -221,6 +223,8 @@ fn a_reset_of_the_chip_is_counted_before_it_happens() {
 
 /// Given three resets in a row that were obeyed, when a fourth arrives on the other bus, then it neither resets the slave
 /// nor ends its search there.
+///
+/// Verifies: ECSS 6.5.1a.5
 #[test]
 fn an_ignored_reset_does_not_move_the_slave() {
     let mut bench = Bench::new(BusAccess::Parallel);
@@ -269,7 +273,7 @@ fn a_newcomer_reports_the_clash_before_it_is_stopped() {
 /// Given a slave above its budget, when the master starts it, then the slave stays in Pre-operational until the silence
 /// ends with a boot-up.
 ///
-/// Verifies: ECSS 5.3.3.1b
+/// Verifies: ECSS 5.3.3.1b, 6.5.1a.1
 #[test]
 fn a_silenced_slave_is_not_started() {
     let mut bench = Bench::operational();
@@ -306,6 +310,8 @@ fn with_parallel_access_no_bus_is_chosen() {
     assert_eq!((bench.poll(20), bench.slave.selected()), (Vec::new(), Bus::Nominal));
 }
 
+/// Verifies: ECSS 8.2.1a.1
+/// Notices: ECSS 8.2.1a.1: a slave with selective access hears its master on the bus that it is not on.
 #[test]
 fn a_slave_with_selective_access_ignores_the_bus_it_left() {
     let mut bench = Bench::new(BusAccess::Selective);

@@ -15,7 +15,7 @@ use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms};
 use crate::console::Console;
 use crate::device::fixture::Memory;
 
-/// Verifies: ECSS 7.1.2f, 7.2.2b
+/// Verifies: ECSS 7.1.2f, 7.2.2b, 7.2.1a
 /// Notices: ECSS 7.1.2f: a standby takes the fine time for 32 bits.
 #[test]
 fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
@@ -36,7 +36,7 @@ fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
 
 /// Given a standby with a clock that follows the active master, when that one is set anew, then the standby follows at the third time.
 ///
-/// Verifies: ECSS 7.2.3f
+/// Verifies: ECSS 7.2.3f, 7.2.1a
 /// Notices: ECSS 7.2.3f: a standby takes the first spacecraft time alone.
 #[test]
 fn a_standby_follows_a_spacecraft_time_that_is_set_anew() {
@@ -122,7 +122,7 @@ fn times_after_takeover(by_sync: bool, prepare: impl FnOnce(&mut Board)) -> Vec<
 /// Given a standby that heard no spacecraft time, when it has taken over, then it sends none: slaves keep the time that they have,
 /// until this one is set by command.
 ///
-/// Verifies: ECSS 7.2.2b, 7.2.3b, 7.2.3d, 7.2.3f
+/// Verifies: ECSS 7.2.2b, 7.2.3b, 7.2.3d, 7.2.3f, 6.9d
 /// Notices: ECSS 7.2.3d: a master sends no SYNC while it withholds the time.
 /// Notices: ECSS 7.2.3b: the time stays withheld after it was set.
 /// Notices: ECSS 7.2.3b: synchronous PDOs of a master go out on the nominal bus alone.
@@ -139,7 +139,7 @@ fn a_new_master_without_a_time_sends_none_until_it_is_set() {
 
 /// Given a board that was active first, when it becomes the standby and active again, then the time is still its own.
 ///
-/// Verifies: ECSS 7.2.3b
+/// Verifies: ECSS 7.2.3b, 7.2.2b
 /// Notices: ECSS 7.2.3b: the first one of two boards withholds its time until it is set.
 #[test]
 fn the_board_that_began_the_network_is_its_clock_after_a_pause() {
@@ -154,6 +154,8 @@ fn the_board_that_began_the_network_is_its_clock_after_a_pause() {
     assert!(!board.times(NOMINAL, 0x181).is_empty());
 }
 
+/// Verifies: ECSS 7.2.3f
+/// Notices: ECSS 7.2.3f: a standby takes the local time of a slave for the spacecraft time.
 #[test]
 fn a_time_on_the_bus_that_is_not_active_is_not_taken() {
     let mut board = standing_by();
@@ -198,7 +200,8 @@ fn assert_follows_moved_sync(board: &mut Board) {
 
 /// Given a standby, when 1005h is written, then its filters, stamps and clock follow SYNC to the new COB-ID.
 ///
-/// Verifies: ECSS 6.3b, 7.2.3c
+/// Verifies: ECSS 6.3b, 7.2.3c, 6.10a, 6.10c, 8.1a
+/// Notices: ECSS 6.10c: a standby takes SYNC by 080h after another COB-ID was written.
 #[test]
 fn standby_follows_sync_to_a_written_cob_id() {
     let mut board = standing_by();
@@ -210,7 +213,8 @@ fn standby_follows_sync_to_a_written_cob_id() {
 
 /// Given a board with another COB-ID of SYNC in its store, when it becomes the standby, then it takes SYNC by that one.
 ///
-/// Verifies: ECSS 6.3b, 7.2.3c
+/// Verifies: ECSS 6.3b, 7.2.3c, 6.10a, 6.10c, 8.1a
+/// Notices: ECSS 6.10c: a standby does not take the stored COB-ID of SYNC.
 #[test]
 fn standby_follows_sync_by_its_stored_cob_id() {
     let memory = Memory::default();
@@ -229,7 +233,8 @@ fn standby_follows_sync_by_its_stored_cob_id() {
 
 /// Given a standby, when the TPDO of the spacecraft time gets another COB-ID, then its filters admit that one.
 ///
-/// Verifies: ECSS 7.2.2b
+/// Verifies: ECSS 6.10a, 6.10c, 7.2.2c
+/// Notices: ECSS 6.10c: the filters of a standby stay when the Spacecraft Time PDO gets another COB-ID.
 #[test]
 fn standby_admits_the_time_by_another_cob_id() {
     let mut board = standing_by();

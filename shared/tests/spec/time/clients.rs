@@ -22,6 +22,7 @@ fn steps(slave: &Node<Keeper>) -> Vec<Step> {
 
 /// Fine time at 0.999 s, coarse time 2 ms later: 0.999 s, not 1.999 s.
 ///
+/// Verifies: ECSS 7.1.2e
 /// Notices: ECSS 7.1.1a: the fine time is sent in microseconds, not in units of 2^-24 s.
 /// Notices: ECSS 7.1.2d: each read of the coarse time takes a new sample.
 #[test]
@@ -43,7 +44,9 @@ fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
 /// Given a clock that a client sets to half a second before its end, then it counts all 32 bits of seconds, and begins
 /// again with zero.
 ///
+/// Verifies: ECSS 7.1.2c, 7.1.2e
 /// Notices: ECSS 7.1.1a: the coarse time wraps after 2^24 s.
+/// Notices: ECSS 7.1.2e: the coarse time has 31 bits.
 #[test]
 fn the_coarse_time_counts_32_bits_and_begins_again() {
     let mut slave = operational::<Keeper>();
@@ -73,6 +76,7 @@ fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
 /// Given a client that asks by block upload and accepts an expedited answer, when it reads the coarse time at 1.999 s and the fine time
 /// 2 ms later, then both are of 1.999 s.
 ///
+/// Verifies: ECSS 6.1a
 /// Notices: ECSS 7.1.2a: a block upload of Local SCET Get takes no sample.
 /// Notices: ECSS 7.1.2d: a read of the time by block upload takes no sample.
 #[test]
@@ -90,7 +94,7 @@ fn parts_read_by_block_upload_are_of_one_sample() {
 
 /// Coarse time, fine time 100 ms later: one step, as of the second write.
 ///
-/// Verifies: ECSS 7.1.2c
+/// Verifies: ECSS 7.1.2c, 7.1.2b
 /// Notices: ECSS 7.1.2c: the first of two parts sets the clock.
 #[test]
 fn two_writes_are_one_step() {
@@ -110,7 +114,7 @@ fn two_writes_are_one_step() {
 
 /// Given a slave whose Local Time PDO is not valid, when a client writes Local SCET Set, then the clock is set.
 ///
-/// Verifies: ECSS 7.1.2b
+/// Verifies: ECSS 7.1.2b, 7.1.2c
 /// Notices: ECSS 7.1.2b: Local SCET Set of a node without a valid Local Time PDO sets nothing.
 #[test]
 fn local_scet_set_works_without_a_local_time_pdo() {
@@ -147,7 +151,7 @@ fn a_time_that_a_pdo_brings_ends_a_pair_that_was_begun() {
 
 /// Given a clock that the other one has set, when a client or a PDO brings a time, then this one sets it.
 ///
-/// Verifies: ECSS 7.1.2c, 7.2.3f
+/// Verifies: ECSS 7.1.2c, 7.2.3f, 7.2.1a, 7.2.3g
 /// Notices: ECSS 7.1.2c: a client does not set a clock that follows a Spacecraft Time PDO.
 /// Notices: ECSS 7.2.3f: a clock that a client has set does not follow the PDO.
 #[test]
@@ -168,7 +172,7 @@ fn a_client_and_a_pdo_set_the_clock_one_after_the_other() {
     }
 }
 
-/// Verifies: ECSS 7.1.2g, 7.1.2h
+/// Verifies: ECSS 7.1.2g, 7.1.2h, 7.1.2c
 #[test]
 fn a_device_with_8_bits_of_fine_time_sends_and_takes_no_more() {
     let mut slave = operational::<Coarse>();
@@ -185,7 +189,7 @@ fn a_device_with_8_bits_of_fine_time_sends_and_takes_no_more() {
 
 /// 1 km of cable, and then some, on the bus of the SYNC; 1 ms less on the other one.
 ///
-/// Verifies: ECSS 7.2.3c, 7.2.3k
+/// Verifies: ECSS 7.2.3c, 7.2.3k, 7.2.3i
 /// Notices: ECSS 7.2.3k: the delay of the nominal bus corrects SYNCs of both.
 #[test]
 fn stamps_are_corrected_by_the_delay_of_their_bus() {
@@ -216,6 +220,8 @@ fn stamps_are_corrected_by_the_delay_of_their_bus() {
 }
 
 /// A producer with 8 bits: on average it cuts off half a unit of 2^-8 s, 1.95 ms, less half of one of 2^-24 s.
+///
+/// Verifies: ECSS 7.2.1a
 #[test]
 fn the_mean_of_what_the_producer_cuts_off_is_added() {
     let mut slave = operational::<Keeper>();
@@ -227,6 +233,7 @@ fn the_mean_of_what_the_producer_cuts_off_is_added() {
     assert_eq!(write(&mut slave, 0x2014, 3, &[25]), refused(0x2014, 3, 0x0609_0031));
 }
 
+/// Verifies: ECSS 6.1a
 #[test]
 fn the_quality_of_the_clock_is_there_to_read() {
     let mut slave = operational::<Keeper>();
@@ -244,6 +251,7 @@ fn the_quality_of_the_clock_is_there_to_read() {
     assert_eq!(write(&mut slave, 0x2015, 2, &[0]), refused(0x2015, 2, 0x0601_0002));
 }
 
+/// Verifies: ECSS 6.2a, 6.9b
 #[test]
 fn the_quality_of_the_clock_travels_by_pdo() {
     let mut slave = operational::<Keeper>();
@@ -259,6 +267,8 @@ fn the_quality_of_the_clock_travels_by_pdo() {
 }
 
 /// Given no other TPDO, when the one of the quality is sent, then it has the values of this SYNC.
+///
+/// Verifies: ECSS 6.2a, 6.9b
 #[test]
 fn the_quality_of_the_clock_travels_alone() {
     let mut slave = operational::<Keeper>();
@@ -275,7 +285,7 @@ fn the_quality_of_the_clock_travels_alone() {
 /// Given a client that wrote one part, when a PDO brings a time that is not used, then the other part sets nothing: the first one is
 /// that of the PDO now.
 ///
-/// Verifies: ECSS 7.1.2c
+/// Verifies: ECSS 7.1.2c, 7.2.3c
 #[test]
 fn time_of_a_pdo_that_is_not_used_ends_a_pair_begun() {
     let mut slave = operational::<Keeper>();

@@ -98,7 +98,7 @@ fn time_holds_at_the_sync_after_a_write_to_its_objects() {
 /// Given a slave in Operational, when a client gives the spacecraft time of type 1 to its second RPDO, behind or before another object, and
 /// the frame comes 2 ms after a SYNC, then the clock is set to the time of that SYNC. The first RPDO has type 255.
 ///
-/// Verifies: ECSS 7.2.2c, 7.2.3g
+/// Verifies: ECSS 7.2.2c, 7.2.3g, 6.2a
 /// Notices: ECSS 7.2.2c: Local SCET Set that a client maps sets no clock until the next boot.
 /// Notices: ECSS 7.2.3g: a time is taken only if it is mapped last.
 /// Notices: ECSS 7.2.3g: the transmission type of RPDO 1 holds for the time in another RPDO.
@@ -152,6 +152,9 @@ fn a_time_without_a_sync_before_it_is_of_no_use() {
 }
 
 /// A SYNC has no byte, or its counter: what is longer has no time and needs no stamp.
+///
+/// Verifies: ECSS 6.3b
+/// Notices: ECSS 6.3b: a SYNC of two bytes counts as a SYNC.
 #[test]
 fn a_sync_of_wrong_length_has_no_time() {
     let mut slave = operational::<Keeper>();
@@ -169,6 +172,9 @@ fn a_sync_of_wrong_length_has_no_time() {
 }
 
 /// Given a slave whose SYNC has another COB-ID, then that one is stamped, and 080h is not.
+///
+/// Verifies: ECSS 6.3b, 6.10a, 6.10c
+/// Notices: ECSS 6.10c: SYNC is stamped by 080h after another COB-ID was written.
 #[test]
 fn sync_is_stamped_by_its_present_cob_id() {
     let mut slave = operational::<Keeper>();
@@ -213,6 +219,7 @@ fn the_time_of_a_sync_that_was_not_heard_moves_nothing() {
     assert!(!has_stepped(&slave));
 }
 
+/// Verifies: ECSS 7.2.3f
 #[test]
 fn time_set_anew_is_followed_by_one_step_at_the_third_time() {
     let mut slave = operational::<Keeper>();
@@ -265,7 +272,7 @@ fn time_set_back_by_a_sync_period_is_followed_at_the_sixth_time() {
     }
 }
 
-/// Verifies: ECSS 7.2.2b, 7.2.2c
+/// Verifies: ECSS 7.2.2c
 /// Notices: ECSS 7.2.1a: a time of type 255 is taken for that of the last SYNC.
 /// Notices: ECSS 7.2.1a: a time of type 254 is taken for that of the last SYNC.
 #[test]
@@ -297,7 +304,7 @@ fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
 
 /// Given a slave whose first TPDO is not in use, when a SYNC ends at 1.5 s, then its second TPDO has the local time of that instant.
 ///
-/// Verifies: ECSS 7.2.2e, 7.2.3h, 7.2.3i
+/// Verifies: ECSS 7.2.2e, 7.2.3h, 7.2.3i, 7.2.2f, 7.2.3k
 /// Notices: ECSS 7.2.3h: the local time is sampled only where TPDO 1 carries it.
 /// Notices: ECSS 7.2.3i: the local time is sampled for TPDO 1 alone.
 /// Notices: ECSS 7.2.2e: the local time is sampled for TPDO 1 alone.
@@ -315,7 +322,7 @@ fn local_time_may_be_another_pdo_of_the_slave() {
 /// Given a slave whose first TPDO goes with SYNC and carries another value, then its second TPDO goes with SYNC, too, and has the
 /// local time.
 ///
-/// Verifies: ECSS 7.2.2g, 7.2.3j
+/// Verifies: ECSS 7.2.2g, 7.2.3j, 6.9b, 7.2.3i
 /// Notices: ECSS 7.2.2g: a slave sends the first TPDO that goes with SYNC alone, and so no Local Time PDO.
 #[test]
 fn local_time_goes_beside_another_pdo_with_sync() {
@@ -371,7 +378,7 @@ fn time_at_a_sync_expires_before_it_could_be_that_of_the_next() {
 
 /// A producer and a consumer with 8 bits, 3.9 ms, and the oscillator of the consumer: none of it moves the clock by more.
 ///
-/// Verifies: ECSS 7.1.2g, 7.1.2h
+/// Verifies: ECSS 7.1.2h
 #[test]
 fn a_clock_is_steered_by_times_of_8_bits() {
     let mut slave = operational::<Coarse>();
@@ -425,8 +432,9 @@ fn a_device_with_8_bits_ignores_the_others_of_a_spacecraft_time() {
 
 /// Types 241 to 251 are reserved. Remote requests, 252 and 253, are not for PDOs (ECSS Table 11-1).
 ///
-/// Verifies: ECSS 7.2.3e
+/// Verifies: ECSS 7.2.3e, 6.2a, 11.1c
 /// Notices: ECSS 7.2.3e: a client cannot set type 240.
+/// Notices: ECSS 11.1c: transmission types of remote requests are taken.
 #[test]
 fn types_241_to_253_are_refused_for_the_time() {
     let mut slave = operational::<Keeper>();
@@ -445,7 +453,7 @@ fn types_241_to_253_are_refused_for_the_time() {
 
 /// Given a Local Time PDO by event, when a SYNC of a wrong length comes after a right one, then the PDO has the time at the right one.
 ///
-/// Verifies: ECSS 7.2.3k
+/// Verifies: ECSS 7.2.3k, 6.3b
 /// Notices: ECSS 7.2.3k: a SYNC of a wrong length counts as the last one.
 #[test]
 fn local_time_is_not_that_of_a_sync_of_wrong_length() {

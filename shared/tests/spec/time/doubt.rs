@@ -41,6 +41,9 @@ fn follow(slave: &mut Node<Keeper>, last: u64, off: &[u64]) {
 }
 
 /// Two spacecraft times 0.5 s off move no clock; three do, and an emergency reports the step. The first time of all is none.
+///
+/// Verifies: ECSS 6.4a.1, 6.4a.2
+/// Notices: ECSS 6.4a.2: a step of the clock has a code other than 9000h.
 #[test]
 fn step_of_a_clock_is_an_emergency() {
     let mut slave = operational::<Keeper>();
@@ -56,7 +59,7 @@ fn step_of_a_clock_is_an_emergency() {
 
 /// Two nodes send the spacecraft time: after the third SYNC with two times it is an emergency, until a SYNC has one.
 ///
-/// Verifies: ECSS 7.2.2d
+/// Verifies: ECSS 7.2.2d, 6.4a.2
 /// Notices: ECSS 7.2.2d: two times after each SYNC are taken as they come.
 /// Notices: ECSS 7.2.2d: a second producer with another time is not noticed.
 #[test]
@@ -75,6 +78,9 @@ fn second_producer_of_the_time_is_an_emergency() {
 }
 
 /// A time that was repeated by the bus, once, is none.
+///
+/// Verifies: ECSS 6.4a.1
+/// Notices: ECSS 6.4a.1: a spacecraft time that the bus repeated is reported as an error.
 #[test]
 fn repeated_time_is_no_second_producer() {
     let mut slave = operational::<Keeper>();
@@ -87,6 +93,8 @@ fn repeated_time_is_no_second_producer() {
 }
 
 /// A crystal that is farther off than the profile admits: the clock has no bound, which is an emergency.
+///
+/// Verifies: ECSS 6.4a.2
 #[test]
 fn saturated_clock_is_an_emergency() {
     let mut slave = operational::<Keeper>();

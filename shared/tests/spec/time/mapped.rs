@@ -76,7 +76,7 @@ fn client_maps_local_time_where_no_pdo_had_it() {
 /// Given a master without PDOs, when its application maps Local SCET Get to 181h, then 181h has the spacecraft time: with SYNC, or by
 /// event.
 ///
-/// Verifies: ECSS 7.2.2a, 7.2.2b, 7.2.3a, 7.2.3b
+/// Verifies: ECSS 7.2.2a, 7.2.2b, 7.2.3a, 7.2.3b, 7.1.2f
 /// Notices: ECSS 7.2.2a: a Spacecraft Time PDO that is mapped after power-on has no sample.
 /// Notices: ECSS 7.2.3a: Local SCET Get is sampled only if it was mapped at power-on.
 #[test]
@@ -126,11 +126,12 @@ fn assert_restored<D: Device>(id: u16, syncs: usize) {
 /// Given a consumer or a producer of the time, when a client took Local SCET Get out of its PDO and the communication is reset, then
 /// the PDO has the time again.
 ///
-/// Verifies: ECSS 7.2.2a, 7.2.2e, 7.2.3a, 7.2.3h
+/// Verifies: ECSS 7.2.2a, 7.2.2e, 7.2.3a, 7.2.3h, 6.5.1a.5
 /// Notices: ECSS 7.2.2a: the time producer takes no sample after a reset of its communication.
 /// Notices: ECSS 7.2.3a: PDOs with Local SCET Get are noted at power-on alone.
 /// Notices: ECSS 7.2.2e: the Local Time PDO has no sample after a reset of the communication.
 /// Notices: ECSS 7.2.3h: a mapping that the reset restores is not noted.
+/// Notices: ECSS 6.5.1a.5: reset communication keeps a mapping that a client has written.
 #[test]
 fn reset_communication_restores_time_in_pdos() {
     assert_restored::<Keeper>(0x185, 1);
@@ -139,7 +140,7 @@ fn reset_communication_restores_time_in_pdos() {
 
 /// Given a consumer that sends no local time, when a SYNC and 2 ms later its time come, then the clock is set to the time of that SYNC.
 ///
-/// Verifies: ECSS 7.2.3c, 7.2.3f, 7.2.3g
+/// Verifies: ECSS 7.2.3c, 7.2.3f, 7.2.3g, 7.2.1a, 7.2.2c
 /// Notices: ECSS 7.2.3f: a consumer without a Local Time PDO notes no SYNC, and its clock is never set.
 /// Notices: ECSS 7.2.3g: a consumer follows only if it sends its local time.
 #[test]
@@ -157,7 +158,7 @@ fn consumer_without_local_time_pdo_follows() {
 /// Given a consumer of UTC that sends no local time, when a SYNC and 2 ms later its time come, then the clock is set to the time of that
 /// SYNC.
 ///
-/// Verifies: ECSS 7.1.1b
+/// Verifies: ECSS 7.1.1b, 7.1.3b, 7.1.3e, 7.2.3c
 /// Notices: ECSS 7.1.1b: a consumer of UTC without a Local Time PDO notes no SYNC, and its clock is never set.
 #[test]
 fn consumer_of_utc_without_local_time_pdo_follows() {
@@ -174,7 +175,7 @@ fn consumer_of_utc_without_local_time_pdo_follows() {
 /// Given a slave that keeps UTC and receives it by 181h, when a client maps Local SCET Set there, then the SCET that comes sets its
 /// clock.
 ///
-/// Verifies: ECSS 7.1.1d, 7.1.2a, 7.2.1a
+/// Verifies: ECSS 7.1.1d, 7.1.2a, 7.2.1a, 7.1.2c
 /// Notices: ECSS 7.1.1d: a device with UTC takes every spacecraft time for UTC.
 /// Notices: ECSS 7.1.2a: a device with UTC cannot be set by Local SCET Set.
 #[test]
@@ -277,9 +278,10 @@ fn the_two_bits_that_a_device_of_22_lacks_mean_nothing() {
 /// Given a slave whose TPDO 1 is its Local Time PDO, then no other TPDO of it gets the same COB-ID, whichever of the two has the lower
 /// number.
 ///
-/// Verifies: ECSS 7.2.2g, 7.2.3j
+/// Verifies: ECSS 7.2.2g, 7.2.3j, 6.10a, 6.10b
 /// Notices: ECSS 7.2.2g: a TPDO may get the COB-ID of the Local Time PDO if its number is lower.
 /// Notices: ECSS 7.2.3j: the COB-ID of the local time is compared with TPDOs of lower number alone.
+/// Notices: ECSS 6.10b: a transmit PDO may have the COB-ID of another one.
 #[test]
 fn local_time_pdo_shares_its_cob_id_with_no_other() {
     let taken = |index| refused(index, 1, 0x0604_0043);
@@ -299,7 +301,7 @@ fn local_time_pdo_shares_its_cob_id_with_no_other() {
 /// Given a device with submilliseconds, when a PDO with 1000 of them was refused, then a client that writes the three parts of Local UTC
 /// Set in any order sets the clock.
 ///
-/// Verifies: ECSS 7.1.3b
+/// Verifies: ECSS 7.1.3b, 7.1.3c, 7.1.3e
 /// Notices: ECSS 7.1.3b: after a time that was refused a client has to write twice.
 #[test]
 fn client_sets_utc_after_a_time_that_was_refused() {

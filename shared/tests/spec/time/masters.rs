@@ -118,7 +118,7 @@ fn payloads<D: Device>(master: &Bench<Master<D>>, id: u16) -> Vec<Vec<u8>> {
 /// Given a master with 8 bits of fine time and without submilliseconds, when its SYNC ends 1.9009 s after power-on, captured or not, then
 /// its PDOs have 1 + E6h / 100h s, and 1900 ms: 0.9009 x 256 = 230.6.
 ///
-/// Verifies: ECSS 7.1.2g, 7.1.3f
+/// Verifies: ECSS 7.1.2g, 7.1.3f, 7.1.2f, 7.1.3e
 /// Notices: ECSS 7.1.2g: a master sends 24 bits of fine time whatever its device has.
 /// Notices: ECSS 7.1.3f: a master sends submilliseconds whatever its device has.
 #[test]
@@ -157,7 +157,7 @@ fn master_of_8_bits_follows_a_producer_in_a_slave() {
 /// Given a master without submilliseconds, when slave 5 sends it a UTC with any number of them, then its clock is set as if they were not
 /// there: 1000 ms and the mean of what is cut off, 499.5 us.
 ///
-/// Verifies: ECSS 7.1.1b, 7.1.3a, 7.1.3g
+/// Verifies: ECSS 7.1.1b, 7.1.3a, 7.1.3g, 7.1.3b
 /// Notices: ECSS 7.1.1b: a master takes no UTC.
 #[test]
 fn master_ignores_submilliseconds_that_it_lacks() {
@@ -222,7 +222,7 @@ fn time_by_sync_has_the_period_of_the_profile() {
 /// Given a profile whose period of the time is half a SYNC period, then the Spacecraft Time PDO has transmission type 1: the time
 /// goes out with every SYNC.
 ///
-/// Verifies: ECSS 7.2.3e
+/// Verifies: ECSS 7.2.3e, 7.2.3b
 /// Notices: ECSS 7.2.3e: the transmission type is 0 where the time is more frequent than SYNC.
 #[test]
 fn time_more_frequent_than_sync_goes_with_every_sync() {
@@ -237,8 +237,9 @@ fn time_more_frequent_than_sync_goes_with_every_sync() {
 
 /// Given a master that produces no SYNC (1006h is zero), then its event-driven time goes out all the same.
 ///
-/// Verifies: ECSS 7.2.3d
+/// Verifies: ECSS 7.2.3d, 6.3b, 7.2.2b
 /// Notices: ECSS 7.2.3d: without SYNC there is no time.
+/// Notices: ECSS 6.3b: SYNC goes on while 1006h is zero.
 #[test]
 fn master_without_sync_sends_its_time() {
     let mut master = Bench::new(console::master(&STANDARD, None));

@@ -42,7 +42,7 @@ fn sync_sent(master: &mut Bench<Master>, at: FineInstant) {
 
 /// SYNC ended at 1 s and 0.25 us; it is reported 60 us later.
 ///
-/// Verifies: ECSS 7.2.3c, 7.2.3e, 7.2.3f
+/// Verifies: ECSS 7.2.3c, 7.2.3e, 7.2.3f, 7.1.2f
 /// Notices: ECSS 7.2.3b: a PDO at SYNC is sent only while another one is withheld.
 #[test]
 fn types_1_to_240_send_the_time_at_the_end_of_the_last_sync() {
@@ -60,7 +60,8 @@ fn types_1_to_240_send_the_time_at_the_end_of_the_last_sync() {
 
 /// Given SYNC every 20 ms by 1006h, then a SYNC lives 20 ms, and the time of one is gone before the next one.
 ///
-/// Verifies: ECSS 7.2.3c
+/// Verifies: ECSS 7.2.3c, 9.4.7.3b.1
+/// Notices: ECSS 9.4.7.3b.1: a period that is written to 1006h is not that of SYNC.
 #[test]
 fn sync_and_its_time_live_no_longer_than_1006h() {
     let mut master = high_resolution(1);
@@ -90,7 +91,7 @@ fn time_pdo_that_is_not_valid_shortens_no_lifetime() {
 /// Given a synchronous RPDO of the time that is not valid, then an event-driven Local Time PDO has the time when it is sent; while the
 /// RPDO is valid, it has the time of the last SYNC.
 ///
-/// Verifies: ECSS 7.2.3i, 7.2.3k
+/// Verifies: ECSS 7.2.3i, 7.2.3k, 7.2.2f
 /// Notices: ECSS 7.2.3i: a Local Time PDO by its event timer has an old time.
 #[test]
 fn time_pdo_that_is_not_valid_makes_no_time_of_sync() {
@@ -131,6 +132,7 @@ fn with_type_3_every_third_sync_brings_it() {
 
 /// Given a master whose Spacecraft Time PDO is not its first one, then it has the time of the last SYNC.
 ///
+/// Verifies: ECSS 7.2.2a, 7.2.3c
 /// Notices: ECSS 7.2.3a: the time is sampled for the first transmit PDO alone.
 #[test]
 fn the_spacecraft_time_may_be_another_pdo_of_the_master() {
@@ -159,7 +161,7 @@ fn the_spacecraft_time_may_be_another_pdo_of_the_master() {
 
 /// Given a master whose Spacecraft Time PDO has its Local UTC Get, when a SYNC was sent, then the PDO has the UTC of it.
 ///
-/// Verifies: ECSS 7.2.2a
+/// Verifies: ECSS 7.2.2a, 7.1.1b, 7.1.3c, 7.1.3e
 /// Notices: ECSS 7.2.3a: a master takes no sample of its UTC.
 /// Notices: ECSS 7.2.2a: Local UTC Get in a transmit PDO is never sampled.
 #[test]

@@ -53,7 +53,7 @@ fn three_writes_are_one_step_of_both_clocks() {
 /// Given values beyond a day with a leap second or beyond a millisecond, then they are refused. The last ones below are
 /// taken.
 ///
-/// Verifies: ECSS 7.1.1b, 7.1.3b, 7.1.3d
+/// Verifies: ECSS 7.1.1b, 7.1.3b, 7.1.3d, 6.1a
 /// Notices: ECSS 7.1.1c: no time within a leap second can be written.
 /// Notices: ECSS 7.1.3b: 1000 submilliseconds are taken, and set nothing.
 /// Notices: ECSS 7.1.1b: a time within a leap second is written, and sets nothing.
@@ -90,7 +90,7 @@ fn utc_comes_and_goes_by_pdos() {
 
 /// Twenty years from the time of the relation, as the first time that arrives.
 ///
-/// Verifies: ECSS 7.1.1b, 7.1.3e, 7.2.3f
+/// Verifies: ECSS 7.1.1b, 7.1.3e, 7.2.3f, 7.1.3b, 7.1.3c
 /// Notices: ECSS 7.1.1d: a UTC that a PDO brings is read as SCET.
 /// Notices: ECSS 7.2.3f: UTC in a synchronous PDO waits for the next SYNC and sets no clock.
 /// Notices: ECSS 7.1.1b: UTC in a PDO is not sampled.
@@ -128,7 +128,7 @@ fn device_without_submilliseconds_sends_zero_and_ignores_them() {
 /// Given a device without submilliseconds, when a client or a PDO brings any number in that field, then the clock is set as if the
 /// field were not there.
 ///
-/// Verifies: ECSS 7.1.3g
+/// Verifies: ECSS 7.1.3g, 7.1.3b
 /// Notices: ECSS 7.1.3g: a device without submilliseconds refuses 1000 or more of them.
 #[test]
 fn submilliseconds_a_device_lacks_may_have_any_value() {
@@ -186,7 +186,7 @@ fn pdo_with_1000_submilliseconds_sets_no_clock() {
 /// Given a device without submilliseconds, when 50.9 ms have passed, then a client reads none, and a SYNC that is stamped in the
 /// interrupt brings none.
 ///
-/// Verifies: ECSS 7.1.3f
+/// Verifies: ECSS 7.1.3f, 7.1.3c
 /// Notices: ECSS 7.1.3f: a client reads submilliseconds that the device does not have.
 /// Notices: ECSS 7.1.3f: without capture the device sends submilliseconds.
 #[test]
@@ -212,7 +212,8 @@ fn part(slave: &mut Node<Universal<true>>, index: u16, sub: u8) -> u32 {
 /// Given a client that reads the parts of a time in any order, when it reads sub-index 0, asks for what is not there, or sends a
 /// request that is too short before each of them, then all parts are of one sample.
 ///
-/// Verifies: ECSS 7.1.2d, 7.1.3c
+/// Verifies: ECSS 7.1.2d, 7.1.3c, 6.1a
+/// Notices: ECSS 6.1a: a read of a sub-index that is not there has an abort code other than 0609 0011h.
 #[test]
 fn parts_of_a_time_are_of_one_sample_despite_other_reads() {
     let orders: [(u16, &[u8]); 5] = [
@@ -290,7 +291,7 @@ fn scet_and_utc_written_in_turns_are_whole() {
 /// Given a client that asks by block upload and accepts an expedited answer, when it reads the milliseconds at 999 ms and the day and the
 /// submilliseconds later, then all are of 999 ms.
 ///
-/// Verifies: ECSS 7.1.3c
+/// Verifies: ECSS 7.1.3c, 6.1a
 /// Notices: ECSS 7.1.3c: a read of UTC by block upload takes no sample.
 #[test]
 fn utc_read_by_block_upload_is_of_one_sample() {
@@ -306,7 +307,7 @@ fn utc_read_by_block_upload_is_of_one_sample() {
 /// Given a device with submilliseconds, when its SYNC is stamped in the interrupt 50.9 ms after power-on, then its Local Time PDO has UTC
 /// to the nearest multiple of eight microseconds: 900 us are 904.
 ///
-/// Verifies: ECSS 7.1.3c
+/// Verifies: ECSS 7.1.3c, 7.1.1b, 7.1.3e
 /// Notices: ECSS 7.1.3a: Local UTC Get is not sampled at a SYNC without capture.
 #[test]
 fn utc_goes_by_pdo_without_capture() {

@@ -37,6 +37,8 @@ fn flip(flash: &mut Flash, bit: usize) {
     flash.bytes[bit / 8] ^= 1 << (bit % 8);
 }
 
+/// Verifies: ECSS 6.10d, 6.10k
+/// Notices: ECSS 6.10d: a flipped bit of a stored set is read as it is.
 #[test]
 fn a_flipped_bit_anywhere_loses_nothing_and_is_mended() {
     let flash = all_kinds();
@@ -59,6 +61,7 @@ fn a_flipped_bit_anywhere_loses_nothing_and_is_mended() {
     }
 }
 
+/// Verifies: ECSS 6.10d, 6.10k
 #[test]
 fn five_hundred_flipped_bits_lose_nothing() {
     let mut random = fastrand::Rng::with_seed(500);
@@ -116,6 +119,7 @@ fn a_page_whose_epoch_is_damaged_is_reported() {
     assert_eq!((stored(&mut log), opened.damaged, log.check()), (vec![], 1, Some(Loss::Damaged)));
 }
 
+/// Verifies: ECSS 6.10d
 #[test]
 fn bit_flipped_after_start_is_corrected_when_the_set_is_checked() {
     let (flash, _, new) = two_sets();

@@ -31,6 +31,7 @@ fn words(copies: &[u16]) -> Vec<u8> {
     copies.iter().flat_map(|copy| [copy.to_le_bytes(), (!copy).to_le_bytes()].concat()).collect()
 }
 
+/// Verifies: ECSS 6.10j
 #[test]
 fn three_copies_have_the_documented_format() {
     let (mut log, _) = open(Flash::erased());
@@ -47,6 +48,9 @@ fn three_copies_have_the_documented_format() {
 }
 
 /// Given copies of the Node-ID of the master or of maintenance mode, as an earlier program may have stored them, then they are none.
+///
+/// Verifies: ECSS 9.1a
+/// Notices: ECSS 9.1a: a stored Node-ID of the master is taken.
 #[test]
 fn copies_that_no_slave_may_have_are_none() {
     for raw in [1, 127] {

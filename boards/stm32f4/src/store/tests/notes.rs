@@ -1,4 +1,6 @@
 //! Notes: one word each, the last one since the last set.
+//!
+//! Verifies: ECSS 8.3.2a
 
 use ecss_can::store;
 use ecss_can::store::Content;
@@ -18,6 +20,7 @@ fn note_on(flash: Flash, note: u16) -> (Flash, bool) {
     (log.into_flash(), done)
 }
 
+/// Notices: ECSS 8.3.2a: a noted Bdefault is lost at the next start.
 #[test]
 fn a_note_costs_one_word_and_is_found_at_the_next_start() {
     for set in [vec![], set(1, 30)] {
@@ -213,6 +216,8 @@ fn any_history_keeps_the_old_state_or_the_new() {
 }
 
 /// Bdefault of node 3 on top of 1010h and 1011h, as a slave keeps it.
+///
+/// Verifies: ECSS 8.3.3l
 #[test]
 fn a_noted_bdefault_follows_saves_and_restores() {
     let node = NodeId::of::<3>();

@@ -46,6 +46,8 @@ fn goes_on(flash: Flash) {
     assert_eq!(after_restart(flash).0, b"afterwards");
 }
 
+/// Verifies: ECSS 6.10d
+/// Notices: ECSS 6.10d: a set whose save was cut short is taken.
 #[test]
 fn a_save_cut_short_leaves_the_old_set_or_the_new() {
     for len in [0, 1, 4, 6, 61] {

@@ -154,6 +154,9 @@ fn the_pages_may_lie_anywhere() {
 }
 
 /// 1010h and 1011h on top, over restarts and a change of pages.
+///
+/// Verifies: ECSS 6.8a
+/// Notices: ECSS 6.8a: a saved value is lost when the log changes its page.
 #[test]
 fn parameters_of_a_dictionary_are_saved_loaded_and_restored() {
     let node = NodeId::of::<3>();

@@ -108,7 +108,8 @@ fn nothing_is_reported_where_no_bit_has_flipped() {
     assert_eq!((compare(&mut services), state(&services), last_error(&services)), (0, before, 0));
 }
 
-/// Verifies: ECSS 6.10d
+/// Verifies: ECSS 6.10d, 6.4a.2
+/// Notices: ECSS 6.4a.2: a flipped bit is reported with a code other than 5000h.
 #[test]
 fn every_flipped_bit_of_an_object_is_mended_and_reported() {
     for number in 0..OBJECTS {
@@ -167,7 +168,7 @@ fn every_flipped_bit_of_a_service_is_mended_and_reported() {
 /// Given a client that writes the COB-ID of SYNC, of the emergencies or of a PDO, then it is kept and used: no bit of it
 /// counts as flipped.
 ///
-/// Verifies: ECSS 6.10c, 6.10d
+/// Verifies: ECSS 6.10c, 6.10d, 6.10a
 /// Notices: ECSS 6.10c: COB-IDs written to 1005h and 1014h are taken back as flipped bits.
 #[test]
 fn what_a_client_writes_is_no_flipped_bit() {
