@@ -54,6 +54,7 @@ fn several_need_an_array() {
     assert_eq!(object!(object(0x2000.., array, ro), [[u8; 2]; 3]), Ok(()));
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn an_index_has_sixteen_bits() {
     assert!(object!(object(0x1_0000, ro), u8).is_err());
@@ -61,6 +62,7 @@ fn an_index_has_sixteen_bits() {
     assert_eq!(object!(object(0xFFFF, ro), u8), Ok(()));
 }
 
+/// Verifies: ECSS 6.6a
 #[test]
 fn every_value_has_a_title() {
     let message = "missing name: the first line of its documentation (`/// ..`) is its name in EDS and DCF";
@@ -81,6 +83,7 @@ fn every_value_has_a_title() {
     assert_eq!(refused(record::expand(&empty)), message);
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn an_index_and_a_sub_index_are_declared_once() {
     let device: DeriveInput = parse_quote! {
@@ -121,6 +124,7 @@ fn a_record_has_something_in_it() {
     assert_eq!(refused(record::expand(&channel)), "a record has at least one `#[sub(..)]`");
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn the_last_sub_index_is_254() {
     let with = |number: syn::LitInt| -> DeriveInput {

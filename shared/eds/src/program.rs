@@ -106,12 +106,14 @@ mod tests {
         text(&device, Communication::new, &arguments)
     }
 
+    /// Verifies: ECSS 6.6a, 9.2a
     #[test]
     fn no_argument_gives_the_data_sheet() {
         let eds = tracker(&[]).unwrap();
         assert!(eds.contains("FileName=tracker.eds") && !eds.contains("[DeviceComissioning]"), "{eds}");
     }
 
+    /// Verifies: ECSS 6.6a
     #[test]
     fn a_node_gives_its_configuration() {
         let dcf = tracker(&["--node", "3"]).unwrap();

@@ -57,7 +57,7 @@ fn segments(clock: u32, network: &Network) -> [u8; 4] {
     [timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()]
 }
 
-/// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3
+/// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
 ///
 /// CiA DS 102: 16 time quanta and 87.5 % up to 500 kbit/s, 10 and 80 % at 800 kbit/s, 8 and 75 % at 1 Mbit/s, TS2 2 and
 /// SJW 1 throughout, oscillators of 0.1 %. At 8 MHz the two fast rates leave no other choice.
@@ -126,6 +126,8 @@ fn a_tolerance_is_met_when_it_is_equal() {
 }
 
 /// What calculators for bxCAN give at the 42 MHz of our boards, as prescaler, TS1 and TS2.
+///
+/// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.3a
 #[test]
 fn the_settings_at_42_mhz() {
     for (bits_per_second, expected) in [

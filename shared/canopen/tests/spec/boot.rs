@@ -440,7 +440,7 @@ pub(crate) fn configure_two(boot: &mut Bench) {
     assert_eq!(boot.take_start(), Some(TWO));
 }
 
-/// Verifies: ECSS 5.3.3.2.3k.2
+/// Verifies: ECSS 5.3.3.2.3k.2, 8.3.3f
 /// Notices: ECSS 5.3.3.2.3k.2: a slave that returns is not checked.
 #[test]
 fn started_slave_is_started_again_at_once_until_it_boots_up() {
@@ -470,6 +470,7 @@ fn completion_is_never_told_without_mandatory_slaves() {
     assert!(!boot.poll(ms(1)) && !boot.poll(ms(2)));
 }
 
+/// Verifies: ECSS 6.9d
 #[test]
 fn sync_waits_for_mandatory_slaves_completion_until_they_follow() {
     let mut boot = started(POLICY);
@@ -486,6 +487,7 @@ fn sync_waits_for_mandatory_slaves_completion_until_they_follow() {
     assert!(!boot.poll(ms(5)), "told once");
 }
 
+/// Verifies: ECSS 6.9d
 #[test]
 fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
     let mut boot = started(POLICY);
@@ -509,8 +511,8 @@ fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
 /// Given a boot time after which the network goes on, when a mandatory slave is disconnected or loses power while it is checked, then
 /// SYNC begins for the others at the end of the boot time.
 ///
-/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.2b
-/// Notices: ECSS 5.3.3.2.2a: SYNC waits for ever for a slave that was heard, and disconnected during its boot-up.
+/// Verifies: ECSS 5.3.3.2.2a, 5.3.3.2.2b, 6.9d
+/// Notices: ECSS 5.3.3.2.2a: SYNC waits for ever for a slave that was heard and then disconnected.
 /// Notices: ECSS 5.3.3.2.2b: SYNC waits for ever for a slave that lost power during its boot-up.
 #[test]
 fn slave_lost_in_its_boot_up_does_not_hold_others_up() {
@@ -526,6 +528,7 @@ fn slave_lost_in_its_boot_up_does_not_hold_others_up() {
     assert!(boot.is_released());
 }
 
+/// Verifies: ECSS 6.9d, 8.3.3f
 #[test]
 fn no_boot_time_reports_no_silence_and_no_slaves_release_sync() {
     let boot = started(BootPolicy { time: span(0), ..POLICY });
@@ -539,6 +542,7 @@ fn no_boot_time_reports_no_silence_and_no_slaves_release_sync() {
     assert!(!boot.poll(ms(1)), "there was no process to complete");
 }
 
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn slave_assigned_in_flight_boots_at_heartbeat_until_released() {
     let mut boot = started(POLICY);
@@ -565,6 +569,8 @@ fn changes_of_progress_are_told_once_each() {
 }
 
 /// The pre-defined connection set, unless a setting moves a TPDO of a slave.
+///
+/// Verifies: ECSS 6.10m
 #[test]
 fn pdo_of_a_slave_is_known_by_its_configured_cob_id() {
     let cob_id =

@@ -77,7 +77,7 @@ const NO_REMOTE: u32 = 1 << 30;
 
 /// Given slave 2 that sends 3A0h, When slave 3 boots up with that COB-ID in its second TPDO, Then it is not started.
 ///
-/// Verifies: ECSS 7.2.3j
+/// Verifies: ECSS 7.2.3j, 7.2.2g
 /// Notices: ECSS 7.2.3j: two slaves that send one Local Time PDO are started.
 #[test]
 fn a_slave_with_the_cob_id_of_another_one_is_not_started() {

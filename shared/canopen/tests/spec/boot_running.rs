@@ -22,6 +22,8 @@ fn running() -> Bench {
 /// Given a slave that runs
 /// When it is Pre-operational and no command explains that
 /// Then it is started at once and checked, once.
+///
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn an_unexplained_pre_operational_is_started_then_checked() {
     let mut boot = running();
@@ -57,6 +59,7 @@ fn a_standby_forgets_how_far_its_slaves_were() {
     identify(&mut boot, 2);
 }
 
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn a_commanded_pre_operational_is_not_checked() {
     for target in [Target::All, Target::Node(TWO)] {
@@ -75,6 +78,7 @@ fn a_commanded_pre_operational_is_not_checked() {
     assert!(next(&mut boot, expected()).is_some(), "the command was for another slave");
 }
 
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn pre_operational_first_on_the_new_bus_is_checked() {
     let mut boot = running();
@@ -128,6 +132,7 @@ fn a_lost_setting_of_a_slave_without_1020h_is_reported() {
     assert_eq!(next(&mut boot, expected()), Some(Asked::Write(2, 0x1017, 0, vec![100, 0])));
 }
 
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn a_running_slave_that_cannot_be_checked_goes_on() {
     let mut boot = running();

@@ -15,7 +15,7 @@ fn write(present: u32, raw: u32, entry_use: EntryUse) -> Result<u32, AbortCode> 
     CobIdEntry::from_raw(present).written(raw, entry_use).map(CobIdEntry::raw)
 }
 
-/// Verifies: ECSS 9.5a
+/// Verifies: ECSS 9.5a, 9.3a
 #[test]
 fn the_pre_defined_connection_set() {
     let id = node(0x7F);
@@ -89,6 +89,7 @@ fn an_object_not_in_use_takes_any_free_identifier() {
     }
 }
 
+/// Verifies: ECSS 6.10c
 #[test]
 fn the_identifier_of_an_object_in_use_stays() {
     for (entry_use, code) in
@@ -148,7 +149,7 @@ fn extended_identifiers_and_reserved_bits_are_refused() {
     assert_eq!(write(UNUSED, 0x4000_0085, EntryUse::Emcy), REFUSED);
 }
 
-/// Verifies: ECSS 6.3b
+/// Verifies: ECSS 6.3b, 6.10c
 #[test]
 fn the_identifier_of_sync_stays_while_it_is_produced() {
     let sync = EntryUse::Sync;

@@ -18,6 +18,7 @@ fn producer(inhibit_ms: u64) -> Producer {
     Producer::new(Config { id: Some(CobId::emcy(node(5))), inhibit: Duration::from_millis(inhibit_ms) })
 }
 
+/// Verifies: ECSS 6.10a
 #[test]
 fn its_objects_configure_a_producer() {
     let inhibit = Duration::from_micros(1_500);
@@ -172,6 +173,7 @@ fn newest_error_can_be_hastened() {
     assert_eq!(sent(&mut producer, ms(102)), [[0; 8]; 0], "the others wait");
 }
 
+/// Verifies: ECSS 6.4a.2
 #[test]
 fn error_that_was_over_at_once_is_reported_with_its_end() {
     let mut producer = producer(0);
@@ -420,6 +422,7 @@ fn emergencies_wait_for_a_state_that_allows_them() {
     );
 }
 
+/// Verifies: ECSS 6.10a, 6.10c
 #[test]
 fn without_a_valid_cob_id_only_register_and_history_go_on() {
     let mut producer = producer(0);
@@ -437,6 +440,7 @@ fn without_a_valid_cob_id_only_register_and_history_go_on() {
     assert_eq!(producer.lost(), 0);
 }
 
+/// Verifies: ECSS 6.4a.2, 6.10m
 #[test]
 fn emergencies_of_any_node_are_understood() {
     let data = [0x30, 0x81, 0x11, 7, 0xAA, 0xBB, 0xCC, 0xDD];
@@ -534,6 +538,7 @@ fn step() -> impl Strategy<Value = Step> {
 proptest! {
     #![proptest_config(cases(256))]
 
+    /// Verifies: ECSS 6.4a.1
     #[test]
     fn after_the_last_fault_the_master_knows_what_is_active(steps in prop::collection::vec(step(), 0..120)) {
         let mut producer = producer(10);

@@ -56,6 +56,7 @@ fn heartbeat_with_bit_7_has_a_state_and_is_noted() {
     assert!(!heartbeat::is_toggled(&frame(0x000, &[0x80, 4])));
 }
 
+/// Verifies: ECSS 8.3.3a, 8.3.3d
 #[test]
 fn a_producer_tells_the_present_state_every_period() {
     let mut producer = heartbeat::Producer::new(node(2), span(100));
@@ -67,6 +68,7 @@ fn a_producer_tells_the_present_state_every_period() {
     assert_eq!(producer.poll(ms(110), NmtState::Operational), Some(frame(0x702, &[0x05])));
 }
 
+/// Verifies: ECSS 8.3.1c
 /// Notices: ECSS 6.5.2a: the first heartbeat with a new period waits for that period.
 #[test]
 fn a_new_producer_time_takes_effect_at_once() {
@@ -103,6 +105,8 @@ fn sent(producer: &mut Staggered, count: usize) -> Vec<u64> {
 
 /// Given a pattern, then a heartbeat whose bit is set is late by the delay, and all others are on the grid. After 32 heartbeats
 /// the pattern comes again.
+///
+/// Verifies: ECSS 8.3.3d
 #[test]
 fn heartbeats_are_late_by_the_pattern_and_the_grid_stays() {
     let mut producer = Staggered::new(node(2), Duration::ZERO, Duration::from_micros(540));
@@ -311,6 +315,7 @@ fn a_consumer_time_has_16_bits() {
     assert_eq!(missed(&mut monitor, 65_535), [(3, ms(0))]);
 }
 
+/// Verifies: ECSS 8.3.1c
 #[test]
 fn writing_an_entry_arms_it_anew() {
     let mut monitor = monitor();
@@ -334,6 +339,7 @@ fn a_miss_that_nobody_will_resolve_is_handed_over() {
     assert_eq!(monitor.on_heartbeat(node(5), OPERATIONAL, ms(200)), None);
 }
 
+/// Verifies: ECSS 8.3.1c
 #[test]
 fn a_node_is_monitored_by_one_entry_only() {
     let present = [0x0003_0064, 0x0009_00FA, 0x0005_0000, 0];

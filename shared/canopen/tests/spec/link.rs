@@ -12,6 +12,7 @@ fn a_cob_id_has_eleven_bits() {
     assert_eq!(CobId::new(0x800), None);
 }
 
+/// Verifies: ECSS 6.10a
 #[test]
 fn predefined_cob_ids_of_a_node() {
     let id = node(0x7F);

@@ -39,6 +39,7 @@ fn node_ids_are_1_to_127() {
     assert_eq!(NodeId::new(128), None);
 }
 
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 6.5.1a.4, 6.5.1a.5
 #[test]
 fn commands_on_the_wire() {
     for (byte, command) in COMMANDS {
@@ -65,6 +66,7 @@ fn a_command_addresses_one_node_or_all() {
     assert!(!Target::Node(node(5)).includes(node(6)));
 }
 
+/// Verifies: ECSS 6.5.2a, 6.5.3a
 #[test]
 fn heartbeat_bytes_of_the_states() {
     let bytes = [NmtState::Initialising, NmtState::Stopped, NmtState::Operational, NmtState::PreOperational]
@@ -77,6 +79,8 @@ fn heartbeat_bytes_of_the_states() {
 }
 
 /// Bit 7 toggles in node guarding (CiA 301 7.2.8.3.2.1).
+///
+/// Verifies: ECSS 6.5.2a
 #[test]
 fn bit_7_of_a_heartbeat_is_ignored_but_in_80h() {
     for byte in 0x81..=0xFF {
@@ -99,6 +103,7 @@ fn services_by_state() {
     }
 }
 
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 6.5.1a.4, 6.5.1a.5
 /// Notices: ECSS 6.5.1a: the command to stop is obeyed in Operational alone.
 #[test]
 fn every_transition_of_the_state_diagram() {
@@ -197,7 +202,7 @@ fn bit_2_of_1f80h_keeps_a_node_from_going_operational_by_itself() {
     assert!(!NmtStartup::from_raw(0xFFFF_FFFF).autostart());
 }
 
-/// Verifies: ECSS 8.3.3e.1
+/// Verifies: ECSS 8.3.3e.1, 8.3.3e
 #[test]
 fn a_missed_master_leads_to_pre_operational_from_any_state() {
     for command in [Command::Start, Command::Stop] {

@@ -41,6 +41,7 @@ fn set(rpdos: Vec<Rpdo>, tpdos: Vec<Tpdo>) -> PdoSet {
     PdoSet::new(rpdos.leak(), tpdos.leak())
 }
 
+/// Verifies: ECSS 6.2a, 6.10a
 #[test]
 fn a_set_of_pdos_needs_values_numbers_and_cob_ids() {
     let empty = "TPDO 1 carries nothing: add `.map(..)`";
@@ -61,6 +62,7 @@ fn a_set_of_pdos_needs_values_numbers_and_cob_ids() {
     set(vec![], vec![fixed(), of_node()]);
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn a_pdo_is_one_of_its_device_and_carries_what_that_has() {
     type Slots = PdoObjects<2, 1>;
@@ -101,6 +103,7 @@ fn pdos_reach_511_objects_and_512_in_a_row() {
     assert_eq!(refusal(carries(many(), 0x3000 + 511)), beyond(0x31FF));
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn objects_of_a_device_have_indices_of_their_own() {
     fn at(index: u16, count: u16) -> Object {
@@ -128,6 +131,7 @@ fn objects_of_a_device_have_indices_of_their_own() {
     assert_eq!(refused(declared(&[], &[group, nested])), twice("3002h"));
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn entries_of_an_object_have_sub_indices_of_their_own() {
     let at = |sub, count| Entry::of::<u8>(sub, count, Access::Ro);
@@ -176,6 +180,7 @@ fn marks_of_an_entry_fit_its_type_and_its_access() {
     assert_eq!(refusal(|| within(Entry::of::<f32>(0, 1, Access::Rw))), "only integers have limits");
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn only_types_that_stand_for_dummies_are_skipped() {
     let skip = |data_type| move || Rpdo::new(1, ID).skip(data_type);

@@ -33,6 +33,7 @@ fn shut_guard() -> ResetGuard {
     guard
 }
 
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
 #[test]
 fn the_fourth_reset_in_a_row_is_ignored_and_reported_once() {
     let mut guard = shut_guard();
@@ -59,6 +60,7 @@ fn a_heartbeat_of_the_master_ends_the_row() {
     assert_eq!(reset(&mut guard, 540), FIRST);
 }
 
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
 #[test]
 fn a_pause_without_a_reset_ends_the_row() {
     let mut guard = shut_guard();
@@ -70,6 +72,7 @@ fn a_pause_without_a_reset_ends_the_row() {
     assert_eq!(reset(&mut guard, 806), ResetVerdict::Obey);
 }
 
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
 #[test]
 fn an_ignored_reset_begins_the_pause_anew() {
     let mut guard = shut_guard();
@@ -83,6 +86,8 @@ fn an_ignored_reset_begins_the_pause_anew() {
 }
 
 /// 20 resets without a heartbeat, each after the pause: 20 boot-ups.
+///
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
 #[test]
 fn resets_with_a_pause_between_them_are_all_obeyed() {
     let mut guard = ResetGuard::new(0);
@@ -104,6 +109,7 @@ fn the_row_goes_on_where_the_chip_was_reset() {
     assert_eq!(reset(&mut guard, 10), FIRST);
 }
 
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
 #[test]
 fn a_pause_of_zero_switches_the_guard_off() {
     let mut guard = ResetGuard::new(3);

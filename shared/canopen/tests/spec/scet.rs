@@ -41,6 +41,7 @@ fn all_24_bits_of_fine_time_have_their_places() {
     }
 }
 
+/// Verifies: ECSS 7.1.2g
 #[test]
 fn bits_that_a_device_lacks_are_zero_and_nothing_is_rounded_up() {
     for (bits, fine) in [(24, 0xFF_FFFF), (16, 0xFF_FF00), (8, 0xFF_0000), (1, 0x80_0000), (0, 0)] {

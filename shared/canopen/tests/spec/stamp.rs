@@ -1,6 +1,6 @@
 //! Stamps of SYNC from the falling edges of CAN_RX (ECSS 7.2.3).
 //!
-//! Verifies: ECSS 7.2.3c
+//! Verifies: ECSS 7.2.3c, 7.2.3k
 
 use std::sync::atomic::Ordering;
 

@@ -1,6 +1,6 @@
 //! SYNC: producer, counter, consumer, window, rules of writing its objects.
 //!
-//! Verifies: ECSS 6.3a, 6.9c
+//! Verifies: ECSS 6.3a
 
 use async_canopen::sync;
 use async_canopen::sync::{Config, Consumer, Producer, UnexpectedLength};
@@ -21,7 +21,7 @@ fn next(producer: &mut Producer, count: usize) -> Vec<(u64, Frame)> {
     sent
 }
 
-/// Verifies: ECSS 6.3b
+/// Verifies: ECSS 6.3b, 6.9c, 6.9d
 #[test]
 fn sync_on_the_wire_and_every_period() {
     let mut producer = Producer::with(Config::new(PRODUCER, 5_000_000, 0));
@@ -32,7 +32,7 @@ fn sync_on_the_wire_and_every_period() {
     assert_eq!(producer.deadline(), Some(ms(10_000)));
 }
 
-/// Verifies: ECSS 6.3b, 11.1a
+/// Verifies: ECSS 6.3b, 11.1a, 6.9c
 /// Notices: ECSS 6.3b: the counter goes on with 0 after its greatest value.
 /// Notices: ECSS 11.1a: the counter goes one beyond its overflow value.
 #[test]
@@ -43,6 +43,7 @@ fn the_counter_goes_from_1_to_the_overflow_value() {
     assert_eq!(next(&mut producer, 5).into_iter().map(|(_, frame)| frame).collect::<Vec<_>>(), expected);
 }
 
+/// Verifies: ECSS 6.3b, 6.9c
 #[test]
 fn the_highest_counter_is_240() {
     let mut producer = Producer::with(Config::new(PRODUCER, 1_000, 240));
@@ -52,7 +53,7 @@ fn the_highest_counter_is_240() {
     assert_eq!(sent[240], (241, frame(0x080, &[1])));
 }
 
-/// Verifies: ECSS 6.3b
+/// Verifies: ECSS 6.3b, 6.9c
 #[test]
 fn the_counter_begins_anew_with_every_start() {
     let mut producer = Producer::with(Config::new(PRODUCER, 10_000, 100));
@@ -64,7 +65,7 @@ fn the_counter_begins_anew_with_every_start() {
 
 /// Given a producer that is polled late, then the following SYNCs are due as if it had been on time.
 ///
-/// Verifies: ECSS 6.9d
+/// Verifies: ECSS 6.9d, 6.9c
 /// Notices: ECSS 6.9d: the next SYNC is due a period after one that was late.
 #[test]
 fn a_late_sync_does_not_move_those_that_follow() {
@@ -74,6 +75,7 @@ fn a_late_sync_does_not_move_those_that_follow() {
     assert_eq!(next(&mut producer, 2).into_iter().map(|(due, _)| due).collect::<Vec<_>>(), [200, 300]);
 }
 
+/// Verifies: ECSS 6.3b, 6.9c, 6.9d, 6.10c
 /// Notices: ECSS 6.3a: a SYNC with a counter goes out on 080h whatever 1005h has.
 #[test]
 fn only_a_node_whose_1005h_says_so_produces_sync() {
@@ -89,6 +91,7 @@ fn only_a_node_whose_1005h_says_so_produces_sync() {
     assert_eq!(producer.deadline(), None);
 }
 
+/// Verifies: ECSS 6.3b, 6.9c, 6.9d
 /// Notices: ECSS 6.9c: a producer does not follow a new period.
 #[test]
 fn period_changes_while_sync_is_produced_and_counter_goes_on() {
@@ -103,6 +106,7 @@ fn period_changes_while_sync_is_produced_and_counter_goes_on() {
     assert_eq!(next(&mut producer, 1), [(1_050, frame(0x080, &[1]))]);
 }
 
+/// Verifies: ECSS 6.9c
 #[test]
 fn the_same_values_again_change_nothing() {
     let mut producer = Producer::with(Config::new(PRODUCER, 100_000, 10));
@@ -111,6 +115,7 @@ fn the_same_values_again_change_nothing() {
     assert_eq!(next(&mut producer, 1), [(100, frame(0x080, &[1]))]);
 }
 
+/// Verifies: ECSS 6.9c
 #[test]
 fn a_producer_is_configured_before_it_starts() {
     let mut producer = Producer::with(Config::new(PRODUCER, 100_000, 0));
@@ -120,6 +125,7 @@ fn a_producer_is_configured_before_it_starts() {
     assert_eq!(producer.deadline(), Some(ms(50)));
 }
 
+/// Verifies: ECSS 6.9c
 #[test]
 fn a_period_is_zero_or_leaves_room_for_others() {
     for (period, expected) in
@@ -174,7 +180,7 @@ fn synchronous_pdos_go_within_the_window_after_a_sync() {
     assert_eq!(consumer.window_end(), ms(200) + Duration::from_millis(2));
 }
 
-/// Verifies: ECSS 9.4.7.3d
+/// Verifies: ECSS 9.4.7.3d, 6.9e
 /// Notices: ECSS 9.4.7.3d: a window of zero, which is not in use, ends with its SYNC.
 #[test]
 fn a_new_window_is_that_of_the_next_sync() {
@@ -217,6 +223,7 @@ fn due(producer: &mut Producer, count: usize) -> Vec<u64> {
     (0..count).map(next).collect()
 }
 
+/// Verifies: ECSS 6.9c, 6.9d
 #[test]
 fn dither_delays_each_sync_by_part_of_quantum_and_keeps_grid() {
     const PERIOD: u64 = 1_000_000;
@@ -237,6 +244,7 @@ fn dither_delays_each_sync_by_part_of_quantum_and_keeps_grid() {
     assert_eq!(due(&mut producer, 2), [401 * PERIOD, 402 * PERIOD]);
 }
 
+/// Verifies: ECSS 6.9c, 6.9d
 #[test]
 fn dither_is_at_most_half_of_the_period() {
     let mut producer = Producer::with(Config::new(PRODUCER, 100, 0));

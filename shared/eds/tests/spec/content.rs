@@ -45,6 +45,7 @@ fn every_declared_object_is_listed_once_and_has_its_section() {
     compare_declared::<Fixture>(&eds());
 }
 
+/// Verifies: ECSS 9.2a
 #[test]
 fn objects_are_listed_where_they_belong() {
     let eds = eds();
@@ -55,6 +56,7 @@ fn objects_are_listed_where_they_belong() {
     assert!(optional.iter().all(|index| !(0x2000..0x6000).contains(index)), "{optional:X?}");
 }
 
+/// Verifies: ECSS 9.2a
 #[test]
 fn objects_have_their_code_and_every_sub_index_its_section() {
     let eds = eds();

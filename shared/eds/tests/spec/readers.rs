@@ -1,4 +1,6 @@
 //! Readers of others that cannot be run here, as their public sources read: what they would refuse a file for.
+//!
+//! Verifies: ECSS 6.6a
 
 use std::path::Path;
 

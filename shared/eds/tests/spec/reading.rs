@@ -104,6 +104,7 @@ fn dcf(node: &str, tpdo: &str) -> Vec<u8> {
     text.chars().map(|letter| u8::try_from(u32::from(letter)).unwrap()).collect()
 }
 
+/// Verifies: ECSS 6.10l
 #[test]
 fn senders_are_read_from_files_of_other_tools() {
     let sender = Sender::of_dcf("a.dcf", &dcf("05", "0605")).unwrap();

@@ -134,6 +134,7 @@ fn reader_with_the_node_id_has_every_value_of_a_fresh_device() {
     assert_eq!(compare_fresh(&eds(), fixture), [&[0x1003; 8][..], &others].concat());
 }
 
+/// Verifies: ECSS 6.10a
 #[test]
 fn what_follows_the_node_id_is_a_formula_with_the_node_id_first() {
     let eds = eds();

@@ -10,6 +10,7 @@ use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
 use flight::{PYBOARD_V11, parsed};
 
+/// Verifies: ECSS 6.10e
 #[test]
 fn the_slave_image_boots_and_logs() {
     let images = firmware_images::build("pyboard-v11", "librecube").unwrap();

@@ -58,7 +58,7 @@ fn changes(flight: &Flight) -> Vec<(Time, bool)> {
 
 /// The heartbeat that waits goes out as soon as the controller is back, into the next collision.
 ///
-/// Verifies: ECSS 5.6.2a
+/// Verifies: ECSS 5.6.2a, 5.6.2b
 #[test]
 fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
     let (mut flight, last) = deaf_for(ms(16));
@@ -78,7 +78,7 @@ fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
 
 /// Three recoveries in a window are allowed; the fourth bus-off fails the bus, and the slaves are taken to the other.
 ///
-/// Verifies: ECSS 8.3.3b
+/// Verifies: ECSS 8.3.3b, 8.3.3g
 #[test]
 fn a_bus_that_the_master_cannot_stay_on_is_left() {
     let (mut flight, last) = deaf_for(ms(100));

@@ -52,6 +52,8 @@ fn flown(capture_wires: bool) -> [Errors; 3] {
 
 /// Given delays that nobody has configured, then clocks are late by the cable, and by half of what their transceivers are slower
 /// than the master's.
+///
+/// Verifies: ECSS 7.2.1a, 7.2.3c, 7.2.3g
 #[test]
 fn pulses_of_slaves_are_late_by_the_cable() {
     let (_, _, _, of_master) = PLACES[0];
@@ -116,6 +118,8 @@ fn cables_are_measured_by_both_ends() {
 }
 
 /// Without the capture wires frames are stamped in their interrupts.
+///
+/// Verifies: ECSS 7.2.1a, 7.2.3c, 7.2.3g
 #[test]
 fn pulses_without_wires_are_within_5_us() {
     for errors in flown(false) {

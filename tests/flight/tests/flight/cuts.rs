@@ -46,6 +46,7 @@ fn the_master_changes_the_bus_when_its_own_is_cut() {
     assert!(!FLIGHT.on(Bus::Nominal).any(|seen| seen.sender == 0 && seen.end > CUT));
 }
 
+/// Verifies: ECSS 8.3.3b, 8.3.3g
 #[test]
 fn detection_does_not_depend_on_the_moment_of_the_cut() {
     let mut before = Flight::new(&MASTER_AND_THREE[..3]);
@@ -78,6 +79,7 @@ fn parallel_slaves_follow_at_the_first_message_of_the_master() {
     }
 }
 
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn commands_flow_within_10_ms_of_the_detection() {
     let detection = detection(&FLIGHT);
@@ -103,6 +105,8 @@ fn last_master_message_of_slave_4() -> Time {
 /// Verifies: ECSS 8.3.3e
 /// Verifies: ECSS 8.3.3e.1
 /// Verifies: ECSS 8.3.3e.2
+/// Verifies: ECSS 8.3.3c
+/// Verifies: ECSS 8.3.3h
 #[test]
 fn selective_slave_searches_when_the_master_is_missed() {
     let last = last_master_message_of_slave_4();
@@ -127,7 +131,7 @@ fn selective_slave_takes_part_in_one_bus_at_a_time() {
     assert_eq!(FLIGHT.on(Bus::Nominal).filter(|seen| seen.end > toggled).count(), 0);
 }
 
-/// Verifies: ECSS 8.3.3f
+/// Verifies: ECSS 8.3.3f, 6.5.1a.1
 #[test]
 fn the_master_starts_a_slave_that_has_changed_the_bus_unasked() {
     let toggled = FLIGHT.heartbeats(4, Bus::Redundant)[0].0;
@@ -154,6 +158,8 @@ fn active_bus(flight: &Flight) -> Bus {
 }
 
 /// Both buses are cut for 4 s, longer than the consumer time.
+///
+/// Verifies: ECSS 8.3.3e.1, 8.3.3f, 6.5.2b
 #[test]
 fn both_buses_cut_and_restored() {
     let mut flight = Flight::new(&MASTER_AND_THREE);
@@ -184,6 +190,8 @@ fn both_buses_cut_and_restored() {
 }
 
 /// Frames wait on both sides of the cuts when they heal.
+///
+/// Verifies: ECSS 8.3.3a, 6.5.2b, 8.3.3c
 #[test]
 fn an_outage_shorter_than_the_consumer_time_costs_no_state() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
@@ -223,7 +231,7 @@ fn assert_fresh_commands(flight: &Flight, node: u8, before: Time, after: Time) {
     }
 }
 
-/// Verifies: ECSS 8.3.3b.1
+/// Verifies: ECSS 8.3.3b.1, 8.3.3d
 #[test]
 fn nothing_stale_comes_from_the_master_when_a_cut_heals() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
@@ -293,6 +301,8 @@ fn nothing_stale_comes_from_a_slave_when_a_cut_heals() {
 }
 
 /// Slave 2 is alone on its piece of both buses for 2 s: of its heartbeats one has waited less than a period.
+///
+/// Verifies: ECSS 8.3.3d
 #[test]
 fn heartbeats_of_a_slave_do_not_pile_up_on_a_cut_bus() {
     let mut setups = MASTER_AND_THREE;

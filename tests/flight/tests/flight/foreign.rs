@@ -59,6 +59,7 @@ fn malformed(flight: &Flight, node: u8, bus: Bus) -> u16 {
     u16::from_le_bytes([losses[2], losses[3]])
 }
 
+/// Verifies: ECSS 11.1c
 #[test]
 fn foreign_and_remote_frames_are_acknowledged_and_filtered() {
     let frames = [
@@ -111,6 +112,7 @@ fn malformed_pdos() -> Vec<WireFrame> {
     ]
 }
 
+/// Verifies: ECSS 6.5.1a
 #[test]
 fn malformed_frames_on_the_active_bus_are_ignored_and_counted() {
     let (for_all, pdos) = (malformed_for_slaves(), malformed_pdos());
@@ -135,6 +137,8 @@ fn malformed_frames_on_the_other_bus_call_nobody_there() {
 }
 
 /// What slaves send, malformed: the master ignores it and goes on.
+///
+/// Verifies: ECSS 6.5.2a
 #[test]
 fn the_master_is_not_disturbed_by_malformed_frames_of_slaves() {
     let frames = [
@@ -168,6 +172,8 @@ fn unknown_commands_are_declined() {
 }
 
 /// DLC 9 to 15 means 8 data bytes (ISO 11898-1).
+///
+/// Verifies: ECSS 7.2.2c
 #[test]
 fn a_data_length_code_above_8_is_8_bytes() {
     let value = WireFrame { dlc: 15, ..WireFrame::standard(0x303, &[2, 0, 1, 2, 3, 4, 5, 6]) };

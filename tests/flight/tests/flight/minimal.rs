@@ -12,12 +12,13 @@ use flight::*;
 
 static MIXED: LazyLock<Recording> = LazyLock::new(|| mixed(PYBOARD_V11));
 
-/// Verifies: ECSS 9.4.7.1b
+/// Verifies: ECSS 9.4.7.1b, 7.2.3f, 9.4.7.1a, 11.1c
 #[test]
 fn nobody_sends_the_time_stamp_object() {
     assert!(!MIXED.frames.iter().any(|seen| seen.id() == Some(0x100)));
 }
 
+/// Verifies: ECSS 8.3.3b, 8.3.3e.2, 8.3.3g, 9.4.9.1.1a
 #[test]
 fn full_and_minimal_slaves_follow_the_master_to_the_other_bus() {
     assert_slaves_followed(&MIXED);
@@ -38,7 +39,7 @@ fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
 /// In profile `librecube` a minimal slave has the time (ECSS 7.1, 7.2.3): SYNC comes every 5 s, the spacecraft time every 10 s. At the
 /// third SYNC after power-on it has been set, and two crystals differ by 100 ppm at most.
 ///
-/// Verifies: ECSS 7.2.1a, 7.2.2g, 7.2.3h, 7.2.3i
+/// Verifies: ECSS 7.2.1a, 7.2.2g, 7.2.3h, 7.2.3i, 9.4.3b.2
 #[test]
 fn minimal_slave_sends_its_local_time_with_sync() {
     let units = |data: &[u8]| data.iter().rev().fold(0_i64, |units, byte| units << 8 | i64::from(*byte));
@@ -57,7 +58,7 @@ fn minimal_slave_sends_its_local_time_with_sync() {
 /// Given full and minimal slaves with a clock, among commands and telemetry, then each of them sends one Local Time PDO after each SYNC
 /// on its bus, and no other board sends its COB-ID.
 ///
-/// Verifies: ECSS 7.2.3i, 7.2.3j
+/// Verifies: ECSS 7.2.3i, 7.2.3j, 7.2.2f, 7.2.2g
 #[test]
 fn each_slave_with_a_clock_sends_one_local_time_pdo() {
     let slaves = [2, 3, MINIMAL, SELECTIVE];
@@ -92,6 +93,7 @@ fn each_slave_with_a_clock_sends_one_local_time_pdo() {
     assert!(number >= 7, "{number}");
 }
 
+/// Verifies: ECSS 6.2a, 9.4.1a, 9.4.3a, 9.4.3b.1
 #[test]
 fn full_and_minimal_slaves_get_commands_and_reply_on_both_buses() {
     for node in [2, 3, MINIMAL, SELECTIVE] {

@@ -36,6 +36,8 @@ fn by_crystal(node: u8, nominal: Time) -> Time {
 
 /// Verifies: ECSS 6.5.3a
 /// Verifies: ECSS 8.3.2a
+/// Verifies: ECSS 6.10e
+/// Verifies: ECSS 6.10j
 #[test]
 fn every_node_begins_with_boot_up_message_on_default_bus() {
     for setup in MASTER_AND_THREE {
@@ -57,6 +59,7 @@ fn nobody_reports_an_error_in_a_nominal_flight() {
     assert!(reported.is_empty(), "{reported:?}");
 }
 
+/// Verifies: ECSS 6.5.1a.1, 6.5.3a
 #[test]
 fn a_slave_is_started_as_soon_as_it_has_booted() {
     for node in SLAVES {
@@ -98,6 +101,8 @@ fn heartbeats_come_every_250_ms_by_the_crystal_of_their_node() {
 /// Verifies: ECSS 6.9c
 /// Verifies: ECSS 7.2.2b
 /// Verifies: ECSS 7.2.2d
+/// Verifies: ECSS 6.9d
+/// Verifies: ECSS 7.2.3b
 #[test]
 fn a_sync_every_5_s_and_a_spacecraft_time_every_10_s() {
     for (id, period, count) in [(SYNC, 5000, 4), (SPACECRAFT_TIME, 10_000, 2)] {
@@ -127,6 +132,7 @@ fn scet_us(octets: &[u8]) -> u64 {
 /// Verifies: ECSS 7.2.2c
 /// Verifies: ECSS 7.2.2f
 /// Verifies: ECSS 7.2.3k
+/// Verifies: ECSS 7.2.3i
 #[test]
 fn every_slave_sends_its_local_time_of_each_sync() {
     let syncs: Vec<Time> = FLIGHT.sent(MASTER, Bus::Nominal, SYNC).map(|seen| seen.end).collect();
@@ -145,6 +151,7 @@ fn every_slave_sends_its_local_time_of_each_sync() {
     }
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn commands_and_telemetry_flow_ten_times_a_second() {
     for node in SLAVES {
@@ -188,6 +195,7 @@ fn the_uptime_told_is_the_time_since_power_on() {
     }
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn the_value_read_back_is_the_one_last_commanded() {
     for node in SLAVES {
@@ -199,6 +207,7 @@ fn the_value_read_back_is_the_one_last_commanded() {
     }
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn every_command_is_executed() {
     for node in SLAVES {

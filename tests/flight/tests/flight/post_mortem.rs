@@ -90,6 +90,8 @@ fn record(flight: &mut Flight, guest: twin::spacecraft::GuestId, sub: u8) -> u32
 
 /// Given a slave, when one of its tasks hangs in a loop, then the supervisor records task and program counter and resets the
 /// board within 1.2 s. For each task.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
 #[test]
 fn hung_task_is_recorded_and_reported() {
     let number = tasks(&flown(), RESET_SLAVE).len();
@@ -111,6 +113,8 @@ fn hung_task_is_recorded_and_reported() {
 
 /// Given a slave, when one of its tasks hangs with interrupts off, then the watchdog resets the board, and the record names
 /// the task. For each task.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
 #[test]
 fn task_that_hangs_without_interrupts_is_reset_by_the_watchdog() {
     for nth in 0..5 {
@@ -129,6 +133,8 @@ fn task_that_hangs_without_interrupts_is_reset_by_the_watchdog() {
 }
 
 /// Given a slave, when its program is at an instruction that is none, then the record has its address; it is in the dictionary.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
 #[test]
 fn fault_is_recorded_and_reported() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
@@ -145,6 +151,8 @@ fn fault_is_recorded_and_reported() {
 }
 
 /// Given a slave, when its program panics, then the record has the end of the log, which says where.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
 #[test]
 fn panic_is_recorded_and_reported() {
     let mut flight = flown();
@@ -179,6 +187,8 @@ fn panic_is_recorded_and_reported() {
 }
 
 /// Given a slave, when its stack grows below memory, then the fault is handled on another stack and recorded without address.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
 #[test]
 fn stack_overflow_is_recorded_and_reported() {
     let mut flight = flown();
@@ -189,6 +199,8 @@ fn stack_overflow_is_recorded_and_reported() {
 }
 
 /// Given a slave, when its supply falls below the threshold for a moment, then it says so; nothing else of RAM is believed.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2
 #[test]
 fn brown_out_is_reported() {
     let mut flight = flown();
@@ -213,6 +225,8 @@ fn brown_out_is_reported() {
 }
 
 /// A board as delivered has no brown-out reset: a supply that falls is a power-on.
+///
+/// Verifies: ECSS 6.4a.1
 #[test]
 fn brown_out_as_delivered_is_a_power_on() {
     let mut flight = flown();
@@ -224,6 +238,8 @@ fn brown_out_as_delivered_is_a_power_on() {
 }
 
 /// Power-on, the reset pin and a command are no ends that are reported.
+///
+/// Verifies: ECSS 6.4a.1
 #[test]
 fn other_resets_are_not_reported() {
     let mut flight = flown();
@@ -239,7 +255,7 @@ fn other_resets_are_not_reported() {
 /// Given the master, when one of its tasks hangs, then it is reset and reports that once, after its boot-up message. Its slaves
 /// stay operational and execute each command before and after.
 ///
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.1, 6.4a.2, 6.5.3a
 #[test]
 fn hung_master_is_reset_and_goes_on() {
     let mut flight = flown();
@@ -267,6 +283,8 @@ fn hung_master_is_reset_and_goes_on() {
 
 /// Given a slave in flight, when its oscillator stops, then it is silent at once and stays off both buses; after it was mended
 /// the board reports it.
+///
+/// Verifies: ECSS 6.4a.2
 #[test]
 fn oscillator_that_stops_silences_the_board() {
     let mut flight = flown();
@@ -370,6 +388,8 @@ fn longest_erase_is_shorter_than_the_watchdog() {
 
 /// Given a debugger on a slave, when its program meets a fault, then it stops there, silent on both buses, until it is reset. The
 /// record is written all the same.
+///
+/// Verifies: ECSS 6.4a.2, 6.5.3a
 #[test]
 fn fault_with_a_debugger_stops_the_program() {
     let mut flight = flown();

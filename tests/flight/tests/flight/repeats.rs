@@ -86,6 +86,8 @@ fn a_repeat_on_the_other_bus_is_dropped() {
 /// Given telemetry requests of 2 to 8 bytes, zero behind the code
 /// When they reach a slave
 /// Then each is answered, and none is an error (ECSS Figure 9-2: DLC 0 to 8).
+///
+/// Verifies: ECSS 6.2a
 #[test]
 fn a_request_of_its_code_alone_is_answered() {
     const VALUE: [u8; 8] = [0x02, 0x01, 0, 0, 0, 0, 0, 0];

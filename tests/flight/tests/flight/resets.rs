@@ -18,7 +18,7 @@ fn longest_pause(flight: &Flight, node: u8, bus: Bus, from: Time) -> Time {
     gaps(&ends).max().unwrap()
 }
 
-/// Verifies: ECSS 8.3.2a
+/// Verifies: ECSS 8.3.2a, 6.5.3a
 #[test]
 fn the_master_is_reset_and_its_slaves_fly_on() {
     let mut flight = Flight::new(&MASTER_AND_THREE);
@@ -40,6 +40,7 @@ fn the_master_is_reset_and_its_slaves_fly_on() {
     flight.assert_sound();
 }
 
+/// Verifies: ECSS 6.5.3a, 8.3.2a, 8.3.3g
 #[test]
 fn master_reset_takes_it_and_its_slaves_to_the_default_bus() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
@@ -65,6 +66,8 @@ fn master_reset_takes_it_and_its_slaves_to_the_default_bus() {
 }
 
 /// By its reset pin, and by half a second without power.
+///
+/// Verifies: ECSS 6.5.1a.1, 6.5.3a, 8.3.2a
 #[test]
 fn a_slave_that_starts_again_is_taken_back() {
     for (events, from) in [
@@ -113,7 +116,7 @@ fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
     (flight, sent, states)
 }
 
-/// Verifies: ECSS 6.5.1a.4
+/// Verifies: ECSS 6.5.1a.4, 6.5.3a
 #[test]
 fn reset_node_resets_the_chip() {
     let (flight, sent, states) = commanded(0x81);
@@ -126,7 +129,7 @@ fn reset_node_resets_the_chip() {
     assert!(flight.is_operational(3, Bus::Nominal));
 }
 
-/// Verifies: ECSS 6.5.1a.5
+/// Verifies: ECSS 6.5.1a.5, 6.5.3a
 #[test]
 fn reset_communication_starts_over_without_resetting_the_chip() {
     let (flight, sent, states) = commanded(0x82);
@@ -139,7 +142,7 @@ fn reset_communication_starts_over_without_resetting_the_chip() {
 
 /// A client of the master has it stop node 3 (1F82h: 4).
 ///
-/// Verifies: ECSS 6.5.1a.2
+/// Verifies: ECSS 6.5.1a.2, 6.5.4a
 #[test]
 fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
     let (flight, sent, states) = after(WireFrame::standard(0x601, &[0x2F, 0x82, 0x1F, 3, 4, 0, 0, 0]));
@@ -151,6 +154,8 @@ fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
 }
 
 /// Nobody who may have stopped it: the master starts it again.
+///
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2
 #[test]
 fn a_slave_that_a_foreign_command_stopped_is_started() {
     let (flight, sent, states) = commanded(0x02);
@@ -161,6 +166,7 @@ fn a_slave_that_a_foreign_command_stopped_is_started() {
 
 /// Verifies: ECSS 6.5.1a.1
 /// Verifies: ECSS 6.5.1a.3
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn a_slave_that_says_pre_operational_is_started() {
     let (flight, sent, states) = commanded(0x80);

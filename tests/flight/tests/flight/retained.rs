@@ -58,7 +58,7 @@ fn write(flight: &mut Flight, guest: GuestId, bus: Bus, index: u16, sub: u8, val
     assert_eq!(answer.data()[..4], [0x60, low, high, sub]);
 }
 
-/// Verifies: ECSS 8.3.2a, 8.3.3k
+/// Verifies: ECSS 8.3.2a, 6.5.3a, 8.3.3l
 #[test]
 fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
     // By its pin, and by a command on the bus where it is.
@@ -80,7 +80,7 @@ fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
     }
 }
 
-/// Verifies: ECSS 8.3.2a, 8.3.3k
+/// Verifies: ECSS 8.3.2a, 8.3.3l
 #[test]
 fn a_slave_without_power_starts_on_the_bus_it_found() {
     // The change of the bus is 1 s old, then 3 s: a consumer time without contradiction.
@@ -93,6 +93,8 @@ fn a_slave_without_power_starts_on_the_bus_it_found() {
 }
 
 /// A reset within the consumer time takes nothing away: Bdefault is kept a consumer time later.
+///
+/// Verifies: ECSS 8.3.2a, 8.3.3l
 #[test]
 fn a_bus_found_before_a_reset_is_kept_after_it() {
     let (mut flight, _) = on_redundant(2000);
@@ -102,6 +104,7 @@ fn a_bus_found_before_a_reset_is_kept_after_it() {
     flight.assert_sound();
 }
 
+/// Verifies: ECSS 8.3.2a, 8.3.3l
 #[test]
 fn load_clears_the_bus_that_was_kept() {
     for loses_power in [false, true] {
@@ -115,6 +118,7 @@ fn load_clears_the_bus_that_was_kept() {
     }
 }
 
+/// Verifies: ECSS 8.3.1c, 8.3.2a, 8.3.1a
 #[test]
 fn a_bdefault_written_is_gone_after_a_reset_unless_saved() {
     for (is_saved, expected) in [(false, Bus::Nominal), (true, Bus::Redundant)] {

@@ -104,6 +104,8 @@ fn assert_complete(segments: &[Seen]) {
 /// Given a client that uploads by blocks
 /// When the slave sends a sub-block
 /// Then each segment follows the frame before it after no more than the intermission.
+///
+/// Verifies: ECSS 6.1a
 #[test]
 fn segments_of_an_upload_follow_without_a_gap() {
     let mut download = Download::new();
@@ -122,6 +124,8 @@ fn segments_of_an_upload_follow_without_a_gap() {
 /// Given a client that uploads by blocks
 /// When every third attempt to send a segment is destroyed, which in turn strikes a segment in each mailbox
 /// Then all segments are sent once, in their order.
+///
+/// Verifies: ECSS 6.1a
 #[test]
 fn segments_destroyed_on_the_bus_keep_their_order() {
     let mut download = Download::new();
@@ -151,6 +155,8 @@ fn segments_destroyed_on_the_bus_keep_their_order() {
 /// Given a client that uploads by blocks
 /// When other frames hold the bus for longer than segments live, from any mailbox on
 /// Then none of those that expired is sent later, those behind them follow, and the client gets the rest again.
+///
+/// Verifies: ECSS 6.1a
 #[test]
 fn segments_that_expire_free_their_mailboxes() {
     /// Segments on their way, in the mailboxes and before them.
@@ -179,7 +185,7 @@ fn segments_that_expire_free_their_mailboxes() {
 /// When the master's heartbeat calls the slave to the other bus
 /// Then no segment that was in a mailbox is sent on the bus that was left, and an upload after the return is complete.
 ///
-/// Verifies: ECSS 8.3.3b
+/// Verifies: ECSS 8.3.3b, 6.1a, 8.3.3g
 #[test]
 fn segments_of_a_bus_that_was_left_are_not_sent() {
     for number in 10..13 {

@@ -34,7 +34,7 @@ fn of_two_boards_powered_together_prime_is_active_other_silent() {
 /// Given a standby, when the active master loses its power, then the standby is active within its consumer time and 10 ms. Slaves,
 /// which are Pre-operational on their bus by then, are started at once, and commands flow.
 ///
-/// Verifies: ECSS 8.1a
+/// Verifies: ECSS 8.1a, 8.1b, 8.3.3f
 #[test]
 fn a_standby_takes_over_within_its_consumer_time() {
     let last = heartbeats(&TAKEOVER, BoardId(0)).last().unwrap().1;

@@ -39,6 +39,8 @@ fn slave_with_wrong_strap_parity_is_silent_and_logs_it() {
 
 /// Given a slave alone on its buses for three seconds, when a master comes, then the first frame of the slave is its boot-up
 /// message.
+///
+/// Verifies: ECSS 6.5.3a
 #[test]
 fn a_lone_slave_waits_for_its_master() {
     let mut flight = Flight::new(&[setup(1, 3000), setup(3, 20)]);
@@ -76,6 +78,7 @@ fn telemetry_tells_the_error_counters_as_they_are() {
     flight.assert_nothing_lost();
 }
 
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn slaves_waiting_together_are_started_when_the_master_comes() {
     let mut flight = Flight::new(&[setup(1, 3000), setup(2, 20), setup(3, 60), setup(4, 110)]);
@@ -102,6 +105,7 @@ fn slaves_waiting_together_are_started_when_the_master_comes() {
 /// Verifies: ECSS 8.3.3g
 /// Verifies: ECSS 8.3.3h
 /// Verifies: ECSS 8.3.3k
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn slaves_that_search_already_find_a_late_master() {
     let mut flight = Flight::new(&[setup(1, 13_000), setup(2, 20), setup(4, 60)]);
@@ -127,7 +131,7 @@ fn slaves_that_search_already_find_a_late_master() {
     flight.assert_nothing_lost();
 }
 
-/// Verifies: ECSS 8.3.2a
+/// Verifies: ECSS 8.3.2a, 6.5.3a
 #[test]
 fn a_master_that_waits_for_its_slaves_stays_on_the_default_bus() {
     let mut flight = Flight::new(&[setup(1, 20), setup(2, 5020), setup(3, 5080), setup(4, 5150)]);

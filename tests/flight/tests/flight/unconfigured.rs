@@ -27,6 +27,8 @@ fn stamped(seen: &Seen) -> Option<(u8, u32)> {
 /// master
 /// When slave 2 follows the master to the redundant bus
 /// Then it is started at once, 1020h is read, and it is configured in Pre-operational and started again.
+///
+/// Verifies: ECSS 6.1a, 8.3.3f
 #[test]
 fn a_slave_reset_on_the_bus_left_is_configured_again() {
     let mut flight = Flight::new(&MASTER_AND_THREE);

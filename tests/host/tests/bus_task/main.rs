@@ -100,6 +100,8 @@ fn frame_on_the_wire_makes_no_room_and_is_sent_once() {
 }
 
 /// Given frames in mailboxes and one in the queue, when their bus is abandoned, then each is reported once and none goes out.
+///
+/// Verifies: ECSS 8.3.3b.1
 #[test]
 fn frames_that_wait_die_with_their_bus() {
     let mut bench = Bench::joined(0);
@@ -433,7 +435,7 @@ fn warning_and_passive_are_reported_with_controller_counters() {
 /// Given errors that make a sender error passive, when the wire is cut behind it, then the node is told that nobody acknowledges. A
 /// missing acknowledgement before that is no verdict: it is counted.
 ///
-/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2b, 5.6.2c
 #[test]
 fn a_cut_wire_is_told_to_a_passive_sender() {
     let mut bench = Bench::joined(0);
@@ -451,6 +453,7 @@ fn a_cut_wire_is_told_to_a_passive_sender() {
     assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(isolated)));
 }
 
+/// Verifies: ECSS 5.6.2a
 #[test]
 fn bus_off_gives_up_all_pending_and_recovers_on_command() {
     let mut bench = Bench::joined(0);

@@ -1,4 +1,6 @@
 //! Lines with faults: no stamp rather than one of another frame.
+//!
+//! Verifies: ECSS 7.2.3c, 7.2.3k
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;

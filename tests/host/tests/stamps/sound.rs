@@ -1,4 +1,6 @@
 //! Frames whose edges are all there.
+//!
+//! Verifies: ECSS 7.2.3c, 7.2.3k
 
 use can_wire::frame::WireFrame;
 use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp};

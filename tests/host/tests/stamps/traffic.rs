@@ -1,4 +1,6 @@
 //! A hundred thousand SYNCs in disturbed traffic.
+//!
+//! Verifies: ECSS 7.2.3c, 7.2.3k
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;

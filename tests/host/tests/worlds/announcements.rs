@@ -97,6 +97,8 @@ const fn is_state(id: u16) -> bool {
 
 /// Given fifteen slaves whose reports come while the bus fails, when the master has changed the bus and commands one of them each
 /// millisecond, then each command arrives within 10 ms, and all errors and values follow.
+///
+/// Verifies: ECSS 6.4a, 8.3.3b
 #[test]
 fn commands_go_on_while_fifteen_slaves_announce() {
     let mut world = world();
@@ -134,6 +136,8 @@ fn commands_go_on_while_fifteen_slaves_announce() {
 
 /// Given ten changes of the bus in ten seconds, then no slave is silenced by its budget, and each sends a value at most once for each
 /// change and each report of it.
+///
+/// Verifies: ECSS 5.3.3.1b, 6.4a, 8.3.3b
 #[test]
 fn ten_changes_in_ten_seconds_neither_silence_a_node_nor_flood() {
     const CHANGES: u8 = 10;

@@ -58,6 +58,8 @@ fn answers(world: &MissionWorld, node: NodeId, from: Time) -> usize {
 
 /// Given an application that sends without end, when its node has a budget, then others command, answer and are heard as
 /// before. Without one, its frames take the bus from all that have lower priority: heartbeats too.
+///
+/// Verifies: ECSS 6.4a.2
 #[test]
 fn a_babbling_application_leaves_the_bus_to_others() {
     let mut world = busy(NOTHING);
@@ -100,6 +102,8 @@ fn a_babbling_application_leaves_the_bus_to_others() {
 
 /// Given a slave with four transmit PDOs that a client gave an event timer of 1 ms, then it silences itself, boots up with the
 /// timers of power-on, and the master starts it. No other node is touched.
+///
+/// Verifies: ECSS 6.5.3a
 #[test]
 fn a_slave_that_was_configured_to_babble_comes_back_without() {
     let mut world = busy(STANDARD);
@@ -161,6 +165,8 @@ fn assert_others_untouched(world: &MissionWorld, others: &[NodeId], from: Time) 
 }
 
 /// Given a slave without a budget whose application babbles, then the master stops it, and starts it when it was quiet.
+///
+/// Verifies: ECSS 6.5.1a.2
 #[test]
 fn the_master_stops_a_babbling_slave() {
     let mut world = busy(NO_BUDGET);

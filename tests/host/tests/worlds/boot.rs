@@ -105,7 +105,7 @@ fn mandatory_slaves_are_checked_configured_started_before_sync() {
 /// Given a slave that somebody stops while the master checks it, then it is checked again and started. It answers no SDO when it is
 /// stopped.
 ///
-/// Verifies: ECSS 8.3.3f
+/// Verifies: ECSS 8.3.3f, 6.5.1a.1
 #[test]
 fn a_slave_that_is_stopped_while_it_is_checked_is_checked_again() {
     const ONE: Profile = Profile {
@@ -143,6 +143,7 @@ fn with_all_slaves_there_the_boot_process_does_not_delay_sync() {
     assert_eq!(completed(world, Time::ZERO), 0, "no slave is mandatory");
 }
 
+/// Verifies: ECSS 6.9d
 #[test]
 fn slave_of_other_product_code_is_not_started_and_sync_waits() {
     let mut other = mandatory(THREE);
@@ -170,6 +171,7 @@ fn slave_of_other_product_code_is_not_started_and_sync_waits() {
     assert_eq!(completed(&world, Time::ZERO), 1);
 }
 
+/// Verifies: ECSS 6.9d
 #[test]
 fn missing_mandatory_slave_reported_after_boot_time_and_awaited() {
     let mut world = MissionWorld::of(THREE_MANDATORY, 3, |world| world.powered_at(FOUR, ms(2_000)));
@@ -182,6 +184,7 @@ fn missing_mandatory_slave_reported_after_boot_time_and_awaited() {
     assert!(!since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
 }
 
+/// Verifies: ECSS 6.9d
 #[test]
 fn by_policy_network_goes_on_and_takes_up_missing_slave_later() {
     let boot = BootPolicy { goes_on: true, ..THREE_MANDATORY.boot };
@@ -211,6 +214,7 @@ fn a_slave_that_lost_its_power_is_configured_again() {
     assert!(progress(&world, THREE, from).is_empty());
 }
 
+/// Verifies: ECSS 6.1a, 6.10l, 6.10m
 #[test]
 fn what_a_slave_has_by_its_stamp_is_not_written_again() {
     let mut world = running(THREE_MANDATORY, 3);
@@ -238,6 +242,7 @@ fn what_a_slave_has_by_its_stamp_is_not_written_again() {
     assert_eq!(written, [0x1029, 0x1020, 0x1020]);
 }
 
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn fail_over_keeps_configuration_and_asks_parallel_slaves_for_errors_alone() {
     let mut world = running(THREE_MANDATORY, 3);
@@ -252,6 +257,7 @@ fn fail_over_keeps_configuration_and_asks_parallel_slaves_for_errors_alone() {
     }
 }
 
+/// Verifies: ECSS 8.3.3f, 8.3.3h
 #[test]
 fn toggled_selective_slave_is_started_at_once_and_then_checked() {
     let mut world = running(Profile { selective: &[FOUR], ..THREE_MANDATORY }, 3);
@@ -269,6 +275,8 @@ fn toggled_selective_slave_is_started_at_once_and_then_checked() {
 /// Given a slave that is reset on the nominal bus at the moment when that is cut, so that its boot-up message is lost
 /// When it follows the master to the redundant bus
 /// Then it is started at once, found without its configuration, configured and started again.
+///
+/// Verifies: ECSS 8.3.3f
 #[test]
 fn a_slave_reset_unheard_on_the_bus_left_is_configured() {
     for selective in [&[][..], &[TWO]] {
@@ -295,6 +303,7 @@ fn a_slave_reset_unheard_on_the_bus_left_is_configured() {
     }
 }
 
+/// Verifies: ECSS 8.3.3b, 8.3.3f
 #[test]
 fn bus_cut_during_boot_restarts_the_process_on_the_other_bus() {
     let mut world = MissionWorld::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
@@ -330,6 +339,7 @@ fn slave_losing_power_in_boot_is_reported_and_booted_on_return() {
     assert_eq!(stamp(&world, TWO), [100, 200]);
 }
 
+/// Verifies: ECSS 6.5.1a.1
 #[test]
 fn slave_held_by_application_is_configured_but_not_started() {
     let mut world = running(THREE_MANDATORY, 3);

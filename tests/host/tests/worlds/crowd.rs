@@ -20,6 +20,8 @@ const SLOW: Profile = Profile {
 
 /// Given 126 slaves, when the nominal bus is cut next to the master, then all of them are started before, stay Operational, and
 /// follow it; the master has asked each who it is, and loses none.
+///
+/// Verifies: ECSS 8.3.3b, 8.3.3d, 8.3.3g
 #[test]
 fn master_runs_126_slaves_and_all_follow_it_over_a_cut() {
     let mut world = MissionWorld::of(SLOW, SLAVES, |world| world.seed(5));

@@ -68,7 +68,7 @@ fn bit_errors_cost_repetitions_and_nothing_else() {
     }
 }
 
-/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b
+/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b, 8.3.3b.1, 8.3.3e.2
 /// Notices: ECSS 5.3.3.2.3e: a slave with selective access searches on one bus alone.
 #[test]
 fn a_bus_shorted_recessive_is_left_for_the_other_one() {
@@ -87,7 +87,7 @@ fn a_bus_shorted_recessive_is_left_for_the_other_one() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b
+/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b, 8.3.3e.2
 /// Notices: ECSS 5.3.3.2.3i: a slave with selective access searches on one bus alone.
 #[test]
 fn a_bus_shorted_dominant_is_left_for_the_other_one() {
@@ -100,7 +100,7 @@ fn a_bus_shorted_dominant_is_left_for_the_other_one() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j, 8.3.3f
 #[test]
 fn a_short_that_goes_away_leaves_no_ill_effects() {
     for level in [true, false] {
@@ -122,7 +122,7 @@ fn a_short_that_goes_away_leaves_no_ill_effects() {
     }
 }
 
-/// Verifies: ECSS 5.3.3.2.2a, 8.3.3b, 8.3.3g
+/// Verifies: ECSS 5.3.3.2.2a, 8.3.3b, 8.3.3g, 8.3.3f
 #[test]
 fn a_master_off_its_stub_goes_to_the_other_bus() {
     let mut world = running(MIXED, 3);
@@ -135,7 +135,7 @@ fn a_master_off_its_stub_goes_to_the_other_bus() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 5.3.3.2.2a
+/// Verifies: ECSS 5.3.3.2.2a, 6.5.2a, 8.3.3f
 /// Notices: ECSS 5.3.3.2.2a: one silent slave makes the master leave the bus.
 /// Notices: ECSS 5.3.3.2.2a: the loss of one slave ends the commands to all.
 #[test]
@@ -158,6 +158,7 @@ fn a_slave_off_its_stub_is_lost_and_the_others_go_on() {
     assert!(world.all_operational());
 }
 
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn a_controller_without_power_disturbs_nobody() {
     let mut world = running(STANDARD, 3);
@@ -193,7 +194,7 @@ fn a_babbling_node_costs_one_bus() {
     assert_eq!(executed(&world, TWO), [77]);
 }
 
-/// Verifies: ECSS 5.3.3.1b, 8.3.3b
+/// Verifies: ECSS 5.3.3.1b, 8.3.3b, 8.3.3e.2
 #[test]
 fn a_driver_stuck_dominant_costs_one_bus() {
     let mut world = running(MIXED, 3);
@@ -231,7 +232,7 @@ fn a_lone_master_becomes_error_passive_and_never_bus_off() {
     assert!(states.contains(&ErrorState::Passive) && !states.contains(&ErrorState::BusOff), "{states:?}");
 }
 
-/// Verifies: ECSS 5.6.2a
+/// Verifies: ECSS 5.6.2a, 5.6.2b
 #[test]
 fn recovery_from_bus_off_takes_128_times_11_bits() {
     let mut world = running(STANDARD, 3);

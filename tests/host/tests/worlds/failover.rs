@@ -1,6 +1,6 @@
 //! The master leaves a bus; parallel slaves follow its first message, selective ones find it by toggling.
 //!
-//! Verifies: ECSS 8.3.3e, 8.3.3f, 8.3.3g
+//! Verifies: ECSS 8.3.3e, 8.3.3g
 
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest};
@@ -30,7 +30,7 @@ fn switched_at(world: &World, from: Time) -> (Time, SwitchCause) {
     first
 }
 
-/// Verifies: ECSS 8.3.3b, 8.3.3l
+/// Verifies: ECSS 8.3.3b, 8.3.3b.2
 #[test]
 fn parallel_slaves_follow_the_first_message_on_the_other_bus() {
     for offset_us in [0, 13_000, 99_990] {
@@ -58,6 +58,7 @@ fn parallel_slaves_follow_the_first_message_on_the_other_bus() {
     }
 }
 
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn commands_flow_again_within_10_ms_of_the_detection() {
     let mut world = running(STANDARD, 3);
@@ -77,7 +78,7 @@ fn commands_flow_again_within_10_ms_of_the_detection() {
     assert_eq!(sent.len(), 1);
 }
 
-/// Verifies: ECSS 8.3.3h
+/// Verifies: ECSS 8.3.3h, 8.3.3e.1, 8.3.3e.2, 8.3.3f, 8.3.3c
 #[test]
 fn selective_slave_toggles_after_ttoggle_and_is_started() {
     // 2 x 250 ms and 5 x 2.5 s after the last heartbeat.
@@ -109,6 +110,7 @@ fn selective_slave_toggles_after_ttoggle_and_is_started() {
     }
 }
 
+/// Verifies: ECSS 8.3.3b, 8.3.3f
 #[test]
 fn a_cut_between_slaves_moves_everybody_to_the_whole_bus() {
     let mut world = running(STANDARD, 3);
@@ -122,7 +124,7 @@ fn a_cut_between_slaves_moves_everybody_to_the_whole_bus() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2, 8.3.3b, 8.3.3d, 8.3.3f
 #[test]
 fn on_command_heartbeat_stops_on_one_bus_starts_on_the_other() {
     let mut world = running(MIXED, 3);
@@ -141,6 +143,7 @@ fn on_command_heartbeat_stops_on_one_bus_starts_on_the_other() {
     }
 }
 
+/// Verifies: ECSS 8.3.3e.2, 8.3.3f, 8.3.3h
 #[test]
 fn drifting_clocks_fail_over_in_time() {
     for drift in [-100, 100] {
@@ -162,7 +165,7 @@ fn drifting_clocks_fail_over_in_time() {
 /// Given a busy network of fourteen slaves, three of them with selective access, when the master is cut off from the nominal bus, then
 /// eleven follow it at once and stay Operational, and three toggle by their own clocks and are started.
 ///
-/// Verifies: ECSS 8.3.3e.1, 8.3.3e.2, 8.3.3h
+/// Verifies: ECSS 8.3.3e.1, 8.3.3e.2, 8.3.3h, 8.3.3f, 6.5.2b
 #[test]
 fn fourteen_slaves_fail_over_under_traffic() {
     const SELECTIVE: Profile =

@@ -87,6 +87,8 @@ fn commands_alternate_between_led_and_value() {
 }
 
 /// Given a master that runs, then it asks for the ten kinds of telemetry in turn, without data.
+///
+/// Verifies: ECSS 6.2a
 #[test]
 fn requests_are_sent_in_turn() {
     let world = busy(1, ms(3_000));
@@ -209,7 +211,7 @@ fn a_cable_to_no_slave_is_not_measured() {
 /// Given a client that starts the self-test of the master, then it passes while both controllers are error active. With a bus that a
 /// driver holds dominant it fails: bit 0 is the nominal bus, bit 1 the redundant one.
 ///
-/// Verifies: ECSS 6.7b
+/// Verifies: ECSS 6.7b, 6.7c
 #[test]
 fn master_self_test_fails_with_an_error_passive_controller() {
     for (stuck, failures) in [(Bus::Nominal, 0b01), (Bus::Redundant, 0b10)] {
@@ -254,6 +256,8 @@ fn led_of_the_master_toggles_with_each_sync() {
 
 /// Given a client that commands the master to reset itself, then the master resets its chip, boots up again and commands its slaves
 /// with sequences from zero.
+///
+/// Verifies: ECSS 6.5.1a.4
 #[test]
 fn a_master_that_is_reset_numbers_commands_from_zero() {
     let mut world = busy(1, ms(2_000));
@@ -356,6 +360,8 @@ fn pulses_per_second_of_the_master_follow_the_object() {
 
 /// Given a master that a client sent to Pre-operational, then it logs the commands and requests that its node refuses, and goes on when
 /// it is Operational again.
+///
+/// Verifies: ECSS 6.5.4a
 #[test]
 fn commands_that_are_refused_are_logged() {
     let mut world = busy(1, ms(2_000));

@@ -69,6 +69,7 @@ fn a_slave_that_is_not_operational_is_not_commanded() {
     assert!(since(&world, Bus::Nominal, 0x302, from).is_empty());
 }
 
+/// Verifies: ECSS 6.5.1a
 #[test]
 fn malformed_frames_are_ignored_and_counted() {
     let mut world = running(STANDARD, 2);

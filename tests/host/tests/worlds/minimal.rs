@@ -60,7 +60,7 @@ fn moved(world: &World, node: NodeId) -> Time {
     first.first().expect("it answers SYNC on the redundant bus").start
 }
 
-/// Verifies: ECSS 9.4.9.1.1a
+/// Verifies: ECSS 9.4.9.1.1a, 8.3.3b, 8.3.3e.2
 /// Notices: ECSS 9.4.9.1.1a: a slave without a heartbeat of its own does not follow the master.
 #[test]
 fn full_and_minimal_slaves_fly_the_cut_of_a_bus() {
@@ -79,7 +79,7 @@ fn full_and_minimal_slaves_fly_the_cut_of_a_bus() {
 
 /// Each command that reached a slave was executed once, whether it has a heartbeat or not.
 ///
-/// Verifies: ECSS 9.4.2a, 9.4.3b.2
+/// Verifies: ECSS 9.4.2a, 9.4.3b.2, 9.4.1a
 #[test]
 fn commands_before_and_after_the_cut_are_executed_once() {
     let world = flown();
@@ -102,7 +102,7 @@ fn commands_before_and_after_the_cut_are_executed_once() {
 /// Given a master that sends every request of the mission in turn, then each request that a minimal slave knows brings telemetry with
 /// its code, and no other one brings any.
 ///
-/// Verifies: ECSS 9.4.3a, 9.4.3b.1
+/// Verifies: ECSS 9.4.3a, 9.4.3b.1, 9.4.1a, 9.4.2b, 9.4.3b
 #[test]
 fn each_request_that_reaches_a_minimal_slave_brings_telemetry() {
     let world = flown();
@@ -145,7 +145,7 @@ fn slaves_without_heartbeat_are_neither_missed_nor_asked() {
 
 /// Given a silent slave that loses its power for a second, then it executes the first command after that: nobody starts it.
 ///
-/// Verifies: ECSS 9.4.6.1a
+/// Verifies: ECSS 9.4.6.1a, 9.4.1a
 #[test]
 fn silent_slave_takes_commands_again_after_a_loss_of_power() {
     let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world);

@@ -60,6 +60,8 @@ fn minimal_leds_toggle_with_heartbeat_and_sync() {
 }
 
 /// Given commands for the LED, then it is set after each PDO to the state of the device; a repeat changes nothing.
+///
+/// Verifies: ECSS 9.4.1a, 9.4.2a
 #[test]
 fn minimal_led_follows_commands() {
     let (mut world, indicators) = alone(&STANDARD, MinimalMission::new);
@@ -87,7 +89,7 @@ fn minimal_prototype_shows_the_spacecraft_time() {
 /// Given a spacecraft with a minimal slave that sends a heartbeat and one that sends none, then the master commands both, and the LEDs
 /// of both follow and toggle with each heartbeat of the master.
 ///
-/// Verifies: ECSS 9.4.2a
+/// Verifies: ECSS 9.4.2a, 9.4.1a
 #[test]
 fn minimal_slaves_obey_with_and_without_heartbeat() {
     let mut world = MissionWorld::mixed(SPACECRAFT, 1, |world| world);

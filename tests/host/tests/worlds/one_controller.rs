@@ -54,6 +54,7 @@ fn commands(world: &World, node: NodeId, bus: Bus, from: Time, to: Time) -> usiz
     between(world, bus, 0x300 + u16::from(node.get()), from, to).len()
 }
 
+/// Verifies: ECSS 8.3.3b, 8.3.3e.2, 8.3.3h
 #[test]
 fn minimal_one_controller_slave_follows_the_cut_by_its_search() {
     let world = mixed();
@@ -69,6 +70,8 @@ fn minimal_one_controller_slave_follows_the_cut_by_its_search() {
 }
 
 /// Each command that reached the slave was executed once, on one bus and on the other.
+///
+/// Verifies: ECSS 9.4.1a, 9.4.2a
 #[test]
 fn minimal_slave_with_one_controller_executes_each_command_once() {
     let world = mixed();
@@ -95,7 +98,7 @@ fn one_controller_or_two_make_no_difference_on_the_buses() {
 
 /// Given no master, when a full slave with one controller searches from either bus, then it does so as one with two.
 ///
-/// Verifies: ECSS 8.3.2a, 8.3.3h
+/// Verifies: ECSS 8.3.2a, 8.3.3h, 8.3.2b, 8.3.3d
 #[test]
 fn search_of_a_slave_with_one_controller_begins_on_bdefault() {
     for bdefault in Bus::ALL {
@@ -124,6 +127,8 @@ fn search_of_a_slave_with_one_controller_begins_on_bdefault() {
 
 /// Given a slave with one controller on the redundant bus, when its master resets it there, then it starts again on Bdefault,
 /// which is the redundant bus since it found its master there.
+///
+/// Verifies: ECSS 6.5.1a.4, 6.5.3a, 8.3.2a, 8.3.3l
 #[test]
 fn slave_with_one_controller_comes_back_after_a_reset() {
     let mut world = MissionWorld::of(MIXED, 3, |world| world.one_controller(FOUR));
@@ -148,7 +153,7 @@ fn slave_with_one_controller_comes_back_after_a_reset() {
 /// Given a frame of its own on the wire, when the application chooses the other bus, then the frame ends first. The other
 /// bus sees no part of it, and the slave is back where its master is after its search.
 ///
-/// Verifies: ECSS 8.2.3a
+/// Verifies: ECSS 8.2.3a, 8.3.3e.2
 #[test]
 fn switch_tears_no_frame() {
     let plan = |world: Builder| world.one_controller(FOUR);

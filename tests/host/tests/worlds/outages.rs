@@ -68,7 +68,7 @@ fn next_heartbeat() -> Time {
 /// Given a busy network, when a slave loses its power, in the middle of a frame of its own or between frames, then the others get
 /// each command, send each telemetry, heartbeat and local time in time, and stay on the bus; likewise when it returns.
 ///
-/// Verifies: ECSS 5.3.3.2.2b
+/// Verifies: ECSS 5.3.3.2.2b, 6.5.2a, 6.9d, 8.3.3a, 8.3.3d
 /// Notices: ECSS 5.3.3.2.2b: one silent slave makes the master leave the bus.
 #[test]
 fn others_go_on_while_a_slave_has_no_power() {
@@ -108,7 +108,7 @@ const MANDATORY: Profile = Profile {
 /// Given a busy network, when a mandatory slave loses its power, then the others go on in the same way: SYNC does not wait for it
 /// again. When it returns, then it is started.
 ///
-/// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.3k, 5.3.3.2.3k.1
+/// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.3k, 5.3.3.2.3k.1, 6.9d, 8.3.3d
 /// Notices: ECSS 5.3.3.2.2b: SYNC waits again when a mandatory slave is lost.
 /// Notices: ECSS 5.3.3.2.3k: SYNC ends when a mandatory slave behind the cut is lost.
 #[test]
@@ -133,7 +133,7 @@ const CUT_M: f64 = 5.0;
 /// Given a busy network, when both wires of the nominal bus are interrupted between slaves, then those upstream communicate there
 /// until the master leaves for the other bus, and on that one afterwards: no command is lost.
 ///
-/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1
+/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 8.3.3b, 8.3.3g
 #[test]
 fn nodes_upstream_of_a_cut_communicate_until_the_bus_is_left() {
     let mut world = busy(STANDARD);
@@ -161,7 +161,7 @@ fn nodes_upstream_of_a_cut_communicate_until_the_bus_is_left() {
 /// Given a busy network, when both buses are interrupted at one place, then the slave upstream gets commands in every second of the
 /// cut. When both are healed, then all slaves communicate as before: no error state, no node that was reset, no further move.
 ///
-/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2, 8.3.3d, 8.3.3f
 /// Notices: ECSS 5.3.3.2.3k.1: a slave that follows the master to the other bus becomes Pre-operational.
 /// Notices: ECSS 5.3.3.2.3k: the master starts slaves at their boot-up alone.
 #[test]
@@ -259,7 +259,7 @@ fn assert_short_leaves_no_ill_effects(level: bool) {
 /// CAN_H at ground, CAN_L at CAN_H, CAN_H at a negative voltage or CAN_L at a positive one: the difference is none, or
 /// negative.
 ///
-/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j, 5.6.2a
 /// Notices: ECSS 5.3.3.2.3g: a bus with too many recoveries from bus-off is never tried again.
 /// Notices: ECSS 5.3.3.2.3j: the master starts slaves at their boot-up alone.
 #[test]
@@ -269,7 +269,7 @@ fn buses_that_were_shorted_recessive_resume() {
 
 /// CAN_H at a positive voltage or CAN_L at a negative one: the difference is that of a dominant bit.
 ///
-/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h, 5.3.3.2.3g, 5.3.3.2.3j
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h, 5.3.3.2.3g, 5.3.3.2.3j, 8.3.3f
 /// Notices: ECSS 5.3.3.2.3d: the master starts slaves at their boot-up alone.
 /// Notices: ECSS 5.3.3.2.3h: the master starts slaves at their boot-up alone.
 #[test]

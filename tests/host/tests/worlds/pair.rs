@@ -88,7 +88,7 @@ fn a_second_board_that_is_first_stays_active() {
 /// Given an active master that went to the redundant bus, when it loses its power, then the standby is active on that bus within
 /// its consumer time and 10 ms, and no slave changes the bus.
 ///
-/// Verifies: ECSS 8.3.3a
+/// Verifies: ECSS 8.3.3a, 6.5.3a
 #[test]
 fn a_standby_takes_over_on_the_bus_heard_last() {
     for bus in Bus::ALL {
@@ -240,7 +240,7 @@ fn two_masters_without_a_slave_do_not_take_turns() {
 /// Given slaves that follow the time of prime, when prime is lost before the other board heard a time, then the slaves keep theirs:
 /// the new master sends none until its clock is set.
 ///
-/// Verifies: ECSS 7.2.2b
+/// Verifies: ECSS 7.2.2b, 6.9d, 7.2.2c, 7.2.3d
 #[test]
 fn a_new_master_without_a_time_changes_no_clock() {
     let mut world = MissionWorld::pair(TWO_MASTERS, 2, |world| world.powered_at(SECOND, Time::NEVER));

@@ -61,6 +61,7 @@ fn units(data: &[u8]) -> i64 {
     data.iter().rev().fold(0, |units, byte| units << 8 | i64::from(*byte))
 }
 
+/// Verifies: ECSS 6.5.2a, 9.4.9.2a
 #[test]
 fn prototype_sends_its_heartbeat_every_250_ms() {
     let mut world = powered();
@@ -75,7 +76,7 @@ fn prototype_sends_its_heartbeat_every_250_ms() {
 
 /// The listing answers request 0001h with the data 665544332211h, whatever stands behind the code.
 ///
-/// Verifies: ECSS 9.4.2b, 9.4.3b.1
+/// Verifies: ECSS 9.4.2b, 9.4.3b.1, 9.4.1a, 9.4.3a
 #[test]
 fn request_brings_the_telemetry_of_the_prototype() {
     let mut world = powered();
@@ -95,7 +96,7 @@ fn request_brings_the_telemetry_of_the_prototype() {
 
 /// A command has a code of 2 bytes and up to 6 of data, and no sequence: each frame is executed.
 ///
-/// Verifies: ECSS 9.4.2a, 9.4.2b
+/// Verifies: ECSS 9.4.2a, 9.4.2b, 9.4.1a, 9.4.1c
 /// Notices: ECSS 9.4.2b: the prototype exchanges the telemetry of codes 102h and 103h.
 #[test]
 fn commands_are_executed_as_often_as_they_come() {
@@ -133,6 +134,8 @@ fn sync_brings_the_local_time_that_181h_has_set() {
 }
 
 /// Given no SYNC before it, then the spacecraft time is that of the end of its own frame.
+///
+/// Verifies: ECSS 7.2.2c, 9.4.8a, 7.1.2f
 #[test]
 fn time_without_sync_is_that_of_its_frame() {
     let mut world = powered();
@@ -150,7 +153,7 @@ fn time_without_sync_is_that_of_its_frame() {
 
 /// RPDO 1 is 181h, so that 202h is nobody's: three receive PDOs are left. The fourth is a command and a request in one.
 ///
-/// Verifies: ECSS 9.4.3a
+/// Verifies: ECSS 9.4.3a, 9.4.1a, 9.4.3b.1
 #[test]
 fn three_receive_pdos_are_left_for_commands_and_requests() {
     let mut world = powered();
@@ -161,7 +164,7 @@ fn three_receive_pdos_are_left_for_commands_and_requests() {
     assert_eq!(asks(&mut world, 0x502, &[]), [(0x482, vec![9; 8])]);
 }
 
-/// Verifies: ECSS 9.4.6.1a, 9.4.7.1a
+/// Verifies: ECSS 9.4.6.1a, 9.4.7.1a, 9.4.7.2a, 9.4.7.2b, 9.4.8a
 #[test]
 fn prototype_answers_neither_nmt_nor_sdo_nor_time_stamp() {
     let mut world = powered();

@@ -16,7 +16,7 @@ fn of_master(world: &World, bus: Bus, from: Time) -> Vec<Sent> {
     frames.filter(|sent| sent.node == Some(MASTER) && sent.end > from).collect()
 }
 
-/// Verifies: ECSS 5.3.3.2.3k.2
+/// Verifies: ECSS 5.3.3.2.3k.2, 8.3.3f
 /// Notices: ECSS 5.3.3.2.3k.2: the master starts slaves at their boot-up alone.
 #[test]
 fn both_buses_cut_and_restored() {
@@ -64,7 +64,7 @@ fn master_reset_on_redundant_bus_comes_back_on_default_bus() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 8.3.3b.1
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b, 8.3.3d
 #[test]
 fn cut_healed_while_frames_are_pending_lets_nothing_stale_out() {
     for healed_after in [ms(120), ms(200), ms(777), ms(2_000)] {
@@ -92,6 +92,8 @@ fn cut_healed_while_frames_are_pending_lets_nothing_stale_out() {
 }
 
 /// A command that waits on a cut wire never arrives later, on whichever bus.
+///
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn a_command_pending_on_a_cut_bus_dies_with_it() {
     let mut world = running(STANDARD, 3);
@@ -108,6 +110,7 @@ fn a_command_pending_on_a_cut_bus_dies_with_it() {
     assert!(!world.reactions(TWO).iter().any(|(_, reaction)| matches!(reaction, Reaction::Executed(_))));
 }
 
+/// Verifies: ECSS 6.5.2a
 #[test]
 fn a_slave_that_loses_power_is_lost_and_returns() {
     let mut world = running(MIXED, 3);
@@ -134,7 +137,7 @@ fn all_slaves_off_and_on_again() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 5.6.2a
+/// Verifies: ECSS 5.6.2a, 5.6.2b
 #[test]
 fn a_slave_driven_to_bus_off_recovers_and_goes_on() {
     let mut world = running(STANDARD, 3);

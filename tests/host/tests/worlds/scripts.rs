@@ -57,6 +57,7 @@ fn perform(world: &mut World, step: Step) {
 proptest! {
     #![proptest_config(cases(32))]
 
+    /// Verifies: ECSS 8.3.3f
     #[test]
     fn everybody_is_operational_after_everything_is_healed(
         seed in any::<u64>(),

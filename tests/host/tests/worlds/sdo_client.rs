@@ -130,6 +130,8 @@ fn a_domain_streams_in_parts() {
 }
 
 /// Frames of a transfer fill the bus, but for a gap between sub-blocks of 127 segments.
+///
+/// Verifies: ECSS 8.3.3a, 8.3.3d
 #[test]
 fn a_block_transfer_keeps_the_bus_busy_and_heartbeats_in_time() {
     let mut world = running(STANDARD, 2);
@@ -204,6 +206,7 @@ fn a_future_dropped_within_a_step_aborts_its_transfer() {
     assert_eq!(aborts.count(), 1);
 }
 
+/// Verifies: ECSS 8.3.3b.2
 #[test]
 fn bus_switch_ends_a_transfer_and_the_next_one_works_there() {
     let mut world = running(STANDARD, 2);

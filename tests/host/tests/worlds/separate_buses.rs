@@ -30,7 +30,7 @@ fn loaded(span_ms: u64) -> MissionWorld {
 /// Given traffic on both buses at the same time, then each node receives all frames of both: slaves the commands of the foreign node, the
 /// master its heartbeats. Traffic on the nominal bus stays as it was.
 ///
-/// Verifies: ECSS 8.2.2a
+/// Verifies: ECSS 8.2.2a, 8.3.3d
 /// Notices: ECSS 8.2.2a: at power-on only the controller of the active bus joins.
 #[test]
 fn each_node_receives_from_both_buses_at_the_same_time() {

@@ -67,7 +67,7 @@ fn assert_minimal_set<D: Objects>() {
 /// Given the devices of the shipped images, then parameters of commands and of telemetry have the entries of the tables, and they are
 /// not changed. No PDO has an inhibit time or an event timer.
 ///
-/// Verifies: ECSS 9.4.1d, 9.4.2d, 9.4.4b, 9.4.4c
+/// Verifies: ECSS 9.4.1d, 9.4.2d, 9.4.4b, 9.4.4c, 9.4.10e
 /// Notices: ECSS 9.4.2d: the COB-ID of a PDO can be written.
 #[test]
 fn pdo_parameters_of_shipped_images_have_the_structure_of_the_tables() {
@@ -93,7 +93,7 @@ const FORBIDDEN: [(u16, u16); 8] = [
 
 /// Given the dictionaries of the shipped images, then no object that Table 9-12 forbids exists. So none is used or has a value of use.
 ///
-/// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d
+/// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d, 9.4.7.3d, 9.4.10e
 /// Notices: ECSS 9.4.10c: a minimal slave offers to store parameters (1010h).
 /// Notices: ECSS 9.4.10d: 1014h of a minimal slave has a COB-ID that is used.
 #[test]
@@ -131,7 +131,7 @@ fn asked(world: &mut World, id: u16, data: &[u8]) -> Vec<Sent> {
 /// Given SDO requests, emergencies, time stamps and a fifth PDO, then the shipped device answers none, and is there as before. It has
 /// no SDO, so its dictionary needs no parameters of one.
 ///
-/// Verifies: ECSS 9.4.10c, 9.4.10f
+/// Verifies: ECSS 9.4.10c, 9.4.10f, 9.4.7.1a, 9.4.7.2a, 9.4.8a
 /// Notices: ECSS 9.4.10f: the slave answers SDO requests with an abort, without 1200h.
 #[test]
 fn shipped_device_has_no_service_of_a_forbidden_object() {
@@ -157,7 +157,7 @@ fn shipped_device_has_no_service_of_a_forbidden_object() {
 /// Given commands to the shipped device, known and unknown ones, each as CAN may deliver it: twice. Then none is answered, and what they
 /// set was set once.
 ///
-/// Verifies: ECSS 9.4.1c, 9.4.3b
+/// Verifies: ECSS 9.4.1c, 9.4.3b, 9.4.2a
 /// Notices: ECSS 9.4.1c: a repeated command is echoed by TPDO 3.
 /// Notices: ECSS 9.4.3b: a repeated command brings telemetry.
 #[test]
@@ -185,7 +185,7 @@ fn shipped_device_answers_no_command() {
 /// Given the shipped device with a value set by the second of two commands, when RPDO 2 or 3 requests telemetry, then TPDO 3 has the
 /// register that the request names. The six bytes after the code may be there or not.
 ///
-/// Verifies: ECSS 9.4.2b, 9.4.3a
+/// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b.1
 /// Notices: ECSS 9.4.3a: a request by RPDO 2 brings no telemetry.
 /// Notices: ECSS 9.4.2b: the request for the value brings the number of commands.
 #[test]
@@ -269,7 +269,7 @@ fn telemetry_ends_within_the_stated_delay() {
 /// Given the shipped master in profile `librecube`, which sends the spacecraft time every 10 s. Then no node sends the time stamp
 /// object, and one from outside does not change the time that the master sends.
 ///
-/// Verifies: ECSS 9.4.7.1b
+/// Verifies: ECSS 9.4.7.1b, 7.2.3f, 11.1c
 #[test]
 fn shipped_master_neither_takes_nor_sends_time_stamps() {
     let mut world = MissionWorld::mixed(LIBRECUBE, 2, |world| world);
@@ -347,7 +347,7 @@ fn pdos_in_use_of_shipped_images_have_their_mappings() {
 /// Given the minimal slave of profile `librecube`, then its RPDO 1 has Local SCET Set and its TPDO 1 Local SCET Get, in the order of
 /// Figure 7-1: fine time, coarse time.
 ///
-/// Verifies: ECSS 7.2.2c, 7.2.2e, 7.2.3g, 7.2.3h
+/// Verifies: ECSS 7.2.2c, 7.2.2e, 7.2.3g, 7.2.3h, 7.1.2f
 /// Notices: ECSS 7.2.2e: a minimal slave maps Local SCET Set to its Local Time PDO.
 /// Notices: ECSS 7.2.3h: the Local Time PDO of a minimal slave has no Local SCET Get.
 #[test]
@@ -363,7 +363,7 @@ fn prototype_maps_its_time_as_figure_7_1_has_it() {
 /// Given the images of a mission with minimal slaves, then 1005h of these is 80h and read-only, and they have neither 1006h nor 1007h.
 /// The master serves full slaves too: there 1005h and 1006h are `rw`, as CiA 301 has them, and hold what it sends.
 ///
-/// Verifies: ECSS 9.4.7.3a, 9.4.7.3b.1, 9.4.7.3b.2, 9.4.7.3d
+/// Verifies: ECSS 9.4.7.3a, 9.4.7.3b.1, 9.4.7.3b.2, 9.4.7.3d, 9.4.7.3b
 /// Notices: ECSS 9.4.7.3a: 1005h of a minimal slave is 81h.
 /// Notices: ECSS 9.4.7.3b.2: 1006h has milliseconds.
 #[test]
@@ -412,7 +412,7 @@ fn reply_to(id: u16, data: &[u8]) -> Option<u16> {
 /// Given a network with commands, telemetry, heartbeats and SDO transfers of others, commands to the minimal slave by RPDO 1 and 2 and
 /// requests by RPDO 3 and 4, then each frame of the minimal slave but its heartbeat answers one SYNC or request, once and at once.
 ///
-/// Verifies: ECSS 9.4.3b, 9.4.3c
+/// Verifies: ECSS 9.4.3b, 9.4.3c, 9.4.1b, 9.4.6.1a
 /// Notices: ECSS 9.4.3c: each telemetry is sent twice.
 #[test]
 fn a_minimal_slave_in_a_busy_network_sends_what_is_asked() {
@@ -478,7 +478,7 @@ type Case<'a> = (usize, u16, &'a [u8], Option<(u16, &'a [u8])>);
 /// Given the shipped master on either bus of a busy network, then each of the four PDOs takes a command or a request to the minimal
 /// slave, on the active bus alone, and brings what it asks for.
 ///
-/// Verifies: ECSS 9.4.2c, 9.4.3b.1
+/// Verifies: ECSS 9.4.2c, 9.4.3b.1, 9.4.1c, 9.4.3a
 /// Notices: ECSS 9.4.3b.1: a request without data bytes is not answered.
 #[test]
 fn shipped_master_commands_and_asks_by_each_of_four_pdos() {

@@ -46,6 +46,8 @@ fn self_test(world: &mut MissionWorld, node: NodeId) -> SelfTest {
 
 /// Given a slave that runs, when it is commanded to switch its LED and to keep a value, then the LED follows, and telemetry and the
 /// dictionary have the value.
+///
+/// Verifies: ECSS 6.2a
 #[test]
 fn commands_switch_the_led_and_set_the_value() {
     let mut world = running(STANDARD, 1);
@@ -142,6 +144,8 @@ fn only_a_selective_slave_selects_its_bus() {
 }
 
 /// Given each request of the mission, whole or with its code alone, then one answer has its code.
+///
+/// Verifies: ECSS 6.2a
 #[test]
 fn each_request_has_one_answer_with_its_code() {
     let mut world = running(STANDARD, 1);
@@ -222,6 +226,8 @@ fn leds_toggle_with_heartbeat_sync_and_time() {
 }
 
 /// Given a slave that executed commands, when its master resets it, then it resets its chip once, and counts from zero.
+///
+/// Verifies: ECSS 6.5.1a.4
 #[test]
 fn a_reset_by_the_master_resets_the_chip() {
     let mut world = running(STANDARD, 1);
@@ -237,6 +243,8 @@ fn a_reset_by_the_master_resets_the_chip() {
 }
 
 /// Given a slave in Pre-operational, then it executes no command and answers no request, and its master sends it none.
+///
+/// Verifies: ECSS 6.5.1a.3, 6.5.4a
 #[test]
 fn a_slave_in_pre_operational_obeys_no_command() {
     let mut world = running(STANDARD, 1);

@@ -61,6 +61,8 @@ fn heartbeats_of_everybody_come_every_period_on_the_active_bus() {
 }
 
 /// Given slaves at work. When a node that is none of ours stops all of them, then the master starts them again.
+///
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2
 #[test]
 fn slaves_stopped_by_somebody_else_are_started_again() {
     let mut world = running(STANDARD, 2);
@@ -71,7 +73,7 @@ fn slaves_stopped_by_somebody_else_are_started_again() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 6.5.1a
+/// Verifies: ECSS 6.5.1a, 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 6.5.4a
 #[test]
 fn module_control_commands_are_obeyed_by_whom_they_address() {
     let mut world = running(STANDARD, 2);
@@ -90,7 +92,7 @@ fn module_control_commands_are_obeyed_by_whom_they_address() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.5.3a
 #[test]
 fn reset_commands_lead_through_boot_up_back_to_operational() {
     for command in [Command::ResetNode, Command::ResetCommunication] {
@@ -117,7 +119,7 @@ fn heartbeat_like(event: &ecss_can::node::SlaveEvent) -> bool {
     matches!(event, Heartbeat { .. } | Step(_) | Sync { .. } | Time(_))
 }
 
-/// Verifies: ECSS 8.3.2b, 8.3.3g
+/// Verifies: ECSS 8.3.2b, 8.3.3g, 8.3.3f, 8.3.3h
 #[test]
 fn a_slave_started_before_the_master_toggles_and_is_found() {
     // 2 x 250 ms on each bus: at 3.2 s every slave listens on the nominal bus.
@@ -147,6 +149,8 @@ fn a_master_started_before_its_slaves_does_not_switch_buses() {
 /// It gives them a toggling time and two heartbeat periods (13 s) to come to its bus. In profile standard no slave is assigned: it
 /// changes the bus after a dwell of 10 s. Slaves with parallel access are found at once, those with selective access within a
 /// further toggling time.
+///
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn bus_cut_before_a_slave_was_heard_costs_a_dwell() {
     for (profile, dwell, toggling) in [(LIBRECUBE, ms(25_500), ms(12_500)), (MIXED, ms(10_000), ms(500))] {

@@ -85,6 +85,8 @@ fn known(world: &World) -> (i16, u8) {
 }
 
 /// When the active bus is cut the measurement goes on over the other one.
+///
+/// Verifies: ECSS 6.2a, 8.3.3b
 #[test]
 fn a_change_reaches_the_master_before_and_after_a_cut() {
     let (mut world, sensor) = running();
@@ -99,6 +101,8 @@ fn a_change_reaches_the_master_before_and_after_a_cut() {
 }
 
 /// The master hears by PDO that there is no temperature.
+///
+/// Verifies: ECSS 6.2a
 #[test]
 fn a_silent_sensor_reaches_the_master_as_such() {
     let (mut world, sensor) = running();
@@ -111,6 +115,8 @@ fn a_silent_sensor_reaches_the_master_as_such() {
 }
 
 /// The master writes the table over noisy wires and saves it.
+///
+/// Verifies: ECSS 6.1a
 #[test]
 fn the_table_survives_noise_and_a_loss_of_power() {
     let (mut world, _) = running();
@@ -141,6 +147,8 @@ fn emergencies(world: &World) -> Vec<u16> {
 }
 
 /// Given a sensor that does not answer for a second, then the thermometer raises EMCY 5000h (hardware) once, and clears it once.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2
 #[test]
 fn a_silent_sensor_is_one_emergency() {
     let (mut world, sensor) = running();
@@ -154,6 +162,8 @@ fn a_silent_sensor_is_one_emergency() {
 }
 
 /// Given a running thermometer, then it measures ten times a second: SYNC answers (483h) show a ramp of 1 °C each 100 ms.
+///
+/// Verifies: ECSS 6.2a
 #[test]
 fn the_thermometer_measures_ten_times_a_second() {
     let (mut world, sensor) = running();
@@ -174,6 +184,8 @@ fn the_thermometer_measures_ten_times_a_second() {
 /// Given the applications of both images, when the thermometer is operational for the first time, then the master writes the table,
 /// saves it, resets the thermometer once, finds the table again, and commands it to forget the highest temperature. Later it reports
 /// the changes that the thermometer sends, and a change of the bus.
+///
+/// Verifies: ECSS 6.1a, 6.5.1a.4
 #[test]
 fn the_master_calibrates_the_thermometer_once() {
     let reports = Rc::new(RefCell::new(Vec::new()));
@@ -201,6 +213,8 @@ fn the_master_calibrates_the_thermometer_once() {
 }
 
 /// Given a thermometer that loses its power while the master writes the table, then the master reports the transfer that failed.
+///
+/// Verifies: ECSS 6.1a
 #[test]
 fn a_table_that_is_not_written_is_reported() {
     let reports = Rc::new(RefCell::new(Vec::new()));

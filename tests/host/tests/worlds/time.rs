@@ -30,7 +30,7 @@ fn next(world: &World, id: u16, after: &Sent) -> Sent {
     since(world, Bus::Nominal, id, after.end).into_iter().next().expect("an answer to the SYNC")
 }
 
-/// Verifies: ECSS 6.9c, 6.9d
+/// Verifies: ECSS 6.9c, 6.9d, 6.3b
 #[test]
 fn sync_comes_every_period_from_the_master_alone() {
     let mut world = running(STANDARD, 3);
@@ -44,7 +44,7 @@ fn sync_comes_every_period_from_the_master_alone() {
 /// Given a busy network, then each device with a synchronous PDO has 1005h: the master as the producer, the slaves as consumers. When
 /// 1005h of one slave is changed by SDO, then its synchronous PDO follows the new identifier alone.
 ///
-/// Verifies: ECSS 6.3a
+/// Verifies: ECSS 6.3a, 6.9b, 6.9e, 6.10c
 /// Notices: ECSS 6.3a: a slave answers 080h whatever its 1005h says.
 #[test]
 fn devices_with_synchronous_pdos_have_a_sync_object() {
@@ -84,7 +84,7 @@ fn devices_with_synchronous_pdos_have_a_sync_object() {
 /// Given a busy network of a profile, then between two SYNCs each slave with a clock sends its local time once, by a COB-ID of its
 /// own. Its dictionary maps the local time (2011h) to one PDO.
 ///
-/// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3j
+/// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3j, 7.2.2f, 7.2.2g
 #[test]
 fn each_slave_sends_one_local_time_pdo_with_each_sync() {
     for (profile, end) in [(STANDARD, ms(3_000)), (LIBRECUBE, ms(31_000))] {
@@ -118,7 +118,7 @@ fn each_slave_sends_one_local_time_pdo_with_each_sync() {
     }
 }
 
-/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
+/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k, 7.2.3i
 #[test]
 fn local_time_is_the_slaves_time_at_the_end_of_the_sync() {
     // Nobody sets the clocks in the first second; they began at zero with the power.
@@ -136,7 +136,7 @@ fn local_time_is_the_slaves_time_at_the_end_of_the_sync() {
     }
 }
 
-/// Verifies: ECSS 7.2.2b, 7.2.2d
+/// Verifies: ECSS 7.2.2b, 7.2.2d, 7.2.2a, 7.2.2c, 7.2.3b
 #[test]
 fn spacecraft_time_reaches_every_slave() {
     let mut world = running(STANDARD, 3);
@@ -204,6 +204,7 @@ fn clocks_100_ppm_apart_are_steered_to_one_time() {
     }
 }
 
+/// Verifies: ECSS 6.9d
 #[test]
 fn a_master_100_ppm_off_makes_its_periods_so_much_longer() {
     let mut world = MissionWorld::of(STANDARD, 2, |world| world.drift(MASTER, -100));

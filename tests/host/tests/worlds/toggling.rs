@@ -23,7 +23,7 @@ fn toggled(event: &SlaveEvent) -> bool {
     matches!(event, SlaveEvent::ActiveBus { cause: BusCause::Toggled, .. })
 }
 
-/// Verifies: ECSS 8.3.3i, 8.3.3j
+/// Verifies: ECSS 8.3.3i, 8.3.3j, 8.3.3d
 #[test]
 fn after_even_number_of_switches_slave_stays_on_default_bus() {
     for bdefault in Bus::ALL {
@@ -44,7 +44,7 @@ fn after_even_number_of_switches_slave_stays_on_default_bus() {
     }
 }
 
-/// Verifies: ECSS 8.3.3j
+/// Verifies: ECSS 8.3.3j, 8.3.3f, 8.3.3g, 8.3.3k
 #[test]
 fn late_master_after_odd_switches_is_found_by_slaves_hearing_it() {
     let profile = Profile { ntoggle: 3, ..MIXED };
@@ -70,7 +70,7 @@ fn late_master_after_odd_switches_is_found_by_slaves_hearing_it() {
     told_once(&world, FOUR, ms(6_000), changed_bus(Bus::Redundant, BusCause::Found));
 }
 
-/// Verifies: ECSS 8.3.3g, 8.3.3k
+/// Verifies: ECSS 8.3.3g, 8.3.3k, 6.5.1a.1
 #[test]
 fn start_command_on_other_bus_ends_the_search_and_is_obeyed() {
     let mut world = waiting(MIXED, 3, ms(60_000));
@@ -100,7 +100,7 @@ fn a_malformed_message_on_the_other_bus_does_not_end_the_search() {
     assert!(world.slaves().iter().all(|node| world.active(*node) == Some(Bus::Redundant)));
 }
 
-/// Verifies: ECSS 8.3.3e.1
+/// Verifies: ECSS 8.3.3e.1, 8.3.3f, 8.3.3i, 6.5.2b
 #[test]
 fn without_toggling_missed_master_means_waiting_pre_operational() {
     for profile in [Profile { ntoggle: 0, ..MIXED }, Profile { ttoggle: 0, ..MIXED }] {
@@ -120,7 +120,7 @@ fn without_toggling_missed_master_means_waiting_pre_operational() {
     }
 }
 
-/// Verifies: ECSS 8.3.3e
+/// Verifies: ECSS 8.3.3e, 8.3.2b, 8.3.3e.2
 #[test]
 fn a_lost_master_is_searched_on_both_buses_in_turn() {
     let mut world = running(MIXED, 3);
@@ -140,6 +140,8 @@ fn a_lost_master_is_searched_on_both_buses_in_turn() {
 }
 
 /// A heartbeat that comes back after the first miss and before the switch: the slave stays, and is started.
+///
+/// Verifies: ECSS 8.3.3e.1, 8.3.3f, 8.3.3c
 #[test]
 fn master_that_returns_before_switch_starts_its_slaves_again() {
     let mut world = running(MIXED, 3);

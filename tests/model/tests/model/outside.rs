@@ -13,6 +13,8 @@ fn operational(state: &Watched) -> [bool; 2] {
 
 /// Given a master whose controller goes bus-off too often on the active bus. Then it changes to the other one for that reason, and the
 /// slaves follow.
+///
+/// Verifies: ECSS 8.3.3b
 #[test]
 fn a_failed_bus_is_left() {
     let mut state = Watched::new(Crew::OneMasterInUse, 1, None);

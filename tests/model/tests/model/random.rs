@@ -30,6 +30,8 @@ fn broken(crew: Crew, faults: u8, defect: Option<Defect>, seed: u64) -> Option<P
 
 /// Given each crew and one to four faults at random moments, then each property holds at any time. `tests/search` visits all states
 /// with up to three faults.
+///
+/// Verifies: ECSS 8.1a, 8.3.3f, 8.3.3g, 8.3.3i, 8.3.3l
 #[test]
 fn random_faults_break_no_property() {
     for seed in 0..3_000 {

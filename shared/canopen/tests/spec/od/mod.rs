@@ -321,6 +321,7 @@ fn limits_have_their_abort_codes() {
     }
 }
 
+/// Verifies: ECSS 6.1a
 #[test]
 fn download_of_wrong_size_is_refused_before_its_data() {
     let mut device = Device::default();
@@ -335,6 +336,7 @@ fn download_of_wrong_size_is_refused_before_its_data() {
     assert_eq!(download(0x3000, Some(1)), Err(ReadOnly));
 }
 
+/// Verifies: ECSS 6.6a
 #[test]
 fn names_and_kinds_are_those_of_the_declaration() {
     let mut described = vec![];
@@ -363,6 +365,7 @@ fn names_and_kinds_are_those_of_the_declaration() {
     assert_eq!(of(0x5000).1.object, "Deep");
 }
 
+/// Verifies: ECSS 6.1a
 #[test]
 fn abort_codes_are_known_by_their_values() {
     for code in AbortCode::ALL {

@@ -47,6 +47,7 @@ fn round_trip<T: Typed + Default + PartialEq + std::fmt::Debug>(data_type: DataT
     assert_eq!(variable, value);
 }
 
+/// Verifies: ECSS 6.2a
 #[test]
 fn values_of_every_type_of_fixed_size() {
     use DataType as T;

@@ -49,6 +49,7 @@ fn controller_moves_even_if_new_bus_is_joined_before_old_left() {
     assert!(bench.ports.redundant.send(&frame(0x705, &[])).is_ok());
 }
 
+/// Verifies: ECSS 8.3.2a
 #[test]
 fn after_power_on_the_redundant_bus_may_be_the_first_one() {
     let mut bench = Bench::new();
@@ -135,6 +136,7 @@ fn who_leaves_before_the_controller_has_come_is_not_joined() {
     assert_eq!(bench.told(), []);
 }
 
+/// Verifies: ECSS 8.3.3b.1
 #[test]
 fn who_left_is_silent_and_sends_nothing() {
     let mut bench = Bench::joined();
@@ -235,6 +237,8 @@ fn always_dominant_bus_does_not_keep_the_controller() {
 }
 
 /// The same when it was first left, and the other bus chosen later.
+///
+/// Verifies: ECSS 8.3.3b.2, 8.3.3e.2
 #[test]
 fn controller_that_did_not_get_off_before_is_moved_at_once() {
     let mut bench = Bench::joined();

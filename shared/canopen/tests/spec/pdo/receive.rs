@@ -176,6 +176,7 @@ fn rpdos_that_wait_all_take_effect_at_one_sync() {
     assert_eq!(node.told(), [(0, Applied), (3, Applied)]);
 }
 
+/// Verifies: ECSS 6.10a
 #[test]
 fn a_frame_of_others_is_none() {
     let mut node = Node::with(1, parameters(0x205, 255, 0), &WORDS);
@@ -314,6 +315,7 @@ fn each_deadline_is_its_own() {
     assert_eq!(node.told(), [(0, Error(Overdue))]);
 }
 
+/// Verifies: ECSS 6.5.4a
 #[test]
 fn leaving_operational_forgets_what_is_held_and_stops_deadlines() {
     let mut node = Node::with(0, parameters(0x205, 1, 20), &WORDS);

@@ -33,7 +33,7 @@ fn both(cob_id: u32, sub: u8, value: u32) -> Result<(), AbortCode> {
     answers[0]
 }
 
-/// Verifies: ECSS 6.10a
+/// Verifies: ECSS 6.10a, 6.10c
 #[test]
 fn what_is_written_is_what_is_there() {
     let old = PdoParameters { cob_id: INVALID, ..Default::default() };
@@ -73,7 +73,7 @@ fn what_is_written_is_what_is_there() {
     );
 }
 
-/// Verifies: ECSS 6.10a
+/// Verifies: ECSS 6.10a, 6.10c
 #[test]
 fn writes_of_the_cob_id() {
     let table = [
@@ -99,6 +99,7 @@ fn writes_of_the_cob_id() {
     }
 }
 
+/// Verifies: ECSS 11.1c
 #[test]
 fn remote_frames_are_refused_where_they_would_be_answered() {
     assert_eq!(tpdo(INVALID, 1, 0x0000_0185).map(drop), Err(ValueRange));
@@ -108,7 +109,7 @@ fn remote_frames_are_refused_where_they_would_be_answered() {
     assert_eq!(rpdo(VALID, 1, 0x0000_0185).map(drop), Ok(()));
 }
 
-/// Verifies: ECSS 6.10b
+/// Verifies: ECSS 6.10b, 9.5a
 #[test]
 fn no_valid_pdo_has_a_restricted_identifier() {
     let restricted =
@@ -121,6 +122,7 @@ fn no_valid_pdo_has_a_restricted_identifier() {
     }
 }
 
+/// Verifies: ECSS 11.1c
 #[test]
 fn reserved_transmission_types_are_refused() {
     for cob_id in [VALID, INVALID] {

@@ -62,6 +62,7 @@ fn a_constant_maps_what_a_client_may_map() {
 
 /// Types 0 to 240, 254 and 255, SYNC start values 0 to 240 (CiA 301 7.5.2.35 and 7.5.2.37).
 ///
+/// Verifies: ECSS 11.1c
 /// Notices: ECSS 6.2a: transmission types 252 and 253 are accepted.
 #[test]
 fn a_transmission_type_compiles_when_a_client_may_write_it() {
@@ -80,7 +81,7 @@ fn a_transmission_type_compiles_when_a_client_may_write_it() {
     }
 }
 
-/// Verifies: ECSS 6.10b
+/// Verifies: ECSS 6.10b, 9.5a
 /// Notices: ECSS 6.10b: 6E0h to 6FFh are free for PDOs.
 #[test]
 fn a_cob_id_compiles_when_a_client_may_write_it() {
@@ -99,6 +100,7 @@ fn a_cob_id_compiles_when_a_client_may_write_it() {
     assert_eq!(bases, expected);
 }
 
+/// Verifies: ECSS 6.10a
 #[test]
 fn a_cob_id_of_each_node_is_its_base_plus_the_node() {
     for (node, with_node) in [(1, 0x281), (5, 0x285), (127, 0x2FF)] {

@@ -166,6 +166,7 @@ fn the_event_timer_ends_when_a_pdo_becomes_cyclic() {
     assert_eq!(syncs_with(&mut node, 4), [2, 4]);
 }
 
+/// Verifies: ECSS 6.9a, 6.9b
 /// Notices: ECSS 6.2a: an event sends a cyclic PDO with the next SYNC.
 #[test]
 fn an_event_does_nothing_to_a_cyclic_one() {
@@ -186,12 +187,14 @@ fn the_first_one_goes_at_the_sync_start_value() {
     assert_eq!(sent, [3, 7, 3]);
 }
 
+/// Verifies: ECSS 6.9a
 #[test]
 fn the_start_value_does_not_matter_without_a_counter() {
     assert_eq!(syncs_with(&mut Node::with(synchronous(2, 5)), 6), [2, 4, 6]);
     assert_eq!(syncs_with(&mut Node::with(synchronous(1, 5)), 3), [1, 2, 3]);
 }
 
+/// Verifies: ECSS 6.9a
 #[test]
 fn without_a_start_value_the_counter_does_not_matter() {
     let mut node = Node::with(synchronous(2, 0));
@@ -316,7 +319,7 @@ fn a_change_of_a_value_is_an_event_for_those_that_carry_it() {
     assert_eq!(node.sync(0), [3]);
 }
 
-/// Verifies: ECSS 11.1a
+/// Verifies: ECSS 11.1a, 6.5.4a
 /// Notices: ECSS 11.1a: events send PDOs in Pre-operational.
 #[test]
 fn nothing_goes_out_outside_of_operational() {
@@ -398,6 +401,7 @@ fn what_is_due_is_sent_though_its_parameters_change_before() {
     assert_eq!(syncs_with(&mut node, 3), []);
 }
 
+/// Verifies: ECSS 6.10a
 #[test]
 fn no_two_have_one_cob_id() {
     let mut node = Node::with(parameters(0x185, 1));
