@@ -304,7 +304,7 @@ impl Core {
         if self.epsr == EPSR_T {
             self.execute(bus, instruction)
         } else {
-            self.execute_in_state(bus, instruction, size)
+            self.execute_in_state(bus, Decoded { instruction, size })
         }
     }
 
@@ -335,7 +335,7 @@ impl Core {
             return true;
         }
         self.sleep = Sleep::Awake;
-        self.attention = self.systick.deadline();
+        self.attention = self.systick.deadline;
         false
     }
 
@@ -368,20 +368,16 @@ impl Core {
     }
 
     /// Runs an instruction while EPSR holds more than T: in an IT block, in the middle of a load or store multiple, or without T.
-    fn execute_in_state<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        instruction: Instruction,
-        size: u8,
-    ) -> Result<(), Raised> {
-        use Instruction::{Breakpoint, LoadMultiple, StoreMultiple};
+    fn execute_in_state<B: Bus>(&mut self, bus: &mut B, decoded: Decoded) -> Result<(), Raised> {
+        use Instruction::{Breakpoint, Multiple};
+        let Decoded { instruction, size } = decoded;
         let before = self.epsr;
         if before & EPSR_T == 0 {
             return Err(self.raise(Trap::INVALID_STATE));
         }
         let state = self.itstate();
         if state & 0xF == 0 {
-            if !matches!(instruction, LoadMultiple { .. } | StoreMultiple { .. }) {
+            if !matches!(instruction, Multiple { .. }) {
                 return Err(self.raise(Trap::INVALID_STATE));
             }
             self.epsr = EPSR_T;

@@ -70,17 +70,16 @@ fn kind(instruction: I) -> Kind {
         I::MultiplyHigh { subtract, round, ra, .. } => parts!("MultiplyHigh", subtract, round, ra == 15),
         I::MultiplyHalvesLong { n_top, m_top, .. } => parts!("MultiplyHalvesLong", n_top, m_top),
         I::MultiplyDualLong { subtract, exchange, .. } => parts!("MultiplyDualLong", subtract, exchange),
-        I::Load { size, index, rt, .. } => parts!("Load", size, index, rt == 15),
+        I::Load { size, rt, at } => parts!("Load", size, at.index, rt == 15),
         I::LoadRegister { size, rt, .. } => parts!("LoadRegister", size, rt == 15),
         I::LoadLiteral { size, rt, .. } => parts!("LoadLiteral", size, rt == 15),
-        I::Store { size, index, .. } => parts!("Store", size, index),
+        I::Store { size, at, .. } => parts!("Store", size, at.index),
         I::StoreRegister { size, .. } => parts!("StoreRegister", size),
-        I::LoadDual { index, rn, .. } => parts!("LoadDual", index, rn == 15),
-        I::StoreDual { index, .. } => parts!("StoreDual", index),
-        I::LoadMultiple { list, decrement, writeback, .. } => {
+        I::Dual { load, at, .. } => parts!("Dual", load, at.index, at.rn == 15),
+        I::Multiple { load: true, list, decrement, writeback, .. } => {
             parts!("LoadMultiple", list >> 15 == 1, decrement, writeback)
         }
-        I::StoreMultiple { decrement, writeback, .. } => parts!("StoreMultiple", decrement, writeback),
+        I::Multiple { decrement, writeback, .. } => parts!("StoreMultiple", decrement, writeback),
         I::LoadExclusive { size, .. } => parts!("LoadExclusive", size),
         I::StoreExclusive { size, .. } => parts!("StoreExclusive", size),
         I::ClearExclusive => parts!("ClearExclusive"),
@@ -101,7 +100,9 @@ fn kind(instruction: I) -> Kind {
         I::Breakpoint { .. } => parts!("Breakpoint"),
         I::FpUndefined => parts!("FpUndefined"),
         I::FpBinary { op, .. } => parts!("FpBinary", op),
-        I::FpAccumulate { op, .. } => parts!("FpAccumulate", op),
+        I::FpAccumulate { fused, negate_addend, negate_product, .. } => {
+            parts!("FpAccumulate", fused, negate_addend, negate_product)
+        }
         I::FpUnary { op, .. } => parts!("FpUnary", op),
         I::FpImmediate { .. } => parts!("FpImmediate"),
         I::FpCompare { quiet_raises, zero, .. } => parts!("FpCompare", quiet_raises, zero),
@@ -117,10 +118,10 @@ fn kind(instruction: I) -> Kind {
         I::FpMovePair { to_core, .. } => parts!("FpMovePair", to_core),
         I::FpStatusRead { rt } => parts!("FpStatusRead", rt == 15),
         I::FpStatusWrite { .. } => parts!("FpStatusWrite"),
-        I::FpLoad { count, rn, .. } => parts!("FpLoad", count, rn == 15),
-        I::FpStore { count, .. } => parts!("FpStore", count),
-        I::FpLoadMultiple { decrement, writeback, .. } => parts!("FpLoadMultiple", decrement, writeback),
-        I::FpStoreMultiple { decrement, writeback, .. } => parts!("FpStoreMultiple", decrement, writeback),
+        I::FpTransfer { load, count, rn, .. } => parts!("FpTransfer", load, count, rn == 15),
+        I::FpMultiple { load, decrement, writeback, .. } => {
+            parts!("FpMultiple", load, decrement, writeback)
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{bit, bits, immediate_shift, reg, sign_extend, unless};
 use crate::instruction::{
-    Alu, Condition, Extension, Hint, Index, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
+    Alu, Condition, Extension, Hint, Index, Indexed, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
 };
 
 const SP: Reg = 13;
@@ -44,12 +44,8 @@ fn alu_register(op: Alu, s: bool, rd: Reg, rn: Reg, rm: Reg) -> Instruction {
 }
 
 fn transfer(load: bool, size: Size, rt: Reg, rn: Reg, offset: u32) -> Instruction {
-    let (index, offset) = (Index::Offset, offset as i16);
-    if load {
-        Instruction::Load { size, index, rt, rn, offset }
-    } else {
-        Instruction::Store { size, index, rt, rn, offset }
-    }
+    let at = Indexed { index: Index::Offset, rn, offset: offset as i16 };
+    if load { Instruction::Load { size, rt, at } } else { Instruction::Store { size, rt, at } }
 }
 
 /// Shift by a constant; LSL by 0 is MOVS (A5.2.1).
@@ -178,12 +174,14 @@ fn miscellaneous(h: u32) -> Instruction {
 
 fn push(h: u32) -> Instruction {
     let list = (bits(h, 0, 8) | bits(h, 8, 1) << 14) as u16;
-    unless(list == 0, Instruction::StoreMultiple { rn: SP, list, decrement: true, writeback: true })
+    let push = Instruction::Multiple { load: false, rn: SP, list, decrement: true, writeback: true };
+    unless(list == 0, push)
 }
 
 fn pop(h: u32) -> Instruction {
     let list = (bits(h, 0, 8) | bits(h, 8, 1) << 15) as u16;
-    unless(list == 0, Instruction::LoadMultiple { rn: SP, list, decrement: false, writeback: true })
+    let pop = Instruction::Multiple { load: true, rn: SP, list, decrement: false, writeback: true };
+    unless(list == 0, pop)
 }
 
 /// IT and hints (A5.2.5). Hints without a meaning are NOPs.
@@ -203,13 +201,9 @@ fn hint(h: u32) -> Instruction {
 }
 
 fn multiple(h: u32) -> Instruction {
-    let (rn, list, decrement) = (low(h, 8), bits(h, 0, 8) as u16, false);
-    let instruction = if bit(h, 11) {
-        Instruction::LoadMultiple { rn, list, decrement, writeback: list >> rn & 1 == 0 }
-    } else {
-        Instruction::StoreMultiple { rn, list, decrement, writeback: true }
-    };
-    unless(list == 0, instruction)
+    let (load, rn, list) = (bit(h, 11), low(h, 8), bits(h, 0, 8) as u16);
+    let writeback = !load || list >> rn & 1 == 0;
+    unless(list == 0, Instruction::Multiple { load, rn, list, decrement: false, writeback })
 }
 
 fn conditional(h: u32) -> Instruction {

@@ -48,12 +48,9 @@ impl Core {
         rn: u8,
         rm: u8,
     ) -> Result<(), Raised> {
-        let (base, index, privileged) = (self.reg(rn), self.reg(rm), self.is_privileged());
-        let offset = if half {
-            self.read(bus, base.wrapping_add(index << 1), Width::Half, privileged)?
-        } else {
-            self.read(bus, base.wrapping_add(index), Width::Byte, privileged)?
-        };
+        let width = if half { Width::Half } else { Width::Byte };
+        let address = self.reg(rn).wrapping_add(self.reg(rm) << u32::from(half));
+        let offset = self.read(bus, address, width, self.is_privileged())?;
         self.branch(self.r[15].wrapping_add(offset * 2));
         Ok(())
     }
