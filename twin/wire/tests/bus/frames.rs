@@ -102,14 +102,13 @@ fn the_paper_divides_as_the_catalogue_does() {
 #[test]
 fn every_kind_of_frame_is_read_as_it_was_sent() {
     let mut rng = fastrand::Rng::with_seed(2);
-    let frames: Vec<WireFrame> = (0..2000).map(|_| random(&mut rng)).collect();
+    let sent: Vec<WireFrame> = (0..2000).map(|_| random(&mut rng)).collect();
     let mut sender = Station::default();
-    sender.queue.extend(frames.iter().map(|&frame| (us(SOF), frame)));
+    sender.queue.extend(sent.iter().map(|&frame| (us(SOF), frame)));
     let config = WireConfig { bit_by_bit: true, ..WireConfig::default() };
     let mut bench = Bench::new(config, vec![(0.0, sender), (10.0, Station::default())]);
     bench.leap(Time::from_ms(400));
-    let got: Vec<WireFrame> = bench.stations[1].received().map(|(_, frame)| frame).collect();
-    assert_eq!(got, frames);
+    assert_eq!(frames(&bench, 1), sent);
 }
 
 /// DLC 9 to 15 travel as they are, with 8 bytes of data; a remote frame has none.
@@ -138,7 +137,7 @@ fn sync_is_51_bits_long() {
     assert!(as_text(encoded.bits()).starts_with("000010000010000010000"));
     // A frame that follows at once.
     let mut bench = sender_and(1);
-    bench.stations[0].queue.push_back((us(SOF), sync()));
+    send(&mut bench, 0, SOF, [sync()]);
     bench.leap(us(200));
     assert_eq!(starts(&bench, 0), [us(SOF), us(SOF + 51)]);
 }

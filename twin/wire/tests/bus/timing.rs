@@ -108,7 +108,7 @@ fn within_the_published_tolerance_nothing_goes_wrong() {
     let mut bench = Bench::together(stations);
     for n in 0..50 {
         let place = flip_bit(rng.usize(10..90), &[rng.usize(..4)]);
-        bench.wire.schedule(us(20 + 800 * n), place).unwrap();
+        schedule(&mut bench, 20 + 800 * n, place);
     }
     bench.leap(Time::from_ms(40));
     for node in 0..4 {
@@ -207,7 +207,7 @@ fn a_spike_in_idle_is_no_start_of_frame() {
     for (ticks, disturbed) in [(1, false), (200, false), (271, false), (336, true)] {
         let mut bench = sender_and(2);
         let spike = Fault::Glitch { nodes: Nodes::of(&[1]), duration: Time(ticks), effect: Effect::Dominant };
-        bench.wire.schedule(us(15), spike).unwrap();
+        schedule(&mut bench, 15, spike);
         bench.leap(us(300));
         assert_eq!(!errors(&bench, 1).is_empty(), disturbed, "{ticks} ticks");
         assert_eq!(received(&bench, 2).len(), 1);
