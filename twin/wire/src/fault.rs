@@ -1,13 +1,20 @@
 //! Faults of cable, nodes and line, at a given time; what cannot be is refused with the reason.
 
 use crate::controller::NodeIndex;
-use crate::effect::Effect as BitEffect;
 use crate::field::Field;
 use crate::frame::WireFrame;
 use crate::time::Time;
 
 /// What a disturbance does to the level that a node sees.
-pub type Effect = BitEffect;
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Effect {
+    /// The other level.
+    Invert,
+    /// Dominant, whatever is sent.
+    Dominant,
+    /// Recessive, whatever is sent.
+    Recessive,
+}
 
 /// Some nodes of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -50,7 +50,7 @@ impl<'a> Plan<'a> {
         let mut edges = Vec::with_capacity(own.encoded.changes().len());
         let mut before = index;
         for bit in own.encoded.changes().filter(|&bit| bit > index && bit <= delimiter) {
-            let at = clock.end() + clock.bit().times((bit - index) as u64 - 1);
+            let at = clock.end + clock.bit.times((bit - index) as u64 - 1);
             edges.push(Edge { bits: (bit - before) as u64, at, level: bits[bit] });
             before = bit;
         }
@@ -78,8 +78,8 @@ fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool
             clock.recessive_edge(edge);
         }
     };
-    if edge < clock.end() {
-        if edge <= clock.sample() || clock.latched().is_some() {
+    if edge < clock.end {
+        if edge <= clock.sample || clock.latched.is_some() {
             return None;
         }
         // In this bit it still sends what the line shows.
@@ -87,12 +87,12 @@ fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool
         clock.next_bit(before);
     } else {
         clock.next_bit(before);
-        if edge > clock.sample() {
+        if edge > clock.sample {
             return None;
         }
         apply(&mut clock, sends_dominant);
     }
-    (edge <= clock.sample()).then_some(clock)
+    (edge <= clock.sample).then_some(clock)
 }
 
 impl Segment {
@@ -104,7 +104,7 @@ impl Segment {
         if stage.fast
             && let Some(flight) = self.plan_from_sof(node, &own, stage)
         {
-            let bit = flight.landings[0].clock.bit();
+            let bit = flight.landings[0].clock.bit;
             self.ledger.start(own.start, bit, stage.observed);
             stage.started(&mut self.ledger, own.start, own.start, node);
             self.mode = Mode::Flight(Box::new(flight));
@@ -177,7 +177,7 @@ impl Segment {
             if !this.mac.is_running() {
                 continue;
             }
-            if this.level != level || this.mac.clock.latched().is_some() {
+            if this.level != level || this.mac.clock.latched.is_some() {
                 return None;
             }
             participants.push(Participant {
@@ -212,8 +212,8 @@ impl Segment {
                 State::Off | State::BusOff => continue,
                 State::Idle => {
                     let mut clock = this.mac.clock;
-                    let timing = this.mac.attachment.map_or(clock.timing(), |attachment| attachment.timing);
-                    if timing != clock.timing() {
+                    let timing = this.mac.attachment.map_or(clock.timing, |attachment| attachment.timing);
+                    if timing != clock.timing {
                         clock.restart(timing, arrival);
                     }
                     clock.begin_with_edge(arrival);
@@ -238,7 +238,7 @@ impl Segment {
         with_sof: bool,
         stage: &mut Stage,
     ) -> Option<Flight> {
-        let sample = plan.clock.sample() - plan.clock.start();
+        let sample = plan.clock.sample - plan.clock.start;
         let disturbed = self.members.iter().any(|&node| !stage.nodes[node].is_undisturbed());
         let slow = self.members.iter().any(|&node| stage.nodes[node].path_to(&stage.nodes[node]) > sample);
         if disturbed || !stage.flips.is_empty() || slow {
@@ -258,12 +258,12 @@ impl Segment {
     /// Nobody else is there: a missing acknowledgement and its error frame.
     fn alone(&self, plan: &Plan, stage: &Stage) -> Flight {
         let node = plan.transmitter;
-        let bit = plan.clock.bit();
+        let bit = plan.clock.bit;
         let mut counters = stage.nodes[node].mac.counters;
         let passive = counters.error_passive();
         let mut clock = plan.clock;
         clock.skip(plan.delimiter() as u64 + 2, RECESSIVE);
-        let seen = clock.start();
+        let seen = clock.start;
         let mut agenda = VecDeque::from([(seen, node, WireEvent::TransmitError(ErrorKind::Ack))]);
         if !passive {
             counters.add_eight(true);
@@ -280,7 +280,7 @@ impl Segment {
             transmitter: node,
             with_sof: true,
             agenda,
-            end: clock.start(),
+            end: clock.start,
             landings: vec![Landing { node, clock, counters }],
             lines,
         }
@@ -319,14 +319,14 @@ impl Segment {
         let place = |node: NodeIndex| stage.nodes[node].offset;
         let mut pulses = Pulses::default();
         for participant in &*participants {
-            pulses.begins.push(participant, participant.clock.end(), &stage.nodes[participant.node]);
+            pulses.begins.push(participant, participant.clock.end, &stage.nodes[participant.node]);
         }
         for participant in &mut *participants {
             let edge = pulses.begins.reaching(participant.node, stage, Fine::min)?;
             participant.clock = pass_edge(participant.clock, edge, RECESSIVE, !participant.transmits)?;
         }
         for participant in &*participants {
-            pulses.ends.push(participant, participant.clock.end(), &stage.nodes[participant.node]);
+            pulses.ends.push(participant, participant.clock.end, &stage.nodes[participant.node]);
         }
         let extent = match (self.members.first(), self.members.last()) {
             (Some(&left), Some(&right)) => place(right) - place(left),
@@ -353,8 +353,8 @@ impl Segment {
         lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
         stage: &Stage,
     ) -> Option<Flight> {
-        let bit = plan.clock.bit();
-        let starts = participants.iter().map(|participant| participant.clock.start());
+        let bit = plan.clock.bit;
+        let starts = participants.iter().map(|participant| participant.clock.start);
         let (earliest, end) = (starts.clone().min()?, starts.max()?);
         if end > earliest + bit {
             return None;
@@ -366,10 +366,10 @@ impl Segment {
             let mut counters = before;
             let (at, event) = if transmits {
                 counters.transmitted();
-                (clock.start(), WireEvent::Transmitted)
+                (clock.start, WireEvent::Transmitted)
             } else {
                 counters.received();
-                (clock.start() - clock.bit(), WireEvent::Received(plan.own.frame))
+                (clock.start - clock.bit, WireEvent::Received(plan.own.frame))
             };
             agenda.push((at, node, event));
             if counters != before {
@@ -402,7 +402,7 @@ impl Segment {
             let delay = stage.nodes[plan.transmitter].path_to(&stage.nodes[node]);
             let mut changes = VecDeque::with_capacity(plan.own.encoded.changes().len());
             if plan.index == 0 {
-                changes.push_back((plan.clock.start() + delay, DOMINANT));
+                changes.push_back((plan.clock.start + delay, DOMINANT));
             }
             changes.extend(plan.edges.iter().map(|edge| (edge.at + delay, edge.level)));
             if let Some((from, to)) = flag(delay) {
@@ -464,7 +464,7 @@ impl Segment {
             stage.nodes[node].level = RECESSIVE;
         }
         self.cursor = flight.end;
-        let bit = stage.nodes[flight.transmitter].mac.clock.bit();
+        let bit = stage.nodes[flight.transmitter].mac.clock.bit;
         self.ledger.calm(flight.end + bit.times(INTERMISSION_BITS), stage.observed);
         self.mode = Mode::Still;
         false

@@ -53,7 +53,7 @@ impl Flight {
     /// Whether `node` has come to its intermission at `now`; `None` when it takes no part.
     pub(crate) fn has_landed(&self, node: NodeIndex, now: Fine) -> Option<bool> {
         let landing = self.landings.iter().find(|landing| landing.node == node)?;
-        Some(landing.clock.start() <= now)
+        Some(landing.clock.start <= now)
     }
 }
 
@@ -203,17 +203,17 @@ impl Segment {
             }
             _ => return None,
         };
-        (node.level == RECESSIVE).then(|| node.mac.clock.end() + node.mac.clock.bit().times(bits))
+        (node.level == RECESSIVE).then(|| node.mac.clock.end + node.mac.clock.bit.times(bits))
     }
 
     /// Lets the bits of `node` that end at or before `at` pass.
     pub(crate) fn catch_up(&mut self, node: NodeIndex, at: Fine, stage: &mut Stage) {
-        while stage.nodes[node].mac.is_running() && stage.nodes[node].mac.clock.end() <= at {
+        while stage.nodes[node].mac.is_running() && stage.nodes[node].mac.clock.end <= at {
             let this = &mut stage.nodes[node];
-            let end = this.mac.clock.end();
+            let end = this.mac.clock.end;
             if this.level != RECESSIVE {
                 // Settled: nothing but time passes.
-                let bits = 1 + (at - end).0 / this.mac.clock.bit().0;
+                let bits = 1 + (at - end).0 / this.mac.clock.bit.0;
                 this.mac.clock.skip(bits, this.level);
                 break;
             }
@@ -244,7 +244,7 @@ impl Segment {
         }
         let mac = &mut stage.nodes[node].mac;
         let before = mac.counters;
-        let sof = mac.clock.start();
+        let sof = mac.clock.start;
         let note = mac.step(sampled, line);
         let (after, finished) = (mac.counters, mac.finished.take());
         if let Some(event) = note.event {
@@ -275,8 +275,7 @@ impl Segment {
     pub(crate) fn is_settled(&self, stage: &Stage) -> bool {
         self.members.iter().all(|&node| {
             let node = &stage.nodes[node];
-            if node.mac.is_running() && node.mac.clock.latched().is_some_and(|sampled| sampled != node.level)
-            {
+            if node.mac.is_running() && node.mac.clock.latched.is_some_and(|sampled| sampled != node.level) {
                 // The bit under way was sampled before the last change.
                 return false;
             }

@@ -245,14 +245,14 @@ impl Mac {
             State::Suspend(bit) => SUSPEND_BITS - bit,
             _ => return None,
         };
-        Some(self.clock.end() + self.clock.bit().times(u64::from(bits - 1)))
+        Some(self.clock.end + self.clock.bit.times(u64::from(bits - 1)))
     }
 
     /// Passes the rest of an undisturbed intermission at once, if it is over at `at` and idle follows.
     pub(crate) fn pass_intermission(&mut self, at: Fine) -> bool {
         let State::Intermission(bit) = self.state else { return false };
         // A pulse may have been sampled in the bit under way and be over.
-        let was_sampled = self.clock.latched().is_some();
+        let was_sampled = self.clock.latched.is_some();
         if was_sampled || self.is_suspended() || self.idle_from().is_none_or(|idle| idle > at) {
             return false;
         }
@@ -267,7 +267,7 @@ impl Mac {
 
     /// Starts a frame.
     pub(crate) fn start(&mut self, own: Transmission) {
-        let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
+        let timing = self.attachment.map_or(self.clock.timing, |attachment| attachment.timing);
         self.clock.restart(timing, own.start);
         self.state = State::Sof;
         self.join(own);
@@ -284,8 +284,8 @@ impl Mac {
         match self.state {
             State::Off | State::BusOff => {}
             State::Idle => {
-                let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
-                if timing != self.clock.timing() {
+                let timing = self.attachment.map_or(self.clock.timing, |attachment| attachment.timing);
+                if timing != self.clock.timing {
                     self.clock.restart(timing, at);
                 }
                 self.clock.begin_with_edge(at);
