@@ -1,7 +1,7 @@
 //! Data accesses: alignment, protection, bit-band aliases, system registers, then the bus (B3.1, A3.2).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::cycles;
 use crate::system::mpu::Access;
 use crate::system::scb::CCR_UNALIGN_TRP;
@@ -43,7 +43,7 @@ impl Core {
         address: u32,
         width: Width,
         privileged: bool,
-    ) -> Result<u32, Raised> {
+    ) -> Result<u32> {
         self.spent += cycles::ACCESS;
         if self.is_plain(address, width) {
             return bus.load(address, width).map_err(|_| self.raise(Trap::DataBus(address)));
@@ -60,7 +60,7 @@ impl Core {
         width: Width,
         value: u32,
         privileged: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         self.spent += cycles::ACCESS;
         if self.is_plain(address, width) {
             return bus.store(address, width, value).map_err(|_| self.raise(Trap::DataBus(address)));
@@ -69,12 +69,7 @@ impl Core {
     }
 
     /// Loads words of an aligned block.
-    pub(crate) fn read_words<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        address: u32,
-        words: &mut [u32],
-    ) -> Result<(), Raised> {
+    pub(crate) fn read_words<B: Bus>(&mut self, bus: &mut B, address: u32, words: &mut [u32]) -> Result {
         self.check_alignment(address, Width::Word, true)?;
         let privileged = self.is_privileged();
         for (word, n) in words.iter_mut().zip(0..) {
@@ -84,12 +79,7 @@ impl Core {
     }
 
     /// Stores words to an aligned block.
-    pub(crate) fn write_words<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        address: u32,
-        words: &[u32],
-    ) -> Result<(), Raised> {
+    pub(crate) fn write_words<B: Bus>(&mut self, bus: &mut B, address: u32, words: &[u32]) -> Result {
         self.check_alignment(address, Width::Word, true)?;
         let privileged = self.is_privileged();
         for (&word, n) in words.iter().zip(0..) {
@@ -98,12 +88,7 @@ impl Core {
         Ok(())
     }
 
-    pub(crate) fn load_bus<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        address: u32,
-        width: Width,
-    ) -> Result<u32, Raised> {
+    pub(crate) fn load_bus<B: Bus>(&mut self, bus: &mut B, address: u32, width: Width) -> Result<u32> {
         bus.load(address, width).map_err(|_| self.raise(Trap::DataBus(address)))
     }
 
@@ -113,7 +98,7 @@ impl Core {
         address: u32,
         width: Width,
         value: u32,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         bus.store(address, width, value).map_err(|_| self.raise(Trap::DataBus(address)))
     }
 
@@ -125,7 +110,7 @@ impl Core {
 
     /// An access that is not plain. `stored` is the value of a store; a load answers with its own.
     #[inline(never)]
-    fn access_special<B: Bus>(&mut self, bus: &mut B, at: Place, stored: Option<u32>) -> Result<u32, Raised> {
+    fn access_special<B: Bus>(&mut self, bus: &mut B, at: Place, stored: Option<u32>) -> Result<u32> {
         let Place { address, width, .. } = at;
         self.check_alignment(address, width, false)?;
         if (PRIVATE..PRIVATE_INTERNAL_END).contains(&address) {
@@ -158,7 +143,7 @@ impl Core {
         alias: Place,
         stored: Option<u32>,
         (address, bit): (u32, u32),
-    ) -> Result<u32, Raised> {
+    ) -> Result<u32> {
         let refused = Trap::DataBus(alias.address);
         if stored.is_some() {
             self.spent += cycles::BIT_BAND_READ;
@@ -173,7 +158,7 @@ impl Core {
 
     /// Refuses an unaligned access where the instruction, CCR.UNALIGN_TRP or the private bus does (A3.2.1).
     #[inline]
-    pub(crate) fn check_alignment(&mut self, address: u32, width: Width, always: bool) -> Result<(), Raised> {
+    pub(crate) fn check_alignment(&mut self, address: u32, width: Width, always: bool) -> Result {
         let traps =
             || always || self.scb.ccr & CCR_UNALIGN_TRP != 0 || (PRIVATE..PRIVATE_END).contains(&address);
         if !width.aligns(address) && traps() {
@@ -183,7 +168,7 @@ impl Core {
     }
 
     /// Asks the MPU about the first byte, and about the word of the last one if that is another. Regions begin at words.
-    fn check_access(&mut self, at: Place, access: Access) -> Result<(), Raised> {
+    fn check_access(&mut self, at: Place, access: Access) -> Result {
         let Place { address, width, privileged } = at;
         let end = address.wrapping_add(width.bytes() - 1) & !3;
         let last = if end == address & !3 { address } else { end };

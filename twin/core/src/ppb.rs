@@ -3,7 +3,7 @@
 //! Loads and stores of less than a word reach the word that contains them. A register that is not modelled stops the core with
 //! [`Stop::Unmodelled`](crate::Stop::Unmodelled).
 
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::memory::Place;
 use crate::system::debug::{MON_EN, MON_PEND};
 use crate::system::nvic::Nvic;
@@ -98,7 +98,7 @@ impl Core {
         self.debug.attached = true;
     }
 
-    pub(crate) fn read_system(&mut self, at: Place) -> Result<u32, Raised> {
+    pub(crate) fn read_system(&mut self, at: Place) -> Result<u32> {
         if !at.privileged {
             return Err(self.raise(Trap::DataBus(at.address)));
         }
@@ -106,7 +106,7 @@ impl Core {
         Ok(word >> (8 * (at.address & 3)) & at.width.mask())
     }
 
-    pub(crate) fn write_system(&mut self, at: Place, value: u32) -> Result<(), Raised> {
+    pub(crate) fn write_system(&mut self, at: Place, value: u32) -> Result {
         let user_trigger = at.address == STIR && self.scb.ccr & scb::CCR_USERSETMPEND != 0;
         if !at.privileged && !user_trigger {
             return Err(self.raise(Trap::DataBus(at.address)));
@@ -119,7 +119,7 @@ impl Core {
         Ok(())
     }
 
-    fn read_register(&mut self, address: u32) -> Result<u32, Raised> {
+    fn read_register(&mut self, address: u32) -> Result<u32> {
         Ok(match address {
             DWT_CTRL => self.debug.dwt_control(),
             DWT_CYCCNT => self.debug.cycle_count(self.cycle),
@@ -160,7 +160,7 @@ impl Core {
         })
     }
 
-    fn write_register(&mut self, address: u32, value: u32, mask: u32) -> Result<(), Raised> {
+    fn write_register(&mut self, address: u32, value: u32, mask: u32) -> Result {
         let merged = |old: u32| old & !mask | value;
         let unmodelled = Trap::Unmodelled { address, write: true };
         match address {

@@ -47,25 +47,16 @@ impl Segment {
         }
     }
 
-    /// When `node` does something by itself.
-    fn own_event(&self, node: NodeIndex, stage: &mut Stage) -> Option<Fine> {
-        let mac = &stage.nodes[node].mac;
-        if mac.is_running() {
-            return Some(mac.clock.end);
-        }
-        if mac.state == State::Idle { self.start_of(node, stage) } else { None }
-    }
-
     /// When `node` does something by itself, and when it may have to be told of something; an error where none is expected is told
     /// late by some bits.
     fn plans(&self, node: NodeIndex, stage: &mut Stage) -> (Fine, Fine) {
-        let own = self.own_event(node, stage).unwrap_or(Fine::NEVER);
         let mac = &stage.nodes[node].mac;
         if mac.is_running() {
-            (own, own + mac.clock.bit.times(mac.uneventful_bits() - 1))
-        } else {
-            (own, own)
+            return (mac.clock.end, mac.clock.end + mac.clock.bit.times(mac.uneventful_bits() - 1));
         }
+        let start = if mac.state == State::Idle { self.start_of(node, stage) } else { None };
+        let own = start.unwrap_or(Fine::NEVER);
+        (own, own)
     }
 
     /// A bit of `node` ends, or its own frame starts.

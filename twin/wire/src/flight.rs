@@ -210,15 +210,7 @@ impl Segment {
             let babbles = this.condition.babbles.is_some();
             let clock = match this.mac.state {
                 State::Off | State::BusOff => continue,
-                State::Idle => {
-                    let mut clock = this.mac.clock;
-                    let timing = this.mac.attachment.map_or(clock.timing, |attachment| attachment.timing);
-                    if timing != clock.timing {
-                        clock.restart(timing, arrival);
-                    }
-                    clock.begin_with_edge(arrival);
-                    clock
-                }
+                State::Idle => this.mac.clock_from_edge(arrival),
                 _ => return None,
             };
             let mut waits = || stage.request_at(node).is_some_and(|request| request <= arrival);

@@ -151,23 +151,12 @@ impl Segment {
 
     /// Lets time pass on an unchanging line. `true`: nothing more up to `until`.
     fn run_still(&mut self, until: Fine, stage: &mut Stage) -> bool {
-        let mut due: Option<(Fine, NodeIndex)> = None;
-        let mut start: Option<(Fine, NodeIndex)> = None;
-        for &node in &self.members {
-            let earlier = |best: &Option<(Fine, NodeIndex)>, at| best.is_none_or(|(other, _)| at < other);
-            if let Some(at) = self.due(node, stage)
-                && earlier(&due, at)
-            {
-                due = Some((at, node));
-            }
-            if let Some(at) = self.start_of(node, stage)
-                && earlier(&start, at)
-            {
-                start = Some((at, node));
-            }
-        }
-        let never = (Fine::NEVER, 0);
-        let (due, start) = (due.unwrap_or(never), start.unwrap_or(never));
+        // Of equal instants the first one counts.
+        let first = |plan: &(Fine, NodeIndex)| plan.0;
+        let due = self.members.iter().filter_map(|&node| Some((self.due(node, stage)?, node)));
+        let due = due.min_by_key(first).unwrap_or((Fine::NEVER, 0));
+        let start = self.members.iter().filter_map(|&node| Some((self.start_of(node, stage)?, node)));
+        let start = start.min_by_key(first).unwrap_or((Fine::NEVER, 0));
         self.next = due.0.min(start.0);
         if self.next > until || self.next == Fine::NEVER {
             return true;

@@ -2,7 +2,7 @@
 
 use super::{bit, bits, immediate_shift, reg, sign_extend, unless};
 use crate::instruction::{
-    Alu, Condition, Extension, Hint, Index, Indexed, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
+    Alu, Condition, Extension, Index, Indexed, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
 };
 
 const SP: Reg = 13;
@@ -167,7 +167,7 @@ fn miscellaneous(h: u32) -> Instruction {
         0b101_0110 | 0b101_0111 => reverse(Reverse::SignedHalf),
         0b110_0000..=0b110_1111 => pop(h),
         0b111_0000..=0b111_0111 => Instruction::Breakpoint { immediate: bits(h, 0, 8) as u8 },
-        0b111_1000..=0b111_1111 => hint(h),
+        0b111_1000..=0b111_1111 => if_then_or_hint(h),
         _ => Instruction::Undefined,
     }
 }
@@ -184,20 +184,14 @@ fn pop(h: u32) -> Instruction {
     unless(list == 0, pop)
 }
 
-/// IT and hints (A5.2.5). Hints without a meaning are NOPs.
-fn hint(h: u32) -> Instruction {
+/// IT and hints (A5.2.5).
+fn if_then_or_hint(h: u32) -> Instruction {
     let (condition, mask) = (bits(h, 4, 4), bits(h, 0, 4));
     if mask != 0 {
         let always = condition == 14 && mask.count_ones() != 1;
         return unless(condition == 15 || always, Instruction::IfThen { state: bits(h, 0, 8) as u8 });
     }
-    let hint = match condition {
-        2 => Hint::WaitForEvent,
-        3 => Hint::WaitForInterrupt,
-        4 => Hint::SendEvent,
-        _ => Hint::Nop,
-    };
-    Instruction::Hint { hint }
+    super::hint(condition)
 }
 
 fn multiple(h: u32) -> Instruction {

@@ -1,7 +1,7 @@
 //! Exception entry: stacking, late arrival of a fault on the way, and the vector (B1.5.6, B1.5.7, B1.5.11).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Raised, Result};
 use crate::cycles;
 use crate::fpu::FRAME_WORDS;
 use crate::registers::EPSR_T;
@@ -60,7 +60,7 @@ impl Core {
     }
 
     /// Pushes R0 to R3, R12, LR, the return address and xPSR, and makes room for FPU registers if the context has used them.
-    pub(super) fn push_frame<B: Bus>(&mut self, bus: &mut B, return_address: u32) -> Result<(), Raised> {
+    pub(super) fn push_frame<B: Bus>(&mut self, bus: &mut B, return_address: u32) -> Result {
         let extended = self.control.fp_active;
         let (size, aligns) = match extended {
             true => (EXTENDED_FRAME, true),
@@ -88,7 +88,7 @@ impl Core {
         address: u32,
         words: &[u32],
         (privileged, negative): (bool, bool),
-    ) -> Result<(), Raised> {
+    ) -> Result {
         for (&word, at) in words.iter().zip((address..).step_by(4)) {
             if !self.mpu.permits(at, Access::Write, privileged, negative) {
                 return Err(self.raise(Trap::DataAccess(at)));
@@ -104,13 +104,13 @@ impl Core {
         bus: &mut B,
         address: u32,
         rights: (bool, bool),
-    ) -> Result<(), Raised> {
+    ) -> Result {
         self.spent += FRAME_WORDS * cycles::ACCESS;
         self.stack(bus, address, &self.fpu.frame(), rights)
     }
 
     /// Stores the FPU registers, or notes that they are to be stored before the next FPU instruction.
-    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, rights: (bool, bool)) -> Result<(), Raised> {
+    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, rights: (bool, bool)) -> Result {
         let (privileged, _) = rights;
         if self.fpu.defers_stacking() {
             let ready = self.handlers_ready();

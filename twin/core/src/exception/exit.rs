@@ -2,7 +2,7 @@
 
 use super::entry::{BASIC_FRAME, EXTENDED_FRAME, NO_FP, PADDED};
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Raised, Result};
 use crate::cycles;
 use crate::fpu::FRAME_WORDS;
 use crate::registers::IPSR;
@@ -80,7 +80,7 @@ impl Core {
     }
 
     /// Reads the frame, and the FPU registers if it has some.
-    fn unstack<B: Bus>(&mut self, bus: &mut B, target: Target, value: u32) -> Result<Frame, Raised> {
+    fn unstack<B: Bus>(&mut self, bus: &mut B, target: Target, value: u32) -> Result<Frame> {
         let (main, process) = self.stack_pointers();
         let address = if target == Target::ProcessThread { process } else { main };
         let privileged = target == Target::Handler || !self.control.unprivileged;
@@ -102,7 +102,7 @@ impl Core {
         address: u32,
         words: &mut [u32],
         privileged: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         let negative = self.execution_priority() < 0;
         for (word, at) in words.iter_mut().zip((address..).step_by(4)) {
             if !self.mpu.permits(at, Access::Read, privileged, negative) {

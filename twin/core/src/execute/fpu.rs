@@ -1,7 +1,7 @@
 //! The FPU: access, context and instructions (A2.5, B1.4.7, B1.5.7, B3.2.20 to B3.2.24).
 
 use crate::bus::Bus;
-use crate::core::{Core, Raised};
+use crate::core::{Core, Raised, Result};
 use crate::cycles;
 use crate::float::{Float, Rounding, SIGN};
 use crate::fpu::{ASPEN, BFRDY, FPSCR_BITS, HFRDY, LSPACT, MMRDY, MODES, MONRDY, USER};
@@ -12,7 +12,7 @@ use crate::trap::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, LSPERR, MEM_MANAGE, MLSP
 
 impl Core {
     /// Refuses the FPU to code with these rights if CPACR does not permit it.
-    pub(crate) fn check_fpu(&mut self, privileged: bool) -> Result<(), Raised> {
+    pub(crate) fn check_fpu(&mut self, privileged: bool) -> Result {
         if self.scb.permits_fpu(privileged) { Ok(()) } else { Err(self.raise(Trap::NO_COPROCESSOR)) }
     }
 
@@ -24,7 +24,7 @@ impl Core {
     }
 
     /// Begins an FPU instruction that has access: completes a deferred stacking, starts a new context (ExecuteFPCheck).
-    fn begin_fp<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
+    fn begin_fp<B: Bus>(&mut self, bus: &mut B) -> Result {
         if self.fpu.fpccr & LSPACT != 0 {
             // With the rights at the time of the entry: FPCCR.USER, and HFRDY for a priority that was not negative.
             let rights = (self.fpu.fpccr & USER == 0, self.fpu.fpccr & HFRDY == 0);
@@ -43,7 +43,7 @@ impl Core {
     /// Handles a fault of a deferred store. FPCCR says which handlers could run at exception entry; the others escalate to HardFault.
     ///
     /// A fault whose priority does not suffice now waits, and the instruction runs. `Err`: the fault ends the instruction.
-    fn fail_deferred(&mut self) -> Result<(), Raised> {
+    fn fail_deferred(&mut self) -> Result {
         let (fault, bits, ready) = match self.raised.take() {
             Some(Trap::DataBus(_)) => (BUS_FAULT, LSPERR, BFRDY),
             _ => (MEM_MANAGE, MLSPERR, MMRDY),
@@ -66,7 +66,7 @@ impl Core {
     }
 
     /// Runs an FPU instruction.
-    pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+    pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result {
         self.check_fpu(self.is_privileged())?;
         if matches!(instruction, I::FpUndefined) {
             return Err(self.raise(Trap::UNDEFINED));
@@ -201,14 +201,7 @@ impl Core {
         self.fpu.set(d, result);
     }
 
-    fn fp_transfer<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        load: bool,
-        d: u8,
-        count: u8,
-        address: u32,
-    ) -> Result<(), Raised> {
+    fn fp_transfer<B: Bus>(&mut self, bus: &mut B, load: bool, d: u8, count: u8, address: u32) -> Result {
         let (first, count) = (usize::from(d), usize::from(count));
         let mut registers = self.fpu.s;
         let words = &mut registers[first..first + count];

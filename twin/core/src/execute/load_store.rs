@@ -1,7 +1,7 @@
 //! Loads and stores of one or two registers, and exclusive ones (A4.6).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::cycles;
 use crate::instruction::{Index, Indexed, Size};
 use crate::trap::Trap;
@@ -22,13 +22,7 @@ impl Core {
     }
 
     #[inline(always)]
-    pub(super) fn load<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        rt: u8,
-        at: Indexed,
-    ) -> Result<(), Raised> {
+    pub(super) fn load<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, at: Indexed) -> Result {
         let (address, base) = self.indexed(at);
         let privileged = at.index != Index::Unprivileged && self.is_privileged();
         let value = self.load_sized(bus, size, address, privileged)?;
@@ -41,19 +35,13 @@ impl Core {
         self.set_loaded(bus, rt, address, value)
     }
 
-    pub(super) fn load_to<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        rt: u8,
-        address: u32,
-    ) -> Result<(), Raised> {
+    pub(super) fn load_to<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, address: u32) -> Result {
         let value = self.load_sized(bus, size, address, self.is_privileged())?;
         self.set_loaded(bus, rt, address, value)
     }
 
     /// Refuses a load to PC that is UNPREDICTABLE, before a register changes.
-    fn check_loaded_target(&mut self, address: u32, value: u32) -> Result<(), Raised> {
+    fn check_loaded_target(&mut self, address: u32, value: u32) -> Result {
         if address & 3 != 0 {
             return Err(self.raise(Trap::Unpredictable));
         }
@@ -61,7 +49,7 @@ impl Core {
     }
 
     /// A load to PC branches; from an unaligned address it is UNPREDICTABLE.
-    fn set_loaded<B: Bus>(&mut self, bus: &mut B, rt: u8, address: u32, value: u32) -> Result<(), Raised> {
+    fn set_loaded<B: Bus>(&mut self, bus: &mut B, rt: u8, address: u32, value: u32) -> Result {
         if rt != PC {
             self.set_reg(rt, value);
             Ok(())
@@ -71,13 +59,7 @@ impl Core {
         }
     }
 
-    fn load_sized<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        address: u32,
-        privileged: bool,
-    ) -> Result<u32, Raised> {
+    fn load_sized<B: Bus>(&mut self, bus: &mut B, size: Size, address: u32, privileged: bool) -> Result<u32> {
         // Each width is a constant: the row twin.host_instructions.
         match size {
             Size::Word => self.read(bus, address, Width::Word, privileged),
@@ -89,13 +71,7 @@ impl Core {
     }
 
     #[inline(always)]
-    pub(super) fn store<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        rt: u8,
-        at: Indexed,
-    ) -> Result<(), Raised> {
+    pub(super) fn store<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, at: Indexed) -> Result {
         let (address, base) = self.indexed(at);
         let privileged = at.index != Index::Unprivileged && self.is_privileged();
         self.store_sized(bus, size, address, self.reg(rt), privileged)?;
@@ -112,7 +88,7 @@ impl Core {
         address: u32,
         value: u32,
         privileged: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         match size {
             Size::Word => self.write(bus, address, Width::Word, value, privileged),
             Size::Byte | Size::SignedByte => self.write(bus, address, Width::Byte, value & 0xFF, privileged),
@@ -129,7 +105,7 @@ impl Core {
         load: bool,
         [rt, rt2]: [u8; 2],
         at: Indexed,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         let (address, base) = self.indexed(at);
         let address = if at.rn == PC { address & !3 } else { address };
         let mut words = [self.reg(rt), self.reg(rt2)];
@@ -149,13 +125,7 @@ impl Core {
     }
 
     /// LDREX, LDREXB, LDREXH (A3.4). The monitor marks all memory, as that of a Cortex-M4 does.
-    pub(super) fn load_exclusive<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        rt: u8,
-        address: u32,
-    ) -> Result<(), Raised> {
+    pub(super) fn load_exclusive<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, address: u32) -> Result {
         self.check_alignment(address, size.width(), true)?;
         let value = self.load_sized(bus, size, address, self.is_privileged())?;
         self.exclusive = true;
@@ -171,7 +141,7 @@ impl Core {
         rd: u8,
         rt: u8,
         address: u32,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         self.check_alignment(address, size.width(), true)?;
         if self.exclusive {
             self.store_sized(bus, size, address, self.reg(rt), self.is_privileged())?;

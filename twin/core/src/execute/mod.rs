@@ -11,7 +11,7 @@ mod multiply;
 mod special;
 
 use crate::bus::Bus;
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::cycles;
 use crate::instruction::Instruction as I;
 use crate::trap::Trap;
@@ -19,7 +19,7 @@ use crate::trap::Trap;
 impl Core {
     /// Runs one instruction whose condition holds. `next` already holds its successor.
     #[inline(always)]
-    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result {
         match instruction {
             I::AluImmediate { op, s, rotated, rd, rn, imm } => {
                 self.alu_immediate(op, s, rotated, rd, rn, imm)
@@ -84,7 +84,7 @@ impl Core {
     }
 
     /// The instructions that programs contain less often.
-    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result {
         match instruction {
             I::Undefined => return Err(self.raise(Trap::UNDEFINED)),
             I::Unpredictable => return Err(self.raise(Trap::Unpredictable)),

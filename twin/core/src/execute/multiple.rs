@@ -4,7 +4,7 @@
 //! ICI field in a restored xPSR describes: registers below the one in the field count as transferred (B1.5.10).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::trap::Trap;
 
 impl Core {
@@ -19,7 +19,7 @@ impl Core {
     }
 
     /// The registers that are left to transfer, and the address of the first.
-    fn remaining(&mut self, list: u16, start: u32) -> Result<(u16, u32), Raised> {
+    fn remaining(&mut self, list: u16, start: u32) -> Result<(u16, u32)> {
         if self.resume == 0 {
             return Ok((list, start));
         }
@@ -37,7 +37,7 @@ impl Core {
         list: u16,
         decrement: bool,
         writeback: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         let (start, end) = self.block(rn, list.count_ones(), decrement);
         let (left, address) = self.remaining(list, start)?;
         // Registers change after the last load: a fault leaves them as they were.
@@ -67,7 +67,7 @@ impl Core {
         list: u16,
         decrement: bool,
         writeback: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         let (start, end) = self.block(rn, list.count_ones(), decrement);
         let (mut registers, mut address) = self.remaining(list, start)?;
         self.check_alignment(address, Width::Word, true)?;

@@ -1,6 +1,6 @@
 //! Multiplies and divides (A4.4.3).
 
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::cycles;
 use crate::instruction::{Instruction as I, LongMultiply};
 use crate::system::scb::CCR_DIV_0_TRP;
@@ -8,7 +8,7 @@ use crate::trap::Trap;
 
 impl Core {
     /// Runs an instruction of this group. `false`: it belongs to another one.
-    pub(super) fn execute_multiply(&mut self, instruction: I) -> Result<bool, Raised> {
+    pub(super) fn execute_multiply(&mut self, instruction: I) -> Result<bool> {
         match instruction {
             I::Multiply { s, rd, rn, rm } => {
                 let result = self.reg(rn).wrapping_mul(self.reg(rm));
@@ -79,7 +79,7 @@ impl Core {
         self.set_long(low, high, result);
     }
 
-    fn divide(&mut self, signed: bool, rd: u8, rn: u8, rm: u8) -> Result<(), Raised> {
+    fn divide(&mut self, signed: bool, rd: u8, rn: u8, rm: u8) -> Result {
         let (n, m) = (self.reg(rn), self.reg(rm));
         if m == 0 && self.scb.ccr & CCR_DIV_0_TRP != 0 {
             return Err(self.raise(Trap::DIVIDE_BY_ZERO));

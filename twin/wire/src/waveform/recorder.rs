@@ -14,7 +14,7 @@ impl Waveform {
         let lane = |(index, node): (NodeIndex, &Node)| Lane {
             node: index,
             position_m: node.position_m,
-            bit_time: node.mac.attachment.map_or(node.mac.clock.timing, |now| now.timing).bit_time(),
+            bit_time: node.mac.timing().bit_time(),
             counters: node.mac.counters,
             bits: Vec::new(),
             driver: vec![(from, if node.driving { DOMINANT } else { RECESSIVE })],

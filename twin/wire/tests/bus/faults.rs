@@ -43,22 +43,16 @@ fn what_cannot_be_is_refused_with_the_reason() {
     let infinite = f64::INFINITY;
     let flip = |field| Fault::Flip(Flip::new(Place::Field(field), Nodes::ALL));
     let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: Time::ZERO, effect: Effect::Invert };
+    let text = "a position on a cable is a finite number of metres from 0 on, not";
+    for (fault, metres, shown) in [
+        (Fault::Cut { position_m: -1.0 }, -1.0, "-1"),
+        (Fault::Restore { position_m: infinite }, infinite, "inf"),
+        (Fault::Short { position_m: -0.5, level: true }, -0.5, "-0.5"),
+    ] {
+        let got = refused(20, fault);
+        assert_eq!((got, got.to_string()), (FaultError::Position(metres), format!("{text} {shown}")));
+    }
     for (fault, error, text) in [
-        (
-            Fault::Cut { position_m: -1.0 },
-            FaultError::Position(-1.0),
-            "a position on a cable is a finite number of metres from 0 on, not -1",
-        ),
-        (
-            Fault::Restore { position_m: infinite },
-            FaultError::Position(infinite),
-            "a position on a cable is a finite number of metres from 0 on, not inf",
-        ),
-        (
-            Fault::Short { position_m: -0.5, level: true },
-            FaultError::Position(-0.5),
-            "a position on a cable is a finite number of metres from 0 on, not -0.5",
-        ),
         (
             Fault::Drift(0, -1_000_000_000),
             FaultError::Drift(-1_000_000_000),
