@@ -39,7 +39,9 @@ fn sending(at: u64, frame: WireFrame) -> Station {
 #[test]
 fn what_cannot_be_is_refused_with_the_reason() {
     let mut bench = disturbed(1, [], 10);
-    let mut refused = |at: u64, fault: Fault| bench.wire.schedule(us(at), fault).unwrap_err();
+    let mut refused = |at: u64, fault: Fault| {
+        bench.wire.schedule(us(at), fault).expect_err(&format!("{fault:?} has to be refused"))
+    };
     let infinite = f64::INFINITY;
     let flip = |field| Fault::Flip(Flip::new(Place::Field(field), Nodes::ALL));
     let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: Time::ZERO, effect: Effect::Invert };
