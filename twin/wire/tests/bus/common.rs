@@ -39,8 +39,8 @@ pub fn frame(id: u16) -> WireFrame {
 
 /// A node that sends 080h at 20 us, and `receivers` that do not send.
 pub fn sender_and(receivers: usize) -> Bench {
-    let mut stations = vec![Station::default().sending(us(SOF), sync())];
-    stations.extend((0..receivers).map(|_| Station::default()));
+    let mut stations = vec![sending(SOF, sync())];
+    stations.extend((0..receivers).map(|_| idle()));
     Bench::together(stations)
 }
 
@@ -50,6 +50,16 @@ pub fn disturbed(receivers: usize, faults: impl IntoIterator<Item = Fault>, unti
     from_start(&mut bench, faults);
     bench.leap(us(until));
     bench
+}
+
+/// Receives, and has nothing to send.
+pub fn idle() -> Station {
+    Station::default()
+}
+
+/// Sends a frame at `at` us.
+pub fn sending(at: u64, frame: WireFrame) -> Station {
+    Station::default().sending(us(at), frame)
 }
 
 /// Keeps the level changes of its line.

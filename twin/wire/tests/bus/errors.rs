@@ -9,7 +9,7 @@ use can_wire::fault::Fault;
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::record::{Destruction, Observation};
-use can_wire::station::{Bench, Station};
+use can_wire::station::Bench;
 
 /// Each node sees a wrong bit as the error that it is: stuff errors are the sixth equal bit, form errors a dominant bit in a
 /// delimiter or in EOF, and a receiver sends dominant, so that it can have a bit error, only in the ACK slot and in flags.
@@ -64,10 +64,7 @@ fn form_error_in_an_error_delimiter() {
 #[test]
 fn bit_error_of_a_transmitter_in_its_data() {
     // A data bit: 55h begins with a dominant one, the second is recessive. 19 plain bits and 2 stuff bits before it.
-    let mut bench = Bench::together(vec![
-        Station::default().sending(us(SOF), WireFrame::standard(0x181, &[0x55])),
-        Station::default(),
-    ]);
+    let mut bench = Bench::together(vec![sending(SOF, WireFrame::standard(0x181, &[0x55])), idle()]);
     from_start(&mut bench, [flip_field(Field::Data(1), &[0])]);
     bench.leap(us(SOF + 40));
     assert_eq!(errors(&bench, 0)[0].1, transmit_error(ErrorKind::BitRecessive));
@@ -80,8 +77,8 @@ fn crc_error_of_a_receiver_shows_after_the_ack_delimiter() {
     let payload = WireFrame::standard(0x155, &[0x55, 0x55]);
     let slot = encode(&payload).stuffed_len() + 1;
     let told = |receivers: usize| {
-        let mut stations = vec![Station::default().sending(us(SOF), payload)];
-        stations.extend((0..receivers).map(|_| Station::default()));
+        let mut stations = vec![sending(SOF, payload)];
+        stations.extend((0..receivers).map(|_| idle()));
         let mut bench = Bench::together(stations);
         from_start(&mut bench, [flip_field(Field::Data(7), &[1])]);
         bench.leap(us(SOF + slot as u64 + 3));
@@ -100,8 +97,7 @@ fn crc_error_of_a_receiver_shows_after_the_ack_delimiter() {
 /// How long the line stays dominant after a local error of node 1 in bit `bit`, in bits from the end of that bit that
 /// showed it.
 fn superposition(payload: WireFrame, bit: usize) -> Option<u64> {
-    let mut bench =
-        Bench::together(vec![Station::default().sending(us(SOF), payload), Station::default(), listener()]);
+    let mut bench = Bench::together(vec![sending(SOF, payload), idle(), listener()]);
     from_start(&mut bench, [flip_bit(bit, &[1])]);
     bench.leap(us(SOF + 200));
     let first = (0..3).filter_map(|node| errors(&bench, node).first().map(|&(at, _)| at)).min()?;
@@ -273,11 +269,7 @@ fn a_passive_flag_of_a_transmitter_is_seen_as_a_stuff_error() {
 #[test]
 fn two_wrong_bits_may_pass_the_crc() {
     let (payload, first, second) = short_fall().expect("two bits are enough for some frame");
-    let mut bench = Bench::together(vec![
-        Station::default().sending(us(SOF), payload),
-        Station::default(),
-        Station::default(),
-    ]);
+    let mut bench = Bench::together(vec![sending(SOF, payload), idle(), idle()]);
     from_start(&mut bench, [flip_bit(first, &[1]), flip_bit(second, &[1])]);
     bench.leap(us(300));
     let right = received(&bench, 2);

@@ -6,7 +6,7 @@
 use crate::common::*;
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
-use can_wire::station::{Bench, Station};
+use can_wire::station::Bench;
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
 
@@ -36,7 +36,7 @@ fn numbered(node: usize, n: u64) -> WireFrame {
 /// Five nodes that talk all the time, a failure among them.
 fn network(failure: Failure) -> Bench {
     let station = |node: usize| {
-        let mut station = Station::default();
+        let mut station = idle();
         station.queue.extend((1..=LAST_MS).map(|n| (Time::from_ms(n), numbered(node, n))));
         (10.0 * node as f64, station)
     };

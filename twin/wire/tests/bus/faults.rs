@@ -23,17 +23,9 @@ fn four_requesting(requests: &[u64]) -> Bench {
     four(stations.collect::<Vec<_>>().try_into().expect("four requests"))
 }
 
-fn idle() -> Station {
-    Station::default()
-}
-
 /// The levels that `node` has seen on its line, one after the other.
 fn levels(bench: &Bench, node: usize) -> Vec<bool> {
     bench.stations[node].line.iter().map(|&(_, level)| level).collect()
-}
-
-fn sending(at: u64, frame: WireFrame) -> Station {
-    Station::default().sending(us(at), frame)
 }
 
 #[test]

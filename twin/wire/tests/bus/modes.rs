@@ -23,11 +23,10 @@ fn order(traces: &[Trace]) -> Vec<WireFrame> {
 
 #[test]
 fn a_silent_node_receives_but_does_not_acknowledge() {
-    let mut bench = Bench::together(vec![Station::default().sending(us(SOF), sync()), silent()]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), silent()]);
     bench.leap(us(SOF + 41));
     assert_eq!(errors(&bench, 0), [(end_of(SOF, ACK_SLOT), transmit_error(ErrorKind::Ack))]);
-    let mut bench =
-        Bench::together(vec![Station::default().sending(us(SOF), sync()), silent(), Station::default()]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), silent(), idle()]);
     bench.leap(us(100));
     assert_eq!(received(&bench, 1), [(us(SOF + 47), sync())]);
 }
@@ -35,8 +34,7 @@ fn a_silent_node_receives_but_does_not_acknowledge() {
 /// It sends no flag either: its error stays its own. It sees its own flag, as if it were on the line.
 #[test]
 fn a_silent_node_disturbs_nobody_with_its_errors() {
-    let mut bench =
-        Bench::together(vec![Station::default().sending(us(SOF), sync()), silent(), Station::default()]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), silent(), idle()]);
     from_start(&mut bench, [flip_bit(4, &[1])]);
     bench.leap(us(200));
     assert_eq!(starts(&bench, 0), [us(SOF)]);
@@ -49,7 +47,7 @@ fn a_silent_node_disturbs_nobody_with_its_errors() {
 
 #[test]
 fn a_silent_node_never_starts_a_frame() {
-    let mut bench = Bench::together(vec![silent().sending(us(SOF), sync()), Station::default()]);
+    let mut bench = Bench::together(vec![silent().sending(us(SOF), sync()), idle()]);
     bench.leap(us(500));
     assert_eq!((starts(&bench, 0), received(&bench, 1)), (vec![], vec![]));
     assert!(bench.stations[1].told(WireEvent::Joined) == [us(11)]);
@@ -65,8 +63,7 @@ fn single_shot_gives_up_after_an_error_or_a_lost_arbitration() {
     assert_eq!(starts(&bench, 0), [us(SOF)]);
     assert_eq!(errors(&bench, 0).len(), 1);
 
-    let mut bench =
-        Bench::together(vec![shot(SOF, frame(0x100)), Station::default().sending(us(SOF), sync())]);
+    let mut bench = Bench::together(vec![shot(SOF, frame(0x100)), sending(SOF, sync())]);
     bench.leap(us(500));
     // 080h and 100h differ in bit 3 (000 1... against 001 0...): the third bit of the identifier.
     assert_eq!(bench.stations[0].told(WireEvent::ArbitrationLost), [us(SOF + 4)]);
@@ -80,9 +77,9 @@ fn foreign_frames_are_acknowledged_and_disturb_nobody() {
     let extended = WireFrame { id: WireId::Extended(0x1ABC_DEF0), ..WireFrame::standard(0, &[1, 2, 3]) };
     let remote = WireFrame { remote: true, dlc: 4, ..frame(0x701) };
     let extended_remote = WireFrame { remote: true, data: [0; 8], ..extended };
-    let mut sender = Station::default();
+    let mut sender = idle();
     sender.queue.extend([extended, remote, extended_remote].map(|frame| (us(SOF), frame)));
-    let mut bench = Bench::together(vec![sender, Station::default(), Station::default()]);
+    let mut bench = Bench::together(vec![sender, idle(), idle()]);
     bench.leap(us(600));
     assert_eq!(sent(&bench, 0).len(), 3);
     for node in [1, 2] {
@@ -95,11 +92,11 @@ fn foreign_frames_are_acknowledged_and_disturb_nobody() {
 /// the intermission (ACK delimiter, EOF and intermission are 11 bits).
 #[test]
 fn joining_needs_11_recessive_bits() {
-    let mut sender = Station::default().sending(us(20), sync());
+    let mut sender = sending(20, sync());
     sender.queue.push_back((us(20), frame(0x081)));
-    let mut late = Station::default();
+    let mut late = idle();
     late.attachment.as_mut().unwrap().since = us(25);
-    let mut bench = Bench::together(vec![sender, Station::default(), late]);
+    let mut bench = Bench::together(vec![sender, idle(), late]);
     bench.leap(us(300));
     assert_eq!(bench.stations[1].told(WireEvent::Joined), [us(11)]);
     let joined = bench.stations[2].told(WireEvent::Joined)[0];
@@ -107,17 +104,14 @@ fn joining_needs_11_recessive_bits() {
     assert!(joined.0.abs_diff(us(20 + 51).0) <= 16, "{joined:?}");
     assert_eq!(frames(&bench, 2), [frame(0x081)]);
     // 10 recessive bits do not do: a request 10 bits after the start has to wait.
-    let mut bench = Bench::together(vec![Station::default().sending(us(10), sync()), Station::default()]);
+    let mut bench = Bench::together(vec![sending(10, sync()), idle()]);
     bench.leap(us(100));
     assert_eq!(starts(&bench, 0), [us(11)]);
 }
 
 #[test]
 fn a_transmitter_that_leaves_takes_its_frame_along() {
-    let mut bench = Bench::together(vec![
-        Station::default().sending(us(SOF), sync()),
-        Station::default().sending(us(27), frame(0x700)),
-    ]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), sending(27, frame(0x700))]);
     bench.leap(us(SOF + 15));
     bench.stations[0].attachment = None;
     bench.leap(us(150));
@@ -161,8 +155,7 @@ fn error_counters_survive_leaving_and_not_a_power_cycle() {
 
 #[test]
 fn propagation_delays_the_receiver_by_5_ns_per_metre() {
-    let stations =
-        vec![(10.0, Station::default().sending(us(SOF), sync())), (50.0, listener()), (0.0, listener())];
+    let stations = vec![(10.0, sending(SOF, sync())), (50.0, listener()), (0.0, listener())];
     let mut bench = Bench::new(WireConfig::default(), stations);
     bench.leap(us(100));
     // 40 m are 200 ns = 67.2 ticks; 10 m are 50 ns = 16.8 ticks. The line changes in the tick that has begun.
@@ -194,8 +187,8 @@ fn transceivers_delay_by_node_and_direction() {
 
 #[test]
 fn equal_identifiers_with_other_data_end_in_an_error_frame() {
-    let sending = |data: u8| Station::default().sending(us(SOF), WireFrame::standard(0x181, &[data]));
-    let mut bench = Bench::together(vec![sending(0x80), sending(0x00), Station::default()]);
+    let sending = |data: u8| sending(SOF, WireFrame::standard(0x181, &[data]));
+    let mut bench = Bench::together(vec![sending(0x80), sending(0x00), idle()]);
     bench.leap(us(SOF + 40));
     // 0 00110000001 0 0 0 0001: stuff bits after the first five zeros of the identifier's six, and after RTR to the
     // second DLC bit. 19 + 2 bits up to the data, whose first bit differs.
@@ -205,8 +198,8 @@ fn equal_identifiers_with_other_data_end_in_an_error_frame() {
 
 #[test]
 fn equal_frames_are_sent_as_one() {
-    let both = || Station::default().sending(us(SOF), sync());
-    let mut bench = Bench::together(vec![both(), both(), Station::default()]);
+    let both = || sending(SOF, sync());
+    let mut bench = Bench::together(vec![both(), both(), idle()]);
     bench.leap(us(200));
     assert_eq!((sent(&bench, 0), sent(&bench, 1)), (vec![us(SOF + 48)], vec![us(SOF + 48)]));
     assert_eq!(received(&bench, 2).len(), 1);
@@ -221,10 +214,10 @@ fn a_request_before_the_sof_contends_a_later_one_waits() {
     let mut bench = Bench::new(
         WireConfig::default(),
         vec![
-            (0.0, Station::default().sending(us(SOF), frame(0x100))),
+            (0.0, sending(SOF, frame(0x100))),
             // Its request comes while the SOF is on its way, 100 ns = 33.6 ticks.
-            (20.0, Station::default().sending(us(SOF) + Time(30), sync())),
-            (0.0, Station::default().sending(us(SOF + 1), frame(0x001))),
+            (20.0, idle().sending(us(SOF) + Time(30), sync())),
+            (0.0, sending(SOF + 1, frame(0x001))),
         ],
     );
     bench.leap(us(400));
@@ -240,7 +233,7 @@ fn who_waits_joins_a_frame_that_began_in_its_intermission() {
     early.queue.push_back((us(SOF), frame(0x300)));
     let slow = can_wire::timing::BitTiming::MEGABIT.fast_by(-5_000_000);
     let late = Station::with_timing(slow).sending(us(SOF + 10), frame(0x081));
-    let mut bench = Bench::together(vec![early, late, Station::default()]);
+    let mut bench = Bench::together(vec![early, late, idle()]);
     bench.leap(us(400));
     assert_eq!(order(&done(&mut bench)), [sync(), frame(0x081), frame(0x300)], "the slow one still won");
     assert_eq!(bench.wire.counters().destroyed, 0);
@@ -281,7 +274,7 @@ fn contenders() -> impl Strategy<Value = Vec<(u16, u64, f64)>> {
 
 fn bench_of(contenders: &[(u16, u64, f64)]) -> Bench {
     let station = |&(id, at, place): &(u16, u64, f64)| {
-        (place, Station::default().sending(Time(at), WireFrame::standard(id, &[id as u8])))
+        (place, idle().sending(Time(at), WireFrame::standard(id, &[id as u8])))
     };
     Bench::new(WireConfig::default(), contenders.iter().map(station).collect())
 }

@@ -3,7 +3,7 @@
 use crate::common::*;
 use can_wire::controller::{ErrorKind, WireEvent};
 use can_wire::field::Field;
-use can_wire::station::{Bench, Station};
+use can_wire::station::Bench;
 use can_wire::time::Time;
 use can_wire::waveform::{Lane, Waveform};
 use can_wire::wire::WireConfig;
@@ -69,8 +69,8 @@ fn a_frame_bit_by_bit() {
 /// acknowledgement is back 115.2 ticks after the sender's ACK slot began: later than SJW, one quantum of 24 ticks.
 #[test]
 fn an_acknowledgement_from_afar_makes_the_slot_longer() {
-    let sender = Station::default().sending(us(SOF), sync());
-    let stations = vec![(0.0, sender), (40.0, Station::default())];
+    let sender = sending(SOF, sync());
+    let stations = vec![(0.0, sender), (40.0, idle())];
     let waveform = record(&mut Bench::new(WireConfig::default(), stations), 15, 75);
     let [sender, receiver] = &waveform.lanes[..] else { panic!("two nodes") };
     assert_eq!((receiver.position_m, receiver.bits[0].start), (40.0, us(20) + Time(48)));
