@@ -102,6 +102,15 @@ pub struct Indexed {
     pub offset: i16,
 }
 
+/// Registers that a load or store multiple transfers, and its base register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    pub rn: Reg,
+    pub list: u16,
+    pub decrement: bool,
+    pub writeback: bool,
+}
+
 /// Part of a register that an extension takes (A7.7, SXTAB to SXTH and UXTAB to UXTH).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extension {
@@ -273,7 +282,7 @@ pub enum Instruction {
     /// LDRD, STRD. `rn` 15: a literal.
     Dual { load: bool, rt: Reg, rt2: Reg, at: Indexed },
     /// LDM, STM.
-    Multiple { load: bool, rn: Reg, list: u16, decrement: bool, writeback: bool },
+    Multiple { load: bool, block: Block },
     LoadExclusive { size: Size, rt: Reg, rn: Reg, offset: u16 },
     StoreExclusive { size: Size, rd: Reg, rt: Reg, rn: Reg, offset: u16 },
     ClearExclusive,
@@ -351,7 +360,7 @@ impl Instruction {
             | Load { rt: 15, .. }
             | LoadRegister { rt: 15, .. }
             | LoadLiteral { rt: 15, .. } => InBlock::Last,
-            Multiple { load: true, list, .. } if list & 1 << 15 != 0 => InBlock::Last,
+            Multiple { load: true, block } if block.list & 1 << 15 != 0 => InBlock::Last,
             _ => InBlock::Anywhere,
         }
     }

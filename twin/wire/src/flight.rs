@@ -14,7 +14,7 @@ use crate::encode::INTERMISSION_BITS;
 use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
 use crate::node::Node;
-use crate::segment::{Flight, Landing, Mode, Segment};
+use crate::segment::{Flight, Landing, Lines, Mode, Segment};
 use crate::stage::Stage;
 use crate::timing::{BitClock, Edge};
 
@@ -32,7 +32,7 @@ struct Participant {
     silent: bool,
 }
 
-/// What is to be computed: `own`, of which the transmitter sends bit `index`.
+/// What is to be computed: `own`, of which the transmitter sends bit `index`; 0 for a flight that begins with its SOF.
 struct Plan<'a> {
     own: &'a Transmission,
     index: usize,
@@ -55,6 +55,10 @@ impl<'a> Plan<'a> {
             before = bit;
         }
         Plan { own, index, clock, transmitter, edges }
+    }
+
+    fn with_sof(&self) -> bool {
+        self.index == 0
     }
 
     /// CRC delimiter.
@@ -188,7 +192,7 @@ impl Segment {
             });
         }
         let plan = Plan::new(&own, index, clock, transmitter);
-        self.plan(&plan, participants, false, stage)
+        self.plan(&plan, participants, stage)
     }
 
     fn plan_from_sof(&self, transmitter: NodeIndex, own: &Transmission, stage: &mut Stage) -> Option<Flight> {
@@ -220,16 +224,10 @@ impl Segment {
             participants.push(Participant { node, clock, transmits: false, silent });
         }
         let plan = Plan::new(own, 0, clock, transmitter);
-        self.plan(&plan, participants, true, stage)
+        self.plan(&plan, participants, stage)
     }
 
-    fn plan(
-        &self,
-        plan: &Plan,
-        participants: Vec<Participant>,
-        with_sof: bool,
-        stage: &mut Stage,
-    ) -> Option<Flight> {
+    fn plan(&self, plan: &Plan, participants: Vec<Participant>, stage: &mut Stage) -> Option<Flight> {
         let sample = plan.clock.sample - plan.clock.start;
         let disturbed = self.members.iter().any(|&node| !stage.nodes[node].is_undisturbed());
         let slow = self.members.iter().any(|&node| stage.nodes[node].path_to(&stage.nodes[node]) > sample);
@@ -237,12 +235,12 @@ impl Segment {
             return None;
         }
         let flight = if participants.len() == 1 {
-            if !with_sof {
+            if !plan.with_sof() {
                 return None;
             }
             self.alone(plan, stage)
         } else {
-            self.acknowledged(plan, participants, with_sof, stage)?
+            self.acknowledged(plan, participants, stage)?
         };
         (flight.end < stage.horizon).then_some(flight)
     }
@@ -279,13 +277,7 @@ impl Segment {
     }
 
     /// Others are there and acknowledge.
-    fn acknowledged(
-        &self,
-        plan: &Plan,
-        mut participants: Vec<Participant>,
-        with_sof: bool,
-        stage: &Stage,
-    ) -> Option<Flight> {
+    fn acknowledged(&self, plan: &Plan, mut participants: Vec<Participant>, stage: &Stage) -> Option<Flight> {
         let rest = plan.rest();
         for participant in &mut participants {
             participant.clock = if participant.transmits {
@@ -303,7 +295,7 @@ impl Segment {
             let (from, to) = pulses.seen_by(*node, stage);
             changes.extend([(from, DOMINANT), (to, RECESSIVE)]);
         }
-        self.land(plan, participants, with_sof, lines, stage)
+        self.land(plan, participants, lines, stage)
     }
 
     /// Leads everybody from the CRC delimiter to intermission.
@@ -341,8 +333,7 @@ impl Segment {
         &self,
         plan: &Plan,
         participants: Vec<Participant>,
-        with_sof: bool,
-        lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
+        lines: Lines,
         stage: &Stage,
     ) -> Option<Flight> {
         let bit = plan.clock.bit;
@@ -374,7 +365,7 @@ impl Segment {
             from: self.cursor,
             own: plan.own.clone(),
             transmitter: plan.transmitter,
-            with_sof,
+            with_sof: plan.with_sof(),
             agenda: agenda.into(),
             landings,
             end,
@@ -383,17 +374,12 @@ impl Segment {
     }
 
     /// What those see that watch their line, up to the CRC delimiter, and an error flag if there is one.
-    fn lines(
-        &self,
-        plan: &Plan,
-        stage: &Stage,
-        flag: impl Fn(Fine) -> Option<(Fine, Fine)>,
-    ) -> Vec<(NodeIndex, VecDeque<(Fine, bool)>)> {
+    fn lines(&self, plan: &Plan, stage: &Stage, flag: impl Fn(Fine) -> Option<(Fine, Fine)>) -> Lines {
         let watching = self.members.iter().filter(|&&node| stage.nodes[node].watches);
         let line = |&node: &NodeIndex| {
             let delay = stage.nodes[plan.transmitter].path_to(&stage.nodes[node]);
             let mut changes = VecDeque::with_capacity(plan.own.encoded.changes().len());
-            if plan.index == 0 {
+            if plan.with_sof() {
                 changes.push_back((plan.clock.start + delay, DOMINANT));
             }
             changes.extend(plan.edges.iter().map(|edge| (edge.at + delay, edge.level)));

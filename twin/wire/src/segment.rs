@@ -25,6 +25,9 @@ pub(crate) enum Mode {
     Flight(Box<Flight>),
 }
 
+/// Level changes to come at some nodes.
+pub(crate) type Lines = Vec<(NodeIndex, VecDeque<(Fine, bool)>)>;
+
 /// A frame under way whose rest is known.
 #[derive(Clone, Debug)]
 pub(crate) struct Flight {
@@ -39,7 +42,7 @@ pub(crate) struct Flight {
     /// Everybody has reached intermission.
     pub(crate) end: Fine,
     /// Level changes to hand to those that watch their line.
-    pub(crate) lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
+    pub(crate) lines: Lines,
 }
 
 impl Flight {

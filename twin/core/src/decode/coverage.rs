@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::mem::{Discriminant, discriminant};
 
 use super::{narrow, wide};
-use crate::instruction::{FpConvert, Hint, Instruction as I};
+use crate::instruction::{Block, FpConvert, Hint, Instruction as I};
 
 const VECTORS: &[u8] = include_bytes!("../../tests/vectors/unicorn.bin");
 /// Low four bits that make different kinds, of the first and of the second half-word: registers 0, 1 and 15, hints, bits that have to be
@@ -52,10 +52,9 @@ fn kind(instruction: I) -> Kind {
         I::Store { size, at, .. } => [size as u8, at.index as u8, 0],
         I::StoreRegister { size, .. } => [size as u8, 0, 0],
         I::Dual { load, at, .. } => [load as u8, at.index as u8, (at.rn == 15) as u8],
-        I::Multiple { load: true, list, decrement, writeback, .. } => {
-            [2 + u8::from(list >> 15 == 1), decrement as u8, writeback as u8]
+        I::Multiple { load, block: Block { list, decrement, writeback, .. } } => {
+            [if load { 1 + (list >> 15) as u8 } else { 0 }, decrement as u8, writeback as u8]
         }
-        I::Multiple { decrement, writeback, .. } => [decrement as u8, writeback as u8, 0],
         I::LoadExclusive { size, .. } => [size as u8, 0, 0],
         I::StoreExclusive { size, .. } => [size as u8, 0, 0],
         I::BranchIf { condition, .. } => [condition.0, 0, 0],

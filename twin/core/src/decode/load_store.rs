@@ -1,7 +1,7 @@
 //! Multiple, dual and exclusive loads and stores, and table branches (A5.3.5, A5.3.6).
 
 use super::{bad, bit, bits, reg, unless};
-use crate::instruction::{Index, Indexed, Instruction, Size};
+use crate::instruction::{Block, Index, Indexed, Instruction, Size};
 
 const PC: u8 = 15;
 
@@ -17,7 +17,10 @@ pub fn multiple(h1: u32, h2: u32) -> Instruction {
     let forbidden = rn == PC || list.count_ones() < 2 || in_list(13) || (writeback && in_list(rn));
     // PC is stored never, and loaded without LR.
     let forbidden_pc = in_list(15) && (!load || in_list(14));
-    unless(forbidden || forbidden_pc, Instruction::Multiple { load, rn, list, decrement, writeback })
+    unless(
+        forbidden || forbidden_pc,
+        Instruction::Multiple { load, block: Block { rn, list, decrement, writeback } },
+    )
 }
 
 /// Dual and exclusive loads and stores, table branches (A5.3.6).

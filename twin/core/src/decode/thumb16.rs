@@ -2,7 +2,7 @@
 
 use super::{bit, bits, immediate_shift, reg, sign_extend, unless};
 use crate::instruction::{
-    Alu, Condition, Extension, Index, Indexed, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
+    Alu, Block, Condition, Extension, Index, Indexed, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
 };
 
 const SP: Reg = 13;
@@ -174,14 +174,14 @@ fn miscellaneous(h: u32) -> Instruction {
 
 fn push(h: u32) -> Instruction {
     let list = (bits(h, 0, 8) | bits(h, 8, 1) << 14) as u16;
-    let push = Instruction::Multiple { load: false, rn: SP, list, decrement: true, writeback: true };
-    unless(list == 0, push)
+    let block = Block { rn: SP, list, decrement: true, writeback: true };
+    unless(list == 0, Instruction::Multiple { load: false, block })
 }
 
 fn pop(h: u32) -> Instruction {
     let list = (bits(h, 0, 8) | bits(h, 8, 1) << 15) as u16;
-    let pop = Instruction::Multiple { load: true, rn: SP, list, decrement: false, writeback: true };
-    unless(list == 0, pop)
+    let block = Block { rn: SP, list, decrement: false, writeback: true };
+    unless(list == 0, Instruction::Multiple { load: true, block })
 }
 
 /// IT and hints (A5.2.5).
@@ -196,8 +196,8 @@ fn if_then_or_hint(h: u32) -> Instruction {
 
 fn multiple(h: u32) -> Instruction {
     let (load, rn, list) = (bit(h, 11), low(h, 8), bits(h, 0, 8) as u16);
-    let writeback = !load || list >> rn & 1 == 0;
-    unless(list == 0, Instruction::Multiple { load, rn, list, decrement: false, writeback })
+    let block = Block { rn, list, decrement: false, writeback: !load || list >> rn & 1 == 0 };
+    unless(list == 0, Instruction::Multiple { load, block })
 }
 
 fn conditional(h: u32) -> Instruction {

@@ -45,12 +45,8 @@ impl Core {
                 let address = self.reg(rn).wrapping_add(self.reg(rm) << shift);
                 return self.store_sized(bus, size, address, self.reg(rt), self.is_privileged());
             }
-            I::Multiple { load: true, rn, list, decrement, writeback } => {
-                return self.load_multiple(bus, rn, list, decrement, writeback);
-            }
-            I::Multiple { load: false, rn, list, decrement, writeback } => {
-                return self.store_multiple(bus, rn, list, decrement, writeback);
-            }
+            I::Multiple { load: true, block } => return self.load_multiple(bus, block),
+            I::Multiple { load: false, block } => return self.store_multiple(bus, block),
 
             I::Branch { offset } => self.branch(self.r[15].wrapping_add_signed(offset)),
             I::BranchIf { condition, offset } => {

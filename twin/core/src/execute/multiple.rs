@@ -5,6 +5,7 @@
 
 use crate::bus::{Bus, Width};
 use crate::core::{Core, Result};
+use crate::instruction::Block;
 use crate::trap::Trap;
 
 impl Core {
@@ -30,14 +31,8 @@ impl Core {
         Ok((list & !below, start.wrapping_add(4 * (list & below).count_ones())))
     }
 
-    pub(super) fn load_multiple<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        rn: u8,
-        list: u16,
-        decrement: bool,
-        writeback: bool,
-    ) -> Result {
+    pub(super) fn load_multiple<B: Bus>(&mut self, bus: &mut B, block: Block) -> Result {
+        let Block { rn, list, decrement, writeback } = block;
         let (start, end) = self.block(rn, list.count_ones(), decrement);
         let (left, address) = self.remaining(list, start)?;
         // Registers change after the last load: a fault leaves them as they were.
@@ -60,14 +55,8 @@ impl Core {
         target.map_or(Ok(()), |target| self.branch_exchange(bus, target))
     }
 
-    pub(super) fn store_multiple<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        rn: u8,
-        list: u16,
-        decrement: bool,
-        writeback: bool,
-    ) -> Result {
+    pub(super) fn store_multiple<B: Bus>(&mut self, bus: &mut B, block: Block) -> Result {
+        let Block { rn, list, decrement, writeback } = block;
         let (start, end) = self.block(rn, list.count_ones(), decrement);
         let (mut registers, mut address) = self.remaining(list, start)?;
         self.check_alignment(address, Width::Word, true)?;
