@@ -22,6 +22,18 @@ impl Width {
             Width::Word => 4,
         }
     }
+
+    /// Returns whether an access of this width is aligned.
+    #[inline]
+    pub(crate) const fn aligns(self, address: u32) -> bool {
+        address & (self.bytes() - 1) == 0
+    }
+
+    /// The bits of a value of this width.
+    #[inline]
+    pub(crate) const fn mask(self) -> u32 {
+        u32::MAX >> (32 - 8 * self.bytes())
+    }
 }
 
 /// The bus refused an access. The core raises a BusFault (DDI 0403 B1.5.14).

@@ -55,10 +55,9 @@ struct Checked {
 }
 
 /// The two stores.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Cache {
-    base: u32,
-    pages: Vec<Option<Arc<[Decoded; PAGE]>>>,
+    code: Code,
     checked: Vec<Option<Checked>>,
 }
 
@@ -66,18 +65,25 @@ impl Cache {
     /// A cache for code that changes only by announcement in `code`.
     pub fn new(code: &Range<u32>) -> Self {
         let half_words = code.len() / 2;
-        Cache { base: code.start, pages: vec![None; half_words.div_ceil(PAGE)], checked: vec![None; CHECKED] }
+        let pages = vec![None; half_words.div_ceil(PAGE)];
+        Cache { code: Code { base: code.start, pages }, checked: vec![None; CHECKED] }
     }
 
     /// The instructions decoded so far.
     pub fn code(&self) -> Code {
-        Code { base: self.base, pages: self.pages.clone() }
+        self.code.clone()
+    }
+
+    /// Number of the half-word at an address.
+    #[inline]
+    fn index(&self, address: u32) -> usize {
+        (address.wrapping_sub(self.code.base) >> 1) as usize
     }
 
     /// Takes instructions that were decoded before.
     pub fn share(&mut self, code: &Code) {
-        let first = (code.base.wrapping_sub(self.base) >> 1) as usize;
-        if let Some(pages) = self.pages.get_mut(first / PAGE..)
+        let first = self.index(code.base);
+        if let Some(pages) = self.code.pages.get_mut(first / PAGE..)
             && first.is_multiple_of(PAGE)
         {
             pages.iter_mut().zip(&code.pages).for_each(|(page, decoded)| page.clone_from(decoded));
@@ -87,8 +93,8 @@ impl Cache {
     /// The instruction at an address whose content changes only by announcement; its size is 0 if it is not known.
     #[inline]
     pub fn get(&self, address: u32) -> Decoded {
-        let index = (address.wrapping_sub(self.base) >> 1) as usize;
-        match self.pages.get(index / PAGE) {
+        let index = self.index(address);
+        match self.code.pages.get(index / PAGE) {
             Some(Some(page)) => page[index % PAGE],
             _ => Decoded::NOTHING,
         }
@@ -96,8 +102,8 @@ impl Cache {
 
     /// Keeps an instruction; of addresses outside of the range it keeps nothing.
     pub fn put(&mut self, address: u32, decoded: Decoded) {
-        let index = (address.wrapping_sub(self.base) >> 1) as usize;
-        if let Some(page) = self.pages.get_mut(index / PAGE) {
+        let index = self.index(address);
+        if let Some(page) = self.code.pages.get_mut(index / PAGE) {
             let page = page.get_or_insert_with(|| Arc::new([Decoded::NOTHING; PAGE]));
             Arc::make_mut(page)[index % PAGE] = decoded;
         }
@@ -105,7 +111,7 @@ impl Cache {
 
     /// Returns whether the content of an address changes only by announcement.
     pub fn covers(&self, address: u32) -> bool {
-        (address.wrapping_sub(self.base) >> 1) as usize / PAGE < self.pages.len()
+        self.index(address) / PAGE < self.code.pages.len()
     }
 
     /// Forgets the instructions that begin in `range` or reach into it.
@@ -113,8 +119,8 @@ impl Cache {
         // A 32-bit instruction that begins one half-word before reaches into the range.
         let first = (range.start & !1).saturating_sub(2);
         for address in (first..range.end).step_by(2) {
-            let index = (address.wrapping_sub(self.base) >> 1) as usize;
-            if let Some(Some(page)) = self.pages.get_mut(index / PAGE) {
+            let index = self.index(address);
+            if let Some(Some(page)) = self.code.pages.get_mut(index / PAGE) {
                 Arc::make_mut(page)[index % PAGE] = Decoded::NOTHING;
             }
         }

@@ -114,6 +114,9 @@ pub struct Run {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Raised;
 
+/// Result of what may raise.
+pub(crate) type Result<T = (), E = Raised> = std::result::Result<T, E>;
+
 /// A Cortex-M4F.
 ///
 /// The state is plain data: a clone continues exactly as the original. Decoded instructions do not count in comparisons.
@@ -284,7 +287,7 @@ impl Core {
 
     /// Fetches and executes the instruction at `pc`.
     #[inline]
-    fn run_one<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<(), Raised> {
+    fn run_one<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result {
         let known = self.cache.get(pc);
         let Decoded { instruction, size } = if known.size != 0 && bus.is_settled() {
             let last = pc.wrapping_add(u32::from(known.size) - 2);
@@ -304,7 +307,7 @@ impl Core {
         if self.epsr == EPSR_T {
             self.execute(bus, instruction)
         } else {
-            self.execute_in_state(bus, instruction, size)
+            self.execute_in_state(bus, Decoded { instruction, size })
         }
     }
 
@@ -335,12 +338,12 @@ impl Core {
             return true;
         }
         self.sleep = Sleep::Awake;
-        self.attention = self.systick.deadline();
+        self.attention = self.systick.deadline;
         false
     }
 
     /// Reads the instruction at `pc` from the memory.
-    fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Decoded, Raised> {
+    fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Decoded> {
         let first = self.fetch_half(bus, pc)?;
         let wide = decode::is_wide(first);
         let second = if wide { self.fetch_half(bus, pc.wrapping_add(2))? } else { 0 };
@@ -360,7 +363,7 @@ impl Core {
         }))
     }
 
-    fn fetch_half<B: Bus>(&mut self, bus: &mut B, address: u32) -> Result<u16, Raised> {
+    fn fetch_half<B: Bus>(&mut self, bus: &mut B, address: u32) -> Result<u16> {
         if !self.may_execute(address) {
             return Err(self.raise(Trap::FetchAccess));
         }
@@ -368,20 +371,16 @@ impl Core {
     }
 
     /// Runs an instruction while EPSR holds more than T: in an IT block, in the middle of a load or store multiple, or without T.
-    fn execute_in_state<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        instruction: Instruction,
-        size: u8,
-    ) -> Result<(), Raised> {
-        use Instruction::{Breakpoint, LoadMultiple, StoreMultiple};
+    fn execute_in_state<B: Bus>(&mut self, bus: &mut B, decoded: Decoded) -> Result {
+        use Instruction::{Breakpoint, Multiple};
+        let Decoded { instruction, size } = decoded;
         let before = self.epsr;
         if before & EPSR_T == 0 {
             return Err(self.raise(Trap::INVALID_STATE));
         }
         let state = self.itstate();
         if state & 0xF == 0 {
-            if !matches!(instruction, LoadMultiple { .. } | StoreMultiple { .. }) {
+            if !matches!(instruction, Multiple { .. }) {
                 return Err(self.raise(Trap::INVALID_STATE));
             }
             self.epsr = EPSR_T;
@@ -411,7 +410,7 @@ impl Core {
     }
 
     /// As [`Core::execute`], which is part of [`Core::step`] for speed.
-    fn execute_out_of_line<B: Bus>(&mut self, bus: &mut B, instruction: Instruction) -> Result<(), Raised> {
+    fn execute_out_of_line<B: Bus>(&mut self, bus: &mut B, instruction: Instruction) -> Result {
         self.execute(bus, instruction)
     }
 

@@ -3,6 +3,8 @@
 //! A decoded instruction holds register numbers and constants, ready for use. It does not hold its own address or size. Sections in
 //! the comments are those of DDI 0403.
 
+use crate::bus::Width;
+
 /// Number of a core register, 0 to 15.
 pub type Reg = u8;
 
@@ -62,6 +64,16 @@ pub enum Size {
     Word,
 }
 
+impl Size {
+    pub fn width(self) -> Width {
+        match self {
+            Size::Byte | Size::SignedByte => Width::Byte,
+            Size::Half | Size::SignedHalf => Width::Half,
+            Size::Word => Width::Word,
+        }
+    }
+}
+
 /// Use of the base register by a load or store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Index {
@@ -73,6 +85,30 @@ pub enum Index {
     Post,
     /// As `Offset`, with the rights of unprivileged code.
     Unprivileged,
+}
+
+impl Index {
+    #[inline]
+    pub fn writes_base(self) -> bool {
+        matches!(self, Index::Pre | Index::Post)
+    }
+}
+
+/// The address of a load or store by a base register and a constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Indexed {
+    pub index: Index,
+    pub rn: Reg,
+    pub offset: i16,
+}
+
+/// Registers that a load or store multiple transfers, and its base register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    pub rn: Reg,
+    pub list: u16,
+    pub decrement: bool,
+    pub writeback: bool,
 }
 
 /// Part of a register that an extension takes (A7.7, SXTAB to SXTH and UXTAB to UXTH).
@@ -154,21 +190,6 @@ pub enum FpBinary {
     Mul,
     NegMul,
     Div,
-}
-
-/// FP operation on two operands and the destination.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FpAccumulate {
-    /// VMLA: rounds the product.
-    Mla,
-    Mls,
-    Nmla,
-    Nmls,
-    /// VFMA: rounds once.
-    Fma,
-    Fms,
-    Fnma,
-    Fnms,
 }
 
 /// FP operation on one operand.
@@ -253,16 +274,15 @@ pub enum Instruction {
     /// SMLALD, SMLSLD.
     MultiplyDualLong { subtract: bool, exchange: bool, low: Reg, high: Reg, rn: Reg, rm: Reg },
 
-    Load { size: Size, index: Index, rt: Reg, rn: Reg, offset: i16 },
+    Load { size: Size, rt: Reg, at: Indexed },
     LoadRegister { size: Size, rt: Reg, rn: Reg, rm: Reg, shift: u8 },
     LoadLiteral { size: Size, rt: Reg, offset: i16 },
-    Store { size: Size, index: Index, rt: Reg, rn: Reg, offset: i16 },
+    Store { size: Size, rt: Reg, at: Indexed },
     StoreRegister { size: Size, rt: Reg, rn: Reg, rm: Reg, shift: u8 },
-    /// `rn` 15: a literal.
-    LoadDual { index: Index, rt: Reg, rt2: Reg, rn: Reg, offset: i16 },
-    StoreDual { index: Index, rt: Reg, rt2: Reg, rn: Reg, offset: i16 },
-    LoadMultiple { rn: Reg, list: u16, decrement: bool, writeback: bool },
-    StoreMultiple { rn: Reg, list: u16, decrement: bool, writeback: bool },
+    /// LDRD, STRD. `rn` 15: a literal.
+    Dual { load: bool, rt: Reg, rt2: Reg, at: Indexed },
+    /// LDM, STM.
+    Multiple { load: bool, block: Block },
     LoadExclusive { size: Size, rt: Reg, rn: Reg, offset: u16 },
     StoreExclusive { size: Size, rd: Reg, rt: Reg, rn: Reg, offset: u16 },
     ClearExclusive,
@@ -289,7 +309,8 @@ pub enum Instruction {
     /// An encoding in the space of the FPU that it does not have: NOCP while the FPU is off, then UNDEFINSTR.
     FpUndefined,
     FpBinary { op: FpBinary, d: Reg, n: Reg, m: Reg },
-    FpAccumulate { op: FpAccumulate, d: Reg, n: Reg, m: Reg },
+    /// VMLA, VMLS, VNMLA, VNMLS, which round the product as well; with `fused` VFMA, VFMS, VFNMA, VFNMS, which round once.
+    FpAccumulate { fused: bool, negate_addend: bool, negate_product: bool, d: Reg, n: Reg, m: Reg },
     FpUnary { op: FpUnary, d: Reg, m: Reg },
     FpImmediate { d: Reg, value: u32 },
     /// `zero`: compares with +0. `quiet_raises`: VCMPE.
@@ -303,10 +324,9 @@ pub enum Instruction {
     FpStatusRead { rt: Reg },
     FpStatusWrite { rt: Reg },
     /// VLDR, VSTR of `count` words.
-    FpLoad { d: Reg, count: u8, rn: Reg, offset: i16 },
-    FpStore { d: Reg, count: u8, rn: Reg, offset: i16 },
-    FpLoadMultiple { d: Reg, count: u8, rn: Reg, decrement: bool, writeback: bool },
-    FpStoreMultiple { d: Reg, count: u8, rn: Reg, decrement: bool, writeback: bool },
+    FpTransfer { load: bool, d: Reg, count: u8, rn: Reg, offset: i16 },
+    /// VLDM, VSTM.
+    FpMultiple { load: bool, d: Reg, count: u8, rn: Reg, decrement: bool, writeback: bool },
 }
 
 /// Places of an instruction in an IT block.
@@ -323,7 +343,7 @@ impl Instruction {
     pub fn in_block(self, narrow: bool) -> InBlock {
         use Instruction::{
             AddPc, AluRegister, Branch, BranchExchange, BranchIf, BranchLink, BranchLinkExchange,
-            ChangeState, CompareBranch, IfThen, Load, LoadLiteral, LoadMultiple, LoadRegister, MovPc,
+            ChangeState, CompareBranch, IfThen, Load, LoadLiteral, LoadRegister, MovPc, Multiple,
             TableBranch,
         };
         match self {
@@ -340,7 +360,7 @@ impl Instruction {
             | Load { rt: 15, .. }
             | LoadRegister { rt: 15, .. }
             | LoadLiteral { rt: 15, .. } => InBlock::Last,
-            LoadMultiple { list, .. } if list & 1 << 15 != 0 => InBlock::Last,
+            Multiple { load: true, block } if block.list & 1 << 15 != 0 => InBlock::Last,
             _ => InBlock::Anywhere,
         }
     }

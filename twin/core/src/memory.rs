@@ -1,7 +1,7 @@
 //! Data accesses: alignment, protection, bit-band aliases, system registers, then the bus (B3.1, A3.2).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::cycles;
 use crate::system::mpu::Access;
 use crate::system::scb::CCR_UNALIGN_TRP;
@@ -27,6 +27,14 @@ pub fn bit_band(address: u32) -> Option<(u32, u32)> {
     }
 }
 
+/// A load or store: where, of which width, and with which rights.
+#[derive(Clone, Copy)]
+pub struct Place {
+    pub address: u32,
+    pub width: Width,
+    pub privileged: bool,
+}
+
 impl Core {
     /// Loads with the given rights; the bits above `width` are zero.
     pub(crate) fn read<B: Bus>(
@@ -35,15 +43,16 @@ impl Core {
         address: u32,
         width: Width,
         privileged: bool,
-    ) -> Result<u32, Raised> {
+    ) -> Result<u32> {
         self.spent += cycles::ACCESS;
         if self.is_plain(address, width) {
             return bus.load(address, width).map_err(|_| self.raise(Trap::DataBus(address)));
         }
-        self.read_special(bus, address, width, privileged)
+        self.access_special(bus, Place { address, width, privileged }, None)
     }
 
     /// Stores the low bits of `value` with the given rights.
+    #[inline(always)]
     pub(crate) fn write<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -51,106 +60,116 @@ impl Core {
         width: Width,
         value: u32,
         privileged: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         self.spent += cycles::ACCESS;
         if self.is_plain(address, width) {
             return bus.store(address, width, value).map_err(|_| self.raise(Trap::DataBus(address)));
         }
-        self.write_special(bus, address, width, value, privileged)
+        self.access_special(bus, Place { address, width, privileged }, Some(value)).map(|_| ())
     }
 
-    /// Returns whether an access goes to the bus as it is.
-    #[inline]
-    fn is_plain(&self, address: u32, width: Width) -> bool {
-        address & (width.bytes() - 1) == 0
-            && address & ALIAS_MASK != ALIAS
-            && address < PRIVATE
-            && !self.mpu.is_enabled()
+    /// Loads words of an aligned block.
+    pub(crate) fn read_words<B: Bus>(&mut self, bus: &mut B, address: u32, words: &mut [u32]) -> Result {
+        self.check_alignment(address, Width::Word, true)?;
+        let privileged = self.is_privileged();
+        for (word, n) in words.iter_mut().zip(0..) {
+            *word = self.read(bus, address.wrapping_add(4 * n), Width::Word, privileged)?;
+        }
+        Ok(())
     }
 
-    #[inline(never)]
-    fn read_special<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        address: u32,
-        width: Width,
-        privileged: bool,
-    ) -> Result<u32, Raised> {
-        self.check_alignment(address, width, false)?;
-        if (PRIVATE..PRIVATE_INTERNAL_END).contains(&address) {
-            return self.read_system(address, width, privileged);
+    /// Stores words to an aligned block.
+    pub(crate) fn write_words<B: Bus>(&mut self, bus: &mut B, address: u32, words: &[u32]) -> Result {
+        self.check_alignment(address, Width::Word, true)?;
+        let privileged = self.is_privileged();
+        for (&word, n) in words.iter().zip(0..) {
+            self.write(bus, address.wrapping_add(4 * n), Width::Word, word, privileged)?;
         }
-        self.check_access(address, width, Access::Read, privileged)?;
-        let refused = Trap::DataBus(address);
-        if let Some((byte, bit)) = bit_band(address) {
-            let (at, bit) = containing(byte, bit, width);
-            let value = bus.load(at, width).map_err(|_| self.raise(refused))?;
-            return Ok(value >> bit & 1);
-        }
-        if address & (width.bytes() - 1) == 0 {
-            return bus.load(address, width).map_err(|_| self.raise(refused));
-        }
-        let mut value = 0;
-        for byte in 0..width.bytes() {
-            let at = address.wrapping_add(byte);
-            let loaded = bus.load(at, Width::Byte).map_err(|_| self.raise(Trap::DataBus(at)))?;
-            value |= loaded << (8 * byte);
-        }
-        Ok(value)
+        Ok(())
     }
 
-    #[inline(never)]
-    fn write_special<B: Bus>(
+    pub(crate) fn load_bus<B: Bus>(&mut self, bus: &mut B, address: u32, width: Width) -> Result<u32> {
+        bus.load(address, width).map_err(|_| self.raise(Trap::DataBus(address)))
+    }
+
+    pub(crate) fn store_bus<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
         width: Width,
         value: u32,
-        privileged: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
+        bus.store(address, width, value).map_err(|_| self.raise(Trap::DataBus(address)))
+    }
+
+    /// Returns whether an access goes to the bus as it is.
+    #[inline]
+    fn is_plain(&self, address: u32, width: Width) -> bool {
+        width.aligns(address) && address & ALIAS_MASK != ALIAS && address < PRIVATE && !self.mpu.is_enabled()
+    }
+
+    /// An access that is not plain. `stored` is the value of a store; a load answers with its own.
+    #[inline(never)]
+    fn access_special<B: Bus>(&mut self, bus: &mut B, at: Place, stored: Option<u32>) -> Result<u32> {
+        let Place { address, width, .. } = at;
         self.check_alignment(address, width, false)?;
         if (PRIVATE..PRIVATE_INTERNAL_END).contains(&address) {
-            return self.write_system(address, width, value, privileged);
+            return match stored {
+                Some(value) => self.write_system(at, value).map(|()| value),
+                None => self.read_system(at),
+            };
         }
-        self.check_access(address, width, Access::Write, privileged)?;
-        let refused = Trap::DataBus(address);
+        self.check_access(at, if stored.is_some() { Access::Write } else { Access::Read })?;
         if let Some((byte, bit)) = bit_band(address) {
+            return self.access_bit(bus, at, stored, containing(byte, bit, width));
+        }
+        // The core splits an unaligned access into bytes.
+        let part = if width.aligns(address) { width } else { Width::Byte };
+        let mut loaded = 0;
+        for offset in (0..width.bytes()).step_by(part.bytes() as usize) {
+            let (address, shift) = (address.wrapping_add(offset), 8 * offset);
+            match stored {
+                Some(value) => self.store_bus(bus, address, part, value >> shift & part.mask())?,
+                None => loaded |= self.load_bus(bus, address, part)? << shift,
+            }
+        }
+        Ok(loaded)
+    }
+
+    /// An access by an alias to one bit: the number of the bit at an aligned address.
+    fn access_bit<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        alias: Place,
+        stored: Option<u32>,
+        (address, bit): (u32, u32),
+    ) -> Result<u32> {
+        let refused = Trap::DataBus(alias.address);
+        if stored.is_some() {
             self.spent += cycles::BIT_BAND_READ;
-            let (at, bit) = containing(byte, bit, width);
-            let old = bus.load(at, width).map_err(|_| self.raise(refused))?;
+        }
+        let old = bus.load(address, alias.width).map_err(|_| self.raise(refused))?;
+        if let Some(value) = stored {
             let new = old & !(1 << bit) | (value & 1) << bit;
-            return bus.store(at, width, new).map_err(|_| self.raise(refused));
+            bus.store(address, alias.width, new).map_err(|_| self.raise(refused))?;
         }
-        if address & (width.bytes() - 1) == 0 {
-            return bus.store(address, width, value).map_err(|_| self.raise(refused));
-        }
-        for byte in 0..width.bytes() {
-            let at = address.wrapping_add(byte);
-            bus.store(at, Width::Byte, value >> (8 * byte) & 0xFF)
-                .map_err(|_| self.raise(Trap::DataBus(at)))?;
-        }
-        Ok(())
+        Ok(old >> bit & 1)
     }
 
     /// Refuses an unaligned access where the instruction, CCR.UNALIGN_TRP or the private bus does (A3.2.1).
     #[inline]
-    pub(crate) fn check_alignment(&mut self, address: u32, width: Width, always: bool) -> Result<(), Raised> {
+    pub(crate) fn check_alignment(&mut self, address: u32, width: Width, always: bool) -> Result {
         let traps =
             || always || self.scb.ccr & CCR_UNALIGN_TRP != 0 || (PRIVATE..PRIVATE_END).contains(&address);
-        if address & (width.bytes() - 1) != 0 && traps() {
+        if !width.aligns(address) && traps() {
             return Err(self.raise(Trap::UNALIGNED));
         }
         Ok(())
     }
 
     /// Asks the MPU about the first byte, and about the word of the last one if that is another. Regions begin at words.
-    fn check_access(
-        &mut self,
-        address: u32,
-        width: Width,
-        access: Access,
-        privileged: bool,
-    ) -> Result<(), Raised> {
+    fn check_access(&mut self, at: Place, access: Access) -> Result {
+        let Place { address, width, privileged } = at;
         let end = address.wrapping_add(width.bytes() - 1) & !3;
         let last = if end == address & !3 { address } else { end };
         let negative = self.execution_priority() < 0;

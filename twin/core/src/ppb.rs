@@ -3,8 +3,8 @@
 //! Loads and stores of less than a word reach the word that contains them. A register that is not modelled stops the core with
 //! [`Stop::Unmodelled`](crate::Stop::Unmodelled).
 
-use crate::bus::Width;
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
+use crate::memory::Place;
 use crate::system::debug::{MON_EN, MON_PEND};
 use crate::system::nvic::Nvic;
 use crate::system::{debug, nvic, scb};
@@ -95,42 +95,31 @@ const SHCSR_ENABLED: [(u32, u16); 3] = [(16, MEM_MANAGE), (17, BUS_FAULT), (18, 
 impl Core {
     /// A debugger sets C_DEBUGEN: the program reads it in DHCSR, and BKPT stops the core.
     pub fn attach_debugger(&mut self) {
-        self.debug.attach();
+        self.debug.attached = true;
     }
 
-    pub(crate) fn read_system(
-        &mut self,
-        address: u32,
-        width: Width,
-        privileged: bool,
-    ) -> Result<u32, Raised> {
-        if !privileged {
-            return Err(self.raise(Trap::DataBus(address)));
+    pub(crate) fn read_system(&mut self, at: Place) -> Result<u32> {
+        if !at.privileged {
+            return Err(self.raise(Trap::DataBus(at.address)));
         }
-        let word = self.read_register(address & !3)?;
-        Ok(word >> (8 * (address & 3)) & u32::MAX >> (32 - 8 * width.bytes()))
+        let word = self.read_register(at.address & !3)?;
+        Ok(word >> (8 * (at.address & 3)) & at.width.mask())
     }
 
-    pub(crate) fn write_system(
-        &mut self,
-        address: u32,
-        width: Width,
-        value: u32,
-        privileged: bool,
-    ) -> Result<(), Raised> {
-        let user_trigger = address == STIR && self.scb.ccr & scb::CCR_USERSETMPEND != 0;
-        if !privileged && !user_trigger {
-            return Err(self.raise(Trap::DataBus(address)));
+    pub(crate) fn write_system(&mut self, at: Place, value: u32) -> Result {
+        let user_trigger = at.address == STIR && self.scb.ccr & scb::CCR_USERSETMPEND != 0;
+        if !at.privileged && !user_trigger {
+            return Err(self.raise(Trap::DataBus(at.address)));
         }
-        let shift = 8 * (address & 3);
-        let mask = u32::MAX >> (32 - 8 * width.bytes()) << shift;
-        self.write_register(address & !3, value << shift & mask, mask)?;
+        let shift = 8 * (at.address & 3);
+        let mask = at.width.mask() << shift;
+        self.write_register(at.address & !3, value << shift & mask, mask)?;
         // Priorities, enables, pending bits: the core looks at all of them again.
         self.attention = 0;
         Ok(())
     }
 
-    fn read_register(&mut self, address: u32) -> Result<u32, Raised> {
+    fn read_register(&mut self, address: u32) -> Result<u32> {
         Ok(match address {
             DWT_CTRL => self.debug.dwt_control(),
             DWT_CYCCNT => self.debug.cycle_count(self.cycle),
@@ -171,7 +160,7 @@ impl Core {
         })
     }
 
-    fn write_register(&mut self, address: u32, value: u32, mask: u32) -> Result<(), Raised> {
+    fn write_register(&mut self, address: u32, value: u32, mask: u32) -> Result {
         let merged = |old: u32| old & !mask | value;
         let unmodelled = Trap::Unmodelled { address, write: true };
         match address {

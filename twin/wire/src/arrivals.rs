@@ -8,7 +8,7 @@ use std::collections::BinaryHeap;
 
 use crate::calendar::Earliest;
 use crate::controller::NodeIndex;
-use crate::effect::Effect;
+use crate::fault::Effect;
 use crate::fine::Fine;
 use crate::mac::DOMINANT;
 use crate::node::Drivers;
@@ -133,8 +133,8 @@ impl Arrivals {
         line.first = Some(line.first.map_or(at, |first| first.min(at)));
         self.last = Some(self.last.map_or(at, |last| last.max(at)));
         match level == DOMINANT {
-            true if *seen == 0 => self.turns.set(node, self.turns.of(node).min(at)),
-            true if self.turns.of(node) == Fine::NEVER => {}
+            true if *seen == 0 => self.turns.set(node, self.turns.at[node].min(at)),
+            true if self.turns.at[node] == Fine::NEVER => {}
             true => self.turns.set(node, line.turn(*seen)),
             false => {
                 line.ending |= 1 << driver;
@@ -165,7 +165,7 @@ impl Arrivals {
 
     /// When something happens next, and what; [`Fine::NEVER`]: nothing.
     pub(crate) fn next(&self) -> (Fine, Next) {
-        let (turn, node) = self.turns.first();
+        let (turn, node) = self.turns.first;
         let last = self.last.unwrap_or(Fine::NEVER);
         let glitch = self.glitches.peek().map_or(Fine::NEVER, |Reverse(arrival)| arrival.at);
         if turn <= last.min(glitch) {

@@ -19,7 +19,7 @@ impl Segment {
                 self.calendar = Calendar::of(self.members.iter().map(|&node| self.plans(node, stage)));
             }
             let (arrival, what) = self.arrivals().next();
-            let (own, member) = self.calendar.first();
+            let (own, member) = self.calendar.own.first;
             self.next = own.min(arrival);
             if self.next > until || self.next == Fine::NEVER {
                 let news = self.calendar.news();
@@ -47,25 +47,16 @@ impl Segment {
         }
     }
 
-    /// When `node` does something by itself.
-    fn own_event(&self, node: NodeIndex, stage: &mut Stage) -> Option<Fine> {
-        let mac = &stage.nodes[node].mac;
-        if mac.is_running() {
-            return Some(mac.clock.end());
-        }
-        if mac.state == State::Idle { self.start_of(node, stage) } else { None }
-    }
-
     /// When `node` does something by itself, and when it may have to be told of something; an error where none is expected is told
     /// late by some bits.
     fn plans(&self, node: NodeIndex, stage: &mut Stage) -> (Fine, Fine) {
-        let own = self.own_event(node, stage).unwrap_or(Fine::NEVER);
         let mac = &stage.nodes[node].mac;
         if mac.is_running() {
-            (own, own + mac.clock.bit().times(mac.uneventful_bits() - 1))
-        } else {
-            (own, own)
+            return (mac.clock.end, mac.clock.end + mac.clock.bit.times(mac.uneventful_bits() - 1));
         }
+        let start = if mac.state == State::Idle { self.start_of(node, stage) } else { None };
+        let own = start.unwrap_or(Fine::NEVER);
+        (own, own)
     }
 
     /// A bit of `node` ends, or its own frame starts.
@@ -87,7 +78,7 @@ impl Segment {
     pub(crate) fn begin(&mut self, node: NodeIndex, own: Transmission, stage: &mut Stage) {
         let at = own.start;
         stage.nodes[node].mac.start(own);
-        let bit = stage.nodes[node].mac.clock.bit();
+        let bit = stage.nodes[node].mac.clock.bit;
         self.ledger.start(at, bit, stage.observed);
         stage.started(&mut self.ledger, at, at, node);
     }
@@ -104,7 +95,8 @@ impl Segment {
         }
         let again = std::mem::replace(&mut this.drove_at, self.cursor) == self.cursor;
         if itself && let Some(recorder) = &mut stage.recorder {
-            recorder.driver(node, self.cursor, if drives { DOMINANT } else { RECESSIVE });
+            let level = if drives { DOMINANT } else { RECESSIVE };
+            recorder.lanes[node].driver.push((self.cursor.floor(), level));
         }
         for n in 0..self.members.len() {
             let member = self.members[n];
@@ -160,7 +152,7 @@ impl Segment {
             return;
         }
         if let Some(recorder) = &mut stage.recorder {
-            recorder.line(node, at, level);
+            recorder.lanes[node].line.push((at.floor(), level));
         }
         if self.ledger.is_news(at) {
             this.record_change(at, level);
@@ -193,7 +185,7 @@ impl Segment {
         let ends = self.members.iter().filter_map(|&node| {
             let mac = &stage.nodes[node].mac;
             match mac.state {
-                State::Intermission(bit) => Some(mac.clock.end() + mac.clock.bit().times(u64::from(2 - bit))),
+                State::Intermission(bit) => Some(mac.clock.end + mac.clock.bit.times(u64::from(2 - bit))),
                 _ => None,
             }
         });

@@ -5,9 +5,9 @@ use crate::fine::Fine;
 /// An instant of each of several, and the earliest of all.
 #[derive(Clone, Debug)]
 pub(crate) struct Earliest {
-    at: Vec<Fine>,
+    pub(crate) at: Vec<Fine>,
     /// The earliest, and whose it is: of several, the first.
-    first: (Fine, usize),
+    pub(crate) first: (Fine, usize),
 }
 
 impl Default for Earliest {
@@ -21,14 +21,6 @@ impl Earliest {
     /// More of them, with [`Fine::NEVER`].
     pub(crate) fn resize(&mut self, len: usize) {
         self.at.resize(len, Fine::NEVER);
-    }
-
-    pub(crate) fn of(&self, index: usize) -> Fine {
-        self.at[index]
-    }
-
-    pub(crate) fn first(&self) -> (Fine, usize) {
-        self.first
     }
 
     pub(crate) fn set(&mut self, index: usize, at: Fine) {
@@ -51,7 +43,7 @@ impl Earliest {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Calendar {
     /// When each does something by itself.
-    own: Earliest,
+    pub(crate) own: Earliest,
     /// When each may have to be told of something.
     news: Vec<Fine>,
 }
@@ -68,11 +60,6 @@ impl Calendar {
     /// Nobody has been asked.
     pub(crate) fn is_empty(&self) -> bool {
         self.news.is_empty()
-    }
-
-    /// Who does something by itself first, and when.
-    pub(crate) fn first(&self) -> (Fine, usize) {
-        self.own.first()
     }
 
     /// When somebody may have to be told of something.
@@ -94,13 +81,13 @@ mod tests {
     #[test]
     fn first_is_the_earliest_and_of_several_the_first() {
         let mut calendar = Calendar::of([5, 3, 3].map(|at| (Fine(at), Fine(at + 10))).into_iter());
-        assert_eq!((calendar.first(), calendar.news()), ((Fine(3), 1), Fine(13)));
+        assert_eq!((calendar.own.first, calendar.news()), ((Fine(3), 1), Fine(13)));
         calendar.set(1, Fine(9), Fine(30));
-        assert_eq!((calendar.first(), calendar.news()), ((Fine(3), 2), Fine(13)));
+        assert_eq!((calendar.own.first, calendar.news()), ((Fine(3), 2), Fine(13)));
         calendar.set(0, Fine(3), Fine(11));
-        assert_eq!((calendar.first(), calendar.news()), ((Fine(3), 0), Fine(11)));
+        assert_eq!((calendar.own.first, calendar.news()), ((Fine(3), 0), Fine(11)));
         calendar.set(0, Fine::NEVER, Fine::NEVER);
         calendar.set(2, Fine::NEVER, Fine::NEVER);
-        assert_eq!((calendar.first(), calendar.news()), ((Fine(9), 1), Fine(30)));
+        assert_eq!((calendar.own.first, calendar.news()), ((Fine(9), 1), Fine(30)));
     }
 }

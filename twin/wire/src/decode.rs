@@ -16,7 +16,7 @@ const STUFF_RUN: u8 = 5;
 pub(crate) struct StuffError;
 
 /// Takes a frame bit by bit, SOF first.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Decoder {
     /// Bits taken, stuff bits included.
     index: u16,
@@ -37,20 +37,7 @@ pub(crate) struct Decoder {
 
 impl Decoder {
     pub(crate) fn new() -> Self {
-        Decoder {
-            index: 0,
-            plain: 0,
-            total: u16::MAX,
-            last: true,
-            run: 0,
-            crc: 0,
-            received_crc: 0,
-            identifier: 0,
-            extended: false,
-            remote: false,
-            dlc: 0,
-            data: [0; 8],
-        }
+        Decoder { total: u16::MAX, last: true, ..Decoder::default() }
     }
 
     /// Bits taken so far: the index of the bit to come.

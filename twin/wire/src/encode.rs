@@ -21,7 +21,7 @@ const CRC_POLYNOMIAL: u16 = 0x4599;
 const STUFF_RUN: u32 = 5;
 
 /// Longest frame: extended, 8 data bytes, every stuff bit.
-const LONGEST: usize = 160;
+pub(crate) const LONGEST: usize = 160;
 
 /// The bits of one acknowledged frame, SOF to the last bit of EOF.
 #[derive(Clone, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! Random bit errors: inverted microseconds at random nodes.
 
-use crate::effect::Effect;
-use crate::fault::{Fault, Nodes};
+use crate::fault::{Effect, Fault, Nodes};
 use crate::time::{TICKS_PER_US, Time};
 
 /// A Poisson process of disturbances.
@@ -10,7 +9,7 @@ pub(crate) struct BitErrors {
     rng: fastrand::Rng,
     /// Mean distance between two disturbances anywhere, ticks.
     mean: f64,
-    next: Time,
+    pub(crate) next: Time,
 }
 
 impl BitErrors {
@@ -23,10 +22,6 @@ impl BitErrors {
         let mut errors = BitErrors { rng: fastrand::Rng::with_seed(seed), mean, next: now };
         errors.plan();
         Some(errors)
-    }
-
-    pub(crate) fn next(&self) -> Time {
-        self.next
     }
 
     /// The disturbance that is due.

@@ -1,13 +1,21 @@
 //! Faults of cable, nodes and line, at a given time; what cannot be is refused with the reason.
 
 use crate::controller::NodeIndex;
-use crate::effect::Effect as BitEffect;
+use crate::encode::LONGEST;
 use crate::field::Field;
 use crate::frame::WireFrame;
 use crate::time::Time;
 
 /// What a disturbance does to the level that a node sees.
-pub type Effect = BitEffect;
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Effect {
+    /// The other level.
+    Invert,
+    /// Dominant, whatever is sent.
+    Dominant,
+    /// Recessive, whatever is sent.
+    Recessive,
+}
 
 /// Some nodes of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -196,9 +204,6 @@ pub enum FaultError {
     },
 }
 
-/// Longest frame, in bits.
-const LONGEST_FRAME: usize = 160;
-
 impl Fault {
     /// Can happen to a wire of `count` nodes.
     pub(crate) fn check(&self, count: usize) -> Result<(), FaultError> {
@@ -235,7 +240,7 @@ impl Fault {
 impl Place {
     fn exists(self) -> bool {
         match self {
-            Place::Bit(bit) => bit < LONGEST_FRAME,
+            Place::Bit(bit) => bit < LONGEST,
             Place::Field(field) => match field {
                 Field::Identifier(n) => n < 11,
                 Field::Extension(n) => n < 18,

@@ -14,7 +14,7 @@ use crate::encode::INTERMISSION_BITS;
 use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
 use crate::node::Node;
-use crate::segment::{Flight, Landing, Mode, Segment};
+use crate::segment::{Flight, Landing, Lines, Mode, Segment};
 use crate::stage::Stage;
 use crate::timing::{BitClock, Edge};
 
@@ -32,7 +32,7 @@ struct Participant {
     silent: bool,
 }
 
-/// What is to be computed: `own`, of which the transmitter sends bit `index`.
+/// What is to be computed: `own`, of which the transmitter sends bit `index`; 0 for a flight that begins with its SOF.
 struct Plan<'a> {
     own: &'a Transmission,
     index: usize,
@@ -50,11 +50,15 @@ impl<'a> Plan<'a> {
         let mut edges = Vec::with_capacity(own.encoded.changes().len());
         let mut before = index;
         for bit in own.encoded.changes().filter(|&bit| bit > index && bit <= delimiter) {
-            let at = clock.end() + clock.bit().times((bit - index) as u64 - 1);
+            let at = clock.end + clock.bit.times((bit - index) as u64 - 1);
             edges.push(Edge { bits: (bit - before) as u64, at, level: bits[bit] });
             before = bit;
         }
         Plan { own, index, clock, transmitter, edges }
+    }
+
+    fn with_sof(&self) -> bool {
+        self.index == 0
     }
 
     /// CRC delimiter.
@@ -78,8 +82,8 @@ fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool
             clock.recessive_edge(edge);
         }
     };
-    if edge < clock.end() {
-        if edge <= clock.sample() || clock.latched().is_some() {
+    if edge < clock.end {
+        if edge <= clock.sample || clock.latched.is_some() {
             return None;
         }
         // In this bit it still sends what the line shows.
@@ -87,12 +91,12 @@ fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool
         clock.next_bit(before);
     } else {
         clock.next_bit(before);
-        if edge > clock.sample() {
+        if edge > clock.sample {
             return None;
         }
         apply(&mut clock, sends_dominant);
     }
-    (edge <= clock.sample()).then_some(clock)
+    (edge <= clock.sample).then_some(clock)
 }
 
 impl Segment {
@@ -104,7 +108,7 @@ impl Segment {
         if stage.fast
             && let Some(flight) = self.plan_from_sof(node, &own, stage)
         {
-            let bit = flight.landings[0].clock.bit();
+            let bit = flight.landings[0].clock.bit;
             self.ledger.start(own.start, bit, stage.observed);
             stage.started(&mut self.ledger, own.start, own.start, node);
             self.mode = Mode::Flight(Box::new(flight));
@@ -177,7 +181,7 @@ impl Segment {
             if !this.mac.is_running() {
                 continue;
             }
-            if this.level != level || this.mac.clock.latched().is_some() {
+            if this.level != level || this.mac.clock.latched.is_some() {
                 return None;
             }
             participants.push(Participant {
@@ -188,7 +192,7 @@ impl Segment {
             });
         }
         let plan = Plan::new(&own, index, clock, transmitter);
-        self.plan(&plan, participants, false, stage)
+        self.plan(&plan, participants, stage)
     }
 
     fn plan_from_sof(&self, transmitter: NodeIndex, own: &Transmission, stage: &mut Stage) -> Option<Flight> {
@@ -210,15 +214,7 @@ impl Segment {
             let babbles = this.condition.babbles.is_some();
             let clock = match this.mac.state {
                 State::Off | State::BusOff => continue,
-                State::Idle => {
-                    let mut clock = this.mac.clock;
-                    let timing = this.mac.attachment.map_or(clock.timing(), |attachment| attachment.timing);
-                    if timing != clock.timing() {
-                        clock.restart(timing, arrival);
-                    }
-                    clock.begin_with_edge(arrival);
-                    clock
-                }
+                State::Idle => this.mac.clock_from_edge(arrival),
                 _ => return None,
             };
             let mut waits = || stage.request_at(node).is_some_and(|request| request <= arrival);
@@ -228,29 +224,23 @@ impl Segment {
             participants.push(Participant { node, clock, transmits: false, silent });
         }
         let plan = Plan::new(own, 0, clock, transmitter);
-        self.plan(&plan, participants, true, stage)
+        self.plan(&plan, participants, stage)
     }
 
-    fn plan(
-        &self,
-        plan: &Plan,
-        participants: Vec<Participant>,
-        with_sof: bool,
-        stage: &mut Stage,
-    ) -> Option<Flight> {
-        let sample = plan.clock.sample() - plan.clock.start();
+    fn plan(&self, plan: &Plan, participants: Vec<Participant>, stage: &mut Stage) -> Option<Flight> {
+        let sample = plan.clock.sample - plan.clock.start;
         let disturbed = self.members.iter().any(|&node| !stage.nodes[node].is_undisturbed());
         let slow = self.members.iter().any(|&node| stage.nodes[node].path_to(&stage.nodes[node]) > sample);
         if disturbed || !stage.flips.is_empty() || slow {
             return None;
         }
         let flight = if participants.len() == 1 {
-            if !with_sof {
+            if !plan.with_sof() {
                 return None;
             }
             self.alone(plan, stage)
         } else {
-            self.acknowledged(plan, participants, with_sof, stage)?
+            self.acknowledged(plan, participants, stage)?
         };
         (flight.end < stage.horizon).then_some(flight)
     }
@@ -258,12 +248,12 @@ impl Segment {
     /// Nobody else is there: a missing acknowledgement and its error frame.
     fn alone(&self, plan: &Plan, stage: &Stage) -> Flight {
         let node = plan.transmitter;
-        let bit = plan.clock.bit();
+        let bit = plan.clock.bit;
         let mut counters = stage.nodes[node].mac.counters;
         let passive = counters.error_passive();
         let mut clock = plan.clock;
         clock.skip(plan.delimiter() as u64 + 2, RECESSIVE);
-        let seen = clock.start();
+        let seen = clock.start;
         let mut agenda = VecDeque::from([(seen, node, WireEvent::TransmitError(ErrorKind::Ack))]);
         if !passive {
             counters.add_eight(true);
@@ -280,20 +270,14 @@ impl Segment {
             transmitter: node,
             with_sof: true,
             agenda,
-            end: clock.start(),
+            end: clock.start,
             landings: vec![Landing { node, clock, counters }],
             lines,
         }
     }
 
     /// Others are there and acknowledge.
-    fn acknowledged(
-        &self,
-        plan: &Plan,
-        mut participants: Vec<Participant>,
-        with_sof: bool,
-        stage: &Stage,
-    ) -> Option<Flight> {
+    fn acknowledged(&self, plan: &Plan, mut participants: Vec<Participant>, stage: &Stage) -> Option<Flight> {
         let rest = plan.rest();
         for participant in &mut participants {
             participant.clock = if participant.transmits {
@@ -311,7 +295,7 @@ impl Segment {
             let (from, to) = pulses.seen_by(*node, stage);
             changes.extend([(from, DOMINANT), (to, RECESSIVE)]);
         }
-        self.land(plan, participants, with_sof, lines, stage)
+        self.land(plan, participants, lines, stage)
     }
 
     /// Leads everybody from the CRC delimiter to intermission.
@@ -319,14 +303,14 @@ impl Segment {
         let place = |node: NodeIndex| stage.nodes[node].offset;
         let mut pulses = Pulses::default();
         for participant in &*participants {
-            pulses.begins.push(participant, participant.clock.end(), &stage.nodes[participant.node]);
+            pulses.begins.push(participant, participant.clock.end, &stage.nodes[participant.node]);
         }
         for participant in &mut *participants {
             let edge = pulses.begins.reaching(participant.node, stage, Fine::min)?;
             participant.clock = pass_edge(participant.clock, edge, RECESSIVE, !participant.transmits)?;
         }
         for participant in &*participants {
-            pulses.ends.push(participant, participant.clock.end(), &stage.nodes[participant.node]);
+            pulses.ends.push(participant, participant.clock.end, &stage.nodes[participant.node]);
         }
         let extent = match (self.members.first(), self.members.last()) {
             (Some(&left), Some(&right)) => place(right) - place(left),
@@ -349,12 +333,11 @@ impl Segment {
         &self,
         plan: &Plan,
         participants: Vec<Participant>,
-        with_sof: bool,
-        lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
+        lines: Lines,
         stage: &Stage,
     ) -> Option<Flight> {
-        let bit = plan.clock.bit();
-        let starts = participants.iter().map(|participant| participant.clock.start());
+        let bit = plan.clock.bit;
+        let starts = participants.iter().map(|participant| participant.clock.start);
         let (earliest, end) = (starts.clone().min()?, starts.max()?);
         if end > earliest + bit {
             return None;
@@ -366,10 +349,10 @@ impl Segment {
             let mut counters = before;
             let (at, event) = if transmits {
                 counters.transmitted();
-                (clock.start(), WireEvent::Transmitted)
+                (clock.start, WireEvent::Transmitted)
             } else {
                 counters.received();
-                (clock.start() - clock.bit(), WireEvent::Received(plan.own.frame))
+                (clock.start - clock.bit, WireEvent::Received(plan.own.frame))
             };
             agenda.push((at, node, event));
             if counters != before {
@@ -382,7 +365,7 @@ impl Segment {
             from: self.cursor,
             own: plan.own.clone(),
             transmitter: plan.transmitter,
-            with_sof,
+            with_sof: plan.with_sof(),
             agenda: agenda.into(),
             landings,
             end,
@@ -391,18 +374,13 @@ impl Segment {
     }
 
     /// What those see that watch their line, up to the CRC delimiter, and an error flag if there is one.
-    fn lines(
-        &self,
-        plan: &Plan,
-        stage: &Stage,
-        flag: impl Fn(Fine) -> Option<(Fine, Fine)>,
-    ) -> Vec<(NodeIndex, VecDeque<(Fine, bool)>)> {
+    fn lines(&self, plan: &Plan, stage: &Stage, flag: impl Fn(Fine) -> Option<(Fine, Fine)>) -> Lines {
         let watching = self.members.iter().filter(|&&node| stage.nodes[node].watches);
         let line = |&node: &NodeIndex| {
             let delay = stage.nodes[plan.transmitter].path_to(&stage.nodes[node]);
             let mut changes = VecDeque::with_capacity(plan.own.encoded.changes().len());
-            if plan.index == 0 {
-                changes.push_back((plan.clock.start() + delay, DOMINANT));
+            if plan.with_sof() {
+                changes.push_back((plan.clock.start + delay, DOMINANT));
             }
             changes.extend(plan.edges.iter().map(|edge| (edge.at + delay, edge.level)));
             if let Some((from, to)) = flag(delay) {
@@ -464,7 +442,7 @@ impl Segment {
             stage.nodes[node].level = RECESSIVE;
         }
         self.cursor = flight.end;
-        let bit = stage.nodes[flight.transmitter].mac.clock.bit();
+        let bit = stage.nodes[flight.transmitter].mac.clock.bit;
         self.ledger.calm(flight.end + bit.times(INTERMISSION_BITS), stage.observed);
         self.mode = Mode::Still;
         false

@@ -14,7 +14,6 @@ pub mod candump;
 mod confinement;
 pub mod controller;
 mod decode;
-mod effect;
 pub mod encode;
 mod errors;
 pub mod fault;

@@ -1,7 +1,7 @@
 //! One node of a wire: its engine, and the line as it sees it.
 
 use crate::controller::Attachment;
-use crate::effect::Effect;
+use crate::fault::Effect;
 use crate::fine::Fine;
 use crate::frame::WireFrame;
 use crate::mac::{DOMINANT, Mac, RECESSIVE};

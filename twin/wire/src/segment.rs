@@ -25,6 +25,9 @@ pub(crate) enum Mode {
     Flight(Box<Flight>),
 }
 
+/// Level changes to come at some nodes.
+pub(crate) type Lines = Vec<(NodeIndex, VecDeque<(Fine, bool)>)>;
+
 /// A frame under way whose rest is known.
 #[derive(Clone, Debug)]
 pub(crate) struct Flight {
@@ -39,7 +42,7 @@ pub(crate) struct Flight {
     /// Everybody has reached intermission.
     pub(crate) end: Fine,
     /// Level changes to hand to those that watch their line.
-    pub(crate) lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
+    pub(crate) lines: Lines,
 }
 
 impl Flight {
@@ -53,7 +56,7 @@ impl Flight {
     /// Whether `node` has come to its intermission at `now`; `None` when it takes no part.
     pub(crate) fn has_landed(&self, node: NodeIndex, now: Fine) -> Option<bool> {
         let landing = self.landings.iter().find(|landing| landing.node == node)?;
-        Some(landing.clock.start() <= now)
+        Some(landing.clock.start <= now)
     }
 }
 
@@ -151,23 +154,12 @@ impl Segment {
 
     /// Lets time pass on an unchanging line. `true`: nothing more up to `until`.
     fn run_still(&mut self, until: Fine, stage: &mut Stage) -> bool {
-        let mut due: Option<(Fine, NodeIndex)> = None;
-        let mut start: Option<(Fine, NodeIndex)> = None;
-        for &node in &self.members {
-            let earlier = |best: &Option<(Fine, NodeIndex)>, at| best.is_none_or(|(other, _)| at < other);
-            if let Some(at) = self.due(node, stage)
-                && earlier(&due, at)
-            {
-                due = Some((at, node));
-            }
-            if let Some(at) = self.start_of(node, stage)
-                && earlier(&start, at)
-            {
-                start = Some((at, node));
-            }
-        }
-        let never = (Fine::NEVER, 0);
-        let (due, start) = (due.unwrap_or(never), start.unwrap_or(never));
+        // Of equal instants the first one counts.
+        let first = |plan: &(Fine, NodeIndex)| plan.0;
+        let due = self.members.iter().filter_map(|&node| Some((self.due(node, stage)?, node)));
+        let due = due.min_by_key(first).unwrap_or((Fine::NEVER, 0));
+        let start = self.members.iter().filter_map(|&node| Some((self.start_of(node, stage)?, node)));
+        let start = start.min_by_key(first).unwrap_or((Fine::NEVER, 0));
         self.next = due.0.min(start.0);
         if self.next > until || self.next == Fine::NEVER {
             return true;
@@ -203,17 +195,17 @@ impl Segment {
             }
             _ => return None,
         };
-        (node.level == RECESSIVE).then(|| node.mac.clock.end() + node.mac.clock.bit().times(bits))
+        (node.level == RECESSIVE).then(|| node.mac.clock.end + node.mac.clock.bit.times(bits))
     }
 
     /// Lets the bits of `node` that end at or before `at` pass.
     pub(crate) fn catch_up(&mut self, node: NodeIndex, at: Fine, stage: &mut Stage) {
-        while stage.nodes[node].mac.is_running() && stage.nodes[node].mac.clock.end() <= at {
+        while stage.nodes[node].mac.is_running() && stage.nodes[node].mac.clock.end <= at {
             let this = &mut stage.nodes[node];
-            let end = this.mac.clock.end();
+            let end = this.mac.clock.end;
             if this.level != RECESSIVE {
                 // Settled: nothing but time passes.
-                let bits = 1 + (at - end).0 / this.mac.clock.bit().0;
+                let bits = 1 + (at - end).0 / this.mac.clock.bit.0;
                 this.mac.clock.skip(bits, this.level);
                 break;
             }
@@ -244,7 +236,7 @@ impl Segment {
         }
         let mac = &mut stage.nodes[node].mac;
         let before = mac.counters;
-        let sof = mac.clock.start();
+        let sof = mac.clock.start;
         let note = mac.step(sampled, line);
         let (after, finished) = (mac.counters, mac.finished.take());
         if let Some(event) = note.event {
@@ -275,8 +267,7 @@ impl Segment {
     pub(crate) fn is_settled(&self, stage: &Stage) -> bool {
         self.members.iter().all(|&node| {
             let node = &stage.nodes[node];
-            if node.mac.is_running() && node.mac.clock.latched().is_some_and(|sampled| sampled != node.level)
-            {
+            if node.mac.is_running() && node.mac.clock.latched.is_some_and(|sampled| sampled != node.level) {
                 // The bit under way was sampled before the last change.
                 return false;
             }

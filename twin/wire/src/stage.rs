@@ -12,7 +12,7 @@ use crate::mac::Transmission;
 use crate::node::Node;
 use crate::record::{Counters, Destruction, Observation};
 use crate::time::Time;
-use crate::waveform::Recorder;
+use crate::waveform::Waveform;
 
 /// What observers are told.
 #[derive(Clone, Debug, Default)]
@@ -34,7 +34,7 @@ pub(crate) struct Stage<'a> {
     /// Undisturbed frames may be computed as a whole.
     pub(crate) fast: bool,
     /// Takes every bit, while it is switched on.
-    pub(crate) recorder: Option<&'a mut Recorder>,
+    pub(crate) recorder: Option<&'a mut Waveform>,
     /// Index of the segment, for the records.
     pub(crate) segment: usize,
 }
@@ -108,7 +108,7 @@ impl Stage<'_> {
         }
         let time = at.floor();
         if let Some(recorder) = &mut self.recorder {
-            recorder.event(node, time, event);
+            recorder.lanes[node].events.push((time, event));
         }
         match event {
             WireEvent::Received(frame) => ledger.deliveries.push((node, time, frame)),
@@ -143,7 +143,7 @@ impl Stage<'_> {
             return;
         }
         if let Some(recorder) = &mut self.recorder {
-            recorder.event(node, sof.floor(), WireEvent::Started);
+            recorder.lanes[node].events.push((sof.floor(), WireEvent::Started));
         }
         if self.nodes[node].condition.babbles.is_none() {
             self.controllers.with(node, |controller| controller.on_wire(sof.floor(), &WireEvent::Started));

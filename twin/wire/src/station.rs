@@ -111,11 +111,9 @@ pub struct Bench {
     pub stations: Vec<Station>,
 }
 
-struct OnWire<'a>(&'a mut [Station]);
-
-impl Controllers for OnWire<'_> {
+impl Controllers for Vec<Station> {
     fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller)) {
-        visit(&mut self.0[node]);
+        visit(&mut self[node]);
     }
 }
 
@@ -148,12 +146,12 @@ impl Bench {
         while self.wire.now() < until {
             let next = self.wire.next_event().unwrap_or(Time::NEVER);
             let stop = (self.wire.now() + quantum).min(next).min(until);
-            self.wire.advance(stop, &mut OnWire(&mut self.stations));
+            self.wire.advance(stop, &mut self.stations);
         }
     }
 
     /// Runs to `until` at once.
     pub fn leap(&mut self, until: Time) {
-        self.wire.advance(until, &mut OnWire(&mut self.stations));
+        self.wire.advance(until, &mut self.stations);
     }
 }

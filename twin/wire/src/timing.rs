@@ -103,15 +103,15 @@ pub(crate) struct Edge {
 /// The bit clock of a node on its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BitClock {
-    timing: BitTiming,
-    bit: Fine,
-    start: Fine,
-    sample: Fine,
-    end: Fine,
+    pub(crate) timing: BitTiming,
+    pub(crate) bit: Fine,
+    pub(crate) start: Fine,
+    pub(crate) sample: Fine,
+    pub(crate) end: Fine,
     /// An edge was used since the last sample point ("only one synchronisation within one bit time").
     synchronised: bool,
     /// The level at the sample point, once that has passed with an edge after it.
-    latched: Option<bool>,
+    pub(crate) latched: Option<bool>,
     /// Level of the previous sample.
     previous: bool,
 }
@@ -138,34 +138,9 @@ impl BitClock {
         self.end = start + self.bit;
     }
 
-    pub(crate) fn start(&self) -> Fine {
-        self.start
-    }
-
-    pub(crate) fn sample(&self) -> Fine {
-        self.sample
-    }
-
-    pub(crate) fn end(&self) -> Fine {
-        self.end
-    }
-
-    pub(crate) fn bit(&self) -> Fine {
-        self.bit
-    }
-
-    pub(crate) fn timing(&self) -> BitTiming {
-        self.timing
-    }
-
     /// What was sampled in this bit, if `level` has not changed since the last edge.
     pub(crate) fn sampled(&self, level: bool) -> bool {
         self.latched.unwrap_or(level)
-    }
-
-    /// Already sampled, for certain: an edge came after the sample point.
-    pub(crate) fn latched(&self) -> Option<bool> {
-        self.latched
     }
 
     /// Goes on with the next bit; `sampled` is the level of the one that ends.

@@ -23,7 +23,7 @@ use crate::segment::{Mode, Segment};
 use crate::stage::{Observed, Stage};
 use crate::time::Time;
 use crate::transceiver::Transceiver;
-use crate::waveform::{Recorder, Waveform};
+use crate::waveform::Waveform;
 
 /// Properties of the cable and of how it is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +69,8 @@ pub struct Wire {
     planned: Vec<(Time, Planned)>,
     flips: Vec<Flip>,
     errors: Option<BitErrors>,
-    recorder: Option<Recorder>,
+    /// The one under way.
+    recorder: Option<Waveform>,
     waveform: Option<Waveform>,
     observed: Observed,
     /// Somebody watches its line.
@@ -136,11 +137,16 @@ impl Wire {
     /// [`Wire::advance`]: an event for a controller, a bit of a disturbed frame, the start of a frame that waits, a
     /// planned fault. `None`: nothing, unless a controller asks.
     pub fn next_event(&self) -> Option<Time> {
-        let planned = self.planned.first().map(|&(at, _)| at);
-        let errors = self.errors.as_ref().map(BitErrors::next);
+        let (planned, error) = self.next_faults();
         let segments = self.segments.iter().map(|segment| segment.next).filter(|&at| at != Fine::NEVER);
-        let next = segments.map(Fine::ceil).chain(planned).chain(errors).min()?;
-        Some(next.max(self.now + Time(1)))
+        let next = segments.map(Fine::ceil).fold(planned.min(error), Time::min);
+        (next != Time::NEVER).then(|| next.max(self.now + Time(1)))
+    }
+
+    /// When something planned happens next, and when a random bit error does; [`Time::NEVER`]: never.
+    fn next_faults(&self) -> (Time, Time) {
+        let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
+        (planned, self.errors.as_ref().map_or(Time::NEVER, |errors| errors.next))
     }
 
     /// `node` neither sends nor receives a frame or an error frame: it could leave the bus unnoticed.
@@ -175,8 +181,7 @@ impl Wire {
             self.is_watched = self.nodes.iter().any(|node| node.watches);
         }
         loop {
-            let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
-            let error = self.errors.as_ref().map_or(Time::NEVER, BitErrors::next);
+            let (planned, error) = self.next_faults();
             let at = planned.min(error);
             if at > until {
                 break;
@@ -196,7 +201,7 @@ impl Wire {
                     self.set_attachment(node, attachment, controllers);
                 }
                 Planned::Record(to) => self.begin_record(to, controllers),
-                Planned::EndOfRecord => self.waveform = self.recorder.take().map(Recorder::finish),
+                Planned::EndOfRecord => self.waveform = self.recorder.take().map(Waveform::finish),
                 Planned::Fault(fault) => {
                     self.observed.records.push(Observation::Fault { at: self.now, fault });
                     self.apply(fault, controllers);
@@ -214,12 +219,8 @@ impl Wire {
 
     /// Leaves the fast path, on which no node has bits, and takes down what follows.
     fn begin_record(&mut self, to: Time, controllers: &mut dyn Controllers) {
-        for segment in 0..self.segments.len() {
-            self.with_stage(segment, controllers, |segment, stage| {
-                segment.wake(stage);
-            });
-        }
-        self.recorder = Some(Recorder::new(self.now, to, &self.nodes));
+        self.wake_all(controllers);
+        self.recorder = Some(Waveform::begin(self.now, to, &self.nodes));
     }
 
     /// Breaks the cable now, [`Fault::Cut`].
@@ -348,8 +349,7 @@ impl Wire {
         controllers: &mut dyn Controllers,
         work: impl FnOnce(&mut Segment, &mut Stage) -> R,
     ) -> R {
-        let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
-        let error = self.errors.as_ref().map_or(Time::NEVER, BitErrors::next);
+        let (planned, error) = self.next_faults();
         let mut stage = Stage {
             nodes: &mut self.nodes,
             controllers,
@@ -368,16 +368,34 @@ impl Wire {
         self.segments.iter().position(is_here).expect("every node is on some piece")
     }
 
+    /// Works on the segment of a node, bit by bit.
+    fn awake(
+        &mut self,
+        node: NodeIndex,
+        controllers: &mut dyn Controllers,
+        work: impl FnOnce(&mut Segment, &mut Stage),
+    ) {
+        let segment = self.segment_of(node);
+        self.with_stage(segment, controllers, |segment, stage| {
+            segment.wake(stage);
+            work(segment, stage);
+        });
+    }
+
+    fn wake_all(&mut self, controllers: &mut dyn Controllers) {
+        for segment in 0..self.segments.len() {
+            self.with_stage(segment, controllers, |segment, stage| _ = segment.wake(stage));
+        }
+    }
+
     fn set_attachment(
         &mut self,
         node: NodeIndex,
         attachment: Option<Attachment>,
         controllers: &mut dyn Controllers,
     ) {
-        let segment = self.segment_of(node);
         let brought = controllers.with(node, |controller| controller.brings());
-        self.with_stage(segment, controllers, |segment, stage| {
-            segment.wake(stage);
+        self.awake(node, controllers, |segment, stage| {
             let at = segment.cursor;
             let left = stage.nodes[node].mac.transmission.take();
             let stays = attachment.is_some() && left.is_some();
@@ -425,9 +443,7 @@ impl Wire {
             }
             Fault::PowerOn(node) => {
                 if std::mem::take(&mut self.nodes[node].condition.unpowered) {
-                    let segment = self.segment_of(node);
-                    self.with_stage(segment, controllers, |segment, stage| {
-                        segment.wake(stage);
+                    self.awake(node, controllers, |segment, stage| {
                         segment.drive(node, stage);
                         let counters = ErrorCounters::default();
                         if std::mem::replace(&mut stage.nodes[node].mac.counters, counters) != counters {
@@ -441,9 +457,7 @@ impl Wire {
             Fault::StuckDominant(node) => self.set_stuck(node, true, controllers),
             Fault::ReleaseDriver(node) => self.set_stuck(node, false, controllers),
             Fault::Babble(node, frame) => {
-                let segment = self.segment_of(node);
-                self.with_stage(segment, controllers, |segment, stage| {
-                    segment.wake(stage);
+                self.awake(node, controllers, |_, stage| {
                     stage.nodes[node].condition.babbles = Some(frame);
                 });
             }
@@ -455,24 +469,17 @@ impl Wire {
             Fault::Glitch { nodes, duration, effect } => {
                 let (from, to) = (Fine::from_time(self.now), Fine::from_time(self.now + duration));
                 for node in (0..self.nodes.len()).filter(|&node| nodes.contains(node)) {
-                    let segment = self.segment_of(node);
-                    self.with_stage(segment, controllers, |segment, stage| {
-                        let arrivals = segment.wake(stage);
-                        arrivals.push_glitch(Arrival {
-                            at: from,
-                            change: Change::GlitchBegins(effect),
-                            node,
-                        });
-                        arrivals.push_glitch(Arrival { at: to, change: Change::GlitchEnds(effect), node });
+                    self.awake(node, controllers, |segment, _| {
+                        for (at, change) in
+                            [(from, Change::GlitchBegins(effect)), (to, Change::GlitchEnds(effect))]
+                        {
+                            segment.arrivals().push_glitch(Arrival { at, node, change });
+                        }
                     });
                 }
             }
             Fault::Flip(flip) => {
-                for segment in 0..self.segments.len() {
-                    self.with_stage(segment, controllers, |segment, stage| {
-                        segment.wake(stage);
-                    });
-                }
+                self.wake_all(controllers);
                 self.flips.push(flip.among(self.nodes.len()));
             }
             Fault::BitErrors { rate, seed } => {
@@ -487,10 +494,8 @@ impl Wire {
     }
 
     fn set_stuck(&mut self, node: NodeIndex, stuck: bool, controllers: &mut dyn Controllers) {
-        let segment = self.segment_of(node);
-        self.with_stage(segment, controllers, |segment, stage| {
-            // A flight that is taken back has had its driver free.
-            segment.wake(stage);
+        // A flight that is taken back has had its driver free.
+        self.awake(node, controllers, |segment, stage| {
             stage.nodes[node].condition.stuck_dominant = stuck;
             segment.drive(node, stage);
         });

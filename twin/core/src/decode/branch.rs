@@ -1,7 +1,7 @@
 //! 32-bit branches and miscellaneous control (A5.3.4).
 
 use super::{bad, bit, bits, reg, sign_extend, unless};
-use crate::instruction::{Condition, Hint, Instruction};
+use crate::instruction::{Condition, Instruction};
 
 pub fn decode(h1: u32, h2: u32) -> Instruction {
     match (bit(h2, 14), bit(h2, 12)) {
@@ -67,18 +67,12 @@ fn move_to_special(h1: u32, h2: u32) -> Instruction {
     unless(forbidden, Instruction::MoveToSpecial { rn, register, mask })
 }
 
-/// A5.3.4, "Hint instructions". Hints without a meaning are NOPs.
+/// A5.3.4, "Hint instructions".
 fn hint(h1: u32, h2: u32) -> Instruction {
     if bits(h2, 8, 3) != 0 {
         return Instruction::Undefined;
     }
-    let hint = match bits(h2, 0, 8) {
-        2 => Hint::WaitForEvent,
-        3 => Hint::WaitForInterrupt,
-        4 => Hint::SendEvent,
-        _ => Hint::Nop,
-    };
-    unless(bits(h1, 0, 4) != 0b1111 || bit(h2, 11), Instruction::Hint { hint })
+    unless(bits(h1, 0, 4) != 0b1111 || bit(h2, 11), super::hint(bits(h2, 0, 8)))
 }
 
 /// A5.3.4, "Miscellaneous control instructions".

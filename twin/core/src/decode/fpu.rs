@@ -1,7 +1,7 @@
 //! Coprocessor space and FPv4-SP (A5.3.18, A6.4 to A6.7).
 
 use super::{bad, bit, bits, reg, unless};
-use crate::instruction::{FpAccumulate, FpBinary, FpConvert, FpUnary, Instruction, Reg};
+use crate::instruction::{FpBinary, FpConvert, FpUnary, Instruction, Reg};
 
 const PC: Reg = 15;
 
@@ -33,22 +33,19 @@ fn single(value: u32, low: u32, last: bool) -> Reg {
 fn data_processing(h1: u32, h2: u32) -> Instruction {
     let (d, n, m) = (single(h2, 12, bit(h1, 6)), single(h1, 0, bit(h2, 7)), single(h2, 0, bit(h2, 5)));
     let binary = |op| Instruction::FpBinary { op, d, n, m };
-    let accumulate = |op| Instruction::FpAccumulate { op, d, n, m };
-    match (bit(h1, 7), bits(h1, 4, 2), bit(h2, 6)) {
-        (false, 0b00, false) => accumulate(FpAccumulate::Mla),
-        (false, 0b00, true) => accumulate(FpAccumulate::Mls),
-        (false, 0b01, false) => accumulate(FpAccumulate::Nmls),
-        (false, 0b01, true) => accumulate(FpAccumulate::Nmla),
+    let (fused, negate_product) = (bit(h1, 7), bit(h2, 6));
+    let accumulate =
+        |negate_addend| Instruction::FpAccumulate { fused, negate_addend, negate_product, d, n, m };
+    match (fused, bits(h1, 4, 2), negate_product) {
+        (false, 0b00, _) => accumulate(false),
+        (_, 0b01, _) => accumulate(true),
         (false, 0b10, false) => binary(FpBinary::Mul),
         (false, 0b10, true) => binary(FpBinary::NegMul),
         (false, _, false) => binary(FpBinary::Add),
         (false, _, true) => binary(FpBinary::Sub),
         (true, 0b00, false) => binary(FpBinary::Div),
         (true, 0b00, true) => Instruction::FpUndefined,
-        (true, 0b01, false) => accumulate(FpAccumulate::Fnms),
-        (true, 0b01, true) => accumulate(FpAccumulate::Fnma),
-        (true, 0b10, false) => accumulate(FpAccumulate::Fma),
-        (true, 0b10, true) => accumulate(FpAccumulate::Fms),
+        (true, 0b10, _) => accumulate(false),
         (true, _, false) => {
             let value = expand(bits(h1, 0, 4) << 4 | bits(h2, 0, 4));
             unless(bit(h2, 7) || bit(h2, 5), Instruction::FpImmediate { d, value })
@@ -108,11 +105,7 @@ fn load_store(h1: u32, h2: u32, double: bool) -> Instruction {
         let magnitude = (imm8 * 4) as i16;
         let offset = if u { magnitude } else { -magnitude };
         let count = if double { 2 } else { 1 };
-        return if load {
-            Instruction::FpLoad { d, count, rn, offset }
-        } else {
-            unless(rn == PC, Instruction::FpStore { d, count, rn, offset })
-        };
+        return unless(!load && rn == PC, Instruction::FpTransfer { load, d, count, rn, offset });
     }
     let (decrement, writeback) = match (p, u, w) {
         (false, true, _) => (false, w),
@@ -121,11 +114,7 @@ fn load_store(h1: u32, h2: u32, double: bool) -> Instruction {
     };
     let forbidden = rn == PC || imm8 == 0 || (double && imm8 % 2 == 1) || u32::from(d) + imm8 > 32;
     let count = imm8 as u8;
-    if load {
-        unless(forbidden, Instruction::FpLoadMultiple { d, count, rn, decrement, writeback })
-    } else {
-        unless(forbidden, Instruction::FpStoreMultiple { d, count, rn, decrement, writeback })
-    }
+    unless(forbidden, Instruction::FpMultiple { load, d, count, rn, decrement, writeback })
 }
 
 /// Transfers of 64 bits (A6.7).

@@ -1,7 +1,7 @@
 //! Multiple, dual and exclusive loads and stores, and table branches (A5.3.5, A5.3.6).
 
 use super::{bad, bit, bits, reg, unless};
-use crate::instruction::{Index, Instruction, Size};
+use crate::instruction::{Block, Index, Indexed, Instruction, Size};
 
 const PC: u8 = 15;
 
@@ -15,12 +15,12 @@ pub fn multiple(h1: u32, h2: u32) -> Instruction {
     };
     let in_list = |reg: u8| list >> reg & 1 == 1;
     let forbidden = rn == PC || list.count_ones() < 2 || in_list(13) || (writeback && in_list(rn));
-    if load {
-        let pc_and_lr = in_list(15) && in_list(14);
-        unless(forbidden || pc_and_lr, Instruction::LoadMultiple { rn, list, decrement, writeback })
-    } else {
-        unless(forbidden || in_list(15), Instruction::StoreMultiple { rn, list, decrement, writeback })
-    }
+    // PC is stored never, and loaded without LR.
+    let forbidden_pc = in_list(15) && (!load || in_list(14));
+    unless(
+        forbidden || forbidden_pc,
+        Instruction::Multiple { load, block: Block { rn, list, decrement, writeback } },
+    )
 }
 
 /// Dual and exclusive loads and stores, table branches (A5.3.6).
@@ -37,13 +37,12 @@ pub fn dual(h1: u32, h2: u32) -> Instruction {
         (true, true) => Index::Pre,
         _ => Index::Post,
     };
-    let forbidden = bad(rt) || bad(rt2) || (w && (rn == rt || rn == rt2));
-    if load {
-        let forbidden = forbidden || rt == rt2 || (w && rn == PC);
-        unless(forbidden, Instruction::LoadDual { index, rt, rt2, rn, offset })
-    } else {
-        unless(forbidden || rn == PC, Instruction::StoreDual { index, rt, rt2, rn, offset })
-    }
+    let forbidden = bad(rt)
+        || bad(rt2)
+        || (w && (rn == rt || rn == rt2))
+        || (load && rt == rt2)
+        || (rn == PC && (w || !load));
+    unless(forbidden, Instruction::Dual { load, rt, rt2, at: Indexed { index, rn, offset } })
 }
 
 /// The encodings of [`dual`] without index and write-back.

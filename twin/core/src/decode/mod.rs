@@ -14,7 +14,7 @@ mod multiply;
 mod single;
 mod thumb16;
 
-use crate::instruction::{Decoded, Instruction, Reg, Shift, ShiftKind};
+use crate::instruction::{Decoded, Hint, Instruction, Reg, Shift, ShiftKind};
 
 /// Returns whether the first half-word begins a 32-bit instruction (A5.1).
 pub fn is_wide(first: u16) -> bool {
@@ -67,6 +67,17 @@ fn bad(reg: Reg) -> bool {
 /// The instruction, unless the manual calls the encoding UNPREDICTABLE.
 fn unless(unpredictable: bool, instruction: Instruction) -> Instruction {
     if unpredictable { Instruction::Unpredictable } else { instruction }
+}
+
+/// A hint by its number. Those without a meaning are NOPs.
+fn hint(number: u32) -> Instruction {
+    let hint = match number {
+        2 => Hint::WaitForEvent,
+        3 => Hint::WaitForInterrupt,
+        4 => Hint::SendEvent,
+        _ => Hint::Nop,
+    };
+    Instruction::Hint { hint }
 }
 
 /// A shift by a constant as encoded in two bits of kind and five of amount (A7.4.2).

@@ -1,7 +1,7 @@
 //! 32-bit loads and stores of one register, and memory hints (A5.3.7 to A5.3.10).
 
 use super::{bad, bit, bits, reg, unless};
-use crate::instruction::{Hint, Index, Instruction, Reg, Size};
+use crate::instruction::{Hint, Index, Indexed, Instruction, Reg, Size};
 
 const SP: Reg = 13;
 const PC: Reg = 15;
@@ -27,14 +27,16 @@ pub fn decode(h1: u32, h2: u32) -> Instruction {
 
 /// The address of a load or store.
 enum Address {
-    Immediate { index: Index, offset: i16 },
+    Immediate(Indexed),
     Register { rm: Reg, shift: u8 },
 }
 
 /// `None`: UNDEFINED.
 fn address(h1: u32, h2: u32) -> Option<Address> {
+    let rn = reg(h1, 0);
     if bit(h1, 7) {
-        return Some(Address::Immediate { index: Index::Offset, offset: bits(h2, 0, 12) as i16 });
+        let offset = bits(h2, 0, 12) as i16;
+        return Some(Address::Immediate(Indexed { index: Index::Offset, rn, offset }));
     }
     if !bit(h2, 11) {
         return (bits(h2, 6, 5) == 0)
@@ -49,11 +51,7 @@ fn address(h1: u32, h2: u32) -> Option<Address> {
         0b001 | 0b011 => Index::Post,
         _ => return None,
     };
-    Some(Address::Immediate { index, offset })
-}
-
-fn writes_base(index: Index) -> bool {
-    matches!(index, Index::Pre | Index::Post)
+    Some(Address::Immediate(Indexed { index, rn, offset }))
 }
 
 fn store(size: Size, h1: u32, h2: u32) -> Instruction {
@@ -67,11 +65,11 @@ fn store(size: Size, h1: u32, h2: u32) -> Instruction {
         Some(Address::Register { rm, shift }) => {
             unless(forbidden_rt || bad(rm), Instruction::StoreRegister { size, rt, rn, rm, shift })
         }
-        Some(Address::Immediate { index, offset }) => {
+        Some(Address::Immediate(at)) => {
             let forbidden = forbidden_rt
-                || (index == Index::Unprivileged && rt == SP)
-                || (writes_base(index) && rn == rt);
-            unless(forbidden, Instruction::Store { size, index, rt, rn, offset })
+                || (at.index == Index::Unprivileged && rt == SP)
+                || (at.index.writes_base() && rn == rt);
+            unless(forbidden, Instruction::Store { size, rt, at })
         }
     }
 }
@@ -95,13 +93,13 @@ fn load(size: Size, h1: u32, h2: u32) -> Instruction {
             unless(forbidden_rt || bad(rm), Instruction::LoadRegister { size, rt, rn, rm, shift })
         }
         // Of the forms with 8 bits of offset the one that subtracts is a hint.
-        Some(Address::Immediate { index: Index::Offset, .. }) if hint => MEMORY_HINT,
-        Some(Address::Immediate { index, offset }) => {
+        Some(Address::Immediate(at)) if hint && at.index == Index::Offset => MEMORY_HINT,
+        Some(Address::Immediate(at)) => {
             let forbidden = hint
                 || forbidden_rt
-                || (index == Index::Unprivileged && bad(rt))
-                || (writes_base(index) && rn == rt);
-            unless(forbidden, Instruction::Load { size, index, rt, rn, offset })
+                || (at.index == Index::Unprivileged && bad(rt))
+                || (at.index.writes_base() && rn == rt);
+            unless(forbidden, Instruction::Load { size, rt, at })
         }
     }
 }

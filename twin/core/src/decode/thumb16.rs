@@ -2,7 +2,7 @@
 
 use super::{bit, bits, immediate_shift, reg, sign_extend, unless};
 use crate::instruction::{
-    Alu, Condition, Extension, Hint, Index, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
+    Alu, Block, Condition, Extension, Index, Indexed, Instruction, Reg, Reverse, Shift, ShiftKind, Size,
 };
 
 const SP: Reg = 13;
@@ -44,12 +44,8 @@ fn alu_register(op: Alu, s: bool, rd: Reg, rn: Reg, rm: Reg) -> Instruction {
 }
 
 fn transfer(load: bool, size: Size, rt: Reg, rn: Reg, offset: u32) -> Instruction {
-    let (index, offset) = (Index::Offset, offset as i16);
-    if load {
-        Instruction::Load { size, index, rt, rn, offset }
-    } else {
-        Instruction::Store { size, index, rt, rn, offset }
-    }
+    let at = Indexed { index: Index::Offset, rn, offset: offset as i16 };
+    if load { Instruction::Load { size, rt, at } } else { Instruction::Store { size, rt, at } }
 }
 
 /// Shift by a constant; LSL by 0 is MOVS (A5.2.1).
@@ -171,45 +167,37 @@ fn miscellaneous(h: u32) -> Instruction {
         0b101_0110 | 0b101_0111 => reverse(Reverse::SignedHalf),
         0b110_0000..=0b110_1111 => pop(h),
         0b111_0000..=0b111_0111 => Instruction::Breakpoint { immediate: bits(h, 0, 8) as u8 },
-        0b111_1000..=0b111_1111 => hint(h),
+        0b111_1000..=0b111_1111 => if_then_or_hint(h),
         _ => Instruction::Undefined,
     }
 }
 
 fn push(h: u32) -> Instruction {
     let list = (bits(h, 0, 8) | bits(h, 8, 1) << 14) as u16;
-    unless(list == 0, Instruction::StoreMultiple { rn: SP, list, decrement: true, writeback: true })
+    let block = Block { rn: SP, list, decrement: true, writeback: true };
+    unless(list == 0, Instruction::Multiple { load: false, block })
 }
 
 fn pop(h: u32) -> Instruction {
     let list = (bits(h, 0, 8) | bits(h, 8, 1) << 15) as u16;
-    unless(list == 0, Instruction::LoadMultiple { rn: SP, list, decrement: false, writeback: true })
+    let block = Block { rn: SP, list, decrement: false, writeback: true };
+    unless(list == 0, Instruction::Multiple { load: true, block })
 }
 
-/// IT and hints (A5.2.5). Hints without a meaning are NOPs.
-fn hint(h: u32) -> Instruction {
+/// IT and hints (A5.2.5).
+fn if_then_or_hint(h: u32) -> Instruction {
     let (condition, mask) = (bits(h, 4, 4), bits(h, 0, 4));
     if mask != 0 {
         let always = condition == 14 && mask.count_ones() != 1;
         return unless(condition == 15 || always, Instruction::IfThen { state: bits(h, 0, 8) as u8 });
     }
-    let hint = match condition {
-        2 => Hint::WaitForEvent,
-        3 => Hint::WaitForInterrupt,
-        4 => Hint::SendEvent,
-        _ => Hint::Nop,
-    };
-    Instruction::Hint { hint }
+    super::hint(condition)
 }
 
 fn multiple(h: u32) -> Instruction {
-    let (rn, list, decrement) = (low(h, 8), bits(h, 0, 8) as u16, false);
-    let instruction = if bit(h, 11) {
-        Instruction::LoadMultiple { rn, list, decrement, writeback: list >> rn & 1 == 0 }
-    } else {
-        Instruction::StoreMultiple { rn, list, decrement, writeback: true }
-    };
-    unless(list == 0, instruction)
+    let (load, rn, list) = (bit(h, 11), low(h, 8), bits(h, 0, 8) as u16);
+    let block = Block { rn, list, decrement: false, writeback: !load || list >> rn & 1 == 0 };
+    unless(list == 0, Instruction::Multiple { load, block })
 }
 
 fn conditional(h: u32) -> Instruction {

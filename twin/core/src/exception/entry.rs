@@ -1,7 +1,7 @@
 //! Exception entry: stacking, late arrival of a fault on the way, and the vector (B1.5.6, B1.5.7, B1.5.11).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Raised, Result};
 use crate::cycles;
 use crate::fpu::FRAME_WORDS;
 use crate::registers::EPSR_T;
@@ -60,7 +60,7 @@ impl Core {
     }
 
     /// Pushes R0 to R3, R12, LR, the return address and xPSR, and makes room for FPU registers if the context has used them.
-    pub(super) fn push_frame<B: Bus>(&mut self, bus: &mut B, return_address: u32) -> Result<(), Raised> {
+    pub(super) fn push_frame<B: Bus>(&mut self, bus: &mut B, return_address: u32) -> Result {
         let extended = self.control.fp_active;
         let (size, aligns) = match extended {
             true => (EXTENDED_FRAME, true),
@@ -74,31 +74,43 @@ impl Core {
         let [r0, r1, r2, r3] = [self.r[0], self.r[1], self.r[2], self.r[3]];
         let words = [r0, r1, r2, r3, self.r[12], self.r[14], return_address, xpsr];
         let rights = (self.is_privileged(), self.execution_priority() < 0);
-        for (word, at) in words.into_iter().zip((frame..).step_by(4)) {
-            self.stack_word(bus, at, word, rights)?;
-        }
+        self.stack(bus, frame, &words, rights)?;
         if extended {
             self.stack_fp(bus, frame.wrapping_add(BASIC_FRAME), rights)?;
         }
         Ok(())
     }
 
-    /// Stores a word of a frame. The figures for entry contain its cycles. `rights`: privileged; at a negative priority.
-    pub(crate) fn stack_word<B: Bus>(
+    /// Stores words of a frame. The figures for entry contain its cycles. `rights`: privileged; at a negative priority.
+    fn stack<B: Bus>(
         &mut self,
         bus: &mut B,
         address: u32,
-        word: u32,
+        words: &[u32],
         (privileged, negative): (bool, bool),
-    ) -> Result<(), Raised> {
-        if !self.mpu.permits(address, Access::Write, privileged, negative) {
-            return Err(self.raise(Trap::DataAccess(address)));
+    ) -> Result {
+        for (&word, at) in words.iter().zip((address..).step_by(4)) {
+            if !self.mpu.permits(at, Access::Write, privileged, negative) {
+                return Err(self.raise(Trap::DataAccess(at)));
+            }
+            self.store_bus(bus, at, Width::Word, word)?;
         }
-        bus.store(address, Width::Word, word).map_err(|_| self.raise(Trap::DataBus(address)))
+        Ok(())
+    }
+
+    /// Stores the FPU registers of a frame.
+    pub(crate) fn stack_registers<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        rights: (bool, bool),
+    ) -> Result {
+        self.spent += FRAME_WORDS * cycles::ACCESS;
+        self.stack(bus, address, &self.fpu.frame(), rights)
     }
 
     /// Stores the FPU registers, or notes that they are to be stored before the next FPU instruction.
-    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, rights: (bool, bool)) -> Result<(), Raised> {
+    fn stack_fp<B: Bus>(&mut self, bus: &mut B, address: u32, rights: (bool, bool)) -> Result {
         let (privileged, _) = rights;
         if self.fpu.defers_stacking() {
             let ready = self.handlers_ready();
@@ -106,12 +118,7 @@ impl Core {
             return Ok(());
         }
         self.check_fpu(privileged)?;
-        self.spent += FRAME_WORDS * cycles::ACCESS;
-        let words = self.fpu.frame();
-        for (word, at) in words.into_iter().zip((address..).step_by(4)) {
-            self.stack_word(bus, at, word, rights)?;
-        }
-        Ok(())
+        self.stack_registers(bus, address, rights)
     }
 
     /// Enters a handler whose context is already stacked.

@@ -2,7 +2,7 @@
 
 use super::entry::{BASIC_FRAME, EXTENDED_FRAME, NO_FP, PADDED};
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Raised, Result};
 use crate::cycles;
 use crate::fpu::FRAME_WORDS;
 use crate::registers::IPSR;
@@ -80,32 +80,37 @@ impl Core {
     }
 
     /// Reads the frame, and the FPU registers if it has some.
-    fn unstack<B: Bus>(&mut self, bus: &mut B, target: Target, value: u32) -> Result<Frame, Raised> {
+    fn unstack<B: Bus>(&mut self, bus: &mut B, target: Target, value: u32) -> Result<Frame> {
         let (main, process) = self.stack_pointers();
         let address = if target == Target::ProcessThread { process } else { main };
         let privileged = target == Target::Handler || !self.control.unprivileged;
         let mut words = [0; 8];
-        for (word, at) in words.iter_mut().zip((address..).step_by(4)) {
-            *word = self.unstack_word(bus, at, privileged)?;
-        }
+        self.unstack_words(bus, address, &mut words, privileged)?;
         if value & NO_FP == 0 && !self.fpu.keep_deferred() {
             self.check_fpu(privileged)?;
             self.spent += FRAME_WORDS * cycles::ACCESS;
             let mut fp_words = [0; FRAME_WORDS as usize];
-            for (word, at) in fp_words.iter_mut().zip((address.wrapping_add(BASIC_FRAME)..).step_by(4)) {
-                *word = self.unstack_word(bus, at, privileged)?;
-            }
+            self.unstack_words(bus, address.wrapping_add(BASIC_FRAME), &mut fp_words, privileged)?;
             self.fpu.set_frame(&fp_words);
         }
         Ok(Frame { words, address })
     }
 
-    fn unstack_word<B: Bus>(&mut self, bus: &mut B, address: u32, privileged: bool) -> Result<u32, Raised> {
+    fn unstack_words<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        address: u32,
+        words: &mut [u32],
+        privileged: bool,
+    ) -> Result {
         let negative = self.execution_priority() < 0;
-        if !self.mpu.permits(address, Access::Read, privileged, negative) {
-            return Err(self.raise(Trap::DataAccess(address)));
+        for (word, at) in words.iter_mut().zip((address..).step_by(4)) {
+            if !self.mpu.permits(at, Access::Read, privileged, negative) {
+                return Err(self.raise(Trap::DataAccess(at)));
+            }
+            *word = self.load_bus(bus, at, Width::Word)?;
         }
-        bus.load(address, Width::Word).map_err(|_| self.raise(Trap::DataBus(address)))
+        Ok(())
     }
 
     /// Continues with the context that the frame describes.

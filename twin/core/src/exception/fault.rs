@@ -31,7 +31,7 @@ impl Core {
                 self.finish(bus);
                 return Err(Stop::ResetRequest);
             }
-            Trap::Breakpoint(immediate) if self.debug.is_attached() => {
+            Trap::Breakpoint(immediate) if self.debug.attached => {
                 self.cycle += u64::from(cycles::IDLE);
                 return Err(Stop::Breakpoint { address: pc, immediate });
             }
@@ -41,8 +41,8 @@ impl Core {
                 return Ok(());
             }
             Trap::RefusedCall => self.escalated(SV_CALL),
-            Trap::Unpredictable => self.usage_fault(UNDEFINSTR),
-            Trap::Usage(bits) => self.usage_fault(bits),
+            Trap::Unpredictable => self.fault(USAGE_FAULT, UNDEFINSTR),
+            Trap::Usage(bits) => self.fault(USAGE_FAULT, bits),
             Trap::FetchAccess => self.fault(MEM_MANAGE, IACCVIOL),
             Trap::Deferred(exception) => exception,
             Trap::DataAccess(address) => {
@@ -68,10 +68,6 @@ impl Core {
         self.raise(if can_preempt { Trap::SupervisorCall } else { Trap::RefusedCall })
     }
 
-    fn usage_fault(&mut self, bits: u32) -> Option<u16> {
-        self.fault(USAGE_FAULT, bits)
-    }
-
     /// Notes a fault in CFSR and finds its exception; `None`: the core locks up.
     pub(super) fn fault(&mut self, exception: u16, bits: u32) -> Option<u16> {
         self.scb.cfsr |= bits;
@@ -80,23 +76,27 @@ impl Core {
 
     /// The exception itself, or HardFault if it is disabled or its priority does not suffice (B1.5.14, "Priority escalation").
     pub(super) fn escalated(&mut self, exception: u16) -> Option<u16> {
-        let current = self.execution_priority();
-        if self.nvic.enabled.contains(exception) && self.priority(exception) < current {
-            return Some(exception);
-        }
-        self.scb.hfsr |= HFSR_FORCED;
-        (current > -1).then_some(HARD_FAULT)
+        self.or_hard_fault(exception, HFSR_FORCED)
     }
 
     /// BKPT without halting debug: DebugMonitor, or HardFault (C1.6.1).
     fn break_without_debugger(&mut self) -> Option<u16> {
         self.debug.dfsr |= DFSR_BKPT;
-        let current = self.execution_priority();
-        if self.nvic.enabled.contains(DEBUG_MONITOR) && self.priority(DEBUG_MONITOR) < current {
-            return Some(DEBUG_MONITOR);
+        self.or_hard_fault(DEBUG_MONITOR, HFSR_DEBUGEVT)
+    }
+
+    /// The exception if it is enabled and preempts, or HardFault with a `reason` in HFSR; `None`: the core locks up.
+    fn or_hard_fault(&mut self, exception: u16, reason: u32) -> Option<u16> {
+        if self.can_preempt(exception) {
+            return Some(exception);
         }
-        self.scb.hfsr |= HFSR_DEBUGEVT;
-        (current > -1).then_some(HARD_FAULT)
+        self.scb.hfsr |= reason;
+        (self.execution_priority() > -1).then_some(HARD_FAULT)
+    }
+
+    /// Returns whether an exception is enabled and of a higher priority than the running code.
+    pub(crate) fn can_preempt(&self, exception: u16) -> bool {
+        self.nvic.enabled.contains(exception) && self.priority(exception) < self.execution_priority()
     }
 
     /// A fault at a priority that no handler preempts. Only NMI and reset end a lock-up.

@@ -69,7 +69,7 @@ impl Core {
     /// Returns the cycle at which SysTick pends its exception, `u64::MAX` for never.
     #[must_use]
     pub fn systick_event(&self) -> u64 {
-        self.systick.deadline()
+        self.systick.deadline
     }
 
     /// Lets time pass up to `cycle` in which the core does nothing, asleep or waiting for its memory. SysTick counts; the cycle

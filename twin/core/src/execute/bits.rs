@@ -2,7 +2,7 @@
 
 use super::data::shift;
 use crate::core::Core;
-use crate::instruction::{Extension, Reverse, Shift};
+use crate::instruction::{Extension, Instruction as I, Reverse};
 
 /// The value that a signed or unsigned number of `bits` bits can hold next to `value`, and whether it differs (A2.2.1).
 pub fn saturated(value: i64, signed: bool, bits: u8) -> (i64, bool) {
@@ -12,42 +12,58 @@ pub fn saturated(value: i64, signed: bool, bits: u8) -> (i64, bool) {
     (result, result != value)
 }
 
-/// `width` ones.
-fn ones(width: u8) -> u32 {
-    u32::MAX >> (32 - width)
-}
-
 impl Core {
-    pub(super) fn bit_field_insert(&mut self, rd: u8, value: u32, lsb: u8, width: u8) {
-        let field = ones(width) << lsb;
+    /// Runs an instruction of this group. `false`: it belongs to another one.
+    pub(super) fn execute_bits(&mut self, instruction: I) -> bool {
+        match instruction {
+            I::BitFieldInsert { rd, rn, lsb, width } => self.bit_field_insert(rd, self.reg(rn), lsb, width),
+            I::BitFieldClear { rd, lsb, width } => self.bit_field_insert(rd, 0, lsb, width),
+            I::BitFieldExtract { signed, rd, rn, lsb, width } => {
+                let top = self.reg(rn) << (32 - lsb - width);
+                let by = 32 - width;
+                self.set_reg(rd, if signed { (top as i32 >> by) as u32 } else { top >> by });
+            }
+            I::Saturate { signed, bits, rd, rn, shift: by } => {
+                let (operand, _) = shift(self.reg(rn), by.kind, u32::from(by.amount), self.flags.c);
+                let result = self.saturate(i64::from(operand as i32), signed, bits);
+                self.set_reg(rd, result as u32);
+            }
+            I::Saturate16 { signed, bits, rd, rn } => {
+                let operand = self.reg(rn);
+                let low = self.saturate(i64::from(operand as i16), signed, bits);
+                let high = self.saturate(i64::from((operand >> 16) as i16), signed, bits);
+                self.set_reg(rd, low as u32 & 0xFFFF | (high as u32) << 16);
+            }
+            I::Extend { kind, rd, rn, rm, rotation } => self.extend(kind, rd, rn, rm, rotation),
+            I::Reverse { kind, rd, rm } => {
+                let operand = self.reg(rm);
+                let result = match kind {
+                    Reverse::Bytes => operand.swap_bytes(),
+                    Reverse::BytesOfHalves => operand.swap_bytes().rotate_right(16),
+                    Reverse::SignedHalf => (operand as u16).swap_bytes() as i16 as u32,
+                    Reverse::Bits => operand.reverse_bits(),
+                    Reverse::CountLeadingZeros => operand.leading_zeros(),
+                };
+                self.set_reg(rd, result);
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    fn bit_field_insert(&mut self, rd: u8, value: u32, lsb: u8, width: u8) {
+        let field = u32::MAX >> (32 - width) << lsb;
         self.set_reg(rd, self.reg(rd) & !field | value << lsb & field);
     }
 
-    pub(super) fn bit_field_extract(&mut self, signed: bool, rd: u8, rn: u8, lsb: u8, width: u8) {
-        let top = self.reg(rn) << (32 - lsb - width);
-        let by = 32 - width;
-        self.set_reg(rd, if signed { (top as i32 >> by) as u32 } else { top >> by });
-    }
-
-    pub(super) fn saturate(&mut self, signed: bool, bits: u8, rd: u8, rn: u8, by: Shift) {
-        let (operand, _) = shift(self.reg(rn), by.kind, u32::from(by.amount), self.flags.c);
-        let (result, saturates) = saturated(i64::from(operand as i32), signed, bits);
+    /// As [`saturated`]; sets Q if that differs.
+    pub(super) fn saturate(&mut self, value: i64, signed: bool, bits: u8) -> i64 {
+        let (result, saturates) = saturated(value, signed, bits);
         self.flags.q |= saturates;
-        self.set_reg(rd, result as u32);
+        result
     }
 
-    pub(super) fn saturate16(&mut self, signed: bool, bits: u8, rd: u8, rn: u8) {
-        let operand = self.reg(rn);
-        let mut half = |value: i16| {
-            let (result, saturates) = saturated(i64::from(value), signed, bits);
-            self.flags.q |= saturates;
-            result as u32 & 0xFFFF
-        };
-        let result = half(operand as i16) | half((operand >> 16) as i16) << 16;
-        self.set_reg(rd, result);
-    }
-
-    pub(super) fn extend(&mut self, kind: Extension, rd: u8, rn: u8, rm: u8, rotation: u8) {
+    fn extend(&mut self, kind: Extension, rd: u8, rn: u8, rm: u8, rotation: u8) {
         let operand = self.reg(rm).rotate_right(u32::from(rotation));
         let base = if rn == 15 { 0 } else { self.reg(rn) };
         let halves = |low: u32, high: u32| {
@@ -61,18 +77,6 @@ impl Core {
             Extension::Half => base.wrapping_add(operand & 0xFFFF),
             Extension::SignedBytes16 => halves(operand as i8 as u32, (operand >> 16) as i8 as u32),
             Extension::Bytes16 => halves(operand & 0xFF, operand >> 16 & 0xFF),
-        };
-        self.set_reg(rd, result);
-    }
-
-    pub(super) fn reverse(&mut self, kind: Reverse, rd: u8, rm: u8) {
-        let operand = self.reg(rm);
-        let result = match kind {
-            Reverse::Bytes => operand.swap_bytes(),
-            Reverse::BytesOfHalves => operand.swap_bytes().rotate_right(16),
-            Reverse::SignedHalf => (operand as u16).swap_bytes() as i16 as u32,
-            Reverse::Bits => operand.reverse_bits(),
-            Reverse::CountLeadingZeros => operand.leading_zeros(),
         };
         self.set_reg(rd, result);
     }

@@ -1,7 +1,7 @@
 //! Branches to the content of a register, and table branches (A7.7.19, A7.7.20, A7.7.185).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::registers::EPSR_T;
 use crate::trap::Trap;
 
@@ -23,7 +23,7 @@ impl Core {
     }
 
     /// Refuses a target that is an EXC_RETURN with a reserved bit clear: that is UNPREDICTABLE.
-    pub(super) fn check_target(&mut self, target: u32) -> Result<(), Raised> {
+    pub(super) fn check_target(&mut self, target: u32) -> Result {
         if self.is_exception_return(target) && target & EXC_RETURN_ONES != EXC_RETURN_ONES {
             return Err(self.raise(Trap::Unpredictable));
         }
@@ -31,7 +31,7 @@ impl Core {
     }
 
     /// As [`Core::branch_to_address`]; in Handler mode a target from F000_0000h on returns from the exception.
-    pub(crate) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, target: u32) -> Result<(), Raised> {
+    pub(crate) fn branch_exchange<B: Bus>(&mut self, bus: &mut B, target: u32) -> Result {
         if self.is_exception_return(target) {
             self.check_target(target)?;
             self.exception_return(bus, target);
@@ -41,19 +41,10 @@ impl Core {
         Ok(())
     }
 
-    pub(super) fn table_branch<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        half: bool,
-        rn: u8,
-        rm: u8,
-    ) -> Result<(), Raised> {
-        let (base, index, privileged) = (self.reg(rn), self.reg(rm), self.is_privileged());
-        let offset = if half {
-            self.read(bus, base.wrapping_add(index << 1), Width::Half, privileged)?
-        } else {
-            self.read(bus, base.wrapping_add(index), Width::Byte, privileged)?
-        };
+    pub(super) fn table_branch<B: Bus>(&mut self, bus: &mut B, half: bool, rn: u8, rm: u8) -> Result {
+        let width = if half { Width::Half } else { Width::Byte };
+        let address = self.reg(rn).wrapping_add(self.reg(rm) << u32::from(half));
+        let offset = self.read(bus, address, width, self.is_privileged())?;
         self.branch(self.r[15].wrapping_add(offset * 2));
         Ok(())
     }

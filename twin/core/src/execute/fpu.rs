@@ -1,35 +1,34 @@
 //! The FPU: access, context and instructions (A2.5, B1.4.7, B1.5.7, B3.2.20 to B3.2.24).
 
-use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::bus::Bus;
+use crate::core::{Core, Raised, Result};
 use crate::cycles;
 use crate::float::{Float, Rounding, SIGN};
-use crate::fpu::{ASPEN, BFRDY, FPSCR_BITS, FRAME_WORDS, HFRDY, LSPACT, MMRDY, MODES, MONRDY, USER};
-use crate::instruction::{FpAccumulate, FpBinary, FpConvert, FpUnary, Instruction as I};
+use crate::fpu::{ASPEN, BFRDY, FPSCR_BITS, HFRDY, LSPACT, MMRDY, MODES, MONRDY, USER};
+use crate::instruction::{FpBinary, FpConvert, FpUnary, Instruction as I};
 use crate::registers::Flags;
 use crate::system::scb::HFSR_FORCED;
 use crate::trap::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, LSPERR, MEM_MANAGE, MLSPERR, Trap};
 
 impl Core {
     /// Refuses the FPU to code with these rights if CPACR does not permit it.
-    pub(crate) fn check_fpu(&mut self, privileged: bool) -> Result<(), Raised> {
+    pub(crate) fn check_fpu(&mut self, privileged: bool) -> Result {
         if self.scb.permits_fpu(privileged) { Ok(()) } else { Err(self.raise(Trap::NO_COPROCESSOR)) }
     }
 
     /// FPCCR bits of the fault handlers that could run at the current priority.
     pub(crate) fn handlers_ready(&self) -> u32 {
-        let current = self.execution_priority();
-        let ready = |exception, bit| {
-            if self.nvic.enabled.contains(exception) && self.priority(exception) < current { bit } else { 0 }
-        };
-        let hard_fault = if current > -1 { HFRDY } else { 0 };
+        let ready = |exception, bit| if self.can_preempt(exception) { bit } else { 0 };
+        let hard_fault = if self.execution_priority() > -1 { HFRDY } else { 0 };
         ready(DEBUG_MONITOR, MONRDY) | ready(BUS_FAULT, BFRDY) | ready(MEM_MANAGE, MMRDY) | hard_fault
     }
 
     /// Begins an FPU instruction that has access: completes a deferred stacking, starts a new context (ExecuteFPCheck).
-    fn begin_fp<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
+    fn begin_fp<B: Bus>(&mut self, bus: &mut B) -> Result {
         if self.fpu.fpccr & LSPACT != 0 {
-            if let Err(Raised) = self.store_deferred(bus) {
+            // With the rights at the time of the entry: FPCCR.USER, and HFRDY for a priority that was not negative.
+            let rights = (self.fpu.fpccr & USER == 0, self.fpu.fpccr & HFRDY == 0);
+            if let Err(Raised) = self.stack_registers(bus, self.fpu.fpcar, rights) {
                 self.fail_deferred()?;
             }
             self.fpu.fpccr &= !LSPACT;
@@ -41,22 +40,10 @@ impl Core {
         Ok(())
     }
 
-    /// Stores the registers to where exception entry has left room for them, with the rights of then: FPCCR.USER, and HFRDY for a priority
-    /// that was not negative.
-    fn store_deferred<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
-        let rights = (self.fpu.fpccr & USER == 0, self.fpu.fpccr & HFRDY == 0);
-        self.spent += FRAME_WORDS * cycles::ACCESS;
-        let words = self.fpu.frame();
-        for (word, at) in words.into_iter().zip((self.fpu.fpcar..).step_by(4)) {
-            self.stack_word(bus, at, word, rights)?;
-        }
-        Ok(())
-    }
-
     /// Handles a fault of a deferred store. FPCCR says which handlers could run at exception entry; the others escalate to HardFault.
     ///
     /// A fault whose priority does not suffice now waits, and the instruction runs. `Err`: the fault ends the instruction.
-    fn fail_deferred(&mut self) -> Result<(), Raised> {
+    fn fail_deferred(&mut self) -> Result {
         let (fault, bits, ready) = match self.raised.take() {
             Some(Trap::DataBus(_)) => (BUS_FAULT, LSPERR, BFRDY),
             _ => (MEM_MANAGE, MLSPERR, MMRDY),
@@ -68,7 +55,7 @@ impl Core {
             self.scb.hfsr |= HFSR_FORCED;
             HARD_FAULT
         };
-        if self.nvic.enabled.contains(exception) && self.priority(exception) < self.execution_priority() {
+        if self.can_preempt(exception) {
             return Err(self.raise(Trap::Deferred(Some(exception))));
         }
         if self.fpu.fpccr & HFRDY == 0 {
@@ -79,7 +66,7 @@ impl Core {
     }
 
     /// Runs an FPU instruction.
-    pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+    pub(super) fn execute_fp<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result {
         self.check_fpu(self.is_privileged())?;
         if matches!(instruction, I::FpUndefined) {
             return Err(self.raise(Trap::UNDEFINED));
@@ -87,7 +74,20 @@ impl Core {
         self.begin_fp(bus)?;
         match instruction {
             I::FpBinary { op, d, n, m } => self.fp_binary(op, d, n, m),
-            I::FpAccumulate { op, d, n, m } => self.fp_accumulate(op, d, n, m),
+            I::FpAccumulate { fused, negate_addend, negate_product, d, n, m } => {
+                self.spent += cycles::FP_ACCUMULATE;
+                let sign = |negate| if negate { SIGN } else { 0 };
+                let addend = self.fpu.get(d) ^ sign(negate_addend);
+                let (n, m) = (self.fpu.get(n), self.fpu.get(m));
+                let sum = self.float(|float| {
+                    if fused {
+                        return float.mul_add(addend, n ^ sign(negate_product), m);
+                    }
+                    let product = float.mul(n, m) ^ sign(negate_product);
+                    float.add(addend, product)
+                });
+                self.fpu.set(d, sum);
+            }
             I::FpUnary { op, d, m } => self.fp_unary(op, d, m),
             I::FpImmediate { d, value } => self.fpu.set(d, value),
             I::FpCompare { quiet_raises, zero, d, m } => {
@@ -117,24 +117,14 @@ impl Core {
             }
             I::FpStatusRead { rt } => self.set_reg(rt, self.fpu.fpscr),
             I::FpStatusWrite { rt } => self.fpu.fpscr = self.reg(rt) & FPSCR_BITS,
-            I::FpLoad { d, count, rn, offset } => {
+            I::FpTransfer { load, d, count, rn, offset } => {
                 let base = if rn == 15 { self.r[15] & !3 } else { self.reg(rn) };
-                return self.fp_load(bus, d, count, base.wrapping_add_signed(i32::from(offset)));
+                let address = base.wrapping_add_signed(i32::from(offset));
+                return self.fp_transfer(bus, load, d, count, address);
             }
-            I::FpStore { d, count, rn, offset } => {
-                let address = self.reg(rn).wrapping_add_signed(i32::from(offset));
-                return self.fp_store(bus, d, count, address);
-            }
-            I::FpLoadMultiple { d, count, rn, decrement, writeback } => {
-                let (address, base) = self.fp_block(rn, count, decrement);
-                self.fp_load(bus, d, count, address)?;
-                if writeback {
-                    self.set_reg(rn, base);
-                }
-            }
-            I::FpStoreMultiple { d, count, rn, decrement, writeback } => {
-                let (address, base) = self.fp_block(rn, count, decrement);
-                self.fp_store(bus, d, count, address)?;
+            I::FpMultiple { load, d, count, rn, decrement, writeback } => {
+                let (address, base) = self.block(rn, u32::from(count), decrement);
+                self.fp_transfer(bus, load, d, count, address)?;
                 if writeback {
                     self.set_reg(rn, base);
                 }
@@ -164,34 +154,6 @@ impl Core {
             FpBinary::Mul => float.mul(n, m),
             FpBinary::NegMul => float.mul(n, m) ^ SIGN,
             FpBinary::Div => float.div(n, m),
-        });
-        self.fpu.set(d, result);
-    }
-
-    fn fp_accumulate(&mut self, op: FpAccumulate, d: u8, n: u8, m: u8) {
-        let (base, n, m) = (self.fpu.get(d), self.fpu.get(n), self.fpu.get(m));
-        self.spent += cycles::FP_ACCUMULATE;
-        let result = self.float(|float| match op {
-            FpAccumulate::Fma => float.mul_add(base, n, m),
-            FpAccumulate::Fms => float.mul_add(base, n ^ SIGN, m),
-            FpAccumulate::Fnma => float.mul_add(base ^ SIGN, n ^ SIGN, m),
-            FpAccumulate::Fnms => float.mul_add(base ^ SIGN, n, m),
-            FpAccumulate::Mla => {
-                let product = float.mul(n, m);
-                float.add(base, product)
-            }
-            FpAccumulate::Mls => {
-                let product = float.mul(n, m) ^ SIGN;
-                float.add(base, product)
-            }
-            FpAccumulate::Nmla => {
-                let product = float.mul(n, m) ^ SIGN;
-                float.add(base ^ SIGN, product)
-            }
-            FpAccumulate::Nmls => {
-                let product = float.mul(n, m);
-                float.add(base ^ SIGN, product)
-            }
         });
         self.fpu.set(d, result);
     }
@@ -239,40 +201,16 @@ impl Core {
         self.fpu.set(d, result);
     }
 
-    /// Lowest address of a load or store multiple, and what the base holds afterwards.
-    fn fp_block(&self, rn: u8, count: u8, decrement: bool) -> (u32, u32) {
-        let (base, size) = (self.reg(rn), 4 * u32::from(count));
-        if decrement {
-            (base.wrapping_sub(size), base.wrapping_sub(size))
+    fn fp_transfer<B: Bus>(&mut self, bus: &mut B, load: bool, d: u8, count: u8, address: u32) -> Result {
+        let (first, count) = (usize::from(d), usize::from(count));
+        let mut registers = self.fpu.s;
+        let words = &mut registers[first..first + count];
+        if load {
+            self.read_words(bus, address, words)?;
+            self.fpu.s = registers;
+            Ok(())
         } else {
-            (base, base.wrapping_add(size))
+            self.write_words(bus, address, words)
         }
-    }
-
-    fn fp_load<B: Bus>(&mut self, bus: &mut B, d: u8, count: u8, address: u32) -> Result<(), Raised> {
-        self.check_alignment(address, Width::Word, true)?;
-        let privileged = self.is_privileged();
-        let mut loaded = [0; 32];
-        for (value, at) in
-            loaded.iter_mut().zip((0..count).map(|word| address.wrapping_add(4 * u32::from(word))))
-        {
-            *value = self.read(bus, at, Width::Word, privileged)?;
-        }
-        let first = usize::from(d);
-        let count = usize::from(count);
-        if let Some(registers) = self.fpu.s.get_mut(first..first + count) {
-            registers.copy_from_slice(&loaded[..count]);
-        }
-        Ok(())
-    }
-
-    fn fp_store<B: Bus>(&mut self, bus: &mut B, d: u8, count: u8, address: u32) -> Result<(), Raised> {
-        self.check_alignment(address, Width::Word, true)?;
-        let privileged = self.is_privileged();
-        for word in 0..count {
-            let at = address.wrapping_add(4 * u32::from(word));
-            self.write(bus, at, Width::Word, self.fpu.get(d + word), privileged)?;
-        }
-        Ok(())
     }
 }

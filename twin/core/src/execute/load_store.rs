@@ -1,15 +1,17 @@
 //! Loads and stores of one or two registers, and exclusive ones (A4.6).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
-use crate::instruction::{Index, Size};
+use crate::core::{Core, Result};
+use crate::cycles;
+use crate::instruction::{Index, Indexed, Size};
 use crate::trap::Trap;
 
 const PC: u8 = 15;
 
 impl Core {
     /// Address of the access, and what the base holds afterwards.
-    fn indexed(&self, index: Index, rn: u8, offset: i16) -> (u32, u32) {
+    #[inline]
+    fn indexed(&self, Indexed { index, rn, offset }: Indexed) -> (u32, u32) {
         let base = self.reg(rn);
         let moved = base.wrapping_add_signed(i32::from(offset));
         match index {
@@ -19,41 +21,27 @@ impl Core {
         }
     }
 
-    #[inline]
-    pub(super) fn load<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        index: Index,
-        rt: u8,
-        rn: u8,
-        offset: i16,
-    ) -> Result<(), Raised> {
-        let (address, base) = self.indexed(index, rn, offset);
-        let privileged = index != Index::Unprivileged && self.is_privileged();
+    #[inline(always)]
+    pub(super) fn load<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, at: Indexed) -> Result {
+        let (address, base) = self.indexed(at);
+        let privileged = at.index != Index::Unprivileged && self.is_privileged();
         let value = self.load_sized(bus, size, address, privileged)?;
-        if matches!(index, Index::Pre | Index::Post) {
+        if at.index.writes_base() {
             if rt == PC {
                 self.check_loaded_target(address, value)?;
             }
-            self.set_reg(rn, base);
+            self.set_reg(at.rn, base);
         }
         self.set_loaded(bus, rt, address, value)
     }
 
-    pub(super) fn load_to<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        rt: u8,
-        address: u32,
-    ) -> Result<(), Raised> {
+    pub(super) fn load_to<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, address: u32) -> Result {
         let value = self.load_sized(bus, size, address, self.is_privileged())?;
         self.set_loaded(bus, rt, address, value)
     }
 
     /// Refuses a load to PC that is UNPREDICTABLE, before a register changes.
-    fn check_loaded_target(&mut self, address: u32, value: u32) -> Result<(), Raised> {
+    fn check_loaded_target(&mut self, address: u32, value: u32) -> Result {
         if address & 3 != 0 {
             return Err(self.raise(Trap::Unpredictable));
         }
@@ -61,7 +49,7 @@ impl Core {
     }
 
     /// A load to PC branches; from an unaligned address it is UNPREDICTABLE.
-    fn set_loaded<B: Bus>(&mut self, bus: &mut B, rt: u8, address: u32, value: u32) -> Result<(), Raised> {
+    fn set_loaded<B: Bus>(&mut self, bus: &mut B, rt: u8, address: u32, value: u32) -> Result {
         if rt != PC {
             self.set_reg(rt, value);
             Ok(())
@@ -71,13 +59,8 @@ impl Core {
         }
     }
 
-    fn load_sized<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        address: u32,
-        privileged: bool,
-    ) -> Result<u32, Raised> {
+    fn load_sized<B: Bus>(&mut self, bus: &mut B, size: Size, address: u32, privileged: bool) -> Result<u32> {
+        // Each width is a constant: the row twin.host_instructions.
         match size {
             Size::Word => self.read(bus, address, Width::Word, privileged),
             Size::Byte => self.read(bus, address, Width::Byte, privileged),
@@ -87,20 +70,13 @@ impl Core {
         }
     }
 
-    pub(super) fn store<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        index: Index,
-        rt: u8,
-        rn: u8,
-        offset: i16,
-    ) -> Result<(), Raised> {
-        let (address, base) = self.indexed(index, rn, offset);
-        let privileged = index != Index::Unprivileged && self.is_privileged();
+    #[inline(always)]
+    pub(super) fn store<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, at: Indexed) -> Result {
+        let (address, base) = self.indexed(at);
+        let privileged = at.index != Index::Unprivileged && self.is_privileged();
         self.store_sized(bus, size, address, self.reg(rt), privileged)?;
-        if matches!(index, Index::Pre | Index::Post) {
-            self.set_reg(rn, base);
+        if at.index.writes_base() {
+            self.set_reg(at.rn, base);
         }
         Ok(())
     }
@@ -112,7 +88,7 @@ impl Core {
         address: u32,
         value: u32,
         privileged: bool,
-    ) -> Result<(), Raised> {
+    ) -> Result {
         match size {
             Size::Word => self.write(bus, address, Width::Word, value, privileged),
             Size::Byte | Size::SignedByte => self.write(bus, address, Width::Byte, value & 0xFF, privileged),
@@ -122,59 +98,35 @@ impl Core {
         }
     }
 
-    /// LDRD; of the literal form the base is the aligned PC (A7.7.50, A7.7.51).
-    pub(super) fn load_dual<B: Bus>(
+    /// LDRD and STRD; of the literal form the base is the aligned PC (A7.7.50, A7.7.51).
+    pub(super) fn dual<B: Bus>(
         &mut self,
         bus: &mut B,
-        index: Index,
-        rt: u8,
-        rt2: u8,
-        rn: u8,
-        offset: i16,
-    ) -> Result<(), Raised> {
-        let (address, base) = self.indexed(index, rn, offset);
-        let address = if rn == PC { address & !3 } else { address };
-        let privileged = self.is_privileged();
-        self.check_alignment(address, Width::Word, true)?;
-        let first = self.read(bus, address, Width::Word, privileged)?;
-        let second = self.read(bus, address.wrapping_add(4), Width::Word, privileged)?;
-        if rn != PC {
-            self.set_reg(rn, base);
+        load: bool,
+        [rt, rt2]: [u8; 2],
+        at: Indexed,
+    ) -> Result {
+        let (address, base) = self.indexed(at);
+        let address = if at.rn == PC { address & !3 } else { address };
+        let mut words = [self.reg(rt), self.reg(rt2)];
+        if load {
+            self.read_words(bus, address, &mut words)?;
+        } else {
+            self.write_words(bus, address, &words)?;
         }
-        self.set_reg(rt, first);
-        self.set_reg(rt2, second);
-        Ok(())
-    }
-
-    pub(super) fn store_dual<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        index: Index,
-        rt: u8,
-        rt2: u8,
-        rn: u8,
-        offset: i16,
-    ) -> Result<(), Raised> {
-        let (address, base) = self.indexed(index, rn, offset);
-        let privileged = self.is_privileged();
-        self.check_alignment(address, Width::Word, true)?;
-        self.write(bus, address, Width::Word, self.reg(rt), privileged)?;
-        self.write(bus, address.wrapping_add(4), Width::Word, self.reg(rt2), privileged)?;
-        self.set_reg(rn, base);
+        if at.rn != PC {
+            self.set_reg(at.rn, base);
+        }
+        if load {
+            self.set_reg(rt, words[0]);
+            self.set_reg(rt2, words[1]);
+        }
         Ok(())
     }
 
     /// LDREX, LDREXB, LDREXH (A3.4). The monitor marks all memory, as that of a Cortex-M4 does.
-    pub(super) fn load_exclusive<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        size: Size,
-        rt: u8,
-        rn: u8,
-        offset: u16,
-    ) -> Result<(), Raised> {
-        let address = self.reg(rn).wrapping_add(u32::from(offset));
-        self.check_alignment(address, width(size), true)?;
+    pub(super) fn load_exclusive<B: Bus>(&mut self, bus: &mut B, size: Size, rt: u8, address: u32) -> Result {
+        self.check_alignment(address, size.width(), true)?;
         let value = self.load_sized(bus, size, address, self.is_privileged())?;
         self.exclusive = true;
         self.set_reg(rt, value);
@@ -188,26 +140,16 @@ impl Core {
         size: Size,
         rd: u8,
         rt: u8,
-        rn: u8,
-        offset: u16,
-    ) -> Result<(), Raised> {
-        let address = self.reg(rn).wrapping_add(u32::from(offset));
-        self.check_alignment(address, width(size), true)?;
+        address: u32,
+    ) -> Result {
+        self.check_alignment(address, size.width(), true)?;
         if self.exclusive {
             self.store_sized(bus, size, address, self.reg(rt), self.is_privileged())?;
         } else {
-            self.spent += crate::cycles::ACCESS;
+            self.spent += cycles::ACCESS;
         }
         self.set_reg(rd, u32::from(!self.exclusive));
         self.exclusive = false;
         Ok(())
-    }
-}
-
-fn width(size: Size) -> Width {
-    match size {
-        Size::Byte | Size::SignedByte => Width::Byte,
-        Size::Half | Size::SignedHalf => Width::Half,
-        Size::Word => Width::Word,
     }
 }

@@ -11,7 +11,7 @@ mod multiply;
 mod special;
 
 use crate::bus::Bus;
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::cycles;
 use crate::instruction::Instruction as I;
 use crate::trap::Trap;
@@ -19,7 +19,7 @@ use crate::trap::Trap;
 impl Core {
     /// Runs one instruction whose condition holds. `next` already holds its successor.
     #[inline(always)]
-    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result {
         match instruction {
             I::AluImmediate { op, s, rotated, rd, rn, imm } => {
                 self.alu_immediate(op, s, rotated, rd, rn, imm)
@@ -31,7 +31,7 @@ impl Core {
                 self.set_reg(rd, (self.r[15] & !3).wrapping_add_signed(i32::from(offset)))
             }
 
-            I::Load { size, index, rt, rn, offset } => return self.load(bus, size, index, rt, rn, offset),
+            I::Load { size, rt, at } => return self.load(bus, size, rt, at),
             I::LoadRegister { size, rt, rn, rm, shift } => {
                 let address = self.reg(rn).wrapping_add(self.reg(rm) << shift);
                 return self.load_to(bus, size, rt, address);
@@ -40,17 +40,13 @@ impl Core {
                 let address = (self.r[15] & !3).wrapping_add_signed(i32::from(offset));
                 return self.load_to(bus, size, rt, address);
             }
-            I::Store { size, index, rt, rn, offset } => return self.store(bus, size, index, rt, rn, offset),
+            I::Store { size, rt, at } => return self.store(bus, size, rt, at),
             I::StoreRegister { size, rt, rn, rm, shift } => {
                 let address = self.reg(rn).wrapping_add(self.reg(rm) << shift);
                 return self.store_sized(bus, size, address, self.reg(rt), self.is_privileged());
             }
-            I::LoadMultiple { rn, list, decrement, writeback } => {
-                return self.load_multiple(bus, rn, list, decrement, writeback);
-            }
-            I::StoreMultiple { rn, list, decrement, writeback } => {
-                return self.store_multiple(bus, rn, list, decrement, writeback);
-            }
+            I::Multiple { load: true, block } => return self.load_multiple(bus, block),
+            I::Multiple { load: false, block } => return self.store_multiple(bus, block),
 
             I::Branch { offset } => self.branch(self.r[15].wrapping_add_signed(offset)),
             I::BranchIf { condition, offset } => {
@@ -84,76 +80,34 @@ impl Core {
     }
 
     /// The instructions that programs contain less often.
-    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
+    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result {
         match instruction {
             I::Undefined => return Err(self.raise(Trap::UNDEFINED)),
             I::Unpredictable => return Err(self.raise(Trap::Unpredictable)),
             I::NoCoprocessor => return Err(self.raise(Trap::NO_COPROCESSOR)),
 
-            I::BitFieldInsert { rd, rn, lsb, width } => self.bit_field_insert(rd, self.reg(rn), lsb, width),
-            I::BitFieldClear { rd, lsb, width } => self.bit_field_insert(rd, 0, lsb, width),
-            I::BitFieldExtract { signed, rd, rn, lsb, width } => {
-                self.bit_field_extract(signed, rd, rn, lsb, width);
-            }
-            I::Saturate { signed, bits, rd, rn, shift } => self.saturate(signed, bits, rd, rn, shift),
-            I::Saturate16 { signed, bits, rd, rn } => self.saturate16(signed, bits, rd, rn),
-            I::Extend { kind, rd, rn, rm, rotation } => self.extend(kind, rd, rn, rm, rotation),
-            I::Reverse { kind, rd, rm } => self.reverse(kind, rd, rm),
-
-            I::Parallel { lanes, treatment, signed, rd, rn, rm } => {
-                self.parallel(lanes, treatment, signed, rd, rn, rm);
-            }
-            I::SaturatingAdd { op, rd, rn, rm } => self.saturating_add(op, rd, rn, rm),
-            I::Select { rd, rn, rm } => self.select(rd, rn, rm),
-            I::Pack { top, rd, rn, rm, shift } => self.pack(top, rd, rn, rm, shift),
-            I::AbsoluteDifferences { rd, rn, rm, ra } => self.absolute_differences(rd, rn, rm, ra),
-
-            I::Multiply { s, rd, rn, rm } => self.multiply(s, rd, rn, rm),
-            I::MultiplyAccumulate { subtract, rd, rn, rm, ra } => {
-                self.multiply_accumulate(subtract, rd, rn, rm, ra);
-            }
-            I::MultiplyLong { op, low, high, rn, rm } => self.multiply_long(op, low, high, rn, rm),
-            I::Divide { signed, rd, rn, rm } => return self.divide(signed, rd, rn, rm),
-            I::MultiplyHalves { rd, rn, rm, ra, n_top, m_top } => {
-                self.multiply_halves(rd, (rn, n_top), (rm, m_top), ra);
-            }
-            I::MultiplyWordHalf { rd, rn, rm, ra, m_top } => self.multiply_word_half(rd, rn, (rm, m_top), ra),
-            I::MultiplyDual { subtract, exchange, rd, rn, rm, ra } => {
-                self.multiply_dual(subtract, exchange, rd, rn, rm, ra);
-            }
-            I::MultiplyHigh { subtract, round, rd, rn, rm, ra } => {
-                self.multiply_high(subtract, round, rd, rn, rm, ra);
-            }
-            I::MultiplyHalvesLong { low, high, rn, rm, n_top, m_top } => {
-                self.multiply_halves_long(low, high, (rn, n_top), (rm, m_top));
-            }
-            I::MultiplyDualLong { subtract, exchange, low, high, rn, rm } => {
-                self.multiply_dual_long(subtract, exchange, low, high, rn, rm);
-            }
-
-            I::LoadDual { index, rt, rt2, rn, offset } => {
-                return self.load_dual(bus, index, rt, rt2, rn, offset);
-            }
-            I::StoreDual { index, rt, rt2, rn, offset } => {
-                return self.store_dual(bus, index, rt, rt2, rn, offset);
-            }
+            I::Dual { load, rt, rt2, at } => return self.dual(bus, load, [rt, rt2], at),
             I::LoadExclusive { size, rt, rn, offset } => {
-                return self.load_exclusive(bus, size, rt, rn, offset);
+                let address = self.reg(rn).wrapping_add(u32::from(offset));
+                return self.load_exclusive(bus, size, rt, address);
             }
             I::StoreExclusive { size, rd, rt, rn, offset } => {
-                return self.store_exclusive(bus, size, rd, rt, rn, offset);
+                let address = self.reg(rn).wrapping_add(u32::from(offset));
+                return self.store_exclusive(bus, size, rd, rt, address);
             }
             I::ClearExclusive => self.exclusive = false,
 
-            I::Hint { hint } => self.hint(hint),
-            I::Barrier => {}
-            I::ChangeState { disable, primask, faultmask } => self.change_state(disable, primask, faultmask),
-            I::MoveFromSpecial { rd, register } => self.move_from_special(rd, register),
-            I::MoveToSpecial { rn, register, mask } => self.move_to_special(rn, register, mask),
             I::SupervisorCall => return Err(self.call_supervisor()),
             I::Breakpoint { immediate } => return Err(self.raise(Trap::Breakpoint(immediate))),
 
-            _ => return self.execute_fp(bus, instruction),
+            _ => {
+                // Each group takes what is its own.
+                let is_done = self.execute_bits(instruction)
+                    || self.execute_multiply(instruction)?
+                    || self.execute_special(instruction)
+                    || self.execute_dsp(instruction);
+                return if is_done { Ok(()) } else { self.execute_fp(bus, instruction) };
+            }
         }
         Ok(())
     }

@@ -4,23 +4,23 @@
 //! ICI field in a restored xPSR describes: registers below the one in the field count as transferred (B1.5.10).
 
 use crate::bus::{Bus, Width};
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
+use crate::instruction::Block;
 use crate::trap::Trap;
 
 impl Core {
     /// Lowest address, and what the base holds afterwards.
-    fn block(&self, rn: u8, list: u16, decrement: bool) -> (u32, u32) {
+    pub(super) fn block(&self, rn: u8, words: u32, decrement: bool) -> (u32, u32) {
         let base = self.reg(rn);
-        let size = 4 * list.count_ones();
         if decrement {
-            (base.wrapping_sub(size), base.wrapping_sub(size))
+            (base.wrapping_sub(4 * words), base.wrapping_sub(4 * words))
         } else {
-            (base, base.wrapping_add(size))
+            (base, base.wrapping_add(4 * words))
         }
     }
 
     /// The registers that are left to transfer, and the address of the first.
-    fn remaining(&mut self, list: u16, start: u32) -> Result<(u16, u32), Raised> {
+    fn remaining(&mut self, list: u16, start: u32) -> Result<(u16, u32)> {
         if self.resume == 0 {
             return Ok((list, start));
         }
@@ -31,58 +31,38 @@ impl Core {
         Ok((list & !below, start.wrapping_add(4 * (list & below).count_ones())))
     }
 
-    pub(super) fn load_multiple<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        rn: u8,
-        list: u16,
-        decrement: bool,
-        writeback: bool,
-    ) -> Result<(), Raised> {
-        let (start, end) = self.block(rn, list, decrement);
-        let (left, mut address) = self.remaining(list, start)?;
-        self.check_alignment(address, Width::Word, true)?;
-        let privileged = self.is_privileged();
+    pub(super) fn load_multiple<B: Bus>(&mut self, bus: &mut B, block: Block) -> Result {
+        let Block { rn, list, decrement, writeback } = block;
+        let (start, end) = self.block(rn, list.count_ones(), decrement);
+        let (left, address) = self.remaining(list, start)?;
         // Registers change after the last load: a fault leaves them as they were.
-        let mut loaded = [0; 16];
-        for value in loaded.iter_mut().take(left.count_ones() as usize) {
-            *value = self.read(bus, address, Width::Word, privileged)?;
-            address = address.wrapping_add(4);
-        }
-        if self.ipsr != 0 && list >> 15 == 1 {
-            self.check_target(loaded[left.count_ones() as usize - 1])?;
+        let mut words = [0; 16];
+        let words = &mut words[..left.count_ones() as usize];
+        self.read_words(bus, address, words)?;
+        let target = words.last().copied().filter(|_| list >> 15 == 1);
+        if let Some(target) = target.filter(|_| self.ipsr != 0) {
+            self.check_target(target)?;
         }
         if writeback {
             self.set_reg(rn, end);
         }
-        let mut values = loaded.into_iter();
         let mut registers = left & 0x7FFF;
-        while registers != 0 {
-            let reg = registers.trailing_zeros() as u8;
-            registers &= registers - 1;
-            self.set_reg(reg, values.next().unwrap_or_default());
+        for &mut word in words {
+            if registers != 0 {
+                self.set_reg(take_lowest(&mut registers), word);
+            }
         }
-        if list >> 15 == 1 {
-            return self.branch_exchange(bus, values.next().unwrap_or_default());
-        }
-        Ok(())
+        target.map_or(Ok(()), |target| self.branch_exchange(bus, target))
     }
 
-    pub(super) fn store_multiple<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        rn: u8,
-        list: u16,
-        decrement: bool,
-        writeback: bool,
-    ) -> Result<(), Raised> {
-        let (start, end) = self.block(rn, list, decrement);
+    pub(super) fn store_multiple<B: Bus>(&mut self, bus: &mut B, block: Block) -> Result {
+        let Block { rn, list, decrement, writeback } = block;
+        let (start, end) = self.block(rn, list.count_ones(), decrement);
         let (mut registers, mut address) = self.remaining(list, start)?;
         self.check_alignment(address, Width::Word, true)?;
         let privileged = self.is_privileged();
         while registers != 0 {
-            let reg = registers.trailing_zeros() as u8;
-            registers &= registers - 1;
+            let reg = take_lowest(&mut registers);
             self.write(bus, address, Width::Word, self.reg(reg), privileged)?;
             address = address.wrapping_add(4);
         }
@@ -91,4 +71,12 @@ impl Core {
         }
         Ok(())
     }
+}
+
+/// Takes the register with the lowest number out of a list that is not empty.
+#[inline]
+fn take_lowest(list: &mut u16) -> u8 {
+    let reg = list.trailing_zeros() as u8;
+    *list &= *list - 1;
+    reg
 }

@@ -1,27 +1,58 @@
 //! Multiplies and divides (A4.4.3).
 
-use crate::core::{Core, Raised};
+use crate::core::{Core, Result};
 use crate::cycles;
-use crate::instruction::LongMultiply;
+use crate::instruction::{Instruction as I, LongMultiply};
 use crate::system::scb::CCR_DIV_0_TRP;
 use crate::trap::Trap;
 
-/// A register and which of its halves.
-type Half = (u8, bool);
-
 impl Core {
-    pub(super) fn multiply(&mut self, s: bool, rd: u8, rn: u8, rm: u8) {
-        let result = self.reg(rn).wrapping_mul(self.reg(rm));
-        self.set_reg(rd, result);
-        if s {
-            self.flags.set_nz(result);
+    /// Runs an instruction of this group. `false`: it belongs to another one.
+    pub(super) fn execute_multiply(&mut self, instruction: I) -> Result<bool> {
+        match instruction {
+            I::Multiply { s, rd, rn, rm } => {
+                let result = self.reg(rn).wrapping_mul(self.reg(rm));
+                self.set_reg(rd, result);
+                if s {
+                    self.flags.set_nz(result);
+                }
+            }
+            I::MultiplyAccumulate { subtract, rd, rn, rm, ra } => {
+                let product = self.reg(rn).wrapping_mul(self.reg(rm));
+                let base = self.reg(ra);
+                let result = if subtract { base.wrapping_sub(product) } else { base.wrapping_add(product) };
+                self.set_reg(rd, result);
+            }
+            I::MultiplyLong { op, low, high, rn, rm } => self.multiply_long(op, low, high, rn, rm),
+            I::Divide { signed, rd, rn, rm } => self.divide(signed, rd, rn, rm)?,
+            I::MultiplyHalves { rd, rn, rm, ra, n_top, m_top } => {
+                self.accumulate(rd, ra, self.half(rn, n_top) * self.half(rm, m_top));
+            }
+            I::MultiplyWordHalf { rd, rn, rm, ra, m_top } => {
+                let product = i64::from(self.reg(rn) as i32) * self.half(rm, m_top);
+                self.accumulate(rd, ra, product >> 16);
+            }
+            I::MultiplyDual { subtract, exchange, rd, rn, rm, ra } => {
+                self.accumulate(rd, ra, self.dual_product(subtract, exchange, rn, rm));
+            }
+            I::MultiplyHigh { subtract, round, rd, rn, rm, ra } => {
+                let product = i64::from(self.reg(rn) as i32) * i64::from(self.reg(rm) as i32);
+                let base = if ra == 15 { 0 } else { i64::from(self.reg(ra)) << 32 };
+                let sum = if subtract { base.wrapping_sub(product) } else { base.wrapping_add(product) };
+                let rounded = if round { sum.wrapping_add(1 << 31) } else { sum };
+                self.set_reg(rd, (rounded >> 32) as u32);
+            }
+            I::MultiplyHalvesLong { low, high, rn, rm, n_top, m_top } => {
+                let product = self.half(rn, n_top) * self.half(rm, m_top);
+                self.set_long(low, high, self.long(low, high).wrapping_add_signed(product));
+            }
+            I::MultiplyDualLong { subtract, exchange, low, high, rn, rm } => {
+                let product = self.dual_product(subtract, exchange, rn, rm);
+                self.set_long(low, high, self.long(low, high).wrapping_add_signed(product));
+            }
+            _ => return Ok(false),
         }
-    }
-
-    pub(super) fn multiply_accumulate(&mut self, subtract: bool, rd: u8, rn: u8, rm: u8, ra: u8) {
-        let product = self.reg(rn).wrapping_mul(self.reg(rm));
-        let base = self.reg(ra);
-        self.set_reg(rd, if subtract { base.wrapping_sub(product) } else { base.wrapping_add(product) });
+        Ok(true)
     }
 
     fn long(&self, low: u8, high: u8) -> u64 {
@@ -33,7 +64,7 @@ impl Core {
         self.set_reg(high, (value >> 32) as u32);
     }
 
-    pub(super) fn multiply_long(&mut self, op: LongMultiply, low: u8, high: u8, rn: u8, rm: u8) {
+    fn multiply_long(&mut self, op: LongMultiply, low: u8, high: u8, rn: u8, rm: u8) {
         let (n, m) = (self.reg(rn), self.reg(rm));
         let unsigned = u64::from(n) * u64::from(m);
         let signed = (i64::from(n as i32) * i64::from(m as i32)) as u64;
@@ -48,7 +79,7 @@ impl Core {
         self.set_long(low, high, result);
     }
 
-    pub(super) fn divide(&mut self, signed: bool, rd: u8, rn: u8, rm: u8) -> Result<(), Raised> {
+    fn divide(&mut self, signed: bool, rd: u8, rn: u8, rm: u8) -> Result {
         let (n, m) = (self.reg(rn), self.reg(rm));
         if m == 0 && self.scb.ccr & CCR_DIV_0_TRP != 0 {
             return Err(self.raise(Trap::DIVIDE_BY_ZERO));
@@ -65,7 +96,8 @@ impl Core {
         Ok(())
     }
 
-    fn half(&self, (reg, top): Half) -> i64 {
+    /// The upper or lower half of a register.
+    fn half(&self, reg: u8, top: bool) -> i64 {
         let value = self.reg(reg);
         i64::from((if top { value >> 16 } else { value }) as i16)
     }
@@ -78,50 +110,10 @@ impl Core {
         self.set_reg(rd, sum as u32);
     }
 
-    pub(super) fn multiply_halves(&mut self, rd: u8, n: Half, m: Half, ra: u8) {
-        self.accumulate(rd, ra, self.half(n) * self.half(m));
-    }
-
-    pub(super) fn multiply_word_half(&mut self, rd: u8, rn: u8, m: Half, ra: u8) {
-        let product = i64::from(self.reg(rn) as i32) * self.half(m);
-        self.accumulate(rd, ra, product >> 16);
-    }
-
     /// Sum or difference of the products of the halves.
     fn dual_product(&self, subtract: bool, exchange: bool, rn: u8, rm: u8) -> i64 {
-        let low = self.half((rn, false)) * self.half((rm, exchange));
-        let high = self.half((rn, true)) * self.half((rm, !exchange));
+        let low = self.half(rn, false) * self.half(rm, exchange);
+        let high = self.half(rn, true) * self.half(rm, !exchange);
         if subtract { low - high } else { low + high }
-    }
-
-    pub(super) fn multiply_dual(&mut self, subtract: bool, exchange: bool, rd: u8, rn: u8, rm: u8, ra: u8) {
-        let product = self.dual_product(subtract, exchange, rn, rm);
-        self.accumulate(rd, ra, product);
-    }
-
-    pub(super) fn multiply_high(&mut self, subtract: bool, round: bool, rd: u8, rn: u8, rm: u8, ra: u8) {
-        let product = i64::from(self.reg(rn) as i32) * i64::from(self.reg(rm) as i32);
-        let base = if ra == 15 { 0 } else { i64::from(self.reg(ra)) << 32 };
-        let sum = if subtract { base.wrapping_sub(product) } else { base.wrapping_add(product) };
-        let rounded = if round { sum.wrapping_add(1 << 31) } else { sum };
-        self.set_reg(rd, (rounded >> 32) as u32);
-    }
-
-    pub(super) fn multiply_halves_long(&mut self, low: u8, high: u8, n: Half, m: Half) {
-        let product = self.half(n) * self.half(m);
-        self.set_long(low, high, self.long(low, high).wrapping_add_signed(product));
-    }
-
-    pub(super) fn multiply_dual_long(
-        &mut self,
-        subtract: bool,
-        exchange: bool,
-        low: u8,
-        high: u8,
-        rn: u8,
-        rm: u8,
-    ) {
-        let product = self.dual_product(subtract, exchange, rn, rm);
-        self.set_long(low, high, self.long(low, high).wrapping_add_signed(product));
     }
 }

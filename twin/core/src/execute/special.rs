@@ -1,14 +1,30 @@
 //! Special registers, CPS and hints (B5.2, A7.7).
 
 use crate::core::Core;
-use crate::instruction::Hint;
+use crate::instruction::{Hint, Instruction as I};
 use crate::registers::Flags;
 use crate::system::nvic::PRIORITY_BITS;
 use crate::trap::Sleep;
 
 impl Core {
+    /// Runs an instruction of this group. `false`: it belongs to another one.
+    pub(super) fn execute_special(&mut self, instruction: I) -> bool {
+        match instruction {
+            I::Barrier | I::Hint { hint: Hint::Nop } => {}
+            I::Hint { hint: Hint::SendEvent } => self.event = true,
+            I::Hint { hint: Hint::WaitForEvent } if self.event => self.event = false,
+            I::Hint { hint: Hint::WaitForEvent } => self.fall_asleep(Sleep::ForEvent),
+            I::Hint { hint: Hint::WaitForInterrupt } => self.fall_asleep(Sleep::ForInterrupt),
+            I::ChangeState { disable, primask, faultmask } => self.change_state(disable, primask, faultmask),
+            I::MoveFromSpecial { rd, register } => self.move_from_special(rd, register),
+            I::MoveToSpecial { rn, register, mask } => self.move_to_special(rn, register, mask),
+            _ => return false,
+        }
+        true
+    }
+
     /// MRS. Unprivileged code reads flags and CONTROL; everything else reads as zero (B5.2.2).
-    pub(super) fn move_from_special(&mut self, rd: u8, register: u8) {
+    fn move_from_special(&mut self, rd: u8, register: u8) {
         let privileged = self.is_privileged();
         let (main, process) = self.stack_pointers();
         let value = match register {
@@ -29,7 +45,7 @@ impl Core {
     }
 
     /// MSR. Unprivileged code writes flags alone (B5.2.3).
-    pub(super) fn move_to_special(&mut self, rn: u8, register: u8, mask: u8) {
+    fn move_to_special(&mut self, rn: u8, register: u8, mask: u8) {
         let value = self.reg(rn);
         match register {
             0..=3 => {
@@ -71,7 +87,7 @@ impl Core {
     }
 
     /// CPS (B5.2.1).
-    pub(super) fn change_state(&mut self, disable: bool, primask: bool, faultmask: bool) {
+    fn change_state(&mut self, disable: bool, primask: bool, faultmask: bool) {
         if !self.is_privileged() {
             return;
         }
@@ -82,15 +98,5 @@ impl Core {
             self.masks.faultmask = disable;
         }
         self.attention = 0;
-    }
-
-    pub(super) fn hint(&mut self, hint: Hint) {
-        match hint {
-            Hint::Nop => {}
-            Hint::SendEvent => self.event = true,
-            Hint::WaitForEvent if self.event => self.event = false,
-            Hint::WaitForEvent => self.fall_asleep(Sleep::ForEvent),
-            Hint::WaitForInterrupt => self.fall_asleep(Sleep::ForInterrupt),
-        }
     }
 }

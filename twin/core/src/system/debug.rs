@@ -24,7 +24,7 @@ const CYCCNTENA: u32 = 1;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Debug {
     /// A debugger has set C_DEBUGEN.
-    attached: bool,
+    pub attached: bool,
     had_reset: bool,
     pub demcr: u32,
     pub dfsr: u32,
@@ -38,14 +38,6 @@ impl Debug {
     /// System reset: DEMCR and an attached debugger stay.
     pub fn reset(&mut self) {
         *self = Debug { attached: self.attached, had_reset: true, demcr: self.demcr, ..Debug::default() };
-    }
-
-    pub fn is_attached(&self) -> bool {
-        self.attached
-    }
-
-    pub fn attach(&mut self) {
-        self.attached = true;
     }
 
     /// Reads DHCSR, and clears S_RESET_ST with it. A program that reads it is neither halted nor asleep.

@@ -23,7 +23,7 @@ pub const SCR_SEVONPEND: u32 = 1 << 4;
 pub const SCR_BITS: u32 = SCR_SLEEPONEXIT | SCR_SLEEPDEEP | SCR_SEVONPEND;
 
 /// Registers of the system control block that hold state of their own.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Scb {
     pub vtor: u32,
     /// PRIGROUP, 0 to 7.
@@ -42,18 +42,7 @@ pub struct Scb {
 impl Scb {
     /// After a reset.
     pub fn new(vtor: u32) -> Self {
-        Scb {
-            vtor,
-            prigroup: 0,
-            scr: 0,
-            ccr: CCR_STKALIGN,
-            cfsr: 0,
-            hfsr: 0,
-            mmfar: 0,
-            bfar: 0,
-            cpacr: 0,
-            actlr: 0,
-        }
+        Scb { vtor, ccr: CCR_STKALIGN, ..Scb::default() }
     }
 
     /// The bits of a priority that are its group (B1.5.4, "Priority grouping").

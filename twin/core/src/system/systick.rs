@@ -17,19 +17,14 @@ pub struct SysTick {
     at: u64,
     /// Core cycles per cycle of the reference clock.
     reference: u32,
-    /// The cycle at which the count next becomes zero, while that raises the exception.
-    deadline: u64,
+    /// The cycle at which the count next becomes zero and pends the exception; `u64::MAX` for never.
+    pub deadline: u64,
 }
 
 impl SysTick {
     /// A timer after a reset; `reference` is the number of core cycles per cycle of the reference clock.
     pub fn new(reference: u32) -> Self {
         SysTick { control: 0, reload: 0, count: 0, at: 0, reference: reference.max(1), deadline: u64::MAX }
-    }
-
-    /// The cycle at which the timer pends its exception; `u64::MAX` for never.
-    pub fn deadline(&self) -> u64 {
-        self.deadline
     }
 
     /// Returns whether the exception is due at `cycle`, once for each time.
@@ -130,13 +125,13 @@ mod tests {
     #[test]
     fn counts_down_from_reload_and_sets_countflag_at_zero() {
         let mut systick = running(ENABLE | TICKINT | CLKSOURCE, 9);
-        assert_eq!(systick.deadline(), 10);
+        assert_eq!(systick.deadline, 10);
         assert_eq!(systick.read(8, 1), 9);
         assert_eq!(systick.read(8, 9), 1);
         assert!(!systick.expires(9));
         assert!(systick.expires(10));
         assert!(!systick.expires(10));
-        assert_eq!(systick.deadline(), 20);
+        assert_eq!(systick.deadline, 20);
         assert_eq!(systick.read(0, 11), ENABLE | TICKINT | CLKSOURCE | COUNTFLAG);
         assert_eq!(systick.read(0, 12), ENABLE | TICKINT | CLKSOURCE);
         assert_eq!(systick.read(8, 13), 7);
@@ -145,11 +140,11 @@ mod tests {
     #[test]
     fn reference_clock_is_an_eighth() {
         let mut systick = running(ENABLE | TICKINT, 9);
-        assert_eq!(systick.deadline(), 80);
+        assert_eq!(systick.deadline, 80);
         assert_eq!(systick.read(8, 7), 0);
         assert_eq!(systick.read(8, 8), 9);
         assert!(systick.expires(83));
-        assert_eq!(systick.deadline(), 160);
+        assert_eq!(systick.deadline, 160);
     }
 
     #[test]
@@ -158,13 +153,13 @@ mod tests {
         systick.write(4, 0, 5);
         assert_eq!(systick.read(8, 100), 0);
         assert_eq!(systick.read(0, 100) & COUNTFLAG, COUNTFLAG);
-        assert_eq!(systick.deadline(), u64::MAX);
+        assert_eq!(systick.deadline, u64::MAX);
     }
 
     #[test]
     fn halted_core_lets_the_timer_stand() {
         let mut systick = running(ENABLE | TICKINT | CLKSOURCE, 9);
         systick.skip(100);
-        assert_eq!(systick.deadline(), 110);
+        assert_eq!(systick.deadline, 110);
     }
 }

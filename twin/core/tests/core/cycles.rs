@@ -1,13 +1,13 @@
 //! Cycles of each class of instructions against the tables of the technical reference manual, with P = 2.
 
-use crate::board::{Board, CODE, RAM};
+use crate::board::*;
 
 /// Cycles of the first instruction of a program. r0 points to RAM, r1 is 4, LR and the words of RAM are addresses of code.
 fn cycles(program: &[u16]) -> u32 {
     let mut board = Board::new(program);
-    board.store(0xE000_ED88, 0x00F0_0000);
+    board.store(CPACR, FPU_FOR_ALL);
     for word in 0..64 {
-        board.memory.poke(RAM + 0x100 + 4 * word, twin_core::Width::Word, CODE + 0x101);
+        board.bus.memory.poke(RAM + 0x100 + 4 * word, twin_core::Width::Word, CODE + 0x101);
     }
     board.set(|registers| {
         registers.r[0] = RAM + 0x100;

@@ -1,34 +1,15 @@
 //! Cycle counter and debug registers (DDI 0403E C1.6, C1.8). No judge has them.
 
-use crate::board::{Board, CODE};
+use crate::board::*;
 use twin_core::Stop;
-
-const DWT_CTRL: u32 = 0xE000_1000;
-const DWT_CYCCNT: u32 = 0xE000_1004;
-const ICSR: u32 = 0xE000_ED04;
-const SHPR3: u32 = 0xE000_ED20;
-const HFSR: u32 = 0xE000_ED2C;
-const DFSR: u32 = 0xE000_ED30;
-const DHCSR: u32 = 0xE000_EDF0;
-const DEMCR: u32 = 0xE000_EDFC;
-const TRCENA: u32 = 1 << 24;
-const MON_REQ: u32 = 1 << 19;
-const MON_PEND: u32 = 1 << 17;
-const MON_EN: u32 = 1 << 16;
-const DEBUGEVT: u32 = 1 << 31;
-const NOP: u16 = 0xBF00;
-const BX_LR: u16 = 0x4770;
-const BKPT: u16 = 0xBE03;
-const CPSID_I: u16 = 0xB672;
 
 // Cycle counter (C1.8).
 
 #[test]
 fn cycle_counter_is_written_and_wraps() {
-    // LDR r2, [r0]; NOP; NOP; LDR r3, [r0]
-    let mut board = Board::new(&[0x6802, NOP, NOP, 0x6803]);
-    board.store(DEMCR, TRCENA);
-    board.store(DWT_CTRL, 1);
+    // The second one is LDR r3, [r0].
+    let mut board = Board::new(&[LDR, NOP, NOP, 0x6803]);
+    board.start_cycle_counter();
     board.store(DWT_CYCCNT, u32::MAX - 1);
     board.set(|registers| registers.r[0] = DWT_CYCCNT);
     let registers = board.steps(4);
@@ -53,24 +34,21 @@ fn cycle_counter_stands_without_trcena() {
 
 #[test]
 fn cycle_counter_counts_entry_and_return() {
-    let mut board = Board::with_priorities(&[NOP, NOP], 0, 0);
+    let mut board = Board::with_interrupts(&[NOP, NOP], &[0, 0]);
     board.handler(16, &[BX_LR]);
-    board.store(DEMCR, TRCENA);
-    board.store(DWT_CTRL, 1);
+    board.start_cycle_counter();
     let mut idle = board.clone();
-    board.core.set_irq(0, true);
-    board.step();
-    board.core.set_irq(0, false);
+    board.pulse();
     board.step();
     assert_eq!(board.load(DWT_CYCCNT) - idle.load(DWT_CYCCNT), 12 + 12);
 }
 
 #[test]
 fn cycle_counter_is_all_of_the_dwt() {
-    let mut board = Board::new(&[0x6001]); // STR r1, [r0]
+    let mut board = Board::new(&[STR]);
     assert_eq!(board.load(DWT_CTRL), 4 << 28, "four comparators");
     // PCSAMPLENA
-    board.set(|registers| (registers.r[0], registers.r[1]) = (DWT_CTRL, 1 << 12 | 1));
+    board.set_r0_r1(DWT_CTRL, 1 << 12 | 1);
     let stop = Stop::Unmodelled { instruction: CODE, address: DWT_CTRL, write: true };
     assert_eq!(board.try_step(), Err(stop));
 }
@@ -99,20 +77,18 @@ fn demcr_outlives_a_reset() {
 
 #[test]
 fn vector_catch_is_not_modelled() {
-    let mut board = Board::new(&[0x6001]);
+    let mut board = Board::new(&[STR]);
     // VC_HARDERR
-    board.set(|registers| (registers.r[0], registers.r[1]) = (DEMCR, 1 << 10));
+    board.set_r0_r1(DEMCR, 1 << 10);
     assert_eq!(board.try_step(), Err(Stop::Unmodelled { instruction: CODE, address: DEMCR, write: true }));
 }
 
 #[test]
 fn monitor_that_is_pended_waits_for_its_priority() {
-    let mut board = Board::with_priorities(&[NOP], 0x40, 0);
+    let mut board = Board::with_interrupts(&[NOP], &[0x40, 0]);
     board.handler(16, &[NOP, BX_LR]);
     board.store(SHPR3, 0x80);
-    board.core.set_irq(0, true);
-    board.step();
-    board.core.set_irq(0, false);
+    board.pulse();
     board.store(DEMCR, MON_EN | MON_PEND);
     assert_eq!(board.load(DEMCR), MON_EN | MON_PEND);
     board.steps(2);
@@ -132,7 +108,7 @@ fn pended_monitor_can_be_taken_back() {
 /// Given DebugMonitor enabled, and a priority that it cannot preempt. When BKPT runs. Then HardFault takes it with DEBUGEVT.
 #[test]
 fn breakpoint_that_the_monitor_cannot_take_is_a_hard_fault() {
-    let mut board = Board::with_priorities(&[NOP], 0x40, 0);
+    let mut board = Board::with_interrupts(&[NOP], &[0x40, 0]);
     board.handler(16, &[BKPT]);
     board.store(SHPR3, 0x40);
     board.store(DEMCR, MON_EN);

@@ -1,21 +1,15 @@
 //! Event register and continued load and store multiple (DDI 0403E B1.5.10, B1.5.18). No judge has them.
 
-use crate::board::{Board, CODE, RAM, STACK};
+use crate::board::*;
 use twin_core::{Stop, Width};
-
-const SCR: u32 = 0xE000_ED10;
-const NOP: u16 = 0xBF00;
-const BX_LR: u16 = 0x4770;
-const WFE: u16 = 0xBF20;
-const CPSID_I: u16 = 0xB672;
 
 // Event register (B1.5.18).
 
 /// Given PRIMASK. When an enabled interrupt becomes pending. Then WFE goes on sleeping, unless SEVONPEND makes it an event.
 #[test]
 fn masked_interrupt_is_no_event() {
-    for (sevonpend, asleep) in [(0, true), (1 << 4, false)] {
-        let mut board = Board::with_priorities(&[CPSID_I, WFE, NOP], 0x40, 0);
+    for (sevonpend, asleep) in [(0, true), (SEVONPEND, false)] {
+        let mut board = Board::with_interrupts(&[CPSID_I, WFE, NOP], &[0x40, 0]);
         board.store(SCR, sevonpend);
         board.step();
         assert!(board.step().asleep);
@@ -28,21 +22,17 @@ fn masked_interrupt_is_no_event() {
 #[test]
 fn interrupt_that_is_pending_already_is_no_new_event() {
     let mut board = Board::new(&[WFE, WFE, NOP]);
-    board.store(SCR, 1 << 4);
-    board.core.set_irq(0, true);
-    assert!(!board.step().asleep, "the event of its pending");
+    board.store(SCR, SEVONPEND);
+    assert!(!board.raise(0).asleep, "the event of its pending");
     board.core.set_irq(0, false);
-    board.core.set_irq(0, true);
-    assert!(board.step().asleep);
+    assert!(board.raise(0).asleep);
 }
 
 #[test]
 fn wfe_consumes_the_event_of_an_exception() {
-    let mut board = Board::with_priorities(&[NOP, WFE, WFE], 0, 0);
+    let mut board = Board::with_interrupts(&[NOP, WFE, WFE], &[0, 0]);
     board.handler(16, &[BX_LR]);
-    board.core.set_irq(0, true);
-    board.step();
-    board.core.set_irq(0, false);
+    board.pulse();
     board.steps(2);
     assert!(!board.step().asleep);
     assert!(board.step().asleep);
@@ -51,14 +41,13 @@ fn wfe_consumes_the_event_of_an_exception() {
 /// Given WFE in a handler. When an interrupt of the same priority becomes pending. Then it does not wake; one of higher priority does.
 #[test]
 fn wfe_wakes_for_what_can_preempt() {
-    let mut board = Board::with_priorities(&[NOP], 0x40, 0x40);
+    let mut board = Board::with_interrupts(&[NOP], &[0x40, 0x40]);
     // The first WFE consumes the event of the entry.
     board.handler(16, &[WFE, WFE, NOP]);
     board.core.set_irq(0, true);
     board.steps(2);
     assert!(board.step().asleep);
-    board.core.set_irq(1, true);
-    assert!(board.step().asleep);
+    assert!(board.raise(1).asleep);
     board.core.set_nmi(true);
     assert!(!board.step().asleep);
     assert_eq!(board.core.exception(), 2);
@@ -69,9 +58,7 @@ fn wfe_wakes_for_what_can_preempt() {
 /// A board at a program whose restored xPSR says that `register` comes next.
 fn continued(program: &[u16], register: u32) -> Board {
     let mut board = Board::new(program);
-    for word in 0..4 {
-        board.memory.poke(RAM + 0x100 + 4 * word, Width::Word, 10 + word);
-    }
+    board.bus.memory.poke_words(RAM + 0x100, 10..14);
     board.set(|registers| {
         registers.r[..5].copy_from_slice(&[RAM + 0x100, 1, 2, 3, 4]);
         registers.xpsr |= register << 12;
@@ -98,7 +85,7 @@ fn restored_ici_continues_push_and_pop() {
 
     // POP {r1, r4, pc}
     let mut board = continued(&[0xBD12], 15);
-    board.memory.poke(STACK - 4, Width::Word, CODE | 0x101);
+    board.bus.memory.poke(STACK - 4, Width::Word, CODE | 0x101);
     board.set(|registers| registers.r[13] = STACK - 12);
     let registers = board.steps(1);
     assert_eq!((registers.r[1], registers.r[4], registers.r[13]), (1, 4, STACK));
@@ -119,9 +106,9 @@ fn ici_that_fits_no_list_is_unpredictable() {
 #[test]
 fn fault_of_a_continued_load_keeps_ici() {
     let mut board = continued(&[0xC81E], 3);
-    board.set(|registers| registers.r[0] = 0x6000_0000);
+    board.set(|registers| registers.r[0] = NOWHERE);
     board.step();
     assert_eq!(board.core.exception(), 3);
     assert_eq!(board.word(STACK - 4) >> 12 & 0xF, 3);
-    assert_eq!(board.word(STACK - 32), 0x6000_0000);
+    assert_eq!(board.word(STACK - 32), NOWHERE);
 }

@@ -1,26 +1,18 @@
 //! Context of the FPU: access, lazy and immediate stacking, modes of a new context (DDI 0403E B1.5.7).
 
-use crate::board::{Board, CODE, HANDLERS, RAM, STACK};
-use twin_core::Width;
+use crate::board::*;
 
-const CPACR: u32 = 0xE000_ED88;
-const SHCSR: u32 = 0xE000_ED24;
-const CFSR: u32 = 0xE000_ED28;
-const HFSR: u32 = 0xE000_ED2C;
-const FPCCR: u32 = 0xE000_EF34;
-const FPCAR: u32 = 0xE000_EF38;
-const FPDSCR: u32 = 0xE000_EF3C;
 const LSPACT: u32 = 1;
-const NOP: u16 = 0xBF00;
-const BX_LR: u16 = 0x4770;
 /// VADD.F32 s0, s1, s2
 const VADD: [u16; 2] = [0xEE30, 0x0A81];
 
-/// A board whose program runs VADD first; interrupt 0 is enabled.
-fn with_fpu(handler: &[u16]) -> Board {
-    let mut board = Board::new(&[VADD[0], VADD[1], NOP, NOP]);
-    board.store(CPACR, 0x00F0_0000);
-    board.store(0xE000_E100, 1);
+/// A program that begins a context of the FPU.
+const BEGIN: [u16; 4] = [VADD[0], VADD[1], NOP, NOP];
+
+/// A board whose program may use the FPU; interrupt 0 is enabled, with this handler. s0 to s31 are 1.0 to 32.0.
+fn with_fpu(program: &[u16], handler: &[u16]) -> Board {
+    let mut board = Board::with_interrupts(program, &[0]);
+    board.store(CPACR, FPU_FOR_ALL);
     board.handler(16, handler);
     board.set(|registers| {
         for (register, value) in registers.s.iter_mut().zip(1_u16..) {
@@ -32,20 +24,20 @@ fn with_fpu(handler: &[u16]) -> Board {
 
 #[test]
 fn context_without_fpu_instructions_has_a_basic_frame() {
-    let mut board = with_fpu(&[BX_LR]);
+    let mut board = with_fpu(&BEGIN, &[BX_LR]);
     board.core.set_irq(0, true);
     assert_eq!((board.steps(1).r[13], board.registers().r[14]), (STACK - 0x20, 0xFFFF_FFF9));
 }
 
 #[test]
 fn lazy_entry_reserves_room_and_stores_nothing() {
-    let mut board = with_fpu(&[BX_LR]);
+    let mut board = with_fpu(&BEGIN, &[BX_LR]);
     board.step();
     board.core.set_irq(0, true);
-    board.memory.accesses.clear();
+    board.bus.accesses.clear();
     assert_eq!(board.step().cycles, 12);
     assert_eq!((board.registers().r[13], board.registers().r[14]), (STACK - 0x68, 0xFFFF_FFE9));
-    assert_eq!(board.memory.accesses.iter().filter(|(_, _, write)| *write).count(), 8);
+    assert_eq!(board.bus.accesses.iter().filter(|(_, _, write)| *write).count(), 8);
     assert_eq!(board.load(FPCCR) & LSPACT, 1);
     assert_eq!(board.load(FPCAR), STACK - 0x48);
     board.core.set_irq(0, false);
@@ -56,12 +48,10 @@ fn lazy_entry_reserves_room_and_stores_nothing() {
 
 #[test]
 fn first_fpu_instruction_of_a_handler_stores_the_registers() {
-    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
+    let mut board = with_fpu(&BEGIN, &[VADD[0], VADD[1], BX_LR]);
     board.step();
     let before = board.registers();
-    board.core.set_irq(0, true);
-    board.step();
-    board.core.set_irq(0, false);
+    board.pulse();
     board.set(|registers| registers.s[1] = 100.0_f32.to_bits());
     // The handler's own register change is stored, and comes back.
     assert_eq!(board.step().cycles, 1 + 17);
@@ -76,11 +66,10 @@ fn first_fpu_instruction_of_a_handler_stores_the_registers() {
 
 #[test]
 fn immediate_stacking_stores_at_entry() {
-    let mut board = with_fpu(&[BX_LR]);
+    let mut board = with_fpu(&BEGIN, &[BX_LR]);
     board.store(FPCCR, 1 << 31);
     board.step();
-    board.core.set_irq(0, true);
-    assert_eq!(board.step().cycles, 12 + 17);
+    assert_eq!(board.raise(0).cycles, 12 + 17);
     assert_eq!(board.word(STACK - 0x48), 5.0_f32.to_bits());
     assert_eq!(board.load(FPCCR), 1 << 31);
 }
@@ -88,7 +77,7 @@ fn immediate_stacking_stores_at_entry() {
 #[test]
 fn handler_begins_with_the_default_modes() {
     // VMRS r4, FPSCR
-    let mut board = with_fpu(&[0xEEF1, 0x4A10, BX_LR]);
+    let mut board = with_fpu(&BEGIN, &[0xEEF1, 0x4A10, BX_LR]);
     board.store(FPDSCR, u32::MAX);
     assert_eq!(board.load(FPDSCR), 0x07C0_0000);
     board.step();
@@ -103,13 +92,12 @@ fn handler_begins_with_the_default_modes() {
 
 #[test]
 fn refused_lazy_store_raises_lsperr() {
-    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
-    board.store(SHCSR, 7 << 16);
-    board.store(0xE000_E400, 0x80);
+    let mut board = with_fpu(&BEGIN, &[VADD[0], VADD[1], BX_LR]);
+    board.store(SHCSR, ALL_FAULTS);
+    board.store(NVIC_IPR, 0x80);
     board.step();
-    board.core.set_irq(0, true);
-    board.step();
-    board.store(FPCAR, 0x6000_0000);
+    board.raise(0);
+    board.store(FPCAR, NOWHERE);
     board.step();
     assert_eq!(board.core.exception(), 5);
     assert_eq!(board.load(CFSR), 1 << 13);
@@ -119,14 +107,12 @@ fn refused_lazy_store_raises_lsperr() {
 /// Given a handler whose deferred stacking fails. When the priority of the fault does not suffice. Then the fault waits as BusFault.
 #[test]
 fn refused_lazy_store_of_low_priority_becomes_pending() {
-    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
-    board.store(SHCSR, 7 << 16);
-    board.store(0xE000_ED18, 0x8000); // BusFault: 80h, below interrupt 0
+    let mut board = with_fpu(&BEGIN, &[VADD[0], VADD[1], BX_LR]);
+    board.store(SHCSR, ALL_FAULTS);
+    board.store(SHPR1, 0x8000); // BusFault: 80h, below interrupt 0
     board.step();
-    board.core.set_irq(0, true);
-    board.step();
-    board.core.set_irq(0, false);
-    board.store(FPCAR, 0x6000_0000);
+    board.pulse();
+    board.store(FPCAR, NOWHERE);
     board.step();
     assert_eq!((board.core.exception(), board.registers().r[15]), (16, HANDLERS + 32 * 16 + 4));
     assert_eq!((board.load(CFSR), board.load(HFSR)), (1 << 13, 0));
@@ -138,13 +124,12 @@ fn refused_lazy_store_of_low_priority_becomes_pending() {
 /// Given BusFault disabled at entry (FPCCR.BFRDY is 0) and enabled afterwards. When the deferred stacking fails. Then HardFault takes it.
 #[test]
 fn refused_lazy_store_escalates_as_at_entry() {
-    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
-    board.store(0xE000_E400, 0x80);
+    let mut board = with_fpu(&BEGIN, &[VADD[0], VADD[1], BX_LR]);
+    board.store(NVIC_IPR, 0x80);
     board.step();
-    board.core.set_irq(0, true);
-    board.step();
-    board.store(SHCSR, 7 << 16);
-    board.store(FPCAR, 0x6000_0000);
+    board.raise(0);
+    board.store(SHCSR, ALL_FAULTS);
+    board.store(FPCAR, NOWHERE);
     board.step();
     assert_eq!((board.core.exception(), board.load(HFSR), board.load(CFSR)), (3, 1 << 30, 1 << 13));
 }
@@ -153,15 +138,13 @@ fn refused_lazy_store_escalates_as_at_entry() {
 /// because FPCCR.HFRDY says that it protected the frame at entry, and the fault waits.
 #[test]
 fn deferred_store_is_protected_as_at_entry() {
-    let mut board = with_fpu(&[]);
-    board.memory.poke_code(CODE, &[VADD[0], VADD[1], 0xDE00]);
-    board.core.invalidate(CODE..CODE + 6);
+    let mut board = with_fpu(&[VADD[0], VADD[1], 0xDE00], &[]);
     board.handler(3, &VADD);
     board.store(SHCSR, 1 << 16);
     board.steps(2);
-    board.store(0xE000_ED9C, RAM | 1 << 4);
-    board.store(0xE000_EDA0, 13 << 1 | 1); // 16 KiB without access
-    board.store(0xE000_ED94, 0b101);
+    board.store(MPU_RBAR, RAM | 1 << 4);
+    board.store(MPU_RASR, 13 << 1 | 1); // 16 KiB without access
+    board.store(MPU_CTRL, 0b101);
     assert_eq!(board.step().cycles, 1 + 17);
     assert_eq!((board.core.exception(), board.load(CFSR)), (3, 1 << 16 | 1 << 5), "UNDEFINSTR, MLSPERR");
     assert_eq!(board.load(SHCSR) >> 13 & 1, 1, "MemManage is pending");
@@ -171,8 +154,8 @@ fn deferred_store_is_protected_as_at_entry() {
 fn unprivileged_code_may_be_refused_the_fpu() {
     // MSR control, r2; VADD
     let mut board = Board::new(&[0xF382, 0x8814, VADD[0], VADD[1]]);
-    board.store(CPACR, 0x0050_0000);
-    board.store(SHCSR, 7 << 16);
+    board.store(CPACR, FPU_FOR_PRIVILEGED);
+    board.store(SHCSR, ALL_FAULTS);
     board.set(|registers| registers.r[2] = 1);
     board.steps(2);
     assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 19));
@@ -181,16 +164,16 @@ fn unprivileged_code_may_be_refused_the_fpu() {
 /// Given unprivileged code with a context. When its handler returns and CPACR has become privileged only. Then the return raises NOCP.
 #[test]
 fn return_checks_the_rights_of_its_target() {
-    let mut board = with_fpu(&[VADD[0], VADD[1], BX_LR]);
-    board.memory.poke_code(CODE, &[VADD[0], VADD[1], 0xF382, 0x8814, NOP]); // MSR control, r2
-    board.core.invalidate(CODE..CODE + 10);
-    board.store(SHCSR, 7 << 16);
+    // VADD; MSR control, r2
+    let program = [VADD[0], VADD[1], 0xF382, 0x8814, NOP];
+    let mut board = with_fpu(&program, &[VADD[0], VADD[1], BX_LR]);
+    board.store(SHCSR, ALL_FAULTS);
     board.set(|registers| registers.r[2] = 0b101);
     board.steps(2);
     board.core.set_irq(0, true);
     board.steps(2);
     board.core.set_irq(0, false);
-    board.store(CPACR, 0x0050_0000);
+    board.store(CPACR, FPU_FOR_PRIVILEGED);
     board.step();
     assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 19));
 }
@@ -198,24 +181,21 @@ fn return_checks_the_rights_of_its_target() {
 /// Given a context and no access to the FPU. When entry stores the registers at once. Then CFSR says NOCP.
 #[test]
 fn immediate_stacking_without_access_raises_nocp() {
-    let mut board = with_fpu(&[BX_LR]);
+    let mut board = with_fpu(&BEGIN, &[BX_LR]);
     board.store(FPCCR, 1 << 31);
-    board.store(SHCSR, 7 << 16);
-    board.store(0xE000_E400, 0x80);
+    board.store(SHCSR, ALL_FAULTS);
+    board.store(NVIC_IPR, 0x80);
     board.step();
     board.store(CPACR, 0);
-    board.core.set_irq(0, true);
-    board.step();
+    board.raise(0);
     assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 19));
 }
 
 #[test]
 fn undefined_encoding_begins_no_context() {
     // The encoding next to VDIV.
-    let mut board = with_fpu(&[]);
-    board.memory.poke_code(CODE, &[0xEE80, 0x0A40]);
-    board.core.invalidate(CODE..CODE + 4);
-    board.store(SHCSR, 7 << 16);
+    let mut board = with_fpu(&[0xEE80, 0x0A40], &[]);
+    board.store(SHCSR, ALL_FAULTS);
     board.step();
     assert_eq!((board.core.exception(), board.load(CFSR)), (6, 1 << 16));
     assert_eq!(board.registers().r[14], 0xFFFF_FFF9);
@@ -224,9 +204,7 @@ fn undefined_encoding_begins_no_context() {
 #[test]
 fn comparison_moves_its_flags_to_apsr() {
     // VCMP.F32 s0, s1; VMRS APSR_nzcv, FPSCR
-    let mut board = with_fpu(&[]);
-    board.memory.poke_code(CODE, &[0xEEB4, 0x0A60, 0xEEF1, 0xFA10]);
-    board.core.invalidate(CODE..CODE + 8);
+    let mut board = with_fpu(&[0xEEB4, 0x0A60, 0xEEF1, 0xFA10], &[]);
     let registers = board.steps(2);
     assert_eq!(registers.xpsr & 0xF000_0000, 1 << 31, "1 is less than 2");
 }
@@ -234,12 +212,8 @@ fn comparison_moves_its_flags_to_apsr() {
 #[test]
 fn loads_and_stores_of_many_registers_need_alignment() {
     // VLDM r0!, {s4-s7}
-    let mut board = with_fpu(&[]);
-    board.memory.poke_code(CODE, &[0xECB0, 0x2A04, NOP]);
-    board.core.invalidate(CODE..CODE + 8);
-    for word in 0..4 {
-        board.memory.poke(RAM + 0x100 + 4 * word, Width::Word, 7 + word);
-    }
+    let mut board = with_fpu(&[0xECB0, 0x2A04, NOP], &[]);
+    board.bus.memory.poke_words(RAM + 0x100, 7..11);
     let mut unaligned = board.clone();
     board.set(|registers| registers.r[0] = RAM + 0x100);
     let registers = board.steps(1);

@@ -1,6 +1,6 @@
 //! Data processing, bit fields, saturation, parallel arithmetic and multiplies: one line for each (DDI 0403E chapter A7).
 
-use crate::board::{Board, C, N, Q, V, Z};
+use crate::board::*;
 
 /// Content of r3 before the instruction.
 const BEFORE: u32 = 0xAAAA_5555;

@@ -1,19 +1,9 @@
 //! Lock-up (DDI 0403E B1.5.15). QEMU ends there, so these are written from the manual.
 
-use crate::board::{Board, CODE, FLASH, HANDLERS};
+use crate::board::*;
 use twin_core::Width;
 
-const VTOR: u32 = 0xE000_ED08;
-const HFSR: u32 = 0xE000_ED2C;
-const FORCED: u32 = 1 << 30;
-const DEBUGEVT: u32 = 1 << 31;
 const LOCK_UP: u32 = 0xFFFF_FFFE;
-const NOP: u16 = 0xBF00;
-const BX_LR: u16 = 0x4770;
-const UDF: u16 = 0xDE00;
-const BKPT: u16 = 0xBE03;
-const SVC: u16 = 0xDF00;
-const CPSID_F: u16 = 0xB671;
 
 /// Locked up, with its PC.
 fn is_locked_up(board: &Board) -> bool {
@@ -26,7 +16,7 @@ fn faults_and_calls_in_hard_fault_lock_up() {
     for code in [UDF, SVC, BKPT, 0x6802] {
         let mut board = Board::new(&[UDF]);
         board.handler(3, &[code]);
-        board.set(|registers| registers.r[0] = 0x6000_0000);
+        board.set(|registers| registers.r[0] = NOWHERE);
         board.steps(2);
         assert!(is_locked_up(&board), "{code:04X}");
         assert_eq!(board.core.exception(), 3);
@@ -99,7 +89,7 @@ fn nmi_handler_that_mends_the_frame_ends_a_lock_up() {
 #[test]
 fn hard_fault_without_a_vector_locks_up() {
     let mut board = Board::new(&[UDF]);
-    board.store(VTOR, 0x6000_0000);
+    board.store(VTOR, NOWHERE);
     board.step();
     assert!(is_locked_up(&board));
 }
@@ -107,11 +97,12 @@ fn hard_fault_without_a_vector_locks_up() {
 #[test]
 fn reset_vectors_without_memory_lock_up() {
     let mut board = Board::new(&[NOP]);
-    board.memory.flash.truncate(4);
+    let flash = board.bus.memory.0.iter_mut().find(|piece| piece.from == FLASH).unwrap();
+    flash.content.truncate(4);
     board.core.reset();
     board.step();
     assert!(is_locked_up(&board));
-    assert_eq!(board.memory.peek(FLASH + 4, Width::Word), None);
+    assert_eq!(board.bus.memory.peek(FLASH + 4, Width::Word), None);
 }
 
 #[test]

@@ -1,14 +1,6 @@
 //! Four bits of priority and PRIGROUP (DDI 0403E B1.5.4). QEMU has eight bits, so these are written from the manual.
 
-use crate::board::Board;
-
-const NVIC_ISPR: u32 = 0xE000_E200;
-const NVIC_IPR: u32 = 0xE000_E400;
-const AIRCR: u32 = 0xE000_ED0C;
-const SHPR1: u32 = 0xE000_ED18;
-const SHPR2: u32 = 0xE000_ED1C;
-const SHPR3: u32 = 0xE000_ED20;
-const NOP: u16 = 0xBF00;
+use crate::board::*;
 
 #[test]
 fn priorities_have_four_bits() {
@@ -26,7 +18,7 @@ fn priorities_have_four_bits() {
 /// Given interrupt 0 at FFh, which is F0h. When interrupt 1 at F1h becomes pending. Then it waits: the low bits do not exist.
 #[test]
 fn low_bits_of_a_priority_do_not_order() {
-    let mut board = Board::with_priorities(&[NOP], 0xFF, 0xF1);
+    let mut board = Board::with_interrupts(&[NOP], &[0xFF, 0xF1]);
     board.store(NVIC_ISPR, 0b11);
     board.step();
     assert_eq!(board.core.exception(), 16);
@@ -39,7 +31,7 @@ fn prigroup_splits_the_priority() {
     let groups = [0xF0, 0xF0, 0xF0, 0xF0, 0xE0, 0xC0, 0x80, 0x00];
     for (prigroup, group) in (0..).zip(groups) {
         for bit in [0x80_u8, 0x40, 0x20, 0x10] {
-            let mut board = Board::with_priorities(&[NOP], bit, 0);
+            let mut board = Board::with_interrupts(&[NOP], &[bit, 0]);
             board.store(AIRCR, 0x05FA_0000 | prigroup << 8);
             assert_eq!(board.load(AIRCR), 0xFA05_0000 | prigroup << 8);
             board.store(NVIC_ISPR, 0b01);
@@ -63,14 +55,12 @@ fn aircr_without_its_key_changes_nothing() {
 #[test]
 fn basepri_masks_whole_groups() {
     // MSR basepri, r2; NOP
-    let mut board = Board::with_priorities(&[0xF382, 0x8811, NOP, NOP], 0x40, 0x30);
+    let mut board = Board::with_interrupts(&[0xF382, 0x8811, NOP, NOP], &[0x40, 0x30]);
     board.store(AIRCR, 0x05FA_0500);
     board.set(|registers| registers.r[2] = 0x70);
     board.step();
-    board.core.set_irq(0, true);
-    board.step();
+    board.raise(0);
     assert_eq!(board.core.exception(), 0, "40h is in the group of 70h");
-    board.core.set_irq(1, true);
-    board.step();
+    board.raise(1);
     assert_eq!(board.core.exception(), 17);
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use twin_core::{Bus, BusError, Config, Core, Stop, Width};
+use crate::board::{FLASH, Memory, PERIPHERAL, Piece, RAM};
+use twin_core::{Config, Core, Stop, Width};
 
 const IMAGE: &[u8] = include_bytes!("../qemu/image.bin");
 /// Output of QEMU.
@@ -11,55 +12,17 @@ const ANSWERS: &str = include_str!("../qemu/answers.txt");
 const README: &str = include_str!("../../judge/README.md");
 const TABLE: &str = "## Where QEMU differs from the manual";
 
-const FLASH: u32 = 0x0800_0000;
-const RAM: u32 = 0x2000_0000;
-const RAM_BYTES: usize = 0x3_0000;
-/// TIM2, which keeps what is written.
-const PERIPHERAL: u32 = 0x4000_0000;
 const SEMIHOSTING: u8 = 0xAB;
 const SYS_WRITE0: u32 = 4;
 const SYS_EXIT: u32 = 0x18;
 /// More than the image takes.
 const MOST_STEPS: u32 = 2_000_000;
 
-/// Memories of an STM32F405, as far as the image uses them.
-struct Memory {
-    ram: Vec<u8>,
-    peripheral: Vec<u8>,
-}
-
-impl Memory {
-    fn bytes(&mut self, address: u32, width: Width) -> Result<&mut [u8], BusError> {
-        let (base, bytes) =
-            if address < PERIPHERAL { (RAM, &mut self.ram) } else { (PERIPHERAL, &mut self.peripheral) };
-        let at = address.wrapping_sub(base) as usize;
-        at.checked_add(width.bytes() as usize).and_then(|end| bytes.get_mut(at..end)).ok_or(BusError)
-    }
-}
-
-impl Bus for Memory {
-    fn fetch(&mut self, address: u32) -> Result<u16, BusError> {
-        self.load(address, Width::Half).map(|half| half as u16)
-    }
-
-    fn load(&mut self, address: u32, width: Width) -> Result<u32, BusError> {
-        let at = address.wrapping_sub(FLASH) as usize;
-        let bytes = match IMAGE.get(at..at.saturating_add(width.bytes() as usize)) {
-            Some(bytes) => bytes,
-            None => self.bytes(address, width)?,
-        };
-        Ok(bytes.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte)))
-    }
-
-    fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
-        self.bytes(address, width)?.copy_from_slice(&value.to_le_bytes()[..width.bytes() as usize]);
-        Ok(())
-    }
-}
-
 /// Runs the image to its SYS_EXIT and returns what it prints.
 fn output() -> String {
-    let mut memory = Memory { ram: vec![0; RAM_BYTES], peripheral: vec![0; 0x400] };
+    // Memories of an STM32F405, as far as the image uses them; TIM2 keeps what is written.
+    let mut memory = Memory::writable([(RAM, vec![0; 0x3_0000]), (PERIPHERAL, vec![0; 0x400])]);
+    memory.0.push(Piece { from: FLASH, content: IMAGE.to_vec(), is_writable: false });
     let mut core = Core::new(Config::stm32f4(0x1_0000));
     core.attach_debugger();
     let mut text = String::new();
@@ -84,7 +47,7 @@ fn output() -> String {
 
 fn string_at(memory: &mut Memory, address: u32) -> String {
     (address..)
-        .map(|at| memory.load(at, Width::Byte).expect("text in RAM") as u8)
+        .map(|at| memory.peek(at, Width::Byte).expect("text in RAM") as u8)
         .take_while(|&byte| byte != 0)
         .map(char::from)
         .collect()

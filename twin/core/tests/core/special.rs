@@ -1,9 +1,7 @@
 //! Special registers, stack pointers, and the rules of IT blocks (DDI 0403E B1.4, B5.2, A7.3).
 
-use crate::board::{Board, C, CODE, N, Q, RAM, STACK, V, Z};
+use crate::board::*;
 use twin_core::Stop;
-
-const NOP: u16 = 0xBF00;
 
 /// MSR `register`, r2; MRS r3, `register`.
 fn moved(register: u16, value: u32) -> u32 {
@@ -58,12 +56,11 @@ fn unprivileged_code_cannot_mask_interrupts() {
     // MSR control, r2; CPSID i; MSR basepri, r2; MRS r3, primask; MSR control, r4; MRS r5, control
     let mut board =
         Board::new(&[0xF382, 0x8814, 0xB672, 0xF382, 0x8811, 0xF3EF, 0x8310, 0xF384, 0x8814, 0xF3EF, 0x8514]);
-    board.store(0xE000_E100, 1);
+    board.store(NVIC_ISER, 1);
     board.set(|registers| (registers.r[2], registers.r[3]) = (1, 7));
     let registers = board.steps(6);
     assert_eq!((registers.r[3], registers.r[5]), (0, 1));
-    board.core.set_irq(0, true);
-    board.step();
+    board.raise(0);
     assert_eq!(board.core.exception(), 16);
 }
 
@@ -90,7 +87,7 @@ fn instructions_that_no_it_block_may_hold_are_unpredictable() {
 fn instruction_with_a_failed_condition_has_no_effect() {
     // CMP r0, r0; ITT NE; LDRNE r1, [r2]; UDFNE
     let mut board = Board::new(&[0x4280, 0xBF1C, 0x6811, 0xDE00, NOP]);
-    board.set(|registers| registers.r[2] = 0x6000_0000);
+    board.set(|registers| registers.r[2] = NOWHERE);
     let registers = board.steps(4);
     assert_eq!((registers.r[15], board.core.exception()), (CODE + 8, 0));
 }
@@ -111,7 +108,7 @@ fn exclusive_stores_of_every_size_need_their_load() {
     // LDREXB r2, [r0]; STREXB r3, r1, [r0]; LDREXH r2, [r0]; CLREX; STREXH r4, r1, [r0]
     let mut board =
         Board::new(&[0xE8D0, 0x2F4F, 0xE8C0, 0x1F43, 0xE8D0, 0x2F5F, 0xF3BF, 0x8F2F, 0xE8C0, 0x1F54]);
-    board.set(|registers| (registers.r[0], registers.r[1]) = (RAM + 0x10, 0x1234_5678));
+    board.set_r0_r1(RAM + 0x10, 0x1234_5678);
     let registers = board.steps(5);
     assert_eq!((registers.r[3], registers.r[4], board.word(RAM + 0x10)), (0, 1, 0x78));
 }

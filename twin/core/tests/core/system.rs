@@ -1,41 +1,26 @@
 //! System registers: SysTick, cycle counter, debug, MPU, bit-band aliases, identification.
 
-use crate::board::{Board, CODE, FLASH_BYTES, PERIPHERAL, RAM, STACK};
+use crate::board::*;
 use twin_core::{Config, Width};
 
-const SYST_CSR: u32 = 0xE000_E010;
-const SYST_RVR: u32 = 0xE000_E014;
-const SYST_CVR: u32 = 0xE000_E018;
-const SYST_CALIB: u32 = 0xE000_E01C;
-const DWT_CTRL: u32 = 0xE000_1000;
-const DWT_CYCCNT: u32 = 0xE000_1004;
-const SHCSR: u32 = 0xE000_ED24;
-const CFSR: u32 = 0xE000_ED28;
-const MMFAR: u32 = 0xE000_ED34;
-const MPU_TYPE: u32 = 0xE000_ED90;
-const MPU_CTRL: u32 = 0xE000_ED94;
-const MPU_RNR: u32 = 0xE000_ED98;
-const MPU_RBAR: u32 = 0xE000_ED9C;
-const MPU_RASR: u32 = 0xE000_EDA0;
-const MPU_RBAR_A1: u32 = 0xE000_EDA4;
-const MPU_RASR_A1: u32 = 0xE000_EDA8;
-const DHCSR: u32 = 0xE000_EDF0;
-const DEMCR: u32 = 0xE000_EDFC;
-const NOP: u16 = 0xBF00;
 /// Region enabled, 1 KiB; full access.
 const REGION: u32 = 9 << 1 | 1;
 const FULL: u32 = 0b011 << 24;
 const READ_ONLY: u32 = 0b110 << 24;
 const EXECUTE_NEVER: u32 = 1 << 28;
 
+fn start_systick(board: &mut Board, reload: u32, control: u32) {
+    board.store(SYST_RVR, reload);
+    board.store(SYST_CVR, 0);
+    board.store(SYST_CSR, control);
+}
+
 #[test]
 fn systick_interrupts_every_reload_plus_one_cycles() {
     // B .-2 takes 3 cycles, NOP 1.
     let mut board = Board::new(&[NOP, 0xE7FD]);
     board.handler(15, &[0x4770]);
-    board.store(SYST_RVR, 99);
-    board.store(SYST_CVR, 0);
-    board.store(SYST_CSR, 0b111);
+    start_systick(&mut board, 99, 0b111);
     let enabled = board.core.cycle();
     let mut entries = Vec::new();
     while entries.len() < 4 {
@@ -56,9 +41,7 @@ fn systick_interrupts_every_reload_plus_one_cycles() {
 fn systick_of_the_reference_clock_is_slower() {
     let mut board = Board::new(&[NOP]);
     assert_eq!(board.load(SYST_CALIB), 18_750);
-    board.store(SYST_RVR, 9);
-    board.store(SYST_CVR, 0);
-    board.store(SYST_CSR, 0b011);
+    start_systick(&mut board, 9, 0b011);
     let due = board.core.systick_event();
     assert_eq!(due % 8, 0);
     assert!((73..=80).contains(&(due - board.core.cycle())));
@@ -67,11 +50,8 @@ fn systick_of_the_reference_clock_is_slower() {
 #[test]
 fn sleeping_core_is_woken_by_systick() {
     let mut board = Board::new(&[0xBF30, NOP]); // WFI
-    board.store(SYST_RVR, 999);
-    board.store(SYST_CVR, 0);
-    board.store(SYST_CSR, 0b111);
-    board.store(DEMCR, 1 << 24);
-    board.store(DWT_CTRL, 1);
+    start_systick(&mut board, 999, 0b111);
+    board.start_cycle_counter();
     assert!(board.step().asleep);
     let counted = {
         let mut awake = board.clone();
@@ -86,11 +66,8 @@ fn sleeping_core_is_woken_by_systick() {
 #[test]
 fn halted_core_lets_systick_and_cycle_counter_stand() {
     let mut board = Board::new(&[NOP]);
-    board.store(SYST_RVR, 999);
-    board.store(SYST_CVR, 0);
-    board.store(SYST_CSR, 0b111);
-    board.store(DEMCR, 1 << 24);
-    board.store(DWT_CTRL, 1);
+    start_systick(&mut board, 999, 0b111);
+    board.start_cycle_counter();
     let mut running = board.clone();
     board.core.skip_to(board.core.cycle() + 5000);
     assert_eq!(board.load(DWT_CYCCNT), running.load(DWT_CYCCNT));
@@ -102,8 +79,7 @@ fn halted_core_lets_systick_and_cycle_counter_stand() {
 fn cycle_counter_counts_the_cycles_of_instructions() {
     // LDR r2, [r0]; NOP; LDR r3, [r0]: 2 + 1 cycles from the beginning of one to that of the other.
     let mut board = Board::new(&[0x6802, NOP, 0x6803]);
-    board.store(DEMCR, 1 << 24);
-    board.store(DWT_CTRL, 1);
+    board.start_cycle_counter();
     board.set(|registers| registers.r[0] = DWT_CYCCNT);
     let registers = board.steps(3);
     assert_eq!(registers.r[3] - registers.r[2], 3);
@@ -125,32 +101,32 @@ fn debugger_is_visible_in_dhcsr() {
 #[test]
 fn monitor_is_pended_by_demcr() {
     let mut board = Board::new(&[NOP]);
-    board.store(DEMCR, 1 << 16 | 1 << 17);
+    board.store(DEMCR, MON_EN | MON_PEND);
     board.step();
     assert_eq!(board.core.exception(), 12);
 }
 
 #[test]
 fn alias_words_read_and_write_single_bits() {
-    let mut board = Board::new(&[0x6001, 0x6802]); // STR r1, [r0]; LDR r2, [r0]
-    board.memory.poke(RAM + 0x40, Width::Word, 0x0000_0100);
-    board.set(|registers| (registers.r[0], registers.r[1]) = (0x2200_0000 + 0x41 * 32 + 3 * 4, 0xFFFF_FFFF));
+    let mut board = Board::new(&[STR, LDR]);
+    board.bus.memory.poke(RAM + 0x40, Width::Word, 0x0000_0100);
+    board.set_r0_r1(0x2200_0000 + 0x41 * 32 + 3 * 4, 0xFFFF_FFFF);
     assert_eq!(board.step().cycles, 3);
     assert_eq!(board.word(RAM + 0x40), 0x0000_0900);
     assert_eq!(board.steps(1).r[2], 1);
 
-    let mut board = Board::new(&[0x6001, 0x6802]);
-    board.memory.peripheral[1] = 0xFFFF_FFFF;
-    board.set(|registers| (registers.r[0], registers.r[1]) = (0x4200_0000 + 4 * 32 + 31 * 4, 2));
+    let mut board = Board::new(&[STR, LDR]);
+    board.bus.memory.poke(PERIPHERAL + 4, Width::Word, u32::MAX);
+    board.set_r0_r1(0x4200_0000 + 4 * 32 + 31 * 4, 2);
     board.step();
-    assert_eq!(board.memory.peripheral[1], 0x7FFF_FFFF, "bit 0 of the value counts");
-    assert_eq!(board.memory.accesses[board.memory.accesses.len() - 1], (PERIPHERAL + 4, Width::Word, true));
+    assert_eq!(board.word(PERIPHERAL + 4), 0x7FFF_FFFF, "bit 0 of the value counts");
+    assert_eq!(board.bus.accesses[board.bus.accesses.len() - 1], (PERIPHERAL + 4, Width::Word, true));
 }
 
 /// All faults enabled, a region over the first KiB of RAM, and the background for privileged code.
 fn protected(program: &[u16], attributes: u32) -> Board {
     let mut board = Board::new(program);
-    board.store(SHCSR, 7 << 16);
+    board.store(SHCSR, ALL_FAULTS);
     board.store(MPU_RBAR, RAM | 1 << 4 | 3);
     board.store(MPU_RASR, REGION | attributes);
     // Flash for everyone, read-only; and the rest of RAM for its stack.
@@ -162,7 +138,7 @@ fn protected(program: &[u16], attributes: u32) -> Board {
 
 #[test]
 fn region_refuses_what_it_does_not_permit() {
-    let mut board = protected(&[0x6802, 0x6001], READ_ONLY | EXECUTE_NEVER); // LDR r2, [r0]; STR r1, [r0]
+    let mut board = protected(&[LDR, STR], READ_ONLY | EXECUTE_NEVER);
     assert_eq!(board.load(MPU_TYPE), 8 << 8);
     board.set(|registers| registers.r[0] = RAM + 0x3FC);
     board.step();
@@ -174,7 +150,7 @@ fn region_refuses_what_it_does_not_permit() {
 
 #[test]
 fn execute_never_refuses_code() {
-    let mut board = protected(&[0x4700], FULL | EXECUTE_NEVER); // BX r0
+    let mut board = protected(&[BX_R0], FULL | EXECUTE_NEVER);
     board.set(|registers| registers.r[0] = RAM | 1);
     board.steps(2);
     assert_eq!((board.core.exception(), board.word(STACK - 8)), (4, RAM));
@@ -193,11 +169,10 @@ fn unprivileged_load_has_the_rights_of_unprivileged_code() {
 #[test]
 fn stack_in_a_refused_region_raises_mstkerr() {
     let mut board = protected(&[NOP], READ_ONLY);
-    board.store(0xE000_E100, 1);
-    board.store(0xE000_E400, 0x80);
+    board.store(NVIC_ISER, 1);
+    board.store(NVIC_IPR, 0x80);
     board.set(|registers| registers.r[13] = RAM + 0x100);
-    board.core.set_irq(0, true);
-    board.step();
+    board.raise(0);
     assert_eq!(board.core.exception(), 4);
     assert_eq!(board.load(CFSR), 1 << 4);
 }
@@ -205,7 +180,7 @@ fn stack_in_a_refused_region_raises_mstkerr() {
 /// Given a region that begins in the middle of an unaligned word. When it is loaded. Then MMFAR has the first address in the region.
 #[test]
 fn unaligned_access_reports_the_address_in_the_region() {
-    let mut board = protected(&[0x6802], 0);
+    let mut board = protected(&[LDR], 0);
     board.store(MPU_RBAR, (RAM + 0x400) | 1 << 4 | 3);
     board.set(|registers| registers.r[0] = RAM + 0x3FE);
     board.step();
@@ -226,10 +201,10 @@ fn region_registers_keep_what_is_written() {
 fn parts_of_a_register_can_be_accessed() {
     // STRB r1, [r0]; LDRH r2, [r0]
     let mut board = Board::new(&[0x7001, 0x8802]);
-    board.store(0xE000_E404, 0x4030_2010);
-    board.set(|registers| (registers.r[0], registers.r[1]) = (0xE000_E406, 0xFF));
+    board.store(NVIC_IPR + 4, 0x4030_2010);
+    board.set_r0_r1(NVIC_IPR + 6, 0xFF);
     assert_eq!(board.steps(2).r[2], 0x40F0);
-    assert_eq!(board.load(0xE000_E404), 0x40F0_2010);
+    assert_eq!(board.load(NVIC_IPR + 4), 0x40F0_2010);
 }
 
 #[test]

@@ -2,26 +2,8 @@
 //!
 //! Of an UNPREDICTABLE encoding the core stops with its word, or raises a UsageFault where the Config asks for it.
 
-use crate::board;
-use crate::board::{Board, CODE, RAM};
+use crate::board::*;
 use twin_core::{Config, Registers, Stop, Unpredictable};
-
-/// A small generator of random numbers (xorshift).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 16) as u32
-    }
-}
-
-const CPACR: u32 = 0xE000_ED88;
-const SHCSR: u32 = 0xE000_ED24;
-const CFSR: u32 = 0xE000_ED28;
-const UNDEFINSTR: u32 = 1 << 16;
 
 /// Two boards that differ in their treatment of UNPREDICTABLE encodings. Both may use their FPU and have all fault handlers.
 struct Boards {
@@ -44,11 +26,10 @@ struct Outcomes {
 impl Boards {
     fn new(seed: u64) -> Self {
         let prepared = |unpredictable| {
-            let mut board =
-                Board::with_config(&[], Config { unpredictable, ..Config::stm32f4(board::FLASH_BYTES) });
-            board.store(CPACR, 0x00F0_0000);
-            board.store(SHCSR, 7 << 16);
-            board.memory.accesses.clear();
+            let mut board = Board::with_config(&[], Config { unpredictable, ..Config::stm32f4(FLASH_BYTES) });
+            board.store(CPACR, FPU_FOR_ALL);
+            board.store(SHCSR, ALL_FAULTS);
+            board.bus.accesses.clear();
             board
         };
         Boards {
@@ -121,7 +102,7 @@ fn return_address(board: &mut Board) -> u32 {
 
 fn loaded(board: &Board, code: [u16; 2], state: &Registers) -> Board {
     let mut board = board.clone();
-    board.memory.poke_code(CODE, &code);
+    board.bus.memory.poke_code(CODE, &code);
     board.core.invalidate(CODE..CODE + 4);
     board.core.set_registers(state);
     board
@@ -152,7 +133,7 @@ fn a_million_random_words_run_fault_or_stop() {
 
 #[test]
 fn unpredictable_encoding_raises_usage_fault_if_configured() {
-    let config = Config { unpredictable: Unpredictable::UsageFault, ..Config::stm32f4(board::FLASH_BYTES) };
+    let config = Config { unpredictable: Unpredictable::UsageFault, ..Config::stm32f4(FLASH_BYTES) };
     // BX with a bit set that has to be zero.
     let mut board = Board::with_config(&[0x4701], config);
     board.step();
@@ -169,21 +150,20 @@ fn random_programs_with_interrupts_run_or_lock_up() {
     let mut random = Random(0x005E_ED0F_7E57);
     let mut lock_ups = 0;
     for _ in 0..300 {
-        let config =
-            Config { unpredictable: Unpredictable::UsageFault, ..Config::stm32f4(board::FLASH_BYTES) };
+        let config = Config { unpredictable: Unpredictable::UsageFault, ..Config::stm32f4(FLASH_BYTES) };
         let program: Vec<u16> = (0..256).map(|_| random.next() as u16).collect();
         let mut board = Board::with_config(&program, config);
-        board.store(CPACR, 0x00F0_0000);
-        board.store(SHCSR, 7 << 16);
-        board.store(0xE000_E100, random.next());
-        board.store(0xE000_E400, random.next());
+        board.store(CPACR, FPU_FOR_ALL);
+        board.store(SHCSR, ALL_FAULTS);
+        board.store(NVIC_ISER, random.next());
+        board.store(NVIC_IPR, random.next());
         board.store(0xE000_E404, random.next());
         for exception in 2..48 {
             // Two random instructions, then the return.
             board.handler(exception, &[random.next() as u16 % 0xE800, random.next() as u16 % 0xE800, 0x4770]);
         }
         for (at, _) in (RAM..).step_by(4).zip(0..0x400) {
-            board.memory.poke(at, twin_core::Width::Word, random.next());
+            board.bus.memory.poke(at, twin_core::Width::Word, random.next());
         }
         for _ in 0..500 {
             board.core.set_irq((random.next() % 97) as u16, random.next().is_multiple_of(2));
@@ -200,7 +180,7 @@ fn random_programs_with_interrupts_run_or_lock_up() {
                 lock_ups += 1;
                 board.core.reset();
             }
-            board.memory.accesses.clear();
+            board.bus.accesses.clear();
         }
     }
     assert!(lock_ups > 0, "some programs destroy their stack");

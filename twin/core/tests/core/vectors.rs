@@ -1,12 +1,11 @@
 //! Replays instructions from random states and compares with the answers of Unicorn (`judge/README.md`).
 
-use twin_core::{Bus, BusError, Config, Core, Registers, Width};
+use crate::board::{CPACR, FLASH, Memory, RAM, Random, T};
+use twin_core::{Config, Core, Registers};
 
 const VECTORS: &[u8] = include_bytes!("../vectors/unicorn.bin");
 /// Names another file of vectors.
 const OTHER_VECTORS: &str = "TWIN_CORE_VECTORS";
-const FLASH: u32 = 0x0800_0000;
-const RAM: u32 = 0x2000_0000;
 const SIZE: usize = 0x1000;
 const CODE: u32 = FLASH + 0x800;
 const STACK: u32 = RAM + 0x800;
@@ -36,55 +35,14 @@ const SPECIALS: [u32; 16] = [
     0xFFA0_0000,
 ];
 
-/// xorshift64, as in `judge/make_vectors.py`.
-struct Generator(u64);
-
-impl Generator {
-    fn new(index: u64) -> Self {
-        Generator((index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
-    }
-
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 16) as u32
-    }
-
-    fn memory(index: u64) -> Vec<u8> {
-        let mut generator = Generator::new(index);
-        (0..SIZE / 4).flat_map(|_| generator.next().to_le_bytes()).collect()
-    }
+/// Random numbers of a vector or of a memory.
+fn seeded(index: u64) -> Random {
+    Random((index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// Two memories of 4 KiB.
-struct Memory {
-    flash: Vec<u8>,
-    ram: Vec<u8>,
-}
-
-impl Memory {
-    fn bytes(&mut self, address: u32, width: Width) -> Result<&mut [u8], BusError> {
-        let (base, bytes) = if address < RAM { (FLASH, &mut self.flash) } else { (RAM, &mut self.ram) };
-        let at = address.wrapping_sub(base) as usize;
-        bytes.get_mut(at..at + width.bytes() as usize).ok_or(BusError)
-    }
-}
-
-impl Bus for Memory {
-    fn fetch(&mut self, address: u32) -> Result<u16, BusError> {
-        self.load(address, Width::Half).map(|half| half as u16)
-    }
-
-    fn load(&mut self, address: u32, width: Width) -> Result<u32, BusError> {
-        let bytes = self.bytes(address, width)?;
-        Ok(bytes.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte)))
-    }
-
-    fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
-        self.bytes(address, width)?.copy_from_slice(&value.to_le_bytes()[..width.bytes() as usize]);
-        Ok(())
-    }
+fn content(index: u64) -> Vec<u8> {
+    let mut random = seeded(index);
+    (0..SIZE / 4).flat_map(|_| random.next().to_le_bytes()).collect()
 }
 
 /// Reads the file.
@@ -116,10 +74,10 @@ impl<'a> Reader<'a> {
 }
 
 fn state(index: u64, base: u8, register: u8, shape: u8) -> Registers {
-    let mut generator = Generator::new(index);
+    let mut random = seeded(index);
     let mut registers = Registers::default();
     for core in &mut registers.r[..15] {
-        let (kind, value) = (generator.next() % 8, generator.next());
+        let (kind, value) = (random.next() % 8, random.next());
         *core = match kind {
             1 => value % 64,
             2 => 0x8000_0000,
@@ -130,16 +88,16 @@ fn state(index: u64, base: u8, register: u8, shape: u8) -> Registers {
         };
     }
     registers.r[13] = STACK;
-    let (place, offset) = (generator.next(), generator.next());
+    let (place, offset) = (random.next(), random.next());
     if let Some(core) = registers.r.get_mut(usize::from(base)) {
         *core = (RAM + 0x600 + place % 0x200) & if shape & ALIGNED != 0 { !3 } else { !0 };
     }
     if let Some(core) = registers.r.get_mut(usize::from(register)) {
         *core = if shape & TARGET != 0 { offset & 0x1FFF_FFFF | 1 } else { offset % 0x40 };
     }
-    registers.xpsr = generator.next() & APSR | 1 << 24;
+    registers.xpsr = random.next() & APSR | T;
     for single in &mut registers.s {
-        let (kind, value, other) = (generator.next() % 8, generator.next(), generator.next());
+        let (kind, value, other) = (random.next() % 8, random.next(), random.next());
         *single = match kind {
             0 => SPECIALS[other as usize % 16],
             1 => value & 0x807F_FFFF,
@@ -148,7 +106,7 @@ fn state(index: u64, base: u8, register: u8, shape: u8) -> Registers {
             _ => value & 0x807F_FFFF | (other % 24 + 116) << 23,
         };
     }
-    let (kind, value) = (generator.next() % 2, generator.next());
+    let (kind, value) = (random.next() % 2, random.next());
     registers.fpscr = if kind == 1 { value & FPSCR_BITS } else { 0 };
     if shape & TO_NEAREST != 0 {
         registers.fpscr &= !RMODE;
@@ -161,11 +119,9 @@ fn state(index: u64, base: u8, register: u8, shape: u8) -> Registers {
 fn fresh(memory: &mut Memory) -> Core {
     let mut core = Core::new(Config { code: FLASH..FLASH, ..Config::stm32f4(0) });
     // MOV.W r0, #0xF00000; STR r0, [r1]: CPACR. VMRS r2, FPSCR: the context has used the FPU.
-    for (at, half) in (CODE..).step_by(2).zip([0xF44F, 0x0070, 0x6008, 0xEEF1, 0x2A10]) {
-        memory.store(at, Width::Half, half).unwrap();
-    }
-    let mut registers = Registers { xpsr: 1 << 24, ..Registers::default() };
-    (registers.r[1], registers.r[15]) = (0xE000_ED88, CODE);
+    memory.poke_code(CODE, &[0xF44F, 0x0070, 0x6008, 0xEEF1, 0x2A10]);
+    let mut registers = Registers { xpsr: T, ..Registers::default() };
+    (registers.r[1], registers.r[15]) = (CPACR, CODE);
     core.set_registers(&registers);
     for _ in 0..3 {
         core.step(memory).unwrap();
@@ -178,9 +134,8 @@ fn instructions_answer_as_unicorn_does() {
     let other = std::env::var_os(OTHER_VECTORS).map(|path| std::fs::read(path).expect("a file of vectors"));
     let mut reader = Reader(other.as_deref().unwrap_or(VECTORS));
     let (count, seed) = (reader.word(), reader.number(8));
-    let (flash, ram) = (Generator::memory(1 << 32), Generator::memory(1 << 33));
-    let mut memory = Memory { flash: flash.clone(), ram: ram.clone() };
-    let core = fresh(&mut memory);
+    let initial = Memory::writable([(FLASH, content(1 << 32)), (RAM, content(1 << 33))]);
+    let core = fresh(&mut initial.clone());
     let mut differences = Vec::new();
     for index in 0..count {
         let [halves, steps, base, register, shape] = *reader.take(5) else { unreachable!() };
@@ -191,17 +146,15 @@ fn instructions_answer_as_unicorn_does() {
         reader.changes(mask, &mut expected.r[..15]);
         let mask = reader.word();
         reader.changes(mask, &mut expected.s);
-        (expected.r[15], expected.xpsr, expected.fpscr) =
-            (reader.word(), reader.word() | 1 << 24, reader.word());
-        let mut expected_ram = ram.clone();
+        (expected.r[15], expected.xpsr, expected.fpscr) = (reader.word(), reader.word() | T, reader.word());
+        let mut expected_ram = initial.0[1].content.clone();
         for _ in 0..reader.number(1) {
             let (at, length) = (reader.number(2) as usize, reader.number(1) as usize);
             expected_ram[at..at + length].copy_from_slice(reader.take(length));
         }
 
-        memory.ram.clone_from(&ram);
-        memory.flash.clone_from(&flash);
-        memory.flash[0x800..0x800 + code.len()].copy_from_slice(code);
+        let mut memory = initial.clone();
+        memory.0[0].content[0x800..0x800 + code.len()].copy_from_slice(code);
         let mut core = core.clone();
         core.set_registers(&before);
         let mut outcome = Ok(());
@@ -209,7 +162,7 @@ fn instructions_answer_as_unicorn_does() {
             outcome = outcome.and(core.step(&mut memory).map(|_| ()));
         }
         let actual = core.registers();
-        if outcome.is_err() || actual != expected || memory.ram != expected_ram {
+        if outcome.is_err() || actual != expected || memory.0[1].content != expected_ram {
             let code: Vec<String> =
                 code.chunks(2).map(|half| format!("{:02X}{:02X}", half[1], half[0])).collect();
             differences.push(format!(

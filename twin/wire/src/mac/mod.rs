@@ -14,7 +14,7 @@ use crate::encode::Encoded;
 use crate::field::Field;
 use crate::fine::Fine;
 use crate::frame::WireFrame;
-use crate::timing::BitClock;
+use crate::timing::{BitClock, BitTiming};
 
 const FLAG_BITS: u8 = 6;
 const DELIMITER_BITS: u8 = 8;
@@ -129,7 +129,7 @@ impl Mac {
     pub(crate) fn new() -> Self {
         Mac {
             attachment: None,
-            clock: BitClock::new(crate::timing::BitTiming::MEGABIT, Fine(0)),
+            clock: BitClock::new(BitTiming::MEGABIT, Fine(0)),
             state: State::Off,
             counters: ErrorCounters::default(),
             decoder: Decoder::new(),
@@ -245,14 +245,14 @@ impl Mac {
             State::Suspend(bit) => SUSPEND_BITS - bit,
             _ => return None,
         };
-        Some(self.clock.end() + self.clock.bit().times(u64::from(bits - 1)))
+        Some(self.clock.end + self.clock.bit.times(u64::from(bits - 1)))
     }
 
     /// Passes the rest of an undisturbed intermission at once, if it is over at `at` and idle follows.
     pub(crate) fn pass_intermission(&mut self, at: Fine) -> bool {
         let State::Intermission(bit) = self.state else { return false };
         // A pulse may have been sampled in the bit under way and be over.
-        let was_sampled = self.clock.latched().is_some();
+        let was_sampled = self.clock.latched.is_some();
         if was_sampled || self.is_suspended() || self.idle_from().is_none_or(|idle| idle > at) {
             return false;
         }
@@ -267,8 +267,7 @@ impl Mac {
 
     /// Starts a frame.
     pub(crate) fn start(&mut self, own: Transmission) {
-        let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
-        self.clock.restart(timing, own.start);
+        self.clock.restart(self.timing(), own.start);
         self.state = State::Sof;
         self.join(own);
     }
@@ -279,16 +278,27 @@ impl Mac {
         self.transmitter = true;
     }
 
+    /// The timing that its controller asks for, from its next frame on.
+    pub(crate) fn timing(&self) -> BitTiming {
+        self.attachment.map_or(self.clock.timing, |attachment| attachment.timing)
+    }
+
+    /// Its clock in idle after a falling edge at `at`.
+    pub(crate) fn clock_from_edge(&self, at: Fine) -> BitClock {
+        let mut clock = self.clock;
+        if self.timing() != clock.timing {
+            clock.restart(self.timing(), at);
+        }
+        clock.begin_with_edge(at);
+        clock
+    }
+
     /// The line became dominant at `at`.
     pub(crate) fn dominant_edge(&mut self, at: Fine) {
         match self.state {
             State::Off | State::BusOff => {}
             State::Idle => {
-                let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
-                if timing != self.clock.timing() {
-                    self.clock.restart(timing, at);
-                }
-                self.clock.begin_with_edge(at);
+                self.clock = self.clock_from_edge(at);
                 self.state = State::Sof;
                 self.transmitter = false;
             }

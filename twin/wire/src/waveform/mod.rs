@@ -5,8 +5,6 @@
 
 mod recorder;
 
-pub(crate) use recorder::Recorder;
-
 use crate::controller::{ErrorCounters, NodeIndex, WireEvent};
 use crate::field::Field;
 use crate::time::Time;

@@ -1,43 +1,37 @@
 //! Takes the waveform of a wire while it runs.
 
 use super::{Bit, Lane, Waveform};
-use crate::controller::{NodeIndex, WireEvent};
+use crate::controller::NodeIndex;
 use crate::field::Field;
 use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE};
 use crate::node::Node;
 use crate::time::Time;
 
-/// A waveform under way.
-#[derive(Clone, Debug)]
-pub(crate) struct Recorder {
-    waveform: Waveform,
-}
-
-impl Recorder {
+impl Waveform {
     /// Begins at `from` with `nodes` as they are there.
-    pub(crate) fn new(from: Time, to: Time, nodes: &[Node]) -> Self {
+    pub(crate) fn begin(from: Time, to: Time, nodes: &[Node]) -> Self {
         let lane = |(index, node): (NodeIndex, &Node)| Lane {
             node: index,
             position_m: node.position_m,
-            bit_time: node.mac.attachment.map_or(node.mac.clock.timing(), |now| now.timing).bit_time(),
+            bit_time: node.mac.timing().bit_time(),
             counters: node.mac.counters,
             bits: Vec::new(),
             driver: vec![(from, if node.driving { DOMINANT } else { RECESSIVE })],
             line: vec![(from, node.level)],
             events: Vec::new(),
         };
-        Recorder { waveform: Waveform { from, to, lanes: nodes.iter().enumerate().map(lane).collect() } }
+        Waveform { from, to, lanes: nodes.iter().enumerate().map(lane).collect() }
     }
 
     /// The bit under way at `node` ends, sampled as given.
     pub(crate) fn bit(&mut self, index: NodeIndex, node: &Node, field: Field, sampled: bool, flipped: bool) {
         let clock = &node.mac.clock;
-        let stretch = i128::from((clock.end() - clock.start()).0) - i128::from(clock.bit().0);
-        self.waveform.lanes[index].bits.push(Bit {
-            start: clock.start().floor(),
-            sample: clock.sample().floor(),
-            end: clock.end().floor(),
+        let stretch = i128::from((clock.end - clock.start).0) - i128::from(clock.bit.0);
+        self.lanes[index].bits.push(Bit {
+            start: clock.start.floor(),
+            sample: clock.sample.floor(),
+            end: clock.end.floor(),
             field,
             sampled,
             driven: if node.driving { DOMINANT } else { RECESSIVE },
@@ -46,25 +40,10 @@ impl Recorder {
         });
     }
 
-    /// The driver of `node` changes to `level`.
-    pub(crate) fn driver(&mut self, node: NodeIndex, at: Fine, level: bool) {
-        self.waveform.lanes[node].driver.push((at.floor(), level));
-    }
-
-    /// The line of `node` changes to `level`.
-    pub(crate) fn line(&mut self, node: NodeIndex, at: Fine, level: bool) {
-        self.waveform.lanes[node].line.push((at.floor(), level));
-    }
-
-    /// The wire tells `node` of `event`.
-    pub(crate) fn event(&mut self, node: NodeIndex, at: Time, event: WireEvent) {
-        self.waveform.lanes[node].events.push((at, event));
-    }
-
     /// What there is.
     pub(crate) fn finish(mut self) -> Waveform {
         // Whoever joins an arbitration is told of its start a bit later.
-        self.waveform.lanes.iter_mut().for_each(|lane| lane.events.sort_by_key(|&(at, _)| at));
-        self.waveform
+        self.lanes.iter_mut().for_each(|lane| lane.events.sort_by_key(|&(at, _)| at));
+        self
     }
 }

@@ -4,10 +4,11 @@
 //! 20 us. On paper its bits are `0000 1 00000 (1) 00000 (1) 0000`, then the CRC sequence: stuff bits at 10 and 16, the
 //! CRC delimiter at 38, the ACK slot at 39, EOF from 41 to 47.
 
-use can_wire::controller::{ErrorCounters, ErrorKind, NodeIndex, WireEvent};
+use can_wire::controller::{ErrorCounters, ErrorKind, NodeIndex, Trace, WireEvent};
 use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
+use can_wire::record::{Destruction, Observation};
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use proptest::prelude::ProptestConfig;
@@ -38,9 +39,53 @@ pub fn frame(id: u16) -> WireFrame {
 
 /// A node that sends 080h at 20 us, and `receivers` that do not send.
 pub fn sender_and(receivers: usize) -> Bench {
-    let mut stations = vec![Station::default().sending(us(SOF), sync())];
-    stations.extend((0..receivers).map(|_| Station::default()));
+    let mut stations = vec![sending(SOF, sync())];
+    stations.extend((0..receivers).map(|_| idle()));
     Bench::together(stations)
+}
+
+/// As [`sender_and`], with faults from the start on; runs to `until` us.
+pub fn disturbed(receivers: usize, faults: impl IntoIterator<Item = Fault>, until: u64) -> Bench {
+    let mut bench = sender_and(receivers);
+    from_start(&mut bench, faults);
+    bench.leap(us(until));
+    bench
+}
+
+/// Receives, and has nothing to send.
+pub fn idle() -> Station {
+    Station::default()
+}
+
+/// Sends a frame at `at` us.
+pub fn sending(at: u64, frame: WireFrame) -> Station {
+    Station::default().sending(us(at), frame)
+}
+
+/// Keeps the level changes of its line.
+pub fn listener() -> Station {
+    Station { watches_line: true, ..Station::default() }
+}
+
+/// A listener that monitors the bus: it drives nothing.
+pub fn silent() -> Station {
+    let mut station = listener();
+    station.attachment.as_mut().unwrap().silent = true;
+    station
+}
+
+/// `node` takes part from `since` us on.
+pub fn joins_at(bench: &mut Bench, node: NodeIndex, since: u64) {
+    bench.stations[node].attachment.as_mut().unwrap().since = us(since);
+}
+
+/// `node` is to send more frames, each after the ones before and not before `at` us.
+pub fn send(bench: &mut Bench, node: NodeIndex, at: u64, frames: impl IntoIterator<Item = WireFrame>) {
+    bench.stations[node].queue.extend(frames.into_iter().map(|frame| (us(at), frame)));
+}
+
+pub fn schedule(bench: &mut Bench, at: u64, fault: Fault) {
+    bench.wire.schedule(us(at), fault).unwrap();
 }
 
 pub fn flip(place: Place, nodes: &[NodeIndex]) -> Fault {
@@ -58,14 +103,12 @@ pub fn flip_field(field: Field, nodes: &[NodeIndex]) -> Fault {
 /// Dominant for everybody from `from` us on, for `length` us.
 pub fn hold_dominant(bench: &mut Bench, from: u64, length: u64) {
     let fault = Fault::Glitch { nodes: Nodes::ALL, duration: us(length), effect: Effect::Dominant };
-    bench.wire.schedule(us(from), fault).unwrap();
+    schedule(bench, from, fault);
 }
 
 /// From the start on.
 pub fn from_start(bench: &mut Bench, faults: impl IntoIterator<Item = Fault>) {
-    for fault in faults {
-        bench.wire.schedule(Time::ZERO, fault).unwrap();
-    }
+    faults.into_iter().for_each(|fault| schedule(bench, 0, fault));
 }
 
 pub fn tec(bench: &Bench, node: NodeIndex) -> u16 {
@@ -110,6 +153,32 @@ pub fn transmit_error(kind: ErrorKind) -> WireEvent {
 
 pub fn receive_error(kind: ErrorKind) -> WireEvent {
     WireEvent::ReceiveError(kind)
+}
+
+/// The frames that `node` received.
+pub fn frames(bench: &Bench, node: NodeIndex) -> Vec<WireFrame> {
+    bench.stations[node].received().map(|(_, frame)| frame).collect()
+}
+
+/// The frames that were completed, their receivers, and their piece of the cable.
+pub fn completed(records: &[Observation]) -> Vec<(Trace, Vec<NodeIndex>, usize)> {
+    let completed = records.iter().filter_map(|record| match record {
+        Observation::Completed { trace, receivers, segment } => {
+            Some((*trace, receivers.iter().map(|&(node, _)| node).collect(), *segment))
+        }
+        _ => None,
+    });
+    completed.collect()
+}
+
+/// The first transmission without success: cause, end, transmitter, and the number of nodes that received it all the same.
+pub fn destroyed(records: &[Observation]) -> Option<(Destruction, Time, NodeIndex, usize)> {
+    records.iter().find_map(|record| match record {
+        Observation::Destroyed { cause, at, transmitter, receivers, .. } => {
+            Some((*cause, *at, *transmitter, receivers.len()))
+        }
+        _ => None,
+    })
 }
 
 /// `count` random cases, the same each time. PROPTEST_CASES and PROPTEST_RNG_SEED make more and other ones.

@@ -4,7 +4,6 @@ use crate::common::*;
 use can_wire::controller::{ErrorKind, WireEvent};
 use can_wire::fault::{Effect, Fault, Nodes};
 use can_wire::field::Field;
-use can_wire::frame::WireFrame;
 use can_wire::station::Bench;
 use can_wire::time::Time;
 
@@ -12,22 +11,20 @@ const BIT_DOMINANT: WireEvent = WireEvent::TransmitError(ErrorKind::BitDominant)
 
 /// The transmitter of 080h sees bit 11, a dominant one, recessive. Its flag takes bits 12 to 17. The bits before are
 /// 0 0 0 0 0 (1) 0, so the flag breaks the stuffing rule for the others at bit 16; their flags end with bit 22.
-fn transmitter_errs(bench: &mut Bench) {
-    from_start(bench, [flip_bit(11, &[0])]);
+fn transmitter_errs() -> Fault {
+    flip_bit(11, &[0])
 }
 
 /// Node 1 sees bit 4, the only recessive one so far, dominant, and bit 5 as the sixth dominant bit in a row. Its flag
 /// takes bits 6 to 11; the stuff bit 10 is the sixth dominant one for the others, whose flags take bits 11 to 16.
-fn receiver_errs(bench: &mut Bench) {
-    from_start(bench, [flip_bit(4, &[1])]);
+fn receiver_errs() -> Fault {
+    flip_bit(4, &[1])
 }
 
 /// Rule a: +1 for a receiver that sees an error.
 #[test]
 fn a_receiver_that_sees_an_error_counts_one() {
-    let mut bench = sender_and(2);
-    transmitter_errs(&mut bench);
-    bench.leap(us(50));
+    let bench = disturbed(2, [transmitter_errs()], 50);
     for node in [1, 2] {
         assert_eq!(errors(&bench, node), [(end_of(SOF, 16), receive_error(ErrorKind::Stuff))]);
         assert_eq!(counts(&bench, node), [(end_of(SOF, 16), 0, 1)]);
@@ -37,10 +34,7 @@ fn a_receiver_that_sees_an_error_counts_one() {
 /// Rule a, its exception: a bit error within the own flag counts by rule e instead, 8 and not 9.
 #[test]
 fn a_bit_error_in_the_own_flag_does_not_count_one_more() {
-    let mut bench = sender_and(2);
-    transmitter_errs(&mut bench);
-    from_start(&mut bench, [flip_field(Field::ErrorFlag(2), &[1])]);
-    bench.leap(us(50));
+    let bench = disturbed(2, [transmitter_errs(), flip_field(Field::ErrorFlag(2), &[1])], 50);
     assert_eq!(counts(&bench, 1), [(end_of(SOF, 16), 0, 1), (end_of(SOF, 19), 0, 9)]);
     // The flag that node 1 sends instead ends with bit 25: rule b for node 2.
     assert_eq!(counts(&bench, 2), [(end_of(SOF, 16), 0, 1), (end_of(SOF, 23), 0, 9)]);
@@ -49,9 +43,7 @@ fn a_bit_error_in_the_own_flag_does_not_count_one_more() {
 /// Rule b: +8 for a receiver whose first bit after the error flag is dominant: it was the first to see the error.
 #[test]
 fn the_receiver_that_erred_first_counts_eight_more() {
-    let mut bench = sender_and(2);
-    receiver_errs(&mut bench);
-    bench.leap(us(50));
+    let bench = disturbed(2, [receiver_errs()], 50);
     assert_eq!(counts(&bench, 1), [(end_of(SOF, 5), 0, 1), (end_of(SOF, 12), 0, 9)]);
     assert_eq!(counts(&bench, 2), [(end_of(SOF, 10), 0, 1)]);
 }
@@ -59,9 +51,7 @@ fn the_receiver_that_erred_first_counts_eight_more() {
 /// Rule c: +8 for a transmitter that sends an error flag.
 #[test]
 fn a_transmitter_with_an_error_counts_eight() {
-    let mut bench = sender_and(2);
-    transmitter_errs(&mut bench);
-    bench.leap(us(50));
+    let bench = disturbed(2, [transmitter_errs()], 50);
     assert_eq!(errors(&bench, 0), [(end_of(SOF, 11), BIT_DOMINANT)]);
     assert_eq!(counts(&bench, 0), [(end_of(SOF, 11), 8, 0)], "five dominant bits after its flag are free");
 }
@@ -71,8 +61,7 @@ fn a_transmitter_with_an_error_counts_eight() {
 /// every 65.
 #[test]
 fn a_lone_transmitter_never_goes_bus_off() {
-    let mut bench = sender_and(0);
-    bench.leap(Time::from_ms(100));
+    let bench = disturbed(0, [], 100_000);
     let tries: Vec<Time> = starts(&bench, 0);
     let expected = |n: u64| if n < 16 { us(SOF + 57 * n) } else { us(SOF + 57 * 16 + 8 + 65 * (n - 16)) };
     assert!(tries.len() > 1500);
@@ -88,7 +77,7 @@ fn a_lone_transmitter_never_goes_bus_off() {
 fn dominant_bit_in_passive_flag_makes_missing_ack_count() {
     let mut bench = sender_and(0);
     // The 17th try has its SOF at 940 us and its ACK slot up to 980 us.
-    bench.wire.schedule(us(970), flip_field(Field::ErrorFlag(3), &[0])).unwrap();
+    schedule(&mut bench, 970, flip_field(Field::ErrorFlag(3), &[0]));
     bench.leap(us(1100));
     assert_eq!(counts(&bench, 0)[15..], [(us(915), 128, 0), (us(984), 136, 0)]);
     // Three recessive bits, the dominant one, six recessive bits: the flag ends 10 bits after the ACK slot.
@@ -98,15 +87,11 @@ fn dominant_bit_in_passive_flag_makes_missing_ack_count() {
 /// Rule c, exception 2: a recessive stuff bit that is overwritten during arbitration counts nothing.
 #[test]
 fn an_overwritten_stuff_bit_in_the_arbitration_is_free() {
-    let mut bench = sender_and(2);
-    receiver_errs(&mut bench);
-    bench.leap(us(50));
+    let bench = disturbed(2, [receiver_errs()], 50);
     assert_eq!(errors(&bench, 0), [(end_of(SOF, 10), transmit_error(ErrorKind::Stuff))]);
     assert_eq!(counts(&bench, 0), []);
     // The same after the arbitration: the stuff bit at 16 lies before the DLC.
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [flip_bit(16, &[0])]);
-    bench.leap(us(50));
+    let bench = disturbed(2, [flip_bit(16, &[0])], 50);
     assert_eq!(errors(&bench, 0), [(end_of(SOF, 16), transmit_error(ErrorKind::BitRecessive))]);
     assert_eq!(counts(&bench, 0), [(end_of(SOF, 16), 8, 0)]);
 }
@@ -114,10 +99,7 @@ fn an_overwritten_stuff_bit_in_the_arbitration_is_free() {
 /// Rule d: +8 for a transmitter with a bit error in its active error flag.
 #[test]
 fn transmitter_with_bit_error_in_its_error_flag_counts_eight() {
-    let mut bench = sender_and(2);
-    transmitter_errs(&mut bench);
-    from_start(&mut bench, [flip_field(Field::ErrorFlag(3), &[0])]);
-    bench.leap(us(50));
+    let bench = disturbed(2, [transmitter_errs(), flip_field(Field::ErrorFlag(3), &[0])], 50);
     assert_eq!(counts(&bench, 0), [(end_of(SOF, 11), 8, 0), (end_of(SOF, 15), 16, 0)]);
     assert_eq!(errors(&bench, 0)[1], (end_of(SOF, 15), receive_error(ErrorKind::BitDominant)));
 }
@@ -125,27 +107,20 @@ fn transmitter_with_bit_error_in_its_error_flag_counts_eight() {
 /// Rule d, overload flag. Intermission begins with bit 48.
 #[test]
 fn transmitter_with_bit_error_in_its_overload_flag_counts_eight() {
-    let mut bench = sender_and(2);
     let faults = [flip_field(Field::Intermission(0), &[0]), flip_field(Field::OverloadFlag(1), &[0])];
-    from_start(&mut bench, faults);
-    bench.leap(us(100));
+    let bench = disturbed(2, faults, 100);
     assert_eq!(counts(&bench, 0), [(end_of(SOF, 50), 8, 0)]);
 }
 
 /// Rule e: +8 for a receiver with a bit error in its active error flag, or in its overload flag.
 #[test]
 fn a_receiver_with_a_bit_error_in_its_flag_counts_eight() {
-    let mut bench = sender_and(2);
     let faults = [flip_field(Field::Intermission(0), &[1]), flip_field(Field::OverloadFlag(1), &[1])];
-    from_start(&mut bench, faults);
-    bench.leap(us(100));
+    let bench = disturbed(2, faults, 100);
     assert_eq!(errors(&bench, 1), [(end_of(SOF, 50), receive_error(ErrorKind::BitDominant))]);
     assert_eq!(counts(&bench, 1), [(end_of(SOF, 50), 0, 8)]);
 
-    let mut bench = sender_and(2);
-    transmitter_errs(&mut bench);
-    from_start(&mut bench, [flip_field(Field::ErrorFlag(5), &[2])]);
-    bench.leap(us(50));
+    let bench = disturbed(2, [transmitter_errs(), flip_field(Field::ErrorFlag(5), &[2])], 50);
     assert_eq!(counts(&bench, 2), [(end_of(SOF, 16), 0, 1), (end_of(SOF, 22), 0, 9)]);
 }
 
@@ -200,10 +175,8 @@ fn dominant_line_after_overload_flag_counts_from_fourteenth_bit() {
 #[test]
 fn a_frame_sent_well_takes_one_off() {
     let mut bench = sender_and(1);
-    transmitter_errs(&mut bench);
-    for _ in 0..9 {
-        bench.stations[0].queue.push_back((us(SOF), sync()));
-    }
+    from_start(&mut bench, [transmitter_errs()]);
+    send(&mut bench, 0, SOF, [sync(); 9]);
     bench.leap(Time::from_ms(2));
     assert_eq!(sent(&bench, 0).len(), 10);
     let steps: Vec<u16> = counts(&bench, 0).into_iter().map(|(_, transmit, _)| transmit).collect();
@@ -214,8 +187,8 @@ fn a_frame_sent_well_takes_one_off() {
 #[test]
 fn a_frame_received_well_takes_one_off() {
     let mut bench = sender_and(1);
-    transmitter_errs(&mut bench);
-    bench.stations[0].queue.push_back((us(SOF), sync()));
+    from_start(&mut bench, [transmitter_errs()]);
+    send(&mut bench, 0, SOF, [sync()]);
     bench.leap(us(300));
     // Flags to bit 22, delimiter 8, intermission 3: the second SOF is 34 bits after the first.
     let valid = end_of(SOF + 34, 46);
@@ -299,12 +272,11 @@ fn the_32nd_error_of_a_transmitter_is_bus_off() {
 #[test]
 fn a_transmitter_at_127_is_error_active_again() {
     let mut bench = sender_and(1);
-    bench.stations[1].attachment.as_mut().unwrap().since = us(915);
-    bench.stations[0].queue.push_back((us(SOF), sync()));
-    bench.stations[0].queue.push_back((us(SOF), sync()));
+    joins_at(&mut bench, 1, 915);
+    send(&mut bench, 0, SOF, [sync(); 2]);
     bench.stations[0].watches_line = true;
     // The 17th try, the first that somebody acknowledges, at 940 us; the next one errs at bit 11.
-    bench.wire.schedule(us(989), flip_bit(11, &[0])).unwrap();
+    schedule(&mut bench, 989, flip_bit(11, &[0]));
     bench.leap(us(1012));
     assert_eq!(counts(&bench, 0)[15..], [(us(915), 128, 0), (us(988), 127, 0), (us(1003), 135, 0)]);
     // No suspension: 51 bits after the one before. And the flag is active, at bits 12 to 17.
@@ -328,9 +300,7 @@ fn bus_off_ends_after_128_times_11_recessive_bits() {
 #[test]
 fn on_a_full_bus_the_way_back_takes_128_frames() {
     let (mut bench, last) = to_bus_off(2);
-    for _ in 0..200 {
-        bench.stations[1].queue.push_back((us(last + 1), frame(0x081)));
-    }
+    send(&mut bench, 1, last + 1, [frame(0x081); 200]);
     bench.leap(Time::from_ms(12));
     let back = counts(&bench, 0)[32].0;
     // The error frame of the others gives the first sequence.
@@ -344,7 +314,7 @@ fn on_a_full_bus_the_way_back_takes_128_frames() {
 fn a_dominant_bit_costs_a_bus_off_node_one_sequence_at_most() {
     let (mut bench, last) = to_bus_off(1);
     let line_free = last + 24;
-    bench.wire.schedule(us(line_free + 100 * 11 + 4), glitch_at(0)).unwrap();
+    schedule(&mut bench, line_free + 100 * 11 + 4, glitch_at(0));
     bench.leap(Time::from_ms(4));
     // Four bits of the 101st sequence are lost, and the dominant one.
     assert_eq!(counts(&bench, 0)[32], (us(line_free + 128 * 11 + 5), 0, 0));
@@ -372,11 +342,11 @@ fn bus_off_without_permission_to_recover_is_for_ever() {
 #[test]
 fn an_error_passive_transmitter_suspends_transmission() {
     let mut bench = sender_and(1);
-    bench.stations[1].attachment.as_mut().unwrap().since = us(850);
+    joins_at(&mut bench, 1, 850);
     // REC keeps node 0 passive after its success.
-    let low = WireFrame::standard(0x700, &[]);
-    bench.stations[0].queue.push_back((us(SOF), sync()));
-    bench.stations[1].queue.push_back((us(960), low));
+    let low = frame(0x700);
+    send(&mut bench, 0, SOF, [sync()]);
+    send(&mut bench, 1, 960, [low]);
     from_start(&mut bench, [flip_bit(11, &[0])]);
     bench.leap(Time::from_ms(3));
     // Alone it errs at bit 11 once (6 + 8 + 3 bits after it: 29 bits), and 15 times at the ACK slot.

@@ -9,48 +9,45 @@ use can_wire::fault::Fault;
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::record::{Destruction, Observation};
-use can_wire::station::{Bench, Station};
-use can_wire::time::Time;
+use can_wire::station::Bench;
 
-/// The first error that each of three nodes, the first of them the sender, is told of.
-fn first_errors(fault: Fault) -> Vec<Option<(Time, can_wire::controller::WireEvent)>> {
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [fault]);
-    bench.leap(us(SOF + 60));
-    (0..3).map(|node| errors(&bench, node).first().copied()).collect()
-}
-
-fn at(bit: usize, event: can_wire::controller::WireEvent) -> Option<(Time, can_wire::controller::WireEvent)> {
-    Some((end_of(SOF, bit), event))
-}
-
+/// Each node sees a wrong bit as the error that it is: stuff errors are the sixth equal bit, form errors a dominant bit in a
+/// delimiter or in EOF, and a receiver sends dominant, so that it can have a bit error, only in the ACK slot and in flags.
 #[test]
-fn stuff_error_of_a_receiver_is_the_sixth_equal_bit() {
-    // Bit 4 read dominant: bits 0 to 5 are six dominant bits.
-    assert_eq!(first_errors(flip_bit(4, &[1]))[1], at(5, receive_error(ErrorKind::Stuff)));
-    // The stuff bit itself.
-    assert_eq!(first_errors(flip_bit(10, &[1]))[1], at(10, receive_error(ErrorKind::Stuff)));
-}
-
-#[test]
-fn stuff_bit_overwritten_in_arbitration_is_sender_stuff_error() {
-    assert_eq!(first_errors(flip_bit(10, &[0]))[0], at(10, transmit_error(ErrorKind::Stuff)));
-}
-
-#[test]
-fn form_error_of_receiver_is_dominant_bit_in_delimiter_or_eof() {
-    for field in [Field::CrcDelimiter, Field::AckDelimiter] {
-        let bit = if field == Field::CrcDelimiter { CRC_DELIMITER } else { ACK_DELIMITER };
-        assert_eq!(first_errors(flip_field(field, &[1]))[1], at(bit, receive_error(ErrorKind::Form)));
+fn a_wrong_bit_is_the_error_of_its_field_and_node() {
+    // Of three nodes the first one sends. The fault; a node, the bit that shows it its first error, and the error.
+    let mut cases = vec![
+        // Bit 4 read dominant: bits 0 to 5 are six dominant bits.
+        (flip_bit(4, &[1]), 1, 5, receive_error(ErrorKind::Stuff)),
+        // The stuff bit itself.
+        (flip_bit(10, &[1]), 1, 10, receive_error(ErrorKind::Stuff)),
+        (flip_bit(10, &[0]), 0, 10, transmit_error(ErrorKind::Stuff)),
+        (flip_field(Field::CrcDelimiter, &[1]), 1, CRC_DELIMITER, receive_error(ErrorKind::Form)),
+        (flip_field(Field::CrcDelimiter, &[0]), 0, CRC_DELIMITER, transmit_error(ErrorKind::BitRecessive)),
+        (flip_field(Field::AckDelimiter, &[1]), 1, ACK_DELIMITER, receive_error(ErrorKind::Form)),
+        (flip_field(Field::AckSlot, &[0]), 0, ACK_SLOT, transmit_error(ErrorKind::Ack)),
+        // The flag of the sender falls into the delimiter.
+        (flip_field(Field::AckSlot, &[0]), 1, ACK_DELIMITER, receive_error(ErrorKind::Form)),
+        (flip_field(Field::AckSlot, &[1]), 1, ACK_SLOT, receive_error(ErrorKind::BitDominant)),
+        (flip_field(Field::AckSlot, &[1]), 0, ACK_DELIMITER, transmit_error(ErrorKind::BitRecessive)),
+    ];
+    for bit in [0, 1, 5, 11, 17] {
+        cases.push((flip_bit(bit, &[0]), 0, bit, transmit_error(ErrorKind::BitDominant)));
     }
-    for n in 0..6u8 {
-        let bit = ACK_DELIMITER + 1 + usize::from(n);
-        let told = first_errors(flip_field(Field::Eof(n), &[1]));
-        assert_eq!(told[1], at(bit, receive_error(ErrorKind::Form)));
+    for n in 0..6 {
+        let (fault, bit) = (flip_field(Field::Eof(n), &[1]), ACK_DELIMITER + 1 + usize::from(n));
+        cases.push((fault, 1, bit, receive_error(ErrorKind::Form)));
         // Its flag destroys the next bit for the others: recessive sent by the transmitter, of fixed form for receivers.
-        assert_eq!(told[0], at(bit + 1, transmit_error(ErrorKind::BitRecessive)));
-        let other = if n == 5 { None } else { at(bit + 1, receive_error(ErrorKind::Form)) };
-        assert_eq!(told[2], other, "EOF {n}");
+        cases.push((fault, 0, bit + 1, transmit_error(ErrorKind::BitRecessive)));
+        if n < 5 {
+            cases.push((fault, 2, bit + 1, receive_error(ErrorKind::Form)));
+        } else {
+            assert_eq!(errors(&disturbed(2, [fault], SOF + 60), 2), [], "the last bit of EOF");
+        }
+    }
+    for (fault, node, bit, event) in cases {
+        let first = errors(&disturbed(2, [fault], SOF + 60), node).first().copied();
+        assert_eq!(first, Some((end_of(SOF, bit), event)), "{fault:?} at node {node}");
     }
 }
 
@@ -58,58 +55,19 @@ fn form_error_of_receiver_is_dominant_bit_in_delimiter_or_eof() {
 #[test]
 fn form_error_in_an_error_delimiter() {
     for node in [0, 1] {
-        let mut bench = sender_and(1);
-        from_start(&mut bench, [flip_bit(11, &[0]), flip_field(Field::Delimiter(3), &[node])]);
-        bench.leap(us(SOF + 30));
+        let bench = disturbed(1, [flip_bit(11, &[0]), flip_field(Field::Delimiter(3), &[node])], SOF + 30);
         // Flags up to bit 22; the delimiter begins with bit 23.
         assert_eq!(errors(&bench, node)[1], (end_of(SOF, 26), receive_error(ErrorKind::Form)));
     }
 }
 
 #[test]
-fn ack_error_of_a_transmitter_is_a_recessive_ack_slot() {
-    let told = first_errors(flip_field(Field::AckSlot, &[0]));
-    assert_eq!(told[0], at(ACK_SLOT, transmit_error(ErrorKind::Ack)));
-    assert_eq!(
-        told[1],
-        at(ACK_DELIMITER, receive_error(ErrorKind::Form)),
-        "the flag falls into the delimiter"
-    );
-}
-
-#[test]
-fn bit_error_of_a_transmitter_that_sends_recessive() {
-    assert_eq!(
-        first_errors(flip_field(Field::CrcDelimiter, &[0]))[0],
-        at(CRC_DELIMITER, transmit_error(ErrorKind::BitRecessive))
-    );
+fn bit_error_of_a_transmitter_in_its_data() {
     // A data bit: 55h begins with a dominant one, the second is recessive. 19 plain bits and 2 stuff bits before it.
-    let mut bench = Bench::together(vec![
-        Station::default().sending(us(SOF), WireFrame::standard(0x181, &[0x55])),
-        Station::default(),
-    ]);
+    let mut bench = Bench::together(vec![sending(SOF, WireFrame::standard(0x181, &[0x55])), idle()]);
     from_start(&mut bench, [flip_field(Field::Data(1), &[0])]);
     bench.leap(us(SOF + 40));
     assert_eq!(errors(&bench, 0)[0].1, transmit_error(ErrorKind::BitRecessive));
-}
-
-#[test]
-fn bit_error_of_a_transmitter_that_sends_dominant() {
-    for bit in [0, 1, 5, 11, 17] {
-        assert_eq!(
-            first_errors(flip_bit(bit, &[0]))[0],
-            at(bit, transmit_error(ErrorKind::BitDominant)),
-            "bit {bit}"
-        );
-    }
-}
-
-/// A receiver sends dominant only in the ACK slot and in flags.
-#[test]
-fn bit_error_of_a_receiver_that_acknowledges() {
-    let told = first_errors(flip_field(Field::AckSlot, &[1]));
-    assert_eq!(told[1], at(ACK_SLOT, receive_error(ErrorKind::BitDominant)));
-    assert_eq!(told[0], at(ACK_DELIMITER, transmit_error(ErrorKind::BitRecessive)));
 }
 
 /// A wrong bit that keeps the stuffing shows in the CRC; the flag begins after the ACK delimiter, and no acknowledgement
@@ -119,8 +77,8 @@ fn crc_error_of_a_receiver_shows_after_the_ack_delimiter() {
     let payload = WireFrame::standard(0x155, &[0x55, 0x55]);
     let slot = encode(&payload).stuffed_len() + 1;
     let told = |receivers: usize| {
-        let mut stations = vec![Station::default().sending(us(SOF), payload)];
-        stations.extend((0..receivers).map(|_| Station::default()));
+        let mut stations = vec![sending(SOF, payload)];
+        stations.extend((0..receivers).map(|_| idle()));
         let mut bench = Bench::together(stations);
         from_start(&mut bench, [flip_field(Field::Data(7), &[1])]);
         bench.leap(us(SOF + slot as u64 + 3));
@@ -139,11 +97,7 @@ fn crc_error_of_a_receiver_shows_after_the_ack_delimiter() {
 /// How long the line stays dominant after a local error of node 1 in bit `bit`, in bits from the end of that bit that
 /// showed it.
 fn superposition(payload: WireFrame, bit: usize) -> Option<u64> {
-    let mut bench = Bench::together(vec![
-        Station::default().sending(us(SOF), payload),
-        Station::default(),
-        Station { watches_line: true, ..Station::default() },
-    ]);
+    let mut bench = Bench::together(vec![sending(SOF, payload), idle(), listener()]);
     from_start(&mut bench, [flip_bit(bit, &[1])]);
     bench.leap(us(SOF + 200));
     let first = (0..3).filter_map(|node| errors(&bench, node).first().map(|&(at, _)| at)).min()?;
@@ -169,9 +123,7 @@ fn flags_superpose_to_6_up_to_12_bits() {
     assert!(seen.iter().all(|length| (6..=12).contains(length)), "{seen:?}");
     assert!(seen.contains(&7) && seen.contains(&12), "{seen:?}");
     // All at once: 6 bits, then 8 of delimiter and 3 of intermission.
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [flip_field(Field::Eof(2), &[0, 1, 2])]);
-    bench.leap(us(200));
+    let bench = disturbed(2, [flip_field(Field::Eof(2), &[0, 1, 2])], 200);
     assert_eq!(starts(&bench, 0), [us(SOF), us(SOF + 44 + 6 + 8 + 3)]);
     // Bit 10 is a stuff bit, five dominant bits follow: flags 11 to 16 and 17 to 22.
     assert_eq!(superposition(sync(), 10), Some(12));
@@ -181,9 +133,7 @@ fn flags_superpose_to_6_up_to_12_bits() {
 #[test]
 fn the_flag_of_one_receiver_makes_its_error_everybodys() {
     for bit in 0..=ACK_DELIMITER + 5 {
-        let mut bench = sender_and(3);
-        from_start(&mut bench, [flip_bit(bit, &[2])]);
-        bench.leap(us(SOF + 200));
+        let bench = disturbed(3, [flip_bit(bit, &[2])], SOF + 200);
         assert_eq!(starts(&bench, 0).len(), 2, "bit {bit}");
         for node in 1..4 {
             assert_eq!(received(&bench, node).len(), 1, "bit {bit}, node {node}");
@@ -196,9 +146,7 @@ fn the_flag_of_one_receiver_makes_its_error_everybodys() {
 #[test]
 fn a_frame_is_repeated_within_23_bits_of_its_error() {
     for bit in 1..=ACK_DELIMITER + 6 {
-        let mut bench = sender_and(3);
-        from_start(&mut bench, [flip_bit(bit, &[2])]);
-        bench.leap(us(SOF + 200));
+        let bench = disturbed(3, [flip_bit(bit, &[2])], SOF + 200);
         let first = (0..4).filter_map(|node| errors(&bench, node).first().map(|&(at, _)| at)).min().unwrap();
         assert!(starts(&bench, 0)[1] <= first + us(23), "bit {bit}");
     }
@@ -206,7 +154,7 @@ fn a_frame_is_repeated_within_23_bits_of_its_error() {
 
 fn two_frames(fault: Fault) -> Bench {
     let mut bench = sender_and(2);
-    bench.stations[0].queue.push_back((us(SOF), frame(0x081)));
+    send(&mut bench, 0, SOF, [frame(0x081)]);
     from_start(&mut bench, [fault]);
     bench.leap(us(SOF + 300));
     bench
@@ -244,9 +192,7 @@ fn a_dominant_third_bit_of_intermission_is_a_sof() {
 /// Overload frame, second cause: a dominant last bit of a delimiter, here of an error delimiter.
 #[test]
 fn a_dominant_last_bit_of_a_delimiter_is_an_overload() {
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [flip_bit(11, &[0]), flip_field(Field::Delimiter(7), &[1])]);
-    bench.leap(us(300));
+    let bench = disturbed(2, [flip_bit(11, &[0]), flip_field(Field::Delimiter(7), &[1])], 300);
     // Flags to bit 22, delimiter to bit 30; then the overload flag of node 1, which the others see in intermission.
     assert_eq!(starts(&bench, 0), [us(SOF), us(SOF + 31 + 7 + 8 + 3)]);
     assert_eq!(errors(&bench, 1).len(), 1);
@@ -268,9 +214,7 @@ fn a_dominant_last_bit_of_eof_is_an_overload_for_a_receiver() {
 /// bit there doubles it.
 #[test]
 fn a_dominant_last_bit_of_eof_doubles_the_frame() {
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [flip_field(Field::Eof(6), &[0])]);
-    bench.leap(us(300));
+    let mut bench = disturbed(2, [flip_field(Field::Eof(6), &[0])], 300);
     assert_eq!(errors(&bench, 0), [(us(SOF + 48), transmit_error(ErrorKind::BitRecessive))]);
     // Overload flags of the others follow one bit after the error flag: 7 bits.
     let again = SOF + 48 + 7 + 8 + 3;
@@ -280,19 +224,14 @@ fn a_dominant_last_bit_of_eof_doubles_the_frame() {
     }
     assert_eq!(sent(&bench, 0), [us(again + 48)]);
     let records = bench.wire.take_records();
-    let destroyed = records.iter().find_map(|record| match record {
-        Observation::Destroyed { cause, receivers, .. } => Some((*cause, receivers.len())),
-        _ => None,
-    });
-    assert_eq!(destroyed, Some((Destruction::Error(ErrorKind::BitRecessive), 2)));
+    let cause = Destruction::Error(ErrorKind::BitRecessive);
+    assert_eq!(destroyed(&records).map(|(cause, _, _, receivers)| (cause, receivers)), Some((cause, 2)));
 }
 
 /// A dominant last but one bit of EOF at one receiver: it rejects what the other accepts, who gets it twice.
 #[test]
 fn a_dominant_last_but_one_bit_of_eof_makes_receivers_disagree() {
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [flip_field(Field::Eof(5), &[1])]);
-    bench.leap(us(300));
+    let bench = disturbed(2, [flip_field(Field::Eof(5), &[1])], 300);
     assert_eq!(errors(&bench, 1)[0], (us(SOF + 47), receive_error(ErrorKind::Form)));
     assert_eq!(errors(&bench, 0), [(us(SOF + 48), transmit_error(ErrorKind::BitRecessive))]);
     assert_eq!((received(&bench, 1).len(), received(&bench, 2).len()), (1, 2));
@@ -303,13 +242,11 @@ fn a_dominant_last_but_one_bit_of_eof_makes_receivers_disagree() {
 fn receivers_disagree_for_good_if_transmitter_does_not_repeat() {
     let mut bench = sender_and(2);
     from_start(&mut bench, [flip_field(Field::Eof(5), &[1])]);
-    bench.wire.schedule(us(SOF + 50), Fault::PowerOff(0)).unwrap();
+    schedule(&mut bench, SOF + 50, Fault::PowerOff(0));
     bench.leap(us(300));
     assert_eq!((received(&bench, 1).len(), received(&bench, 2).len()), (0, 1));
 
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [flip_field(Field::Eof(5), &[1]), flip_field(Field::Eof(6), &[0])]);
-    bench.leap(us(300));
+    let bench = disturbed(2, [flip_field(Field::Eof(5), &[1]), flip_field(Field::Eof(6), &[0])], 300);
     assert_eq!((received(&bench, 1).len(), received(&bench, 2).len()), (0, 1));
     assert_eq!(sent(&bench, 0), [us(SOF + 48)]);
 }
@@ -318,9 +255,9 @@ fn receivers_disagree_for_good_if_transmitter_does_not_repeat() {
 #[test]
 fn a_passive_flag_of_a_transmitter_is_seen_as_a_stuff_error() {
     let mut bench = sender_and(1);
-    bench.stations[1].attachment.as_mut().unwrap().since = us(920);
+    joins_at(&mut bench, 1, 920);
     // 16 attempts alone make it passive; the 17th, at 940 us, errs at bit 11.
-    bench.wire.schedule(us(930), flip_bit(11, &[0])).unwrap();
+    schedule(&mut bench, 930, flip_bit(11, &[0]));
     bench.leap(us(980));
     assert_eq!(errors(&bench, 0)[16], (end_of(940, 11), transmit_error(ErrorKind::BitDominant)));
     assert_eq!(errors(&bench, 1), [(end_of(940, 17), receive_error(ErrorKind::Stuff))]);
@@ -332,11 +269,7 @@ fn a_passive_flag_of_a_transmitter_is_seen_as_a_stuff_error() {
 #[test]
 fn two_wrong_bits_may_pass_the_crc() {
     let (payload, first, second) = short_fall().expect("two bits are enough for some frame");
-    let mut bench = Bench::together(vec![
-        Station::default().sending(us(SOF), payload),
-        Station::default(),
-        Station::default(),
-    ]);
+    let mut bench = Bench::together(vec![sending(SOF, payload), idle(), idle()]);
     from_start(&mut bench, [flip_bit(first, &[1]), flip_bit(second, &[1])]);
     bench.leap(us(300));
     let right = received(&bench, 2);

@@ -6,7 +6,7 @@
 use crate::common::*;
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
-use can_wire::station::{Bench, Station};
+use can_wire::station::Bench;
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
 
@@ -36,7 +36,7 @@ fn numbered(node: usize, n: u64) -> WireFrame {
 /// Five nodes that talk all the time, a failure among them.
 fn network(failure: Failure) -> Bench {
     let station = |node: usize| {
-        let mut station = Station::default();
+        let mut station = idle();
         station.queue.extend((1..=LAST_MS).map(|n| (Time::from_ms(n), numbered(node, n))));
         (10.0 * node as f64, station)
     };
@@ -92,11 +92,12 @@ fn before(bench: &Bench) {
 }
 
 /// While it lasts the rest goes on; afterwards everybody does.
-fn the_rest_goes_on(failure: Failure, rest: &[usize]) {
+fn the_rest_goes_on(failure: Failure, rest: &[usize]) -> Bench {
     let bench = network(failure);
     before(&bench);
     communicate(&bench, rest, ONSET_MS..REMOVAL_MS);
     no_ill_effects(&bench);
+    bench
 }
 
 /// The cases of ECSS 5.3.3.2.2a, 5.3.3.2.2c: levels of a node without ground are as those of an open stub.
@@ -119,11 +120,7 @@ fn a_node_without_power_leaves_the_others_communicating() {
 fn a_reduced_margin_leaves_all_communicating() {
     let mut destroyed = 0;
     for seed in 0..5 {
-        let bench = network(reduced_margin(seed));
-        before(&bench);
-        communicate(&bench, &ALL, ONSET_MS..REMOVAL_MS);
-        no_ill_effects(&bench);
-        destroyed += bench.wire.counters().destroyed;
+        destroyed += the_rest_goes_on(reduced_margin(seed), &ALL).wire.counters().destroyed;
     }
     assert!(destroyed > 0, "the margin is reduced");
 }
@@ -154,15 +151,10 @@ fn a_voltage_out_of_range_blocks_the_bus_for_ever() {
 fn a_cut_leaves_those_upstream_communicating() {
     let cut = |position_m| (Fault::Cut { position_m }, Some(Fault::Restore { position_m }));
     // Both pieces have two nodes or more: each is a bus.
-    let bench = network(cut(25.0));
-    before(&bench);
-    communicate(&bench, &[0, 1, 2], ONSET_MS..REMOVAL_MS);
+    let bench = the_rest_goes_on(cut(25.0), &[0, 1, 2]);
     communicate(&bench, &[3, 4], ONSET_MS..REMOVAL_MS);
     assert_eq!(arrived(&bench, 0, 3, ONSET_MS + 1..REMOVAL_MS - 1), 0);
-    no_ill_effects(&bench);
     // A node alone at the end: it finds nobody, and is never bus-off.
-    let bench = network(cut(35.0));
-    communicate(&bench, &[0, 1, 2, 3], ONSET_MS..REMOVAL_MS);
+    let bench = the_rest_goes_on(cut(35.0), &[0, 1, 2, 3]);
     assert!(counts(&bench, 4).iter().all(|&(_, transmit, _)| transmit < 256));
-    no_ill_effects(&bench);
 }

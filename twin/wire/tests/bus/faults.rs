@@ -17,46 +17,36 @@ fn four(stations: [Station; 4]) -> Bench {
     Bench::new(WireConfig::default(), [0.0, 1.0, 11.0, 12.0].into_iter().zip(stations).collect())
 }
 
-fn idle() -> Station {
-    Station::default()
+/// Four that send 100h, 200h, 300h and 400h at these ticks.
+fn four_requesting(requests: &[u64]) -> Bench {
+    let stations = requests.iter().zip(1..).map(|(&at, n)| idle().sending(Time(at), frame(0x100 * n)));
+    four(stations.collect::<Vec<_>>().try_into().expect("four requests"))
 }
 
-fn sending(at: u64, frame: WireFrame) -> Station {
-    Station::default().sending(us(at), frame)
-}
-
-fn schedule(bench: &mut Bench, at: u64, fault: Fault) {
-    bench.wire.schedule(us(at), fault).unwrap();
-}
-
-fn frames(bench: &Bench, node: usize) -> Vec<WireFrame> {
-    received(bench, node).into_iter().map(|(_, frame)| frame).collect()
+/// The levels that `node` has seen on its line, one after the other.
+fn levels(bench: &Bench, node: usize) -> Vec<bool> {
+    bench.stations[node].line.iter().map(|&(_, level)| level).collect()
 }
 
 #[test]
 fn what_cannot_be_is_refused_with_the_reason() {
-    let mut bench = sender_and(1);
-    bench.leap(us(10));
-    let mut refused = |at: u64, fault: Fault| bench.wire.schedule(us(at), fault).unwrap_err();
+    let mut bench = disturbed(1, [], 10);
+    let mut refused = |at: u64, fault: Fault| {
+        bench.wire.schedule(us(at), fault).expect_err(&format!("{fault:?} has to be refused"))
+    };
     let infinite = f64::INFINITY;
     let flip = |field| Fault::Flip(Flip::new(Place::Field(field), Nodes::ALL));
     let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: Time::ZERO, effect: Effect::Invert };
+    let text = "a position on a cable is a finite number of metres from 0 on, not";
+    for (fault, metres, shown) in [
+        (Fault::Cut { position_m: -1.0 }, -1.0, "-1"),
+        (Fault::Restore { position_m: infinite }, infinite, "inf"),
+        (Fault::Short { position_m: -0.5, level: true }, -0.5, "-0.5"),
+    ] {
+        let got = refused(20, fault);
+        assert_eq!((got, got.to_string()), (FaultError::Position(metres), format!("{text} {shown}")));
+    }
     for (fault, error, text) in [
-        (
-            Fault::Cut { position_m: -1.0 },
-            FaultError::Position(-1.0),
-            "a position on a cable is a finite number of metres from 0 on, not -1",
-        ),
-        (
-            Fault::Restore { position_m: infinite },
-            FaultError::Position(infinite),
-            "a position on a cable is a finite number of metres from 0 on, not inf",
-        ),
-        (
-            Fault::Short { position_m: -0.5, level: true },
-            FaultError::Position(-0.5),
-            "a position on a cable is a finite number of metres from 0 on, not -0.5",
-        ),
         (
             Fault::Drift(0, -1_000_000_000),
             FaultError::Drift(-1_000_000_000),
@@ -124,15 +114,10 @@ fn each_piece_of_a_cut_cable_is_a_bus_of_its_own() {
     bench.leap(us(100));
     assert_eq!((frames(&bench, 1), frames(&bench, 3)), (vec![sync()], vec![frame(0x100)]));
     let records = bench.wire.take_records();
-    let pieces = records.iter().filter_map(|record| match record {
-        Observation::Completed { trace, receivers, segment } => {
-            Some((trace.frame, *segment, receivers.iter().map(|&(node, _)| node).collect::<Vec<_>>()))
-        }
-        _ => None,
-    });
-    let pieces: Vec<_> = pieces.collect();
-    assert_eq!(pieces.len(), 2);
-    assert!(pieces.contains(&(sync(), 0, vec![1])) && pieces.contains(&(frame(0x100), 1, vec![3])));
+    let mut pieces = completed(&records);
+    pieces.sort_by_key(|&(.., segment)| segment);
+    let pieces = pieces.into_iter().map(|(trace, receivers, segment)| (trace.frame, receivers, segment));
+    assert!(pieces.eq([(sync(), vec![1], 0), (frame(0x100), vec![3], 1)]));
 }
 
 #[test]
@@ -213,7 +198,7 @@ fn cutting_twice_and_healing_what_is_whole_change_nothing() {
     assert_eq!(frames(&bench, 3), [sync()]);
     bench.wire.cut(6.0);
     bench.wire.restore_all();
-    bench.stations[0].queue.push_back((us(100), sync()));
+    send(&mut bench, 0, 100, [sync()]);
     bench.leap(us(200));
     assert_eq!(frames(&bench, 3).len(), 2);
 }
@@ -283,7 +268,7 @@ fn a_disconnected_node_hears_and_is_heard_by_nobody() {
 #[test]
 fn node_without_power_takes_no_part_and_returns_after_11_bits() {
     let mut bench = sender_and(2);
-    bench.stations[0].queue.push_back((us(300), frame(0x100)));
+    send(&mut bench, 0, 300, [frame(0x100)]);
     schedule(&mut bench, 15, Fault::PowerOff(1));
     schedule(&mut bench, 200, Fault::PowerOn(1));
     bench.leap(us(400));
@@ -395,7 +380,7 @@ fn a_glitch_is_seen_by_whom_it_names() {
 fn a_flip_strikes_each_node_once() {
     let mut bench = sender_and(3);
     for n in 0..3u64 {
-        bench.stations[0].queue.push_back((us(200 + 100 * n), sync()));
+        send(&mut bench, 0, 200 + 100 * n, [sync()]);
     }
     from_start(&mut bench, [flip_field(Field::Eof(2), &[1]), flip_field(Field::Eof(2), &[2])]);
     bench.leap(us(700));
@@ -403,9 +388,7 @@ fn a_flip_strikes_each_node_once() {
     assert_eq!(bench.wire.counters().destroyed, 1);
     assert_eq!(starts(&bench, 0).len(), 5);
     // Two flips of one node strike one frame each.
-    let mut bench = sender_and(3);
-    from_start(&mut bench, [flip_field(Field::Eof(2), &[1]), flip_field(Field::Eof(2), &[1])]);
-    bench.leap(us(700));
+    let bench = disturbed(3, [flip_field(Field::Eof(2), &[1]), flip_field(Field::Eof(2), &[1])], 700);
     assert_eq!(bench.wire.counters().destroyed, 2);
 }
 
@@ -443,10 +426,7 @@ fn a_transmitter_that_loses_power_takes_its_frame_along() {
     let mut bench = sender_and(2);
     schedule(&mut bench, SOF + 10, Fault::PowerOff(0));
     bench.leap(us(200));
-    let left = bench.wire.take_records().into_iter().find_map(|record| match record {
-        Observation::Destroyed { cause, at, .. } => Some((cause, at)),
-        _ => None,
-    });
+    let left = destroyed(&bench.wire.take_records()).map(|(cause, at, ..)| (cause, at));
     assert_eq!(left, Some((Destruction::TransmitterLeft, us(SOF + 10))));
     assert_eq!(frames(&bench, 1), []);
 }
@@ -486,9 +466,7 @@ proptest! {
         faults in prop::collection::vec((0u64..400_000, 0u8..3, prop::sample::select(vec![0.5, 6.0, 11.5])), 0..12),
         requests in prop::collection::vec(4000u64..400_000, 4),
     ) {
-        let stations: Vec<Station> =
-            requests.iter().zip(1u16..).map(|(&at, id)| idle().sending(Time(at), frame(0x100 * id))).collect();
-        let mut bench = four(stations.try_into().expect("four requests"));
+        let mut bench = four_requesting(&requests);
         for &(at, kind, position_m) in &faults {
             let fault = if kind < 2 { Fault::Cut { position_m } } else { Fault::Restore { position_m } };
             bench.wire.schedule(Time(at), fault).unwrap();
@@ -508,9 +486,9 @@ proptest! {
 /// Eleven recessive bits in a row: those before a short do not count.
 #[test]
 fn a_short_starts_the_wait_for_the_bus_anew() {
-    let mut bench = Bench::together(vec![Station::default()]);
-    bench.wire.schedule(us(5), Fault::Short { position_m: 0.0, level: false }).unwrap();
-    bench.wire.schedule(us(30), Fault::ClearShorts).unwrap();
+    let mut bench = Bench::together(vec![idle()]);
+    schedule(&mut bench, 5, Fault::Short { position_m: 0.0, level: false });
+    schedule(&mut bench, 30, Fault::ClearShorts);
     bench.leap(us(60));
     assert_eq!(bench.stations[0].told(WireEvent::Joined), [us(41)]);
 }
@@ -520,8 +498,8 @@ fn a_short_starts_the_wait_for_the_bus_anew() {
 /// SJW lets that next bit begin one quantum early, at 312 ticks, and it ends one bit later.
 #[test]
 fn one_recessive_sample_on_a_dominant_line_is_a_form_error() {
-    let mut bench = Bench::together(vec![Station::default()]);
-    bench.wire.schedule(us(50), Fault::Short { position_m: 0.0, level: false }).unwrap();
+    let mut bench = Bench::together(vec![idle()]);
+    schedule(&mut bench, 50, Fault::Short { position_m: 0.0, level: false });
     let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: Time(332), effect: Effect::Invert };
     bench.wire.schedule(us(400) + Time(300), glitch).unwrap();
     bench.leap(us(500));
@@ -532,43 +510,34 @@ fn one_recessive_sample_on_a_dominant_line_is_a_form_error() {
 /// The SOF of node 0 ends at the instant at which its driver sticks: the line stays dominant.
 #[test]
 fn a_driver_that_sticks_as_it_lets_go_stays_dominant() {
-    let frame = WireFrame::standard(0x7FF, &[]);
-    let listener = Station { watches_line: true, ..Station::default() };
-    let mut bench = Bench::new(
-        WireConfig::default(),
-        vec![(0.0, Station::default().sending(Time::from_us(40), frame)), (10.0, listener)],
-    );
-    bench.wire.schedule(Time::from_us(41), Fault::StuckDominant(0)).unwrap();
-    bench.leap(Time::from_us(300));
-    let levels: Vec<bool> = bench.stations[1].line.iter().map(|&(_, level)| level).collect();
-    assert_eq!(levels, [false], "dominant since the SOF");
+    let stations = vec![(0.0, sending(40, frame(0x7FF))), (10.0, listener())];
+    let mut bench = Bench::new(WireConfig::default(), stations);
+    schedule(&mut bench, 41, Fault::StuckDominant(0));
+    bench.leap(us(300));
+    assert_eq!(levels(&bench, 1), [false], "dominant since the SOF");
 }
 
 /// What a stuck driver did to the others ends with it, also when its node is silent otherwise.
 #[test]
 fn a_silent_node_with_a_stuck_driver_lets_go_again() {
-    let mut silent = Station::default();
-    silent.attachment.as_mut().unwrap().silent = true;
-    let listener = Station { watches_line: true, ..Station::default() };
-    let mut bench = Bench::new(WireConfig::default(), vec![(0.0, silent), (10.0, listener)]);
-    bench.wire.schedule(Time::from_us(40), Fault::StuckDominant(0)).unwrap();
-    bench.wire.schedule(Time::from_us(100), Fault::ReleaseDriver(0)).unwrap();
-    bench.leap(Time::from_us(300));
-    let levels: Vec<bool> = bench.stations[1].line.iter().map(|&(_, level)| level).collect();
-    assert_eq!(levels, [false, true]);
+    let mut bench = Bench::new(WireConfig::default(), vec![(0.0, silent()), (10.0, listener())]);
+    schedule(&mut bench, 40, Fault::StuckDominant(0));
+    schedule(&mut bench, 100, Fault::ReleaseDriver(0));
+    bench.leap(us(300));
+    assert_eq!(levels(&bench, 1), [false, true]);
 }
 
 #[test]
 fn a_node_without_power_from_the_start_never_joins() {
-    let mut bench = Bench::together(vec![Station::default(), Station::default()]);
-    bench.wire.schedule(Time::ZERO, Fault::PowerOff(1)).unwrap();
-    bench.leap(Time::from_us(300));
+    let mut bench = Bench::together(vec![idle(), idle()]);
+    schedule(&mut bench, 0, Fault::PowerOff(1));
+    bench.leap(us(300));
     assert_eq!(bench.stations[1].log, []);
 }
 
 #[test]
 fn disturbances_of_nobody_and_of_foreign_nodes_are_refused() {
-    let mut bench = Bench::together(vec![Station::default(), Station::default()]);
+    let mut bench = Bench::together(vec![idle(), idle()]);
     let flip = |nodes: &[usize]| Fault::Flip(Flip::new(Place::Bit(0), Nodes::of(nodes)));
     assert_eq!(bench.wire.schedule(Time::ZERO, flip(&[])), Err(FaultError::NoNode));
     assert_eq!(bench.wire.schedule(Time::ZERO, flip(&[1, 2])), Err(FaultError::Node { node: 2, count: 2 }));
@@ -578,18 +547,13 @@ fn disturbances_of_nobody_and_of_foreign_nodes_are_refused() {
 /// Two pieces heal while both are in the ACK slot: either acknowledges the other, and two frames are complete.
 #[test]
 fn two_frames_that_acknowledge_each_other_are_both_on_record() {
-    let requests = [4_000, 369_771, 369_788, 255_294];
-    let stations: Vec<Station> =
-        requests.iter().zip(1u16..).map(|(&at, id)| idle().sending(Time(at), frame(0x100 * id))).collect();
-    let mut bench = four(stations.try_into().expect("four requests"));
-    bench.wire.schedule(Time::ZERO, Fault::Cut { position_m: 11.5 }).unwrap();
+    let mut bench = four_requesting(&[4_000, 369_771, 369_788, 255_294]);
+    schedule(&mut bench, 0, Fault::Cut { position_m: 11.5 });
     bench.wire.schedule(Time(400_000), Fault::RestoreAll).unwrap();
     bench.leap(us(4000));
     let records = bench.wire.take_records();
-    let completed = records.iter().filter_map(|record| match record {
-        Observation::Completed { trace, receivers, .. } => Some((trace.transmitter, receivers.len())),
-        _ => None,
-    });
+    let completed = completed(&records);
+    let completed = completed.iter().map(|(trace, receivers, _)| (trace.transmitter, receivers.len()));
     assert_eq!(completed.collect::<Vec<_>>(), [(0, 2), (1, 2), (3, 0), (2, 2)]);
     assert!(!records.iter().any(|record| matches!(record, Observation::Misread { .. })));
 }

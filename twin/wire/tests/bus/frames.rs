@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::common::*;
 use can_wire::encode::encode;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::station::{Bench, Station};
+use can_wire::station::Bench;
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
 
@@ -102,14 +102,13 @@ fn the_paper_divides_as_the_catalogue_does() {
 #[test]
 fn every_kind_of_frame_is_read_as_it_was_sent() {
     let mut rng = fastrand::Rng::with_seed(2);
-    let frames: Vec<WireFrame> = (0..2000).map(|_| random(&mut rng)).collect();
-    let mut sender = Station::default();
-    sender.queue.extend(frames.iter().map(|&frame| (us(SOF), frame)));
+    let sent: Vec<WireFrame> = (0..2000).map(|_| random(&mut rng)).collect();
+    let mut sender = idle();
+    sender.queue.extend(sent.iter().map(|&frame| (us(SOF), frame)));
     let config = WireConfig { bit_by_bit: true, ..WireConfig::default() };
-    let mut bench = Bench::new(config, vec![(0.0, sender), (10.0, Station::default())]);
+    let mut bench = Bench::new(config, vec![(0.0, sender), (10.0, idle())]);
     bench.leap(Time::from_ms(400));
-    let got: Vec<WireFrame> = bench.stations[1].received().map(|(_, frame)| frame).collect();
-    assert_eq!(got, frames);
+    assert_eq!(frames(&bench, 1), sent);
 }
 
 /// DLC 9 to 15 travel as they are, with 8 bytes of data; a remote frame has none.
@@ -120,7 +119,7 @@ fn a_dlc_above_8_means_8_bytes() {
         let bits: String = on_paper(&long);
         let eight = on_paper(&WireFrame { dlc: 8, ..long });
         assert!(bits.len().abs_diff(eight.len()) <= 5, "64 data bits either way");
-        let mut bench = Bench::together(vec![Station::default().sending(us(SOF), long), Station::default()]);
+        let mut bench = Bench::together(vec![sending(SOF, long), idle()]);
         bench.leap(us(300));
         assert_eq!(received(&bench, 1), [(us(SOF + bits.len() as u64 - 1), long)]);
         let remote = WireFrame { remote: true, data: [0; 8], ..long };
@@ -138,7 +137,7 @@ fn sync_is_51_bits_long() {
     assert!(as_text(encoded.bits()).starts_with("000010000010000010000"));
     // A frame that follows at once.
     let mut bench = sender_and(1);
-    bench.stations[0].queue.push_back((us(SOF), sync()));
+    send(&mut bench, 0, SOF, [sync()]);
     bench.leap(us(200));
     assert_eq!(starts(&bench, 0), [us(SOF), us(SOF + 51)]);
 }
@@ -147,11 +146,7 @@ fn sync_is_51_bits_long() {
 #[test]
 fn the_arbitration_field_ends_with_ide_or_the_extended_rtr() {
     let contest = |one: WireFrame, other: WireFrame| {
-        let mut bench = Bench::together(vec![
-            Station::default().sending(us(SOF), one),
-            Station::default().sending(us(SOF), other),
-            Station::default(),
-        ]);
+        let mut bench = Bench::together(vec![sending(SOF, one), sending(SOF, other), idle()]);
         bench.leap(us(400));
         let order: Vec<WireFrame> = bench.stations[2].received().map(|(_, frame)| frame).collect();
         assert_eq!(bench.wire.counters().destroyed, 0);

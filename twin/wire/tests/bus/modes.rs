@@ -1,40 +1,32 @@
 //! Bus monitoring, single shot, foreign frames, arbitration, joining and leaving.
 
 use crate::common::*;
-use can_wire::controller::{ErrorKind, WireEvent};
+use can_wire::controller::{ErrorKind, Trace, WireEvent};
 use can_wire::fault::Fault;
 use can_wire::field::Field;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::{Destruction, Observation};
+use can_wire::record::Destruction;
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::transceiver::Transceiver;
 use can_wire::wire::WireConfig;
 use proptest::prelude::*;
 
-fn silent() -> Station {
-    let mut station = Station { watches_line: true, ..Station::default() };
-    station.attachment.as_mut().unwrap().silent = true;
-    station
+/// Every completed frame.
+fn done(bench: &mut Bench) -> Vec<Trace> {
+    completed(&bench.wire.take_records()).into_iter().map(|(trace, ..)| trace).collect()
 }
 
-/// Start and end of every completed frame.
-fn completed(bench: &mut Bench) -> Vec<(Time, Time, WireFrame)> {
-    let records = bench.wire.take_records();
-    let traces = records.iter().filter_map(|record| match record {
-        Observation::Completed { trace, .. } => Some((trace.start, trace.end, trace.frame)),
-        _ => None,
-    });
-    traces.collect()
+fn order(traces: &[Trace]) -> Vec<WireFrame> {
+    traces.iter().map(|trace| trace.frame).collect()
 }
 
 #[test]
 fn a_silent_node_receives_but_does_not_acknowledge() {
-    let mut bench = Bench::together(vec![Station::default().sending(us(SOF), sync()), silent()]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), silent()]);
     bench.leap(us(SOF + 41));
     assert_eq!(errors(&bench, 0), [(end_of(SOF, ACK_SLOT), transmit_error(ErrorKind::Ack))]);
-    let mut bench =
-        Bench::together(vec![Station::default().sending(us(SOF), sync()), silent(), Station::default()]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), silent(), idle()]);
     bench.leap(us(100));
     assert_eq!(received(&bench, 1), [(us(SOF + 47), sync())]);
 }
@@ -42,8 +34,7 @@ fn a_silent_node_receives_but_does_not_acknowledge() {
 /// It sends no flag either: its error stays its own. It sees its own flag, as if it were on the line.
 #[test]
 fn a_silent_node_disturbs_nobody_with_its_errors() {
-    let mut bench =
-        Bench::together(vec![Station::default().sending(us(SOF), sync()), silent(), Station::default()]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), silent(), idle()]);
     from_start(&mut bench, [flip_bit(4, &[1])]);
     bench.leap(us(200));
     assert_eq!(starts(&bench, 0), [us(SOF)]);
@@ -56,7 +47,7 @@ fn a_silent_node_disturbs_nobody_with_its_errors() {
 
 #[test]
 fn a_silent_node_never_starts_a_frame() {
-    let mut bench = Bench::together(vec![silent().sending(us(SOF), sync()), Station::default()]);
+    let mut bench = Bench::together(vec![silent().sending(us(SOF), sync()), idle()]);
     bench.leap(us(500));
     assert_eq!((starts(&bench, 0), received(&bench, 1)), (vec![], vec![]));
     assert!(bench.stations[1].told(WireEvent::Joined) == [us(11)]);
@@ -72,8 +63,7 @@ fn single_shot_gives_up_after_an_error_or_a_lost_arbitration() {
     assert_eq!(starts(&bench, 0), [us(SOF)]);
     assert_eq!(errors(&bench, 0).len(), 1);
 
-    let mut bench =
-        Bench::together(vec![shot(SOF, frame(0x100)), Station::default().sending(us(SOF), sync())]);
+    let mut bench = Bench::together(vec![shot(SOF, frame(0x100)), sending(SOF, sync())]);
     bench.leap(us(500));
     // 080h and 100h differ in bit 3 (000 1... against 001 0...): the third bit of the identifier.
     assert_eq!(bench.stations[0].told(WireEvent::ArbitrationLost), [us(SOF + 4)]);
@@ -87,14 +77,13 @@ fn foreign_frames_are_acknowledged_and_disturb_nobody() {
     let extended = WireFrame { id: WireId::Extended(0x1ABC_DEF0), ..WireFrame::standard(0, &[1, 2, 3]) };
     let remote = WireFrame { remote: true, dlc: 4, ..frame(0x701) };
     let extended_remote = WireFrame { remote: true, data: [0; 8], ..extended };
-    let mut sender = Station::default();
+    let mut sender = idle();
     sender.queue.extend([extended, remote, extended_remote].map(|frame| (us(SOF), frame)));
-    let mut bench = Bench::together(vec![sender, Station::default(), Station::default()]);
+    let mut bench = Bench::together(vec![sender, idle(), idle()]);
     bench.leap(us(600));
     assert_eq!(sent(&bench, 0).len(), 3);
     for node in [1, 2] {
-        let got: Vec<WireFrame> = bench.stations[node].received().map(|(_, frame)| frame).collect();
-        assert_eq!(got, [extended, remote, extended_remote]);
+        assert_eq!(frames(&bench, node), [extended, remote, extended_remote]);
         assert_eq!((errors(&bench, node), counts(&bench, node)), (vec![], vec![]));
     }
 }
@@ -103,38 +92,34 @@ fn foreign_frames_are_acknowledged_and_disturb_nobody() {
 /// the intermission (ACK delimiter, EOF and intermission are 11 bits).
 #[test]
 fn joining_needs_11_recessive_bits() {
-    let mut sender = Station::default().sending(us(20), sync());
+    let mut sender = sending(20, sync());
     sender.queue.push_back((us(20), frame(0x081)));
-    let mut late = Station::default();
+    let mut late = idle();
     late.attachment.as_mut().unwrap().since = us(25);
-    let mut bench = Bench::together(vec![sender, Station::default(), late]);
+    let mut bench = Bench::together(vec![sender, idle(), late]);
     bench.leap(us(300));
     assert_eq!(bench.stations[1].told(WireEvent::Joined), [us(11)]);
     let joined = bench.stations[2].told(WireEvent::Joined)[0];
     // It begins its bits in the middle of nothing, and finds those of the others with the first edge, to a quantum.
     assert!(joined.0.abs_diff(us(20 + 51).0) <= 16, "{joined:?}");
-    let got: Vec<WireFrame> = bench.stations[2].received().map(|(_, frame)| frame).collect();
-    assert_eq!(got, [frame(0x081)]);
+    assert_eq!(frames(&bench, 2), [frame(0x081)]);
     // 10 recessive bits do not do: a request 10 bits after the start has to wait.
-    let mut bench = Bench::together(vec![Station::default().sending(us(10), sync()), Station::default()]);
+    let mut bench = Bench::together(vec![sending(10, sync()), idle()]);
     bench.leap(us(100));
     assert_eq!(starts(&bench, 0), [us(11)]);
 }
 
 #[test]
 fn a_transmitter_that_leaves_takes_its_frame_along() {
-    let mut bench = Bench::together(vec![
-        Station::default().sending(us(SOF), sync()),
-        Station::default().sending(us(27), frame(0x700)),
-    ]);
+    let mut bench = Bench::together(vec![sending(SOF, sync()), sending(27, frame(0x700))]);
     bench.leap(us(SOF + 15));
     bench.stations[0].attachment = None;
     bench.leap(us(150));
     assert_eq!((sent(&bench, 0), received(&bench, 1)), (vec![], vec![]));
     // Bits 11 to 14 are dominant, then the line is recessive: the sixth such bit is bit 20.
     assert_eq!(errors(&bench, 1)[0], (end_of(SOF, 20), receive_error(ErrorKind::Stuff)));
-    let left = |record: &Observation| matches!(record, Observation::Destroyed { cause: Destruction::TransmitterLeft, at, transmitter: 0, .. } if *at == us(SOF + 15));
-    assert!(bench.wire.take_records().iter().any(left));
+    let (cause, at, transmitter, _) = destroyed(&bench.wire.take_records()).unwrap();
+    assert_eq!((cause, at, transmitter), (Destruction::TransmitterLeft, us(SOF + 15), 0));
     // Alone now: flag, delimiter, intermission, and nobody acknowledges. 0 11100000 (1) 000 0 0 0 0000 ...: up to the
     // ACK slot, the bits of the frame but for ACK delimiter and EOF.
     let second = SOF + 21 + 6 + 8 + 3;
@@ -144,8 +129,7 @@ fn a_transmitter_that_leaves_takes_its_frame_along() {
 
 #[test]
 fn a_receiver_that_leaves_is_not_missed_by_others() {
-    let mut bench = sender_and(2);
-    bench.leap(us(SOF + 15));
+    let mut bench = disturbed(2, [], SOF + 15);
     bench.stations[1].attachment = None;
     bench.leap(us(200));
     assert_eq!((received(&bench, 1).len(), received(&bench, 2).len()), (0, 1));
@@ -155,8 +139,7 @@ fn a_receiver_that_leaves_is_not_missed_by_others() {
 /// Reset keeps nothing, leaving keeps the error counters.
 #[test]
 fn error_counters_survive_leaving_and_not_a_power_cycle() {
-    let mut bench = sender_and(0);
-    bench.leap(us(300));
+    let mut bench = disturbed(0, [], 300);
     let count = tec(&bench, 0);
     assert!(count > 0);
     let attachment = bench.stations[0].attachment.take();
@@ -172,11 +155,7 @@ fn error_counters_survive_leaving_and_not_a_power_cycle() {
 
 #[test]
 fn propagation_delays_the_receiver_by_5_ns_per_metre() {
-    let stations = vec![
-        (10.0, Station::default().sending(us(SOF), sync())),
-        (50.0, Station { watches_line: true, ..Station::default() }),
-        (0.0, Station { watches_line: true, ..Station::default() }),
-    ];
+    let stations = vec![(10.0, sending(SOF, sync())), (50.0, listener()), (0.0, listener())];
     let mut bench = Bench::new(WireConfig::default(), stations);
     bench.leap(us(100));
     // 40 m are 200 ns = 67.2 ticks; 10 m are 50 ns = 16.8 ticks. The line changes in the tick that has begun.
@@ -188,7 +167,6 @@ fn propagation_delays_the_receiver_by_5_ns_per_metre() {
 /// Each node's driver delays what it sends and its receiver what it hears, its own bits included; the cable lies between.
 #[test]
 fn transceivers_delay_by_node_and_direction() {
-    let listener = || Station { watches_line: true, ..Station::default() };
     let transceiver = |driver_ns, receiver_ns| Transceiver { driver_ns, receiver_ns };
     for bit_by_bit in [false, true] {
         let stations = vec![
@@ -209,8 +187,8 @@ fn transceivers_delay_by_node_and_direction() {
 
 #[test]
 fn equal_identifiers_with_other_data_end_in_an_error_frame() {
-    let sending = |data: u8| Station::default().sending(us(SOF), WireFrame::standard(0x181, &[data]));
-    let mut bench = Bench::together(vec![sending(0x80), sending(0x00), Station::default()]);
+    let sending = |data: u8| sending(SOF, WireFrame::standard(0x181, &[data]));
+    let mut bench = Bench::together(vec![sending(0x80), sending(0x00), idle()]);
     bench.leap(us(SOF + 40));
     // 0 00110000001 0 0 0 0001: stuff bits after the first five zeros of the identifier's six, and after RTR to the
     // second DLC bit. 19 + 2 bits up to the data, whose first bit differs.
@@ -220,8 +198,8 @@ fn equal_identifiers_with_other_data_end_in_an_error_frame() {
 
 #[test]
 fn equal_frames_are_sent_as_one() {
-    let both = || Station::default().sending(us(SOF), sync());
-    let mut bench = Bench::together(vec![both(), both(), Station::default()]);
+    let both = || sending(SOF, sync());
+    let mut bench = Bench::together(vec![both(), both(), idle()]);
     bench.leap(us(200));
     assert_eq!((sent(&bench, 0), sent(&bench, 1)), (vec![us(SOF + 48)], vec![us(SOF + 48)]));
     assert_eq!(received(&bench, 2).len(), 1);
@@ -236,15 +214,14 @@ fn a_request_before_the_sof_contends_a_later_one_waits() {
     let mut bench = Bench::new(
         WireConfig::default(),
         vec![
-            (0.0, Station::default().sending(us(SOF), frame(0x100))),
+            (0.0, sending(SOF, frame(0x100))),
             // Its request comes while the SOF is on its way, 100 ns = 33.6 ticks.
-            (20.0, Station::default().sending(us(SOF) + Time(30), sync())),
-            (0.0, Station::default().sending(us(SOF + 1), frame(0x001))),
+            (20.0, idle().sending(us(SOF) + Time(30), sync())),
+            (0.0, sending(SOF + 1, frame(0x001))),
         ],
     );
     bench.leap(us(400));
-    let order: Vec<WireFrame> = completed(&mut bench).into_iter().map(|(.., frame)| frame).collect();
-    assert_eq!(order, [sync(), frame(0x001), frame(0x100)]);
+    assert_eq!(order(&done(&mut bench)), [sync(), frame(0x001), frame(0x100)]);
 }
 
 /// A dominant third bit of intermission is a SOF: who waits joins without a SOF of its own. Its clock begins early by
@@ -256,17 +233,15 @@ fn who_waits_joins_a_frame_that_began_in_its_intermission() {
     early.queue.push_back((us(SOF), frame(0x300)));
     let slow = can_wire::timing::BitTiming::MEGABIT.fast_by(-5_000_000);
     let late = Station::with_timing(slow).sending(us(SOF + 10), frame(0x081));
-    let mut bench = Bench::together(vec![early, late, Station::default()]);
+    let mut bench = Bench::together(vec![early, late, idle()]);
     bench.leap(us(400));
-    let order: Vec<WireFrame> = completed(&mut bench).into_iter().map(|(.., frame)| frame).collect();
-    assert_eq!(order, [sync(), frame(0x081), frame(0x300)], "the slow one still won");
+    assert_eq!(order(&done(&mut bench)), [sync(), frame(0x081), frame(0x300)], "the slow one still won");
     assert_eq!(bench.wire.counters().destroyed, 0);
 }
 
 #[test]
 fn an_idle_wire_has_no_events() {
-    let mut bench = sender_and(1);
-    bench.leap(us(200));
+    let bench = disturbed(1, [], 200);
     assert_eq!(bench.wire.next_event(), None);
     assert!(bench.wire.is_idle(0) && bench.wire.is_idle(1));
 }
@@ -276,8 +251,8 @@ fn an_idle_wire_has_no_events() {
 fn a_node_without_power_loses_what_it_knew() {
     let mut bench = sender_and(2);
     from_start(&mut bench, [flip_field(Field::Eof(2), &[1])]);
-    bench.wire.schedule(us(SOF + 60), Fault::PowerOff(1)).unwrap();
-    bench.wire.schedule(us(SOF + 70), Fault::PowerOn(1)).unwrap();
+    schedule(&mut bench, SOF + 60, Fault::PowerOff(1));
+    schedule(&mut bench, SOF + 70, Fault::PowerOn(1));
     bench.leap(us(SOF + 59));
     assert!(rec(&bench, 1) > 0);
     bench.leap(us(SOF + 72));
@@ -299,7 +274,7 @@ fn contenders() -> impl Strategy<Value = Vec<(u16, u64, f64)>> {
 
 fn bench_of(contenders: &[(u16, u64, f64)]) -> Bench {
     let station = |&(id, at, place): &(u16, u64, f64)| {
-        (place, Station::default().sending(Time(at), WireFrame::standard(id, &[id as u8])))
+        (place, idle().sending(Time(at), WireFrame::standard(id, &[id as u8])))
     };
     Bench::new(WireConfig::default(), contenders.iter().map(station).collect())
 }
@@ -314,14 +289,14 @@ proptest! {
         }
         let mut bench = bench_of(&contenders);
         bench.leap(us(2000));
-        let done = completed(&mut bench);
+        let done = done(&mut bench);
         contenders.sort_unstable_by_key(|contender| contender.0);
         let expected: Vec<WireFrame> =
             contenders.iter().map(|&(id, ..)| WireFrame::standard(id, &[id as u8])).collect();
-        prop_assert_eq!(done.iter().map(|&(.., frame)| frame).collect::<Vec<_>>(), expected);
+        prop_assert_eq!(order(&done), expected);
         // Back to back: 3 bits of intermission, to the quantum by which clocks of equal speed are moved.
         for pair in done.windows(2) {
-            prop_assert!(pair[1].0.0.abs_diff((pair[0].1 + us(3)).0) <= 16);
+            prop_assert!(pair[1].start.0.abs_diff((pair[0].end + us(3)).0) <= 16);
         }
     }
 
@@ -329,10 +304,10 @@ proptest! {
     fn every_frame_reaches_everybody_once_and_frames_never_overlap(contenders in contenders()) {
         let mut bench = bench_of(&contenders);
         bench.leap(us(3000));
-        let done = completed(&mut bench);
+        let done = done(&mut bench);
         prop_assert_eq!(done.len(), contenders.len());
         for pair in done.windows(2) {
-            prop_assert!(pair[1].0 > pair[0].1 + us(2));
+            prop_assert!(pair[1].start > pair[0].end + us(2));
         }
         for node in 0..contenders.len() {
             prop_assert_eq!(received(&bench, node).len(), contenders.len() - 1);

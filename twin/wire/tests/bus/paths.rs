@@ -262,44 +262,48 @@ fn undisturbed_frames_take_the_fast_path() {
     assert_eq!(bench.wire.next_event(), Some(Time::from_us(40 + 47)));
 }
 
+/// Flies a plan on both paths, the fast one in quanta. What they tell is the same, and a waveform is what it was asked to be.
+fn compare(plan: &Plan, quantum: Option<Time>) -> Result<(), TestCaseError> {
+    let mut fast = fly(plan, false, quantum);
+    same(&mut fast, &mut fly(plan, true, None))?;
+    let waveform = fast.wire.take_waveform();
+    prop_assert_eq!(waveform.is_some(), plan.recorded.is_some());
+    waveform.map_or(Ok(()), |waveform| is_true(&waveform, &fast))
+}
+
+/// Two nodes without faults but one that nobody announced; the first frame of each is requested at 50 us.
+fn surprised(frames: [Option<WireFrame>; 2], loop_ns: u32, at: u64, surprise: Surprise) {
+    let node =
+        |frame: Option<WireFrame>| (0.0, 0, false, frame.map(|frame| (50, frame)).into_iter().collect());
+    let plan = Plan {
+        nodes: frames.map(node).into(),
+        faults: vec![],
+        surprises: vec![(at, surprise)],
+        transceivers: vec![Transceiver::with_loop(loop_ns); 2],
+        quantum_us: 1,
+        recorded: None,
+    };
+    compare(&plan, Some(Time::from_us(1))).unwrap_or_else(|error| panic!("{:?} us: {error}", plan.surprises));
+}
+
 /// A driver gets stuck, unannounced, within its own frame of five dominant bits and a stuff bit, at every microsecond:
 /// what has been sent stays as it was.
 #[test]
 fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
+    let frame = WireFrame::standard(0, &[0]);
     for at in 50..110 {
-        let frame = WireFrame::standard(0, &[0]);
-        let plan = Plan {
-            nodes: vec![(0.0, 0, false, vec![(50, frame)]), (0.0, 0, false, vec![])],
-            faults: vec![],
-            surprises: vec![(at, Surprise::Fault(Fault::StuckDominant(0)))],
-            transceivers: vec![Transceiver::default(); 2],
-            quantum_us: 1,
-            recorded: None,
-        };
-        let mut fast = fly(&plan, false, Some(Time::from_us(1)));
-        same(&mut fast, &mut fly(&plan, true, None))
-            .unwrap_or_else(|error| panic!("stuck at {at} us: {error}"));
+        surprised([Some(frame), None], 0, at, Surprise::Fault(Fault::StuckDominant(0)));
     }
 }
 
-/// A transmitter goes silent in mid-frame, unannounced, with its driver dominant: the others never see it let go.
+/// A transmitter goes silent in mid-frame, unannounced, with its driver dominant: the others never see it let go. Two contenders keep
+/// the frame from the fast path until the arbitration is over.
 #[test]
 fn a_transmitter_that_goes_silent_reaches_nobody_on_both_paths() {
+    let first = WireFrame::standard(0x001, &[8, 46, 132, 33, 150, 33, 46, 16]);
+    let second = WireFrame::standard(0x081, &[18, 68, 230, 192, 4, 6, 5, 9]);
     for at in 50..130 {
-        let first = WireFrame::standard(0x001, &[8, 46, 132, 33, 150, 33, 46, 16]);
-        let second = WireFrame::standard(0x081, &[18, 68, 230, 192, 4, 6, 5, 9]);
-        let plan = Plan {
-            // Two contenders keep the frame from the fast path until the arbitration is over.
-            nodes: vec![(0.0, 0, false, vec![(50, first)]), (0.0, 0, false, vec![(50, second)])],
-            faults: vec![],
-            surprises: vec![(at, Surprise::Silent(0, true))],
-            transceivers: vec![Transceiver::with_loop(100); 2],
-            quantum_us: 1,
-            recorded: None,
-        };
-        let mut fast = fly(&plan, false, Some(Time::from_us(1)));
-        same(&mut fast, &mut fly(&plan, true, None))
-            .unwrap_or_else(|error| panic!("silent at {at} us: {error}"));
+        surprised([Some(first), Some(second)], 100, at, Surprise::Silent(0, true));
     }
 }
 
@@ -308,21 +312,11 @@ proptest! {
 
     #[test]
     fn undisturbed_traffic_is_the_same_on_both_paths(plan in plan(0)) {
-        let mut fast = fly(&plan, false, None);
-        let mut bits = fly(&plan, true, None);
-        same(&mut fast, &mut bits)?;
-        let waveform = fast.wire.take_waveform();
-        prop_assert_eq!(waveform.is_some(), plan.recorded.is_some());
-        waveform.map_or(Ok(()), |waveform| is_true(&waveform, &fast))?;
+        compare(&plan, None)?;
     }
 
     #[test]
     fn disturbed_traffic_is_the_same_on_both_paths(plan in plan(4)) {
-        let mut fast = fly(&plan, false, Some(Time::from_us(plan.quantum_us)));
-        let mut bits = fly(&plan, true, None);
-        same(&mut fast, &mut bits)?;
-        let waveform = fast.wire.take_waveform();
-        prop_assert_eq!(waveform.is_some(), plan.recorded.is_some());
-        waveform.map_or(Ok(()), |waveform| is_true(&waveform, &fast))?;
+        compare(&plan, Some(Time::from_us(plan.quantum_us)))?;
     }
 }

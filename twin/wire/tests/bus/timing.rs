@@ -108,7 +108,7 @@ fn within_the_published_tolerance_nothing_goes_wrong() {
     let mut bench = Bench::together(stations);
     for n in 0..50 {
         let place = flip_bit(rng.usize(10..90), &[rng.usize(..4)]);
-        bench.wire.schedule(us(20 + 800 * n), place).unwrap();
+        schedule(&mut bench, 20 + 800 * n, place);
     }
     bench.leap(Time::from_ms(40));
     for node in 0..4 {
@@ -120,11 +120,11 @@ fn within_the_published_tolerance_nothing_goes_wrong() {
 #[test]
 fn a_wrong_bit_rate_understands_nothing_and_counts_errors() {
     let slow = BitTiming::new(Quantum::new(2 * QUANTUM, 1), 16, 4, 4);
-    let mut sender = Station::default();
+    let mut sender = idle();
     for n in 0..60u64 {
         sender.queue.push_back((us(30 + 200 * n), WireFrame::standard(0x123, &[0x55; 8])));
     }
-    let mut bench = Bench::together(vec![sender, Station::default(), Station::with_timing(slow)]);
+    let mut bench = Bench::together(vec![sender, idle(), Station::with_timing(slow)]);
     bench.leap(Time::from_ms(40));
     assert_eq!(received(&bench, 2), []);
     assert!(rec(&bench, 2) >= 128, "{}", rec(&bench, 2));
@@ -137,7 +137,7 @@ fn a_wrong_bit_rate_understands_nothing_and_counts_errors() {
 fn contenders_of_different_bit_rates_destroy_each_other() {
     let slow = BitTiming::new(Quantum::new(2 * QUANTUM, 1), 16, 4, 4);
     let mut bench = Bench::together(vec![
-        Station::default().sending(us(40), frame(0x100)),
+        sending(40, frame(0x100)),
         Station::with_timing(slow).sending(us(40), frame(0x080)),
     ]);
     bench.leap(us(300));
@@ -207,7 +207,7 @@ fn a_spike_in_idle_is_no_start_of_frame() {
     for (ticks, disturbed) in [(1, false), (200, false), (271, false), (336, true)] {
         let mut bench = sender_and(2);
         let spike = Fault::Glitch { nodes: Nodes::of(&[1]), duration: Time(ticks), effect: Effect::Dominant };
-        bench.wire.schedule(us(15), spike).unwrap();
+        schedule(&mut bench, 15, spike);
         bench.leap(us(300));
         assert_eq!(!errors(&bench, 1).is_empty(), disturbed, "{ticks} ticks");
         assert_eq!(received(&bench, 2).len(), 1);

@@ -3,7 +3,7 @@
 use crate::common::*;
 use can_wire::controller::{ErrorKind, WireEvent};
 use can_wire::field::Field;
-use can_wire::station::{Bench, Station};
+use can_wire::station::Bench;
 use can_wire::time::Time;
 use can_wire::waveform::{Lane, Waveform};
 use can_wire::wire::WireConfig;
@@ -69,8 +69,8 @@ fn a_frame_bit_by_bit() {
 /// acknowledgement is back 115.2 ticks after the sender's ACK slot began: later than SJW, one quantum of 24 ticks.
 #[test]
 fn an_acknowledgement_from_afar_makes_the_slot_longer() {
-    let sender = Station::default().sending(us(SOF), sync());
-    let stations = vec![(0.0, sender), (40.0, Station::default())];
+    let sender = sending(SOF, sync());
+    let stations = vec![(0.0, sender), (40.0, idle())];
     let waveform = record(&mut Bench::new(WireConfig::default(), stations), 15, 75);
     let [sender, receiver] = &waveform.lanes[..] else { panic!("two nodes") };
     assert_eq!((receiver.position_m, receiver.bits[0].start), (40.0, us(20) + Time(48)));
@@ -83,15 +83,13 @@ fn an_acknowledgement_from_afar_makes_the_slot_longer() {
 /// The stuff bit at 16 flipped at node 2: its flag is bits 17 to 22. DLC and the first bit of the CRC sequence are 0, so
 /// that 22 is a stuff bit: there the sender sees a bit error and node 1 a stuff error, and their flags are 23 to 28,
 /// superposition for node 2. Delimiter to 36, intermission to 39, the second attempt at 60 us.
-fn disturbed() -> Bench {
-    let mut bench = sender_and(2);
-    from_start(&mut bench, [flip_bit(16, &[2])]);
-    bench
+fn erring() -> Bench {
+    disturbed(2, [flip_bit(16, &[2])], 0)
 }
 
 #[test]
 fn an_error_frame_bit_by_bit() {
-    let waveform = record(&mut disturbed(), 15, 62);
+    let waveform = record(&mut erring(), 15, 62);
     let fields = |lane: &Lane| lane.bits[16..].iter().map(|bit| bit.field).collect::<Vec<_>>();
     let flag = || (0..6).map(Field::ErrorFlag);
     let end = || (1..8).map(Field::Delimiter).chain((0..3).map(Field::Intermission)).chain([Field::Sof]);
@@ -120,8 +118,8 @@ fn an_error_frame_bit_by_bit() {
 /// A span that begins and ends within frames has the same bits as one that holds them.
 #[test]
 fn a_span_cuts_a_longer_one() {
-    let whole = record(&mut disturbed(), 0, 120);
-    let part = record(&mut disturbed(), 38, 85);
+    let whole = record(&mut erring(), 0, 120);
+    let part = record(&mut erring(), 38, 85);
     for (whole, part) in whole.lanes.iter().zip(&part.lanes) {
         let within = whole.bits.iter().filter(|bit| bit.end > us(38) && bit.end <= us(85));
         assert!(within.eq(&part.bits));
@@ -144,7 +142,6 @@ fn there_is_no_waveform_before_its_end() {
 #[test]
 #[should_panic(expected = "no span to come")]
 fn the_past_cannot_be_recorded() {
-    let mut bench = sender_and(1);
-    bench.leap(us(50));
+    let mut bench = disturbed(1, [], 50);
     bench.wire.record_waveform(us(49), us(75));
 }

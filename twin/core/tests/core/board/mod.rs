@@ -1,6 +1,12 @@
 //! A board for tests: flash at 0800_0000h, RAM at 2000_0000h, a few words of a peripheral at 4000_0000h.
 
+mod memory;
+mod registers;
+
 use twin_core::{Bus, BusError, Config, Core, Registers, Step, Stop, Width};
+
+pub use memory::{Memory, Piece, Random};
+pub use registers::*;
 
 pub const FLASH: u32 = 0x0800_0000;
 pub const FLASH_BYTES: u32 = 0x1000;
@@ -13,22 +19,13 @@ pub const STACK: u32 = RAM + 0x2000;
 pub const CODE: u32 = FLASH + 0x400;
 /// The handler of exception n begins at `HANDLERS + 32 * n`.
 pub const HANDLERS: u32 = FLASH + 0x800;
-
-const NVIC_ISER: u32 = 0xE000_E100;
-const NVIC_IPR: u32 = 0xE000_E400;
-
-pub const N: u32 = 1 << 31;
-pub const Z: u32 = 1 << 30;
-pub const C: u32 = 1 << 29;
-pub const V: u32 = 1 << 28;
-pub const Q: u32 = 1 << 27;
+/// Nothing answers here.
+pub const NOWHERE: u32 = 0x6000_0000;
 
 /// Memories, and a record of the accesses to them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Memory {
-    pub flash: Vec<u8>,
-    pub ram: Vec<u8>,
-    pub peripheral: [u32; 8],
+pub struct BoardBus {
+    pub memory: Memory,
     /// Addresses and widths of loads and stores.
     pub accesses: Vec<(u32, Width, bool)>,
     pub waits: u32,
@@ -36,42 +33,16 @@ pub struct Memory {
     pub is_settled: bool,
 }
 
-impl Memory {
-    fn bytes(&mut self, address: u32, width: Width) -> Option<&mut [u8]> {
-        let (base, bytes) = match address >> 28 {
-            0 => (FLASH, &mut self.flash),
-            2 => (RAM, &mut self.ram),
-            _ => return None,
-        };
-        let at = address.checked_sub(base)? as usize;
-        bytes.get_mut(at..at + width.bytes() as usize)
-    }
-
-    fn word(bytes: &[u8]) -> u32 {
-        bytes.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte))
-    }
-
-    /// Loads without a trace.
-    pub fn peek(&mut self, address: u32, width: Width) -> Option<u32> {
-        self.bytes(address, width).map(|bytes| Self::word(bytes))
-    }
-
-    /// Stores without a trace, also to flash.
-    pub fn poke(&mut self, address: u32, width: Width, value: u32) {
-        let bytes = self.bytes(address, width).expect("flash or RAM");
-        bytes.copy_from_slice(&value.to_le_bytes()[..width.bytes() as usize]);
-    }
-
-    pub fn poke_code(&mut self, address: u32, code: &[u16]) {
-        for (at, &half) in (address..).step_by(2).zip(code) {
-            self.poke(at, Width::Half, u32::from(half));
-        }
+impl BoardBus {
+    fn record(&mut self, address: u32, width: Width, writes: bool) {
+        assert_eq!(address % width.bytes(), 0, "accesses are aligned");
+        self.accesses.push((address, width, writes));
     }
 }
 
-impl Bus for Memory {
+impl Bus for BoardBus {
     fn fetch(&mut self, address: u32) -> Result<u16, BusError> {
-        self.peek(address, Width::Half).map(|half| half as u16).ok_or(BusError)
+        self.memory.fetch(address)
     }
 
     fn is_settled(&self) -> bool {
@@ -79,25 +50,13 @@ impl Bus for Memory {
     }
 
     fn load(&mut self, address: u32, width: Width) -> Result<u32, BusError> {
-        assert_eq!(address % width.bytes(), 0, "accesses are aligned");
-        self.accesses.push((address, width, false));
-        if address & !0x1F == PERIPHERAL {
-            return Ok(self.peripheral[(address as usize & 0x1F) / 4]);
-        }
-        self.peek(address, width).ok_or(BusError)
+        self.record(address, width, false);
+        self.memory.load(address, width)
     }
 
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
-        assert_eq!(address % width.bytes(), 0, "accesses are aligned");
-        self.accesses.push((address, width, true));
-        if address & !0x1F == PERIPHERAL {
-            self.peripheral[(address as usize & 0x1F) / 4] = value;
-            return Ok(());
-        }
-        if address >> 28 == 0 {
-            return Err(BusError);
-        }
-        self.poke_checked(address, width, value)
+        self.record(address, width, true);
+        self.memory.store(address, width, value)
     }
 
     fn take_waits(&mut self) -> u32 {
@@ -105,19 +64,11 @@ impl Bus for Memory {
     }
 }
 
-impl Memory {
-    fn poke_checked(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
-        let bytes = self.bytes(address, width).ok_or(BusError)?;
-        bytes.copy_from_slice(&value.to_le_bytes()[..width.bytes() as usize]);
-        Ok(())
-    }
-}
-
 /// A core with its memories.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Board {
     pub core: Core,
-    pub memory: Memory,
+    pub bus: BoardBus,
 }
 
 impl Board {
@@ -126,32 +77,30 @@ impl Board {
         Self::with_config(program, Config::stm32f4(FLASH_BYTES))
     }
 
-    /// A board whose interrupts 0 and 1 are enabled at these priorities.
-    pub fn with_priorities(program: &[u16], first: u8, second: u8) -> Self {
+    /// A board whose first interrupts are enabled at these priorities.
+    pub fn with_interrupts(program: &[u16], priorities: &[u8]) -> Self {
         let mut board = Self::new(program);
-        board.store(NVIC_ISER, 0b11);
-        board.store(NVIC_IPR, u32::from_le_bytes([first, second, 0, 0]));
+        board.store(NVIC_ISER, (1 << priorities.len()) - 1);
+        for (four, register) in priorities.chunks(4).zip((NVIC_IPR..).step_by(4)) {
+            board.store(register, four.iter().rev().fold(0, |word, &one| word << 8 | u32::from(one)));
+        }
         board
     }
 
     pub fn with_config(program: &[u16], config: Config) -> Self {
-        let mut memory = Memory {
-            flash: vec![0xFF; FLASH_BYTES as usize],
-            ram: vec![0; RAM_BYTES as usize],
-            peripheral: [0; 8],
-            accesses: Vec::new(),
-            waits: 0,
-            is_settled: true,
-        };
-        memory.poke(FLASH, Width::Word, STACK);
-        memory.poke(FLASH + 4, Width::Word, CODE | 1);
+        let ram = vec![0; RAM_BYTES as usize];
+        let mut memory = Memory::writable([(RAM, ram), (PERIPHERAL, vec![0; 32])]);
+        let flash = vec![0xFF; FLASH_BYTES as usize];
+        memory.0.push(Piece { from: FLASH, content: flash, is_writable: false });
+        memory.poke_words(FLASH, [STACK, CODE | 1]);
         for exception in 2..64 {
             let handler = HANDLERS + 32 * exception;
             memory.poke(FLASH + 4 * exception, Width::Word, handler | 1);
             memory.poke_code(handler, &[0xE7FE]);
         }
         memory.poke_code(CODE, program);
-        let mut board = Board { core: Core::new(config), memory };
+        let bus = BoardBus { memory, accesses: Vec::new(), waits: 0, is_settled: true };
+        let mut board = Board { core: Core::new(config), bus };
         board.step();
         assert_eq!(board.core.pc(), CODE);
         board
@@ -159,7 +108,7 @@ impl Board {
 
     /// Puts the code of the handler of an exception.
     pub fn handler(&mut self, exception: u32, code: &[u16]) {
-        self.memory.poke_code(HANDLERS + 32 * exception, code);
+        self.bus.memory.poke_code(HANDLERS + 32 * exception, code);
     }
 
     /// One step that does not stop.
@@ -168,7 +117,7 @@ impl Board {
     }
 
     pub fn try_step(&mut self) -> Result<Step, Stop> {
-        self.core.step(&mut self.memory)
+        self.core.step(&mut self.bus)
     }
 
     /// Some steps, and the registers afterwards.
@@ -177,6 +126,19 @@ impl Board {
             self.step();
         }
         self.core.registers()
+    }
+
+    /// A step with the line of an interrupt high from now on.
+    pub fn raise(&mut self, irq: u16) -> Step {
+        self.core.set_irq(irq, true);
+        self.step()
+    }
+
+    /// A step with the line of interrupt 0 high.
+    pub fn pulse(&mut self) -> Step {
+        let step = self.raise(0);
+        self.core.set_irq(0, false);
+        step
     }
 
     pub fn registers(&self) -> Registers {
@@ -190,34 +152,38 @@ impl Board {
         self.core.set_registers(&registers);
     }
 
+    /// Sets r0 and r1: the address and the value of [`LDR`] and [`STR`].
+    pub fn set_r0_r1(&mut self, r0: u32, r1: u32) {
+        self.set(|registers| registers.r[..2].copy_from_slice(&[r0, r1]));
+    }
+
     pub fn word(&mut self, address: u32) -> u32 {
-        self.memory.peek(address, Width::Word).expect("flash or RAM")
+        self.bus.memory.peek(address, Width::Word).expect("memory")
+    }
+
+    pub fn start_cycle_counter(&mut self) {
+        self.store(DEMCR, TRCENA);
+        self.store(DWT_CTRL, 1);
     }
 
     /// Writes a system register as a program does: by a store that runs from RAM.
     pub fn store(&mut self, address: u32, value: u32) {
-        let before = self.core.registers();
-        // STR r1, [r0]
-        self.memory.poke_code(RAM + 0x3FF0, &[0x6001]);
-        self.set(|registers| {
-            (registers.r[0], registers.r[1], registers.r[15]) = (address, value, RAM + 0x3FF0);
-            registers.xpsr = 1 << 24;
-        });
-        self.step();
-        self.core.set_registers(&before);
+        self.run_from_ram(STR, address, value);
     }
 
     /// Reads a system register as a program does.
     pub fn load(&mut self, address: u32) -> u32 {
+        self.run_from_ram(LDR, address, 0).r[2]
+    }
+
+    /// Runs an instruction with r0 and r1, and takes back what it did to registers.
+    fn run_from_ram(&mut self, code: u16, r0: u32, r1: u32) -> Registers {
         let before = self.core.registers();
-        // LDR r1, [r0]
-        self.memory.poke_code(RAM + 0x3FF0, &[0x6801]);
-        self.set(|registers| {
-            (registers.r[0], registers.r[15]) = (address, RAM + 0x3FF0);
-            registers.xpsr = 1 << 24;
-        });
-        let value = self.steps(1).r[1];
+        self.bus.memory.poke_code(RAM + 0x3FF0, &[code]);
+        self.set_r0_r1(r0, r1);
+        self.set(|registers| (registers.r[15], registers.xpsr) = (RAM + 0x3FF0, T));
+        let after = self.steps(1);
         self.core.set_registers(&before);
-        value
+        after
     }
 }
