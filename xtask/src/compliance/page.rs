@@ -13,7 +13,8 @@ no test that runs, or a requirement on software has no test of the first tier th
 
 A requirement that sums up others is verified by its own tests and by those of the clauses that it sums up, named in italics.
 
-A doc comment \"Notices: ECSS 8.3.3h: ...\" at a test names a violation with which it was seen to fail.
+A doc comment \"Notices: ECSS 8.3.3h: ...\" at a test names a violation that makes it fail. For each requirement at least one was tried;
+others follow from the assertions.
 
 Three columns say how the software interprets a requirement. Their links lead to the decisions.
 
