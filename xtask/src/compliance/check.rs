@@ -57,7 +57,7 @@ pub fn check(requirements: &[Requirement], tags: &[Tag]) -> Vec<String> {
 pub struct Tests {
     pub number: usize,
     pub of_first_tier: usize,
-    /// Whether one of them was seen to fail when the requirement is violated.
+    /// Whether one of them names a violation that makes it fail.
     pub notice: bool,
 }
 

@@ -22,7 +22,7 @@ pub struct Tag {
     pub ids: Vec<String>,
     /// Those that the comment of a module (`//!`) names: its tests verify them together.
     pub of_module: Vec<String>,
-    /// Those of a `Notices:` line: the test was seen to fail when a slip violates the requirement.
+    /// Those of a `Notices:` line: the test fails when a slip violates the requirement.
     pub noticed: Vec<String>,
 }
 
