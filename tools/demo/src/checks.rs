@@ -117,7 +117,7 @@ fn bit_rates(flight: &Flight) -> Check {
 /// Slaves that are operational at the end. Minimal ones are wherever they are: those on the bus of the master.
 fn operational(flight: &Flight) -> Check {
     let master = flight.observer.active_master().unwrap_or(MASTER);
-    let bus = flight.observer.nodes()[&master].now().bus;
+    let bus = flight.observer.nodes[&master].now().bus;
     let is_operational = |track: &Track| match track.operational_on() {
         Some(at) => !track.is_minimal || at == bus,
         None => false,
@@ -215,19 +215,14 @@ fn damage(flight: &Flight) -> Vec<Check> {
             format!("{}: {first}{others}", name(board.node))
         },
     );
-    let lockups = Check::none(
-        "lock-ups of a CPU",
-        flight,
-        |board| board.lockups,
-        |board, _| format!("{} locked up", name(board.node)),
-    );
-    let panics = Check::none(
-        "panics of a firmware",
-        flight,
-        |board| board.panics,
-        |board, _| format!("{} panicked", name(board.node)),
-    );
-    let due = |board: &BoardCount| flight.observer.nodes().get(&board.node).map(|track| track.resets_due);
+    let counted = |title, count: fn(&BoardCount) -> u64, words: fn(u64) -> String| {
+        let reason = |board: &BoardCount, count| format!("{} {}", name(board.node), words(count));
+        Check::none(title, flight, count, reason)
+    };
+    let lockups = counted("lock-ups of a CPU", |board| board.lockups, |_| "locked up".into());
+    let panics = counted("panics of a firmware", |board| board.panics, |_| "panicked".into());
+    let lost = counted("frames lost", |board| board.lost_frames, |lost| format!("lost {lost} frames"));
+    let due = |board: &BoardCount| flight.observer.nodes.get(&board.node).map(|track| track.resets_due);
     let resets = Check::none(
         "resets without a command",
         flight,
@@ -237,12 +232,6 @@ fn damage(flight: &Flight) -> Vec<Check> {
             format!("{} reset itself {} times, {due} of them commanded", name(board.node), board.resets)
         },
     );
-    let lost = Check::none(
-        "frames lost",
-        flight,
-        |board| board.lost_frames,
-        |board, lost| format!("{} lost {lost} frames", name(board.node)),
-    );
     let commands = (flight.plan.scope() == Scope::Mission).then(|| commands(flight));
     [stops, warnings, lockups, panics, resets].into_iter().chain(commands).chain([lost]).collect()
 }
@@ -250,7 +239,7 @@ fn damage(flight: &Flight) -> Vec<Check> {
 /// Commands executed by each slave, against those due.
 fn commands(flight: &Flight) -> Check {
     let of = |board: &BoardCount| {
-        let track = flight.observer.nodes().get(&board.node).filter(|track| track.access.is_some())?;
+        let track = flight.observer.nodes.get(&board.node).filter(|track| track.access.is_some())?;
         let executed = board.counters.map_or(0, |counters| u64::from(counters.commands));
         Some((board.node, executed, track.tc_due))
     };

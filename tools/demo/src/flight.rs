@@ -137,7 +137,7 @@ impl Flight {
                 Heartbeats { count: heartbeats.count + 1, longest_gap: heartbeats.longest_gap.max(gap) };
             last = Some(at);
         }
-        let has_power = self.observer.nodes().get(&node).is_some_and(|track| track.now().phase.is_powered());
+        let has_power = self.observer.nodes.get(&node).is_some_and(|track| track.now().phase.is_powered());
         let silence = last.filter(|_| has_power).map(|last| self.end.since(last));
         heartbeats.longest_gap = heartbeats.longest_gap.max(silence);
         heartbeats
@@ -145,7 +145,7 @@ impl Flight {
 
     /// Number of changes of bus of the first master.
     pub fn bus_changes(&self) -> usize {
-        let spans = &self.observer.nodes()[&MASTER].spans;
+        let spans = &self.observer.nodes[&MASTER].spans;
         spans.windows(2).filter(|pair| pair[0].bus != pair[1].bus).count()
     }
 
@@ -196,7 +196,7 @@ impl Flight {
 
     /// First change of bus of the active master, not after it lost its power. A standby changes with it.
     pub fn switch(&self) -> Option<Time> {
-        let spans = &self.observer.nodes()[&MASTER].spans;
+        let spans = &self.observer.nodes[&MASTER].spans;
         let switch = spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)?;
         self.loss().is_none_or(|(loss, _)| switch < loss).then_some(switch)
     }

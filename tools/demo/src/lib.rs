@@ -6,7 +6,6 @@ pub mod access;
 pub mod change;
 mod checks;
 mod clocks;
-pub mod cut;
 pub mod drawing;
 mod emergency;
 mod files;

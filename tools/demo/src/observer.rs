@@ -30,7 +30,8 @@ use super::track::{SETTLING, Track};
 /// Follows all nodes of a flight.
 #[derive(Clone, Debug)]
 pub struct Observer {
-    nodes: BTreeMap<Node, Track>,
+    /// All boards, the master first.
+    pub nodes: BTreeMap<Node, Track>,
     cut: Option<(Bus, Time)>,
     /// Time at which the active one of two masters lost its power.
     lost: Option<Time>,
@@ -74,11 +75,6 @@ impl Observer {
     pub fn rivalry(&self) -> Option<Takeover> {
         let is_early = |takeover: &Takeover| self.lost.is_none_or(|lost| takeover.first <= lost);
         self.takeovers.iter().copied().find(is_early)
-    }
-
-    /// All boards, the master first.
-    pub fn nodes(&self) -> &BTreeMap<Node, Track> {
-        &self.nodes
     }
 
     /// The slaves.
@@ -185,15 +181,8 @@ impl Observer {
                 }
             }
             Meaning::Telemetry { node, .. } => self.recovered(node, at, seen.bus, changes),
-            Meaning::Sync
-            | Meaning::Emergency { .. }
-            | Meaning::SpacecraftTime(_)
-            | Meaning::LocalTime { .. }
-            | Meaning::CyclicState { .. }
-            | Meaning::Claim { .. }
-            | Meaning::Pdo
-            | Meaning::Sdo { .. }
-            | Meaning::TelemetryRequest { .. } => {}
+            // It shows no state of a node.
+            _ => {}
         }
     }
 

@@ -5,7 +5,6 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
-use super::cut::CutPlan;
 use super::meaning::{Meaning, Scope};
 pub use firmware_images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::rtt::Level;
@@ -60,6 +59,17 @@ impl Seen {
     pub fn board(&self, node: Node) -> Node {
         if node == MASTER && is_master(self.from) { self.from } else { node }
     }
+}
+
+/// A cut of a bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutPlan {
+    /// Bus that is cut.
+    pub bus: Bus,
+    /// Time of the cut.
+    pub at: Time,
+    /// Metres from the master's end.
+    pub position_m: f64,
 }
 
 /// Something that happened.

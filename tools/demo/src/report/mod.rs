@@ -301,14 +301,9 @@ fn story(flight: &Flight) -> Markup {
                 summary { "The story, line by line (" (flight.story.len()) " lines)" }
                 .story {
                     @for line in &flight.story {
+                        @let (at, bus) = (line.at.as_secs_f64(), line.bus.map_or("", Bus::name));
                         span class=(format!("{:?}", line.tone)) {
-                            (format!(
-                                "{:>10.4} s  {:<9}  {:<8}  {}",
-                                line.at.as_secs_f64(),
-                                line.bus.map_or("", Bus::name),
-                                line.who,
-                                line.text
-                            ))
+                            (format!("{at:>10.4} s  {bus:<9}  {:<8}  {}", line.who, line.text))
                         }
                         "\n"
                     }
