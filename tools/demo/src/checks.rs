@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::access::BusAccess;
 use super::flight::{BoardCount, Flight};
 use super::meaning::Scope;
 use super::narrator::name;
+use super::plan::BusAccess;
 use super::record::{Bus, MASTER, Node};
 use super::track::Track;
 use super::unheard::{Unheard, unheard};
@@ -261,32 +261,29 @@ mod tests {
     use crate::flight::Interruption;
     use crate::sample;
 
-    fn row(flight: &Flight, name: &str) -> (String, String, CheckResult) {
+    /// Checks the row of the check whose name begins so.
+    fn assert_row(flight: &Flight, name: &str, limit: &str, measured: &str, result: CheckResult) {
         let check = checks(flight).into_iter().find(|check| check.name.starts_with(name)).expect(name);
-        (check.limit, check.measured, check.result)
-    }
-
-    fn expected(limit: &str, measured: &str, result: CheckResult) -> (String, String, CheckResult) {
-        (limit.into(), measured.into(), result)
+        assert_eq!((&*check.limit, &*check.measured, check.result), (limit, measured, result), "{name}");
     }
 
     #[test]
     fn every_check_has_its_limit_and_its_value() {
         let mut flight = sample::flight();
         flight.boards[2].lost_frames = 3;
-        assert_eq!(row(&flight, "slaves"), expected("2 of 2", "2 of 2", CheckResult::Held));
-        assert_eq!(row(&flight, "frames lost"), expected("0", "3", CheckResult::Failed));
+        assert_row(&flight, "slaves", "2 of 2", "2 of 2", CheckResult::Held);
+        assert_row(&flight, "frames lost", "0", "3", CheckResult::Failed);
         let due = sample::COMMANDS_DUE.to_string();
-        assert_eq!(row(&flight, "commands"), expected(&due, &due, CheckResult::Held));
+        assert_row(&flight, "commands", &due, &due, CheckResult::Held);
         assert!(!checks(&flight).iter().any(|check| check.name.contains("takeover")));
     }
 
     #[test]
     fn two_masters_have_checks_of_their_own() {
         let flight = sample::standby::flight();
-        assert_eq!(row(&flight, "masters active"), expected("1 at most", "1", CheckResult::Held));
-        assert_eq!(row(&flight, "standby"), expected("one board", "master 2", CheckResult::Held));
-        assert_eq!(row(&flight, "takeover"), expected("another board", "master 2", CheckResult::Held));
+        assert_row(&flight, "masters active", "1 at most", "1", CheckResult::Held);
+        assert_row(&flight, "standby", "one board", "master 2", CheckResult::Held);
+        assert_row(&flight, "takeover", "another board", "master 2", CheckResult::Held);
     }
 
     /// Given slaves that execute too many and too few commands, then the equal sums do not hide it.
@@ -296,22 +293,22 @@ mod tests {
         flight.boards[1].counters.as_mut().unwrap().commands += 1;
         flight.boards[2].counters.as_mut().unwrap().commands -= 1;
         let due = sample::COMMANDS_DUE.to_string();
-        assert_eq!(row(&flight, "commands"), expected(&due, &due, CheckResult::Failed));
+        assert_row(&flight, "commands", &due, &due, CheckResult::Failed);
     }
 
     /// Given a master for 1 Mbit/s and a slave for 250 kbit/s, then the first reason names both, and the load is 100 % at most.
     #[test]
     fn different_bit_rates_fail_the_flight_first() {
         let mut flight = sample::flight();
-        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "0", CheckResult::Held));
+        assert_row(&flight, "bit rates", "1 at most", "0", CheckResult::Held);
         for board in &mut flight.boards {
             board.bit_rates = [Some(1000), Some(500)];
         }
-        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "1", CheckResult::Held));
+        assert_row(&flight, "bit rates", "1 at most", "1", CheckResult::Held);
         flight.boards[2].bit_rates = [Some(250), None];
         flight.boards[2].panics = 1;
         flight.busy = [flight.end + flight.end, flight.end];
-        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "2", CheckResult::Failed));
+        assert_row(&flight, "bit rates", "1 at most", "2", CheckResult::Failed);
         let reasons: Vec<String> = checks(&flight).into_iter().flat_map(|check| check.reasons).collect();
         let first =
             "the bit rates on the nominal bus differ: node 4 at 250 kbit/s; master, node 2 at 1000 kbit/s";
@@ -323,7 +320,7 @@ mod tests {
     fn an_interrupted_flight_is_not_judged_by_its_end() {
         let mut flight = sample::flight();
         flight.interrupted = Some(Interruption::Asked);
-        assert_eq!(row(&flight, "slaves").2, CheckResult::NotJudged);
-        assert_eq!(row(&flight, "frames lost").2, CheckResult::Held);
+        assert_row(&flight, "slaves", "2 of 2", "2 of 2", CheckResult::NotJudged);
+        assert_row(&flight, "frames lost", "0", "0", CheckResult::Held);
     }
 }

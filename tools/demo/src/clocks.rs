@@ -11,7 +11,7 @@ use twin::spacecraft::{BoardId, Spacecraft};
 use super::meaning::{Meaning, NmtState};
 use super::observer::Observer;
 use super::phase::Phase;
-use super::record::{FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
+use super::record::{MASTER, Node, Occurrence, SECOND_MASTER, Seen, frames, is_master};
 
 /// Of the shipped images.
 const PERIOD: Time = Time::from_ms(1000);
@@ -99,13 +99,10 @@ fn followed(master: &[f64], second: &[f64]) -> Vec<f64> {
 
 /// The last boot-up message of a board but its first one; time zero when there is none.
 fn last_reset(board: Node, records: &[Occurrence]) -> Time {
-    let boot_ups = records.iter().filter(|record| match &record.what {
-        FlightEvent::Frame(seen) => {
-            matches!(seen.meaning, Some(Meaning::BootUp { node }) if seen.board(node) == board)
-        }
-        _ => false,
-    });
-    boot_ups.skip(1).last().map_or(Time::ZERO, |record| record.at)
+    let is_own =
+        |seen: &Seen| matches!(seen.meaning, Some(Meaning::BootUp { node }) if seen.board(node) == board);
+    let boot_ups = frames(records).filter(|(_, seen)| is_own(seen));
+    boot_ups.skip(1).last().map_or(Time::ZERO, |(at, _)| at)
 }
 
 /// When an operational slave received the spacecraft time first, from `begin` on.
@@ -115,13 +112,9 @@ fn first_time(node: Node, begin: Time, observer: &Observer, records: &[Occurrenc
         let span = spans.iter().rev().find(|span| span.from < at);
         span.is_some_and(|span| span.phase == Phase::Nmt(NmtState::Operational))
     };
-    let received = records.iter().filter(|record| match &record.what {
-        FlightEvent::Frame(seen) => {
-            matches!(seen.meaning, Some(Meaning::SpacecraftTime(_))) && seen.reached.contains(node)
-        }
-        _ => false,
-    });
-    received.map(|record| record.at).find(|at| *at >= begin && is_operational(*at))
+    let is_time = |seen: &Seen| matches!(seen.meaning, Some(Meaning::SpacecraftTime(_)));
+    let received = frames(records).filter(|(_, seen)| is_time(seen) && seen.reached.contains(node));
+    received.map(|(at, _)| at).find(|at| *at >= begin && is_operational(*at))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::line::Line;
 use super::meaning::Meaning;
 use super::observer::Observer;
 use super::plan::Plan;
-use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, is_master};
+use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, frames, is_master};
 use super::stamps::StampErrors;
 use firmware_images::support::counters::Counters;
 use firmware_images::support::diagnostics::Diagnostics;
@@ -102,10 +102,7 @@ impl BoardCount {
 impl Flight {
     /// All frames, in order of completion.
     pub fn frames(&self) -> impl Iterator<Item = (Time, &Seen)> {
-        self.records.iter().filter_map(|record| match &record.what {
-            FlightEvent::Frame(seen) => Some((record.at, seen)),
-            _ => None,
-        })
+        frames(&self.records)
     }
 
     /// All emergency messages, in order of completion.

@@ -2,7 +2,6 @@
 
 #![forbid(unsafe_code)]
 
-pub mod access;
 pub mod change;
 mod checks;
 mod clocks;

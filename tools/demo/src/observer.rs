@@ -19,11 +19,10 @@ use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 
-use super::access::BusAccess;
 use super::change::{Change, Since, Takeover};
 use super::meaning::{Meaning, NmtState, Scope};
 use super::phase::{Phase, Span};
-use super::plan::Plan;
+use super::plan::{BusAccess, Plan};
 use super::record::{Bus, FlightEvent, MASTER, Node, Occurrence, Seen, is_master};
 use super::track::{SETTLING, Track};
 

@@ -8,7 +8,6 @@ use twin::board::{BoardConfig, Fittings};
 use twin::crystal::{Crystal, Ramp};
 use twin::image::Image;
 
-use super::access::BusAccess;
 use super::meaning::Scope;
 use super::options::{Options, SECONDS};
 use super::record::{Bus, CutPlan};
@@ -63,6 +62,28 @@ const EARLIEST_LOSS: Time = Time::from_ms(5_000);
 
 /// Longest time from the loss of the active master to slaves that are operational again.
 const TAKEN_OVER_WITHIN: Time = Time::from_ms(1_000);
+
+/// Access of a slave to the two buses (ECSS 4.8.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusAccess {
+    /// Both controllers live.
+    Parallel,
+    /// One bus at a time.
+    Selective,
+    /// An image of the user's decides.
+    Unknown,
+}
+
+impl BusAccess {
+    /// The word of the standard, if it is known.
+    pub fn name(self) -> &'static str {
+        match self {
+            BusAccess::Parallel => "parallel",
+            BusAccess::Selective => "selective",
+            BusAccess::Unknown => "",
+        }
+    }
+}
 
 /// A board of the spacecraft.
 #[derive(Clone, Debug, PartialEq)]

@@ -61,6 +61,14 @@ impl Seen {
     }
 }
 
+/// The frames among records, in the same order.
+pub fn frames(records: &[Occurrence]) -> impl Iterator<Item = (Time, &Seen)> {
+    records.iter().filter_map(|record| match &record.what {
+        FlightEvent::Frame(seen) => Some((record.at, seen)),
+        _ => None,
+    })
+}
+
 /// A cut of a bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutPlan {

@@ -290,7 +290,7 @@ impl Job<'_> {
         take(&lock).map_err(unusable)?;
 
         let toolchain = toolchain::find(command[0] == "clippy")?;
-        let task = format!("{}: {toolchain}", self.task);
+        let task = format!("{}: {}", self.task, toolchain.name());
         let is_first = !target_dir.join(TARGET).exists();
         // The first time cargo shows its own progress, crate by crate.
         let progress = if is_first {

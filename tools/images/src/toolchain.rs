@@ -8,7 +8,6 @@
 //!
 //! The environment variable `FIRMWARE_TOOLCHAIN=debian` leaves rustup out.
 
-use std::fmt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -85,21 +84,20 @@ impl Toolchain {
         cargo
     }
 
+    /// Its name, for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Toolchain::Rustup => "rustup's toolchain",
+            Toolchain::Debian => "Debian's rustc, core built from source",
+        }
+    }
+
     /// What `cargo build` needs besides.
     pub fn arguments(self) -> &'static [&'static str] {
         match self {
             Toolchain::Rustup => &[],
             Toolchain::Debian => &["-Zbuild-std=core", "-Zbuild-std-features=compiler-builtins-mem"],
         }
-    }
-}
-
-impl fmt::Display for Toolchain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Toolchain::Rustup => "rustup's toolchain",
-            Toolchain::Debian => "Debian's rustc, core built from source",
-        })
     }
 }
 

@@ -12,12 +12,12 @@ mod states;
 mod tables;
 mod timeline;
 
-use crate::access::BusAccess;
 use crate::change::Since;
 use crate::drawing::paint::{self, BASE, Sheet};
 use crate::drawing::{Layout, Picture};
 use crate::flight::Flight;
 use crate::meaning::Scope;
+use crate::plan::BusAccess;
 use crate::record::Bus;
 use crate::summary::Summary;
 use firmware_images::support::board::Profile;

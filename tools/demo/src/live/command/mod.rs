@@ -129,10 +129,7 @@ fn bus() -> impl TypedValueParser<Value = Bus> {
 
 impl fmt::Display for Level {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Level::Dominant => "dominant",
-            Level::Recessive => "recessive",
-        })
+        f.write_str(self.to_possible_value().expect("each level has a name").get_name())
     }
 }
 
