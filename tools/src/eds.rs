@@ -15,6 +15,7 @@ use eds::{Commissioning, Description, Device, Timestamp};
 use mission::minimal::MinimalObjects;
 use mission::minimal::prototype::PrototypeObjects;
 use mission::{CommanderObjects, MissionObjects};
+use tools::numbers;
 
 use firmware_images::support::board::{BitRate, Profile};
 use firmware_images::support::misuse::Misuse;
@@ -154,11 +155,8 @@ fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(
     let text = String::from_utf8(output.stdout).context("what it printed is no text")?;
     let name = text.lines().find_map(|line| line.strip_prefix("FileName="));
     let name = name.filter(|name| Path::new(name).file_name().is_some_and(|file| file == *name));
-    let name = name.with_context(|| {
-        format!(
-            "{package} printed no data sheet: call eds::slave_program in its main, where it is built for the host"
-        )
-    })?;
+    let remedy = "call eds::slave_program in its main, where it is built for the host";
+    let name = name.with_context(|| format!("{package} printed no data sheet: {remedy}"))?;
     Ok((name.to_owned(), text))
 }
 
@@ -242,54 +240,32 @@ fn commissioning(node: NodeId, name: String, profile: &profile::Profile) -> Comm
     }
 }
 
-fn numbers(profile: Profile) -> &'static profile::Profile {
-    match profile {
-        Profile::Librecube => &mission::LIBRECUBE,
-        Profile::Standard => &mission::STANDARD,
-        Profile::Standby => &mission::TWO_MASTERS,
-    }
-}
-
 fn slave_device(profile: Profile) -> Device {
-    Device {
-        product: "Slave".into(),
-        order_code: "slave".into(),
-        description: format!("Slave of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
-        nodes: SLAVES,
-        boot_up_slave: true,
-        ..device()
-    }
+    let device = device("Slave", "slave", "Slave of ECSS-E-ST-50-15C on two CAN buses", profile);
+    Device { boot_up_slave: true, ..device }
 }
 
 /// The slave of clause 9 (ECSS 9.2a).
 fn minimal_device(profile: Profile) -> Device {
-    let mut device = device();
+    let description = "Minimal slave of ECSS-E-ST-50-15C, clause 9";
+    let mut device = device("Minimal slave", "minimal", description, profile);
+    let comment = "Objects are hard-coded: no SDO reaches them, and no NMT command changes a state.";
+    device.comments.push(comment.into());
     device
-        .comments
-        .push("Objects are hard-coded: no SDO reaches them, and no NMT command changes a state.".into());
-    Device {
-        product: "Minimal slave".into(),
-        order_code: "minimal".into(),
-        description: format!("Minimal slave of ECSS-E-ST-50-15C, clause 9, profile {}", profile.name()),
-        nodes: SLAVES,
-        ..device
-    }
 }
 
 fn master_device(profile: Profile) -> Device {
-    Device {
-        product: "Master".into(),
-        order_code: "master".into(),
-        description: format!("Master of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
-        nodes: NodeId::MASTER.get()..=NodeId::MASTER.get(),
-        boot_up_master: true,
-        ..device()
-    }
+    let device = device("Master", "master", "Master of ECSS-E-ST-50-15C on two CAN buses", profile);
+    Device { nodes: NodeId::MASTER.get()..=NodeId::MASTER.get(), boot_up_master: true, ..device }
 }
 
-/// What all have in common.
-fn device() -> Device {
+/// A device of this project: what all have in common.
+fn device(product: &str, order_code: &str, description: &str, profile: Profile) -> Device {
     Device {
+        product: product.into(),
+        order_code: order_code.into(),
+        description: format!("{description}, profile {}", profile.name()),
+        nodes: SLAVES,
         vendor: "The ecss-can authors".into(),
         author: "cargo eds".into(),
         modified: MODIFIED,

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::access::BusAccess;
 use super::flight::{BoardCount, Flight};
 use super::meaning::Scope;
 use super::narrator::name;
+use super::plan::BusAccess;
 use super::record::{Bus, MASTER, Node};
 use super::track::Track;
 use super::unheard::{Unheard, unheard};
@@ -117,7 +117,7 @@ fn bit_rates(flight: &Flight) -> Check {
 /// Slaves that are operational at the end. Minimal ones are wherever they are: those on the bus of the master.
 fn operational(flight: &Flight) -> Check {
     let master = flight.observer.active_master().unwrap_or(MASTER);
-    let bus = flight.observer.nodes()[&master].now().bus;
+    let bus = flight.observer.nodes[&master].now().bus;
     let is_operational = |track: &Track| match track.operational_on() {
         Some(at) => !track.is_minimal || at == bus,
         None => false,
@@ -215,19 +215,14 @@ fn damage(flight: &Flight) -> Vec<Check> {
             format!("{}: {first}{others}", name(board.node))
         },
     );
-    let lockups = Check::none(
-        "lock-ups of a CPU",
-        flight,
-        |board| board.lockups,
-        |board, _| format!("{} locked up", name(board.node)),
-    );
-    let panics = Check::none(
-        "panics of a firmware",
-        flight,
-        |board| board.panics,
-        |board, _| format!("{} panicked", name(board.node)),
-    );
-    let due = |board: &BoardCount| flight.observer.nodes().get(&board.node).map(|track| track.resets_due);
+    let counted = |title, count: fn(&BoardCount) -> u64, words: fn(u64) -> String| {
+        let reason = |board: &BoardCount, count| format!("{} {}", name(board.node), words(count));
+        Check::none(title, flight, count, reason)
+    };
+    let lockups = counted("lock-ups of a CPU", |board| board.lockups, |_| "locked up".into());
+    let panics = counted("panics of a firmware", |board| board.panics, |_| "panicked".into());
+    let lost = counted("frames lost", |board| board.lost_frames, |lost| format!("lost {lost} frames"));
+    let due = |board: &BoardCount| flight.observer.nodes.get(&board.node).map(|track| track.resets_due);
     let resets = Check::none(
         "resets without a command",
         flight,
@@ -237,12 +232,6 @@ fn damage(flight: &Flight) -> Vec<Check> {
             format!("{} reset itself {} times, {due} of them commanded", name(board.node), board.resets)
         },
     );
-    let lost = Check::none(
-        "frames lost",
-        flight,
-        |board| board.lost_frames,
-        |board, lost| format!("{} lost {lost} frames", name(board.node)),
-    );
     let commands = (flight.plan.scope() == Scope::Mission).then(|| commands(flight));
     [stops, warnings, lockups, panics, resets].into_iter().chain(commands).chain([lost]).collect()
 }
@@ -250,7 +239,7 @@ fn damage(flight: &Flight) -> Vec<Check> {
 /// Commands executed by each slave, against those due.
 fn commands(flight: &Flight) -> Check {
     let of = |board: &BoardCount| {
-        let track = flight.observer.nodes().get(&board.node).filter(|track| track.access.is_some())?;
+        let track = flight.observer.nodes.get(&board.node).filter(|track| track.access.is_some())?;
         let executed = board.counters.map_or(0, |counters| u64::from(counters.commands));
         Some((board.node, executed, track.tc_due))
     };
@@ -272,32 +261,29 @@ mod tests {
     use crate::flight::Interruption;
     use crate::sample;
 
-    fn row(flight: &Flight, name: &str) -> (String, String, CheckResult) {
+    /// Checks the row of the check whose name begins so.
+    fn assert_row(flight: &Flight, name: &str, limit: &str, measured: &str, result: CheckResult) {
         let check = checks(flight).into_iter().find(|check| check.name.starts_with(name)).expect(name);
-        (check.limit, check.measured, check.result)
-    }
-
-    fn expected(limit: &str, measured: &str, result: CheckResult) -> (String, String, CheckResult) {
-        (limit.into(), measured.into(), result)
+        assert_eq!((&*check.limit, &*check.measured, check.result), (limit, measured, result), "{name}");
     }
 
     #[test]
     fn every_check_has_its_limit_and_its_value() {
         let mut flight = sample::flight();
         flight.boards[2].lost_frames = 3;
-        assert_eq!(row(&flight, "slaves"), expected("2 of 2", "2 of 2", CheckResult::Held));
-        assert_eq!(row(&flight, "frames lost"), expected("0", "3", CheckResult::Failed));
+        assert_row(&flight, "slaves", "2 of 2", "2 of 2", CheckResult::Held);
+        assert_row(&flight, "frames lost", "0", "3", CheckResult::Failed);
         let due = sample::COMMANDS_DUE.to_string();
-        assert_eq!(row(&flight, "commands"), expected(&due, &due, CheckResult::Held));
+        assert_row(&flight, "commands", &due, &due, CheckResult::Held);
         assert!(!checks(&flight).iter().any(|check| check.name.contains("takeover")));
     }
 
     #[test]
     fn two_masters_have_checks_of_their_own() {
         let flight = sample::standby::flight();
-        assert_eq!(row(&flight, "masters active"), expected("1 at most", "1", CheckResult::Held));
-        assert_eq!(row(&flight, "standby"), expected("one board", "master 2", CheckResult::Held));
-        assert_eq!(row(&flight, "takeover"), expected("another board", "master 2", CheckResult::Held));
+        assert_row(&flight, "masters active", "1 at most", "1", CheckResult::Held);
+        assert_row(&flight, "standby", "one board", "master 2", CheckResult::Held);
+        assert_row(&flight, "takeover", "another board", "master 2", CheckResult::Held);
     }
 
     /// Given slaves that execute too many and too few commands, then the equal sums do not hide it.
@@ -307,22 +293,22 @@ mod tests {
         flight.boards[1].counters.as_mut().unwrap().commands += 1;
         flight.boards[2].counters.as_mut().unwrap().commands -= 1;
         let due = sample::COMMANDS_DUE.to_string();
-        assert_eq!(row(&flight, "commands"), expected(&due, &due, CheckResult::Failed));
+        assert_row(&flight, "commands", &due, &due, CheckResult::Failed);
     }
 
     /// Given a master for 1 Mbit/s and a slave for 250 kbit/s, then the first reason names both, and the load is 100 % at most.
     #[test]
     fn different_bit_rates_fail_the_flight_first() {
         let mut flight = sample::flight();
-        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "0", CheckResult::Held));
+        assert_row(&flight, "bit rates", "1 at most", "0", CheckResult::Held);
         for board in &mut flight.boards {
             board.bit_rates = [Some(1000), Some(500)];
         }
-        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "1", CheckResult::Held));
+        assert_row(&flight, "bit rates", "1 at most", "1", CheckResult::Held);
         flight.boards[2].bit_rates = [Some(250), None];
         flight.boards[2].panics = 1;
         flight.busy = [flight.end + flight.end, flight.end];
-        assert_eq!(row(&flight, "bit rates"), expected("1 at most", "2", CheckResult::Failed));
+        assert_row(&flight, "bit rates", "1 at most", "2", CheckResult::Failed);
         let reasons: Vec<String> = checks(&flight).into_iter().flat_map(|check| check.reasons).collect();
         let first =
             "the bit rates on the nominal bus differ: node 4 at 250 kbit/s; master, node 2 at 1000 kbit/s";
@@ -334,7 +320,7 @@ mod tests {
     fn an_interrupted_flight_is_not_judged_by_its_end() {
         let mut flight = sample::flight();
         flight.interrupted = Some(Interruption::Asked);
-        assert_eq!(row(&flight, "slaves").2, CheckResult::NotJudged);
-        assert_eq!(row(&flight, "frames lost").2, CheckResult::Held);
+        assert_row(&flight, "slaves", "2 of 2", "2 of 2", CheckResult::NotJudged);
+        assert_row(&flight, "frames lost", "0", "0", CheckResult::Held);
     }
 }

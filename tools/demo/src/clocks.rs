@@ -11,7 +11,7 @@ use twin::spacecraft::{BoardId, Spacecraft};
 use super::meaning::{Meaning, NmtState};
 use super::observer::Observer;
 use super::phase::Phase;
-use super::record::{FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
+use super::record::{MASTER, Node, Occurrence, SECOND_MASTER, Seen, frames, is_master};
 
 /// Of the shipped images.
 const PERIOD: Time = Time::from_ms(1000);
@@ -75,10 +75,8 @@ impl ClockWatch {
         let slaves = nodes.iter().filter(|node| !is_master(**node));
         slaves
             .filter_map(|&node| {
-                let begin = [MASTER, SECOND_MASTER, node]
-                    .map(|board| last_reset(board, records))
-                    .into_iter()
-                    .max()?;
+                let resets = [MASTER, SECOND_MASTER, node].map(|board| last_reset(board, records));
+                let begin = resets.into_iter().max()?;
                 let set = first_time(node, begin, observer, records)?;
                 let clock = Clock::between(node, set, master, pulses(node)?);
                 (!clock.errors.samples.is_empty()).then_some(clock)
@@ -101,29 +99,22 @@ fn followed(master: &[f64], second: &[f64]) -> Vec<f64> {
 
 /// The last boot-up message of a board but its first one; time zero when there is none.
 fn last_reset(board: Node, records: &[Occurrence]) -> Time {
-    let boot_ups = records.iter().filter(|record| match &record.what {
-        FlightEvent::Frame(seen) => {
-            matches!(seen.meaning, Some(Meaning::BootUp { node }) if seen.board(node) == board)
-        }
-        _ => false,
-    });
-    boot_ups.skip(1).last().map_or(Time::ZERO, |record| record.at)
+    let is_own =
+        |seen: &Seen| matches!(seen.meaning, Some(Meaning::BootUp { node }) if seen.board(node) == board);
+    let boot_ups = frames(records).filter(|(_, seen)| is_own(seen));
+    boot_ups.skip(1).last().map_or(Time::ZERO, |(at, _)| at)
 }
 
 /// When an operational slave received the spacecraft time first, from `begin` on.
 fn first_time(node: Node, begin: Time, observer: &Observer, records: &[Occurrence]) -> Option<Time> {
-    let spans = &observer.nodes().get(&node)?.spans;
+    let spans = &observer.nodes.get(&node)?.spans;
     let is_operational = |at: Time| {
         let span = spans.iter().rev().find(|span| span.from < at);
         span.is_some_and(|span| span.phase == Phase::Nmt(NmtState::Operational))
     };
-    let received = records.iter().filter(|record| match &record.what {
-        FlightEvent::Frame(seen) => {
-            matches!(seen.meaning, Some(Meaning::SpacecraftTime(_))) && seen.reached.contains(node)
-        }
-        _ => false,
-    });
-    received.map(|record| record.at).find(|at| *at >= begin && is_operational(*at))
+    let is_time = |seen: &Seen| matches!(seen.meaning, Some(Meaning::SpacecraftTime(_)));
+    let received = frames(records).filter(|(_, seen)| is_time(seen) && seen.reached.contains(node));
+    received.map(|(at, _)| at).find(|at| *at >= begin && is_operational(*at))
 }
 
 #[cfg(test)]
@@ -168,29 +159,18 @@ mod tests {
         let flight = sample::flight();
         let first = |begin| first_time(2, begin, &flight.observer, &flight.records);
         assert_eq!(first(Time::ZERO), Some(Time::from_ms(10_050)));
-        assert_eq!(
-            first(Time::from_ms(12_000)),
-            Some(Time::from_ms(20_050 + 10_000)),
-            "{:?}",
-            flight.switch()
-        );
+        let second = first(Time::from_ms(12_000));
+        assert_eq!(second, Some(Time::from_ms(20_050 + 10_000)), "{:?}", flight.switch());
     }
 
     /// Given a slave that boots a second time, then its clock counts from the first spacecraft time after that.
     #[test]
     fn clock_is_compared_after_the_last_reset() {
-        use crate::meaning::Scope;
-        use crate::record::{Bus, Nodes, Seen};
-        use can_wire::frame::WireFrame;
-
         let mut flight = sample::flight();
         assert_eq!(last_reset(2, &flight.records), Time::ZERO);
-        let frame = WireFrame::standard(0x702, &[0]);
-        let boot_up = Seen::new(Bus::Nominal, frame, Scope::Mission, 2, Nodes::from_iter([1]));
-        let at = Time::from_ms(15_000);
-        let place = flight.records.partition_point(|record| record.at < at);
-        flight.records.insert(place, Occurrence { at, what: FlightEvent::Frame(boot_up) });
-        assert_eq!(last_reset(2, &flight.records), at);
+        let boot_up = sample::frame(15_000, crate::record::Bus::Nominal, 2, 0x702, &[0], &[1]);
+        sample::insert(&mut flight, boot_up);
+        assert_eq!(last_reset(2, &flight.records), Time::from_ms(15_000));
         assert_eq!(last_reset(4, &flight.records), Time::ZERO);
     }
 }

@@ -10,7 +10,7 @@ use super::line::Line;
 use super::meaning::Meaning;
 use super::observer::Observer;
 use super::plan::Plan;
-use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, is_master};
+use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, frames, is_master};
 use super::stamps::StampErrors;
 use firmware_images::support::counters::Counters;
 use firmware_images::support::diagnostics::Diagnostics;
@@ -102,10 +102,7 @@ impl BoardCount {
 impl Flight {
     /// All frames, in order of completion.
     pub fn frames(&self) -> impl Iterator<Item = (Time, &Seen)> {
-        self.records.iter().filter_map(|record| match &record.what {
-            FlightEvent::Frame(seen) => Some((record.at, seen)),
-            _ => None,
-        })
+        frames(&self.records)
     }
 
     /// All emergency messages, in order of completion.
@@ -137,7 +134,7 @@ impl Flight {
                 Heartbeats { count: heartbeats.count + 1, longest_gap: heartbeats.longest_gap.max(gap) };
             last = Some(at);
         }
-        let has_power = self.observer.nodes().get(&node).is_some_and(|track| track.now().phase.is_powered());
+        let has_power = self.observer.nodes.get(&node).is_some_and(|track| track.now().phase.is_powered());
         let silence = last.filter(|_| has_power).map(|last| self.end.since(last));
         heartbeats.longest_gap = heartbeats.longest_gap.max(silence);
         heartbeats
@@ -145,7 +142,7 @@ impl Flight {
 
     /// Number of changes of bus of the first master.
     pub fn bus_changes(&self) -> usize {
-        let spans = &self.observer.nodes()[&MASTER].spans;
+        let spans = &self.observer.nodes[&MASTER].spans;
         spans.windows(2).filter(|pair| pair[0].bus != pair[1].bus).count()
     }
 
@@ -196,7 +193,7 @@ impl Flight {
 
     /// First change of bus of the active master, not after it lost its power. A standby changes with it.
     pub fn switch(&self) -> Option<Time> {
-        let spans = &self.observer.nodes()[&MASTER].spans;
+        let spans = &self.observer.nodes[&MASTER].spans;
         let switch = spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)?;
         self.loss().is_none_or(|(loss, _)| switch < loss).then_some(switch)
     }

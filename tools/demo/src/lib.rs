@@ -2,11 +2,9 @@
 
 #![forbid(unsafe_code)]
 
-pub mod access;
 pub mod change;
 mod checks;
 mod clocks;
-pub mod cut;
 pub mod drawing;
 mod emergency;
 mod files;

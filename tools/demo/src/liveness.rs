@@ -77,18 +77,13 @@ mod tests {
 
     #[test]
     fn node_is_silent_three_periods_after_its_last_heartbeat() {
-        assert_eq!(after(&[100, 200, 300]).silent_at(), Some(ms(600)));
-    }
-
-    #[test]
-    fn one_long_gap_does_not_change_the_period() {
-        assert_eq!(after(&[100, 200, 300, 2_300, 2_400]).silent_at(), Some(ms(2_700)));
-    }
-
-    #[test]
-    fn period_is_that_of_the_last_gaps() {
-        let slower = after(&[0, 100, 200, 1_200, 2_200, 3_200, 4_200]);
-        assert_eq!(slower.silent_at(), Some(ms(7_200)));
+        for (what, heartbeats, silent) in [
+            ("equal gaps", &[100, 200, 300][..], 600),
+            ("one long gap does not change the period", &[100, 200, 300, 2_300, 2_400], 2_700),
+            ("the period is that of the last gaps", &[0, 100, 200, 1_200, 2_200, 3_200, 4_200], 7_200),
+        ] {
+            assert_eq!(after(heartbeats).silent_at(), Some(ms(silent)), "{what}");
+        }
     }
 
     #[test]

@@ -116,9 +116,11 @@ impl Meaning {
             }
             (0x180, _) => {
                 let scet = Scet::decode(data)?;
-                Some(match node {
-                    MASTER => Meaning::SpacecraftTime(scet),
-                    _ => Meaning::LocalTime { node, scet },
+                let is_master = node == MASTER;
+                Some(if is_master {
+                    Meaning::SpacecraftTime(scet)
+                } else {
+                    Meaning::LocalTime { node, scet }
                 })
             }
             (0x280, _) => {
@@ -127,12 +129,8 @@ impl Meaning {
             }
             (0x300, _) => {
                 let (code, rest) = code_and_value(data)?;
-                Some(Meaning::Telecommand {
-                    node,
-                    code,
-                    value: rest & 0xFF_FFFF_FFFF,
-                    sequence: (rest >> 40) as u8,
-                })
+                let (value, sequence) = (rest & 0xFF_FFFF_FFFF, (rest >> 40) as u8);
+                Some(Meaning::Telecommand { node, code, value, sequence })
             }
             (0x380, _) => {
                 let (code, value) = code_and_value(data)?;
@@ -234,11 +232,9 @@ mod tests {
 
     #[test]
     fn network_management_is_decoded() {
+        let reset = NmtCommand::ResetCommunication;
         assert_eq!(decode(0x000, &[0x01, 0]), Some(Meaning::Nmt { command: NmtCommand::Start, node: 0 }));
-        assert_eq!(
-            decode(0x000, &[0x82, 4]),
-            Some(Meaning::Nmt { command: NmtCommand::ResetCommunication, node: 4 })
-        );
+        assert_eq!(decode(0x000, &[0x82, 4]), Some(Meaning::Nmt { command: reset, node: 4 }));
         assert_eq!(decode(0x703, &[0x00]), Some(Meaning::BootUp { node: 3 }));
         for (byte, state) in
             [(0x04, NmtState::Stopped), (0x05, NmtState::Operational), (0x7F, NmtState::PreOperational)]
@@ -251,27 +247,21 @@ mod tests {
 
     #[test]
     fn process_data_is_decoded() {
-        assert_eq!(decode(0x080, &[]), Some(Meaning::Sync));
-        assert_eq!(
-            decode(0x302, &[0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 0, 9]),
-            Some(Meaning::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF, sequence: 9 })
-        );
-        assert_eq!(
-            decode(0x285, &[0x02, 0x01, 0, 0, 1]),
-            Some(Meaning::CyclicState { node: 5, executed: 258 })
-        );
-        assert_eq!(decode(0x285, &[0x02, 0x01, 0, 0]), None);
-        assert_eq!(decode(0x402, &[0x01, 0x00]), Some(Meaning::TelemetryRequest { node: 2, code: 1 }));
-        assert_eq!(
-            decode(0x382, &[0x01, 0x00, 0x2A]),
-            Some(Meaning::Telemetry { node: 2, code: 1, value: 42 })
-        );
-        assert_eq!(
-            decode(0x082, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0]),
-            Some(Meaning::Emergency { node: 2, code: 0x8110, register: 0x11, details: [0; 5] })
-        );
-        assert_eq!(decode(0x602, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]), Some(Meaning::Sdo { node: 2 }));
-        assert_eq!(decode(0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]), Some(Meaning::Sdo { node: 2 }));
+        let command = Meaning::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF, sequence: 9 };
+        let emergency = Meaning::Emergency { node: 2, code: 0x8110, register: 0x11, details: [0; 5] };
+        for (id, data, expected) in [
+            (0x080, &[][..], Some(Meaning::Sync)),
+            (0x302, &[0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 0, 9], Some(command)),
+            (0x285, &[0x02, 0x01, 0, 0, 1], Some(Meaning::CyclicState { node: 5, executed: 258 })),
+            (0x285, &[0x02, 0x01, 0, 0], None),
+            (0x402, &[0x01, 0x00], Some(Meaning::TelemetryRequest { node: 2, code: 1 })),
+            (0x382, &[0x01, 0x00, 0x2A], Some(Meaning::Telemetry { node: 2, code: 1, value: 42 })),
+            (0x082, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0], Some(emergency)),
+            (0x602, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0], Some(Meaning::Sdo { node: 2 })),
+            (0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0], Some(Meaning::Sdo { node: 2 })),
+        ] {
+            assert_eq!(decode(id, data), expected, "{id:03X}h {data:02X?}");
+        }
     }
 
     /// A claim has two bytes: the number of slaves, and the strap of the sender, which the COB-ID repeats.
@@ -306,10 +296,8 @@ mod tests {
         assert_eq!(decode(0x181, &[1, 2]), Some(Meaning::Pdo));
         assert_eq!(decode(0x603, &[0; 8]), Some(Meaning::Sdo { node: 3 }));
         assert_eq!(decode(0x703, &[0]), Some(Meaning::BootUp { node: 3 }));
-        assert_eq!(
-            decode(0x083, &[0; 8]),
-            Some(Meaning::Emergency { node: 3, code: 0, register: 0, details: [0; 5] })
-        );
+        let emergency = Meaning::Emergency { node: 3, code: 0, register: 0, details: [0; 5] };
+        assert_eq!(decode(0x083, &[0; 8]), Some(emergency));
         for id in [0x100, 0x180, 0x6E0, 0x7E5] {
             assert_eq!(decode(id, &[0; 8]), None, "{id:03X}h");
         }

@@ -141,6 +141,8 @@ impl Mission {
         let from = self.spacecraft.now();
         while self.spacecraft.run_until(until).is_err() {}
         let powered = self.plan.boards.iter().filter(|board| (from..until).contains(&board.power_on));
+        let power_on =
+            |board: &BoardPlan| Occurrence { at: board.power_on, what: FlightEvent::PowerOn(board.node) };
         let mut records: Vec<Occurrence> = powered.map(power_on).collect();
         let frames = self.spacecraft.take_frames();
         frames.iter().for_each(|wire| self.stamps.on(wire));
@@ -243,10 +245,6 @@ impl Mission {
     fn node(&self, index: usize) -> Node {
         self.plan.boards[index].node
     }
-}
-
-fn power_on(board: &BoardPlan) -> Occurrence {
-    Occurrence { at: board.power_on, what: FlightEvent::PowerOn(board.node) }
 }
 
 fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {

@@ -92,10 +92,8 @@ impl Narrator {
                     Level::Warn => Tone::Warning,
                     Level::Error => Tone::Bad,
                 };
-                lines.push(Line {
-                    topic: Topic::Log,
-                    ..line(record.at, None, *node, format!("log: {text}"), tone)
-                });
+                let line = line(record.at, None, *node, format!("log: {text}"), tone);
+                lines.push(Line { topic: Topic::Log, ..line });
             }
             FlightEvent::Frame(seen) => self.on_frame(record.at, seen, &mut lines),
         }
@@ -120,11 +118,8 @@ impl Narrator {
                 say(seen.board(MASTER), format!("NMT {command}: {whom}"), Tone::Plain);
             }
             Some(Meaning::Emergency { node, code, .. }) => {
-                say(
-                    seen.board(node),
-                    format!("emergency {code:04X}h: {}", emergency::meaning(code)),
-                    Tone::Warning,
-                );
+                let text = format!("emergency {code:04X}h: {}", emergency::meaning(code));
+                say(seen.board(node), text, Tone::Warning);
             }
             Some(Meaning::SpacecraftTime(scet)) => {
                 say(seen.board(MASTER), format!("distributes spacecraft time {scet}"), Tone::Quiet);
@@ -132,19 +127,18 @@ impl Narrator {
             Some(Meaning::Heartbeat { node: MASTER, .. }) => {
                 let before = self.master_bus.replace(seen.bus);
                 if before != Some(seen.bus) {
-                    let text = match (before, self.fault) {
+                    let bus = seen.bus.name();
+                    let (text, tone) = match (before, self.fault) {
                         (None, _) => {
-                            format!("heartbeat on the {} bus: it is the active one", seen.bus.name())
+                            (format!("heartbeat on the {bus} bus: it is the active one"), Tone::Plain)
                         }
-                        (Some(_), None) => format!("heartbeat moved to the {} bus", seen.bus.name()),
-                        (Some(_), Some((since, fault))) => format!(
-                            "heartbeat moved to the {} bus, {} after {}",
-                            seen.bus.name(),
-                            milliseconds(at.since(fault)),
-                            since.name()
-                        ),
+                        (Some(_), None) => (format!("heartbeat moved to the {bus} bus"), Tone::Warning),
+                        (Some(_), Some((since, fault))) => {
+                            let (took, since) = (milliseconds(at.since(fault)), since.name());
+                            (format!("heartbeat moved to the {bus} bus, {took} after {since}"), Tone::Warning)
+                        }
                     };
-                    say(seen.board(MASTER), text, if before.is_none() { Tone::Plain } else { Tone::Warning });
+                    say(seen.board(MASTER), text, tone);
                 }
             }
             Some(Meaning::Claim { board, .. }) => {
@@ -153,17 +147,8 @@ impl Narrator {
                     say(board, text, Tone::Quiet);
                 }
             }
-            Some(
-                Meaning::Sync
-                | Meaning::LocalTime { .. }
-                | Meaning::Heartbeat { .. }
-                | Meaning::Telecommand { .. }
-                | Meaning::TelemetryRequest { .. }
-                | Meaning::Telemetry { .. }
-                | Meaning::CyclicState { .. }
-                | Meaning::Pdo
-                | Meaning::Sdo { .. },
-            ) => {}
+            // Routine: only summed up.
+            Some(_) => {}
             None => {
                 let text = format!("frame without a known meaning: {:?}", seen.frame);
                 say(seen.from, text, Tone::Warning);
@@ -278,13 +263,9 @@ mod tests {
     use crate::record::Nodes;
     use crate::sample;
 
-    fn frame(ms: u64, bus: Bus, id: u16, data: &[u8]) -> Occurrence {
-        let frame = WireFrame::standard(id, data);
-        record(ms, Seen::new(bus, frame, Scope::Mission, 1, Nodes::default()))
-    }
-
-    fn record(ms: u64, seen: Seen) -> Occurrence {
-        Occurrence { at: Time::from_ms(ms), what: FlightEvent::Frame(seen) }
+    /// Narrates a frame of the master; each line has its board in front.
+    fn on(narrator: &mut Narrator, ms: u64, bus: Bus, id: u16, data: &[u8]) -> Vec<String> {
+        texts(narrator, &sample::frame(ms, bus, MASTER, id, data, &[]))
     }
 
     fn texts(narrator: &mut Narrator, record: &Occurrence) -> Vec<String> {
@@ -294,30 +275,27 @@ mod tests {
     #[test]
     fn the_switch_is_told_once_with_its_delay() {
         let mut narrator = Narrator::new(&sample::plan());
-        let beat = |ms, bus| frame(ms, bus, 0x701, &[0x05]);
-        let first = texts(&mut narrator, &beat(100, Bus::Nominal));
+        let beat = |narrator: &mut Narrator, ms, bus| on(narrator, ms, bus, 0x701, &[0x05]);
+        let first = beat(&mut narrator, 100, Bus::Nominal);
         assert_eq!(first, ["master: heartbeat on the nominal bus: it is the active one"]);
-        assert!(texts(&mut narrator, &beat(350, Bus::Nominal)).is_empty());
-        let cut = sample::plan().cut.expect("a cut");
-        let cut = Occurrence { at: Time::from_ms(500), what: FlightEvent::Cut(cut) };
+        assert_eq!(beat(&mut narrator, 350, Bus::Nominal), [""; 0]);
+        let cut = sample::at(500, FlightEvent::Cut(sample::plan().cut.expect("a cut")));
         assert_eq!(texts(&mut narrator, &cut), [": ===== the nominal bus is cut next to the master ====="]);
-        assert_eq!(
-            texts(&mut narrator, &beat(612, Bus::Redundant)),
-            ["master: heartbeat moved to the redundant bus, 112.0 ms after the cut"]
-        );
-        assert!(texts(&mut narrator, &beat(862, Bus::Redundant)).is_empty());
+        let moved = beat(&mut narrator, 612, Bus::Redundant);
+        assert_eq!(moved, ["master: heartbeat moved to the redundant bus, 112.0 ms after the cut"]);
+        assert_eq!(beat(&mut narrator, 862, Bus::Redundant), [""; 0]);
     }
 
     #[test]
     fn traffic_is_summed_up_every_five_seconds() {
         let mut narrator = Narrator::new(&sample::plan());
-        assert!(texts(&mut narrator, &frame(10, Bus::Nominal, 0x302, &[1, 0])).is_empty());
-        assert!(texts(&mut narrator, &frame(20, Bus::Nominal, 0x402, &[3, 1])).is_empty());
-        assert!(texts(&mut narrator, &frame(21, Bus::Nominal, 0x382, &[3, 1, 99])).is_empty());
-        assert_eq!(
-            texts(&mut narrator, &frame(5001, Bus::Nominal, 0x080, &[])),
-            [": in the last 5 s: 1 TC, 1 TM requests, 1 TM replies; node 2: 99 commands executed"]
-        );
+        let frames: [(_, _, &[u8]); 3] =
+            [(10, 0x302, &[1, 0]), (20, 0x402, &[3, 1]), (21, 0x382, &[3, 1, 99])];
+        for (ms, id, data) in frames {
+            assert_eq!(on(&mut narrator, ms, Bus::Nominal, id, data), [""; 0], "{id:03X}h");
+        }
+        let sum = [": in the last 5 s: 1 TC, 1 TM requests, 1 TM replies; node 2: 99 commands executed"];
+        assert_eq!(on(&mut narrator, 5001, Bus::Nominal, 0x080, &[]), sum);
     }
 
     #[test]
@@ -328,7 +306,7 @@ mod tests {
         let mut on = |ms, id, data: &[u8]| {
             let frame = WireFrame::standard(id, data);
             let seen = Seen::new(Bus::Nominal, frame, Scope::Protocol, 1, Nodes::default());
-            texts(&mut narrator, &record(ms, seen))
+            texts(&mut narrator, &sample::at(ms, FlightEvent::Frame(seen)))
         };
         for id in [0x302, 0x382, 0x283] {
             assert_eq!(on(10, id, &[1, 0, 0]), [""; 0]);
@@ -342,33 +320,26 @@ mod tests {
     #[test]
     fn network_management_is_told_in_words() {
         let mut narrator = Narrator::new(&sample::plan());
-        assert_eq!(
-            texts(&mut narrator, &frame(1, Bus::Redundant, 0x000, &[0x80, 3])),
-            ["master: NMT enter pre-operational: node 3"]
-        );
-        assert_eq!(texts(&mut narrator, &frame(2, Bus::Nominal, 0x703, &[0])), ["node 3: boot-up"]);
+        let command = on(&mut narrator, 1, Bus::Redundant, 0x000, &[0x80, 3]);
+        assert_eq!(command, ["master: NMT enter pre-operational: node 3"]);
+        assert_eq!(on(&mut narrator, 2, Bus::Nominal, 0x703, &[0]), ["node 3: boot-up"]);
     }
+
     #[test]
     fn first_claim_on_each_bus_is_reported() {
         let mut narrator = Narrator::new(&sample::plan());
-        let mut claim = |ms, bus| texts(&mut narrator, &frame(ms, bus, 0x680, &[2, 0]));
-        assert_eq!(
-            claim(100, Bus::Nominal),
-            ["master: first claim on the nominal bus: it is the active master"]
-        );
-        assert_eq!(
-            claim(101, Bus::Redundant),
-            ["master: first claim on the redundant bus: it is the active master"]
-        );
-        assert_eq!([claim(200, Bus::Nominal), claim(201, Bus::Redundant)], [[""; 0], [""; 0]]);
+        for (ms, bus) in [(100, Bus::Nominal), (300, Bus::Redundant)] {
+            let expected = [format!("master: first claim on the {bus} bus: it is the active master")];
+            assert_eq!(on(&mut narrator, ms, bus, 0x680, &[2, 0]), expected, "{bus}");
+            assert_eq!(on(&mut narrator, ms + 100, bus, 0x680, &[2, 0]), [""; 0], "{bus}");
+        }
     }
 
     /// Given a cut and then the loss of the master, then each time is measured from its own fault.
     #[test]
     fn times_name_the_fault_that_they_are_measured_from() {
         let mut narrator = Narrator::new(&sample::plan());
-        let at = Time::from_ms(900);
-        let loss = Occurrence { at, what: FlightEvent::PowerOff(MASTER) };
+        let loss = sample::at(900, FlightEvent::PowerOff(MASTER));
         let changes = [Since::Cut, Since::Loss].map(|since| Change::Recovered(2, since, Time::from_ms(400)));
         let lines = narrator.narrate(&loss, &changes);
         let texts: Vec<&str> = lines.iter().map(|line| line.text.as_str()).collect();

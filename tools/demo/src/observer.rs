@@ -19,18 +19,18 @@ use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 
-use super::access::BusAccess;
 use super::change::{Change, Since, Takeover};
 use super::meaning::{Meaning, NmtState, Scope};
 use super::phase::{Phase, Span};
-use super::plan::Plan;
+use super::plan::{BusAccess, Plan};
 use super::record::{Bus, FlightEvent, MASTER, Node, Occurrence, Seen, is_master};
 use super::track::{SETTLING, Track};
 
 /// Follows all nodes of a flight.
 #[derive(Clone, Debug)]
 pub struct Observer {
-    nodes: BTreeMap<Node, Track>,
+    /// All boards, the master first.
+    pub nodes: BTreeMap<Node, Track>,
     cut: Option<(Bus, Time)>,
     /// Time at which the active one of two masters lost its power.
     lost: Option<Time>,
@@ -74,11 +74,6 @@ impl Observer {
     pub fn rivalry(&self) -> Option<Takeover> {
         let is_early = |takeover: &Takeover| self.lost.is_none_or(|lost| takeover.first <= lost);
         self.takeovers.iter().copied().find(is_early)
-    }
-
-    /// All boards, the master first.
-    pub fn nodes(&self) -> &BTreeMap<Node, Track> {
-        &self.nodes
     }
 
     /// The slaves.
@@ -185,15 +180,8 @@ impl Observer {
                 }
             }
             Meaning::Telemetry { node, .. } => self.recovered(node, at, seen.bus, changes),
-            Meaning::Sync
-            | Meaning::Emergency { .. }
-            | Meaning::SpacecraftTime(_)
-            | Meaning::LocalTime { .. }
-            | Meaning::CyclicState { .. }
-            | Meaning::Claim { .. }
-            | Meaning::Pdo
-            | Meaning::Sdo { .. }
-            | Meaning::TelemetryRequest { .. } => {}
+            // It shows no state of a node.
+            _ => {}
         }
     }
 

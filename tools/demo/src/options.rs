@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use firmware_images::support::fleet::{Fleet, Images, node_and_file};
+use firmware_images::support::fleet::{Fleet, Images, NodeFile, node_and_file};
 use firmware_images::support::misuse::Misuse;
 use firmware_images::support::node::{FIRST, LAST, MASTER, Node};
 use firmware_images::support::project;
@@ -60,8 +60,8 @@ pub struct Options {
 
     /// EDS or DCF of node N [1..15], by which the report shows the last values of its PDOs under the names of its objects; may be
     /// given several times. The shipped images have theirs in docs/eds
-    #[arg(long = "eds", value_name = "N=FILE")]
-    pub sheets: Vec<OwnSheet>,
+    #[arg(long = "eds", value_name = "N=FILE", value_parser = own_sheet)]
+    pub sheets: Vec<NodeFile>,
 
     /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
     /// earlier run there are removed first [default: target/demo] of the project
@@ -69,22 +69,12 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// The value of `--eds`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OwnSheet {
-    /// Node-ID, 1 to 15.
-    pub node: Node,
-    /// The EDS or DCF.
-    pub file: PathBuf,
-}
-
-impl FromStr for OwnSheet {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (node, file) = node_and_file(text, MASTER, "3=heater.eds")?;
-        Ok(OwnSheet { node, file })
-    }
+/// Reads the value of `--eds`.
+///
+/// # Errors
+/// A text with what was wrong and what is allowed.
+pub fn own_sheet(text: &str) -> Result<NodeFile, String> {
+    node_and_file(text, MASTER, "3=heater.eds")
 }
 
 /// The value of `--cut-at`.
@@ -140,34 +130,31 @@ impl Options {
     /// When no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
     pub fn check(&self) -> Result<(), Misuse> {
         self.fleet.check("demo", &self.nodes())?;
+        let wrong = |option, value, cause: String| Err(Misuse::value("demo", option, value, cause));
+        let (slaves, minimal, one_controller) = (self.fleet.slaves, self.minimal, self.one_controller);
         if self.fleet.slaves().is_empty() {
-            let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
-            return Err(Misuse::of("demo", text));
+            let cause = "no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
+            return wrong("--slaves <N>", 0, cause.into());
         }
-        let room = LAST + 1 - FIRST - self.fleet.slaves;
-        if self.minimal > room {
-            let (minimal, slaves) = (self.minimal, self.fleet.slaves);
-            let text = format!(
-                "invalid value '{minimal}' for '--minimal <N>': beside {slaves} other slaves allowed are 0 to {room}, as straps \
-                 number nodes up to {LAST}; or give a smaller --slaves"
+        let room = LAST + 1 - FIRST - slaves;
+        if minimal > room {
+            let cause = format!(
+                "beside {slaves} other slaves allowed are 0 to {room}, as straps number nodes up to {LAST}; or give a smaller \
+                 --slaves"
             );
-            return Err(Misuse::of("demo", text));
+            return wrong("--minimal <N>", minimal, cause);
         }
-        if self.one_controller > self.minimal {
-            let (one_controller, minimal) = (self.one_controller, self.minimal);
-            let text = format!(
-                "invalid value '{one_controller}' for '--one-controller <N>': allowed are 0 to {minimal}, the value of --minimal"
-            );
-            return Err(Misuse::of("demo", text));
+        if one_controller > minimal {
+            let cause = format!("allowed are 0 to {minimal}, the value of --minimal");
+            return wrong("--one-controller <N>", one_controller, cause);
         }
         let board = &self.fleet.target.board;
-        if self.one_controller > 0 && board.model().pins.transceiver_switch.is_none() {
-            let (one_controller, name) = (self.one_controller, board.name());
-            let text = format!(
-                "invalid value '{one_controller}' for '--one-controller <N>': the description of the board {name} has no \
-                 transceiver-switch; allowed is 0, or a board with one"
+        if one_controller > 0 && board.model().pins.transceiver_switch.is_none() {
+            let cause = format!(
+                "the description of the board {} has no transceiver-switch; allowed is 0, or a board with one",
+                board.name()
             );
-            return Err(Misuse::of("demo", text));
+            return wrong("--one-controller <N>", one_controller, cause);
         }
         Ok(())
     }
@@ -213,14 +200,12 @@ impl Options {
             None => Ok(Some(self.seconds / 2.0)),
             Some(CutAt::Never) => Ok(None),
             Some(CutAt::Second(cut)) if cut <= self.seconds => Ok(Some(cut)),
-            Some(CutAt::Second(cut)) => Err(Misuse::of(
-                "demo",
-                format!(
-                    "invalid value '{cut}' for '--cut-at <S>': the flight ends at {0} s; allowed are 0 to {0} \
-                     (or \"never\"), or a longer --seconds",
-                    self.seconds
-                ),
-            )),
+            Some(CutAt::Second(cut)) => {
+                let end = self.seconds;
+                let allowed = format!("allowed are 0 to {end} (or \"never\"), or a longer --seconds");
+                let cause = format!("the flight ends at {end} s; {allowed}");
+                Err(Misuse::value("demo", "--cut-at <S>", cut, cause))
+            }
         }
     }
 
@@ -230,14 +215,8 @@ impl Options {
     /// When the directory cannot be made or written to.
     pub fn prepare_out(&self) -> Result<(), Misuse> {
         project::make_writable(&self.out).map_err(|cause| {
-            Misuse::of(
-                "demo",
-                format!(
-                    "invalid value '{}' for '--out <DIR>': {cause}; give a directory that can be created and \
-                     written to",
-                    self.out.display()
-                ),
-            )
+            let cause = format!("{cause}; give a directory that can be created and written to");
+            Misuse::value("demo", "--out <DIR>", self.out.display(), cause)
         })
     }
 }

@@ -21,27 +21,20 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         format!("{to} took over {took} after the last heartbeat of {from}\n")
     });
     let [nominal, redundant] = Bus::ALL.map(|bus| summary.bus_load_percent[bus.name()]);
+    let (operational, slaves) = (summary.slaves_operational_at_end, flight.observer.slaves().count());
+    let (stamps, clocks) = (stamps(flight, summary), unjudged_clocks(flight));
+    let Summary { bus_changes, lost_frames, aborted_frames, resets, lockups, panics, .. } = summary;
+    let Summary { virtual_seconds, wall_seconds, emulated_mips, .. } = summary;
     format!(
         "{table}\n\
-         {takeover}{} of {} slaves operational; changes of bus: {}; load: nominal {nominal} %, redundant {redundant} %\n\
+         {takeover}{operational} of {slaves} slaves operational; changes of bus: {bus_changes}; load: nominal {nominal} %, \
+         redundant {redundant} %\n\
          {traffic}\
-         {frames} frames completed, {} lost, {} aborted; {} resets, {} lock-ups, {} panics\n\
-         stamps of SYNC: {}\n{}\
-         {} s of virtual time in {} s on this computer ({} million emulated instructions per second; cycle counts \
-         are model cycles,\nflash wait states included)\n",
-        summary.slaves_operational_at_end,
-        flight.observer.slaves().count(),
-        summary.bus_changes,
-        summary.lost_frames,
-        summary.aborted_frames,
-        summary.resets,
-        summary.lockups,
-        summary.panics,
-        stamps(flight, summary),
-        unjudged_clocks(flight),
-        summary.virtual_seconds,
-        summary.wall_seconds,
-        summary.emulated_mips,
+         {frames} frames completed, {lost_frames} lost, {aborted_frames} aborted; {resets} resets, {lockups} lock-ups, {panics} \
+         panics\n\
+         stamps of SYNC: {stamps}\n{clocks}\
+         {virtual_seconds} s of virtual time in {wall_seconds} s on this computer ({emulated_mips} million emulated \
+         instructions per second; cycle counts are model cycles,\nflash wait states included)\n"
     )
 }
 
@@ -50,14 +43,10 @@ pub const UNKNOWN_IMAGES: &str =
     "images of your own: their commands and telemetry are recorded, but neither read nor judged";
 
 fn mission_totals(mission: &MissionCounts) -> String {
+    let MissionCounts { tc_sent, tc_due, tc_executed, tc_repeats, tm_requested, tm_received } = mission;
     format!(
-        "TC: {} on the wire, {} due, {} executed, {} repeats dropped; TM: {} requested, {} received\n",
-        mission.tc_sent,
-        mission.tc_due,
-        mission.tc_executed,
-        mission.tc_repeats,
-        mission.tm_requested,
-        mission.tm_received,
+        "TC: {tc_sent} on the wire, {tc_due} due, {tc_executed} executed, {tc_repeats} repeats dropped; TM: {tm_requested} \
+         requested, {tm_received} received\n"
     )
 }
 
@@ -68,7 +57,7 @@ fn table(flight: &Flight) -> String {
     };
     let head = ["board", second, "at the end", fail_over_title(flight), third, fourth, "lost", "aborted"];
     let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, board)| {
-        let track = &flight.observer.nodes()[&board.node];
+        let track = &flight.observer.nodes[&board.node];
         let [second, third, fourth] = cells(flight, plan, board, |gap| gap.map_or("-".into(), milliseconds));
         [
             name(board.node),
@@ -92,7 +81,7 @@ pub fn cells(
     count: &BoardCount,
     span: impl Fn(Option<Time>) -> String,
 ) -> [String; 3] {
-    let track = &flight.observer.nodes()[&plan.node];
+    let track = &flight.observer.nodes[&plan.node];
     match (flight.plan.scope(), track.access) {
         (Scope::Mission, Some(_)) => {
             [track.kind(), track.tc_due.to_string(), count.counted(|counters| counters.commands)]
@@ -162,22 +151,12 @@ fn unjudged_clocks(flight: &Flight) -> String {
 fn aligned<const N: usize>(rows: &[[String; N]], left: usize) -> String {
     let widths: [usize; N] =
         std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
-    let mut text = String::new();
-    for row in rows {
-        let cells: Vec<String> = row
-            .iter()
-            .zip(widths)
-            .enumerate()
-            .map(
-                |(column, (cell, width))| {
-                    if column < left { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
-                },
-            )
-            .collect();
-        text += cells.join("   ").trim_end();
-        text.push('\n');
-    }
-    text
+    let cell = |(column, (cell, width)): (usize, (&String, usize))| {
+        if column < left { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+    };
+    let line =
+        |row: &[String; N]| row.iter().zip(widths).enumerate().map(cell).collect::<Vec<_>>().join("   ");
+    rows.iter().map(|row| format!("{}\n", line(row).trim_end())).collect()
 }
 
 #[cfg(test)]
@@ -191,18 +170,22 @@ mod tests {
         assert_eq!(aligned(&rows, 2), "a     bb    1\nccc   d    22\n");
     }
 
+    /// Checks that the text of a flight has these parts, and returns it.
+    fn assert_text(flight: &Flight, parts: &[&str]) -> String {
+        let text = text(flight, &sample::summary(flight));
+        parts.iter().for_each(|part| assert!(text.contains(part), "no {part:?} in\n{text}"));
+        text
+    }
+
     #[test]
     fn every_board_and_the_totals_are_there() {
-        let flight = sample::flight();
-        let text = text(&flight, &sample::summary(&flight));
-        for expected in [
+        let parts = [
             "master               active, redundant bus     ",
             "node 4   selective   operational, redundant bus   12406.0 ms      271        271",
             "2 of 2 slaves operational; changes of bus: 1; load: nominal 2.25 %, redundant 1.5 %",
             "TC: 778 on the wire, 660 due, 660 executed, 0 repeats dropped",
-        ] {
-            assert!(text.contains(expected), "no {expected:?} in\n{text}");
-        }
+        ];
+        assert_text(&sample::flight(), &parts);
     }
 
     /// Given a flight whose summary has no error for the clock of a slave, then the text gives the reason.
@@ -211,44 +194,33 @@ mod tests {
         let mut flight = sample::flight();
         let text_of = |flight: &Flight| text(flight, &sample::summary(flight));
         let without = text_of(&flight);
-        assert!(
-            without.contains("clock of node 4 is not judged: it received no spacecraft time"),
-            "{without}"
-        );
-        assert!(!without.contains("clock of node 2"), "{without}");
+        let reason = "clock of node 4 is not judged: it received no spacecraft time";
+        assert!(without.contains(reason) && !without.contains("clock of node 2"), "{without}");
         flight.clocks[0].set = Time::from_ms(30_000);
         let late = text_of(&flight);
-        assert!(
-            late.contains("clock of node 2 is not judged: it was set at 30.0 s and the run ended at 40.0 s"),
-            "{late}"
-        );
+        let reason = "clock of node 2 is not judged: it was set at 30.0 s and the run ended at 40.0 s";
+        assert!(late.contains(reason), "{late}");
     }
 
     /// Both master boards show their roles, and each slave its time from the cut and from the loss of the master.
     #[test]
     fn table_of_two_masters_has_roles_and_both_times() {
-        let flight = sample::standby::flight();
-        let text = text(&flight, &sample::summary(&flight));
-        for expected in [
+        let parts = [
             "fail-over / takeover",
             "master                off ",
             "master 2              active, redundant bus",
             "node 2     parallel   operational, redundant bus   1205.0 ms / 305.0 ms",
             "master 2 took over 399.0 ms after the last heartbeat of master",
-        ] {
-            assert!(text.contains(expected), "no {expected:?} in\n{text}");
-        }
+        ];
+        assert_text(&sample::standby::flight(), &parts);
     }
 
     #[test]
     fn unknown_images_are_named_and_their_commands_left_out() {
         let mut flight = sample::flight();
         flight.plan.boards[1].own_image = Some("heater".into());
-        let text = text(&flight, &sample::summary(&flight));
-        for expected in ["node 2   heater ", "node 4   shipped", UNKNOWN_IMAGES, "800.0 ms      0         3"]
-        {
-            assert!(text.contains(expected), "no {expected:?} in\n{text}");
-        }
+        let parts = ["node 2   heater ", "node 4   shipped", UNKNOWN_IMAGES, "800.0 ms      0         3"];
+        let text = assert_text(&flight, &parts);
         assert!(!text.contains("TC"), "{text}");
     }
 }

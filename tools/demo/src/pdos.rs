@@ -11,10 +11,10 @@ use serde::Serialize;
 
 use super::flight::Flight;
 use super::narrator::name;
-use super::options::OwnSheet;
 use super::plan::{BoardPlan, Plan};
 use super::sheet::{IDENTITY, Sheet, values};
 use firmware_images::support::board::Profile;
+use firmware_images::support::fleet::NodeFile;
 use firmware_images::support::misuse::Misuse;
 use firmware_images::support::node::{MASTER, Node, is_master};
 
@@ -60,19 +60,15 @@ impl Sheets {
     ///
     /// # Errors
     /// When a file of the user cannot be read or is no data sheet, or its node is not in the plan.
-    pub fn of(plan: &Plan, own: &[OwnSheet]) -> Result<Sheets, Misuse> {
-        let wrong = |own: &OwnSheet, cause: String| {
-            let text =
-                format!("invalid value '{}={}' for '--eds <N=FILE>': {cause}", own.node, own.file.display());
-            Misuse::of("demo", text)
+    pub fn of(plan: &Plan, own: &[NodeFile]) -> Result<Sheets, Misuse> {
+        let wrong = |NodeFile { node, file }: &NodeFile, cause: String| {
+            Misuse::value("demo", "--eds <N=FILE>", format_args!("{node}={}", file.display()), cause)
         };
         let mut sheets = Sheets::default();
         for own in own {
             if !plan.boards.iter().any(|board| board.node == own.node) {
-                return Err(wrong(
-                    own,
-                    format!("no board is node {}; give the Node-ID of one that runs", own.node),
-                ));
+                let cause = format!("no board is node {}; give the Node-ID of one that runs", own.node);
+                return Err(wrong(own, cause));
             }
             let bytes = std::fs::read(&own.file).map_err(|error| wrong(own, error.to_string()))?;
             let sheet =
@@ -168,9 +164,9 @@ fn differences(node: Node, sheet: &Sheet, flight: &Flight) -> Vec<String> {
             WireId::Extended(_) => None,
         })
         .collect();
+    let of = |id: u16| frames.iter().filter(move |(own, _)| *own == id).map(|(_, data)| *data);
     let answer = 0x580 + u16::from(node_id(node));
-    let answers: BTreeMap<(u16, u8), u32> =
-        frames.iter().filter(|(id, _)| *id == answer).filter_map(|(_, data)| uploaded(data)).collect();
+    let answers: BTreeMap<(u16, u8), u32> = of(answer).filter_map(uploaded).collect();
     let mut differences = Vec::new();
     for (object, known) in IDENTITY.into_iter().zip(sheet.identity) {
         let (Some(known), Some(&has)) = (known, answers.get(&object)) else { continue };
@@ -189,9 +185,8 @@ fn differences(node: Node, sheet: &Sheet, flight: &Flight) -> Vec<String> {
         }
     }
     for pdo in &sheet.pdos {
-        let lengths: BTreeSet<usize> =
-            frames.iter().filter(|(id, _)| *id == pdo.id).map(|(_, data)| data.len()).collect();
-        if let Some(length) = lengths.into_iter().find(|length| *length != pdo.bytes() as usize) {
+        let lengths = of(pdo.id).map(<[u8]>::len);
+        if let Some(length) = lengths.filter(|length| *length != pdo.bytes() as usize).min() {
             let (number, id, bytes) = (pdo.number, pdo.id, pdo.bytes());
             differences.push(format!(
                 "TPDO {number} ({id:03X}h) has {bytes} bytes there, node {node} sends {length}"
@@ -239,11 +234,9 @@ fn shipped(plan: &Plan, board: &BoardPlan) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use can_wire::frame::WireFrame;
-
     use super::*;
-    use crate::meaning::Scope;
-    use crate::record::{Bus, FlightEvent, Nodes, Occurrence, Seen};
+    use crate::options::own_sheet;
+    use crate::record::Bus;
     use crate::sample;
 
     /// Given a master that distributes its time every 10 s, the last time 30 s at 30.05 s, then the PDO has both parts by name.
@@ -277,39 +270,34 @@ mod tests {
         let mut sheets = Sheets::of(&plan, &[]).unwrap();
         sheets.of.insert(2, sheet(own));
         let said = sheets.mismatches(&plan);
-        assert!(
-            said[0].starts_with(
-                "node 2: RPDO 1 (181h) has Coarse with 32 bits at place 1, TPDO 1 of master has "
-            ),
-            "{said:?}"
-        );
+        let differs = "node 2: RPDO 1 (181h) has Coarse with 32 bits at place 1, TPDO 1 of master has ";
+        assert!(said[0].starts_with(differs), "{said:?}");
         assert_eq!(said[1..], ["node 2: RPDO 2 (333h) is sent by no node"]);
         sheets.of.insert(2, sheet(&own.replace("0x21000218\n", "0x21000220\n")));
         let said = sheets.mismatches(&plan);
-        assert!(
-            said[0].ends_with("has 8 bytes, TPDO 1 of master has 7: the receiver rejects it"),
-            "{said:?}"
-        );
+        let rejected = "has 8 bytes, TPDO 1 of master has 7: the receiver rejects it";
+        assert!(said[0].ends_with(rejected), "{said:?}");
         sheets.of.remove(&4);
         assert_eq!(sheets.mismatches(&plan).len(), 1, "node 4 may send 333h");
     }
 
     #[test]
     fn a_sheet_of_the_user_is_a_node_and_a_file() {
-        assert_eq!("3=a=b.eds".parse(), Ok(OwnSheet { node: 3, file: "a=b.eds".into() }));
+        assert_eq!(own_sheet("3=a=b.eds"), Ok(NodeFile { node: 3, file: "a=b.eds".into() }));
         for (wrong, said) in [("3", "for example"), ("0=x", "1 to 15"), ("16=x", "1 to 15"), ("3=", "file")] {
-            assert!(wrong.parse::<OwnSheet>().is_err_and(|error| error.contains(said)), "{wrong}");
+            assert!(own_sheet(wrong).is_err_and(|error| error.contains(said)), "{wrong}");
         }
     }
 
     #[test]
-    fn a_sheet_of_no_board_is_refused() {
-        let own = OwnSheet { node: 9, file: "a.eds".into() };
+    fn a_sheet_of_no_board_and_a_text_that_is_none_are_refused() {
+        let own = NodeFile { node: 9, file: "a.eds".into() };
         let error = Sheets::of(&sample::plan(), &[own]).unwrap_err().to_string();
-        assert!(
-            error.contains("'9=a.eds' for '--eds <N=FILE>'") && error.contains("no board is node 9"),
-            "{error}"
-        );
+        let parts = ["'9=a.eds' for '--eds <N=FILE>'", "no board is node 9"];
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+        let error = of_node_2("# Heater\n\nA heater = 5 W.\n").map(drop).unwrap_err().to_string();
+        let parts = ["for '--eds <N=FILE>'", "no EDS or DCF (CiA 306)"];
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
     }
 
     /// The data sheets of a user: node 2 with this text.
@@ -317,7 +305,7 @@ mod tests {
         let here = tempfile::tempdir().unwrap();
         let file = here.path().join("a.eds");
         std::fs::write(&file, text).unwrap();
-        Sheets::of(&sample::plan(), &[OwnSheet { node: 2, file }])
+        Sheets::of(&sample::plan(), &[NodeFile { node: 2, file }])
     }
 
     /// Node 2 sends 382h with 3 bytes, and answers uploads of its identity.
@@ -332,9 +320,7 @@ mod tests {
             [0x80, 0x18, 0x10, 1, 0x00, 0x00, 0x02, 0x06],
             [0x60, 0x00, 0x10, 0, 0x00, 0x00, 0x00, 0x00],
         ] {
-            let frame = WireFrame::standard(0x582, &answer);
-            let seen = Seen::new(Bus::Nominal, frame, Scope::Mission, 2, Nodes::default());
-            flight.records.push(Occurrence { at: Time::from_ms(30_000), what: FlightEvent::Frame(seen) });
+            flight.records.push(sample::frame(30_000, Bus::Nominal, 2, 0x582, &answer, &[]));
         }
         flight
     }
@@ -378,19 +364,7 @@ mod tests {
         let [left_out, nothing] = &notes[..] else { panic!("{notes:?}") };
         assert!(left_out.contains("a.eds: line 10: [1802sub1] DefaultValue=MODULE: "), "{left_out}");
         assert!(left_out.ends_with("; TPDO 3 is left out"), "{left_out}");
-        assert!(
-            nothing
-                .ends_with("a.eds: no transmit PDO with known objects: the report has no values of node 2"),
-            "{nothing}"
-        );
-    }
-
-    #[test]
-    fn text_in_place_of_a_data_sheet_is_refused() {
-        let error = of_node_2("# Heater\n\nA heater = 5 W.\n").map(drop).unwrap_err().to_string();
-        assert!(
-            error.contains("for '--eds <N=FILE>'") && error.contains("no EDS or DCF (CiA 306)"),
-            "{error}"
-        );
+        let expected = "a.eds: no transmit PDO with known objects: the report has no values of node 2";
+        assert!(nothing.ends_with(expected), "{nothing}");
     }
 }

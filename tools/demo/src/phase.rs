@@ -33,9 +33,7 @@ impl Phase {
             Phase::Starting => "starting",
             Phase::Standby => "standby",
             Phase::Silent => "silent",
-            Phase::Nmt(NmtState::Stopped) => "stopped",
-            Phase::Nmt(NmtState::PreOperational) => "pre-operational",
-            Phase::Nmt(NmtState::Operational) => "operational",
+            Phase::Nmt(state) => state.name(),
         }
     }
 }

@@ -8,11 +8,9 @@ use twin::board::{BoardConfig, Fittings};
 use twin::crystal::{Crystal, Ramp};
 use twin::image::Image;
 
-use super::access::BusAccess;
-use super::cut::CutPlan;
 use super::meaning::Scope;
 use super::options::{Options, SECONDS};
-use super::record::Bus;
+use super::record::{Bus, CutPlan};
 use firmware_images::support::board::{Board, Profile};
 use firmware_images::support::misuse::Misuse;
 use firmware_images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
@@ -64,6 +62,28 @@ const EARLIEST_LOSS: Time = Time::from_ms(5_000);
 
 /// Longest time from the loss of the active master to slaves that are operational again.
 const TAKEN_OVER_WITHIN: Time = Time::from_ms(1_000);
+
+/// Access of a slave to the two buses (ECSS 4.8.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusAccess {
+    /// Both controllers live.
+    Parallel,
+    /// One bus at a time.
+    Selective,
+    /// An image of the user's decides.
+    Unknown,
+}
+
+impl BusAccess {
+    /// The word of the standard, if it is known.
+    pub fn name(self) -> &'static str {
+        match self {
+            BusAccess::Parallel => "parallel",
+            BusAccess::Selective => "selective",
+            BusAccess::Unknown => "",
+        }
+    }
+}
 
 /// A board of the spacecraft.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,14 +210,12 @@ impl Plan {
     pub fn check_length(&self, options: &Options) -> Result<(), Misuse> {
         let Some(fault) = self.loss.or(self.cut.map(|cut| cut.at)) else { return Ok(()) };
         if self.loss.is_some_and(|loss| loss < EARLIEST_LOSS) {
-            let (loss, least, end) = (fault.as_secs_f64(), EARLIEST_LOSS.as_secs_f64(), options.seconds);
-            return Err(Misuse::of(
-                "demo",
-                format!(
-                    "invalid value '{loss}' for '--cut-at <S>': with two masters one of them must be active before the \
-                     faults begin; allowed are {least} to {end}, the value of --seconds, or never"
-                ),
-            ));
+            let (least, end) = (EARLIEST_LOSS.as_secs_f64(), options.seconds);
+            let cause = format!(
+                "with two masters one of them must be active before the faults begin; allowed are {least} to {end}, the value of \
+                 --seconds, or never"
+            );
+            return Err(Misuse::value("demo", "--cut-at <S>", fault.as_secs_f64(), cause));
         }
         let needed = |fault| {
             let takeover = self.loss.map(|_| {
@@ -217,15 +235,12 @@ impl Plan {
             }
             Some(_) => (fault + needs).as_secs_f64(),
         };
-        let (seconds, needs) = (options.seconds, needs.as_secs_f64());
-        let (fault, what) =
-            (fault.as_secs_f64(), if self.loss.is_some() { "the loss of the master" } else { "the cut" });
-        let text = format!(
-            "invalid value '{seconds}' for '--seconds <S>': {why} up to {needs} s after {what} at {fault} s; allowed are \
-             {least} to {}, or --cut-at never",
-            SECONDS.end()
+        let (fault, needs, most) = (fault.as_secs_f64(), needs.as_secs_f64(), SECONDS.end());
+        let what = if self.loss.is_some() { "the loss of the master" } else { "the cut" };
+        let cause = format!(
+            "{why} up to {needs} s after {what} at {fault} s; allowed are {least} to {most}, or --cut-at never"
         );
-        Err(Misuse::of("demo", text))
+        Err(Misuse::value("demo", "--seconds <S>", options.seconds, cause))
     }
 
     /// Longest time from the cut until all shipped slaves are operational again, and the reason; `None` if they follow the master
@@ -391,10 +406,8 @@ mod tests {
         assert_eq!(at, [5, 10, 20].map(|second| Some(Time::from_ms(1000 * second))));
         let one = Plan::default();
         assert_eq!((one.standby_reset, one.loss), (None, None));
-        assert_eq!(
-            one.cut.map(|cut| (cut.at, one.place(&cut))),
-            Some((Time::from_ms(20_000), "next to the master"))
-        );
+        let cut = one.cut.map(|cut| (cut.at, one.place(&cut)));
+        assert_eq!(cut, Some((Time::from_ms(20_000), "next to the master")));
     }
 
     /// Given 1, 2, 3 or 14 slaves, then the half of the first master has 1, 1, 2 or 7 of them, and the second master is in the other
@@ -405,16 +418,10 @@ mod tests {
             let plan = planned(slaves);
             let cut = plan.cut.expect("a cut");
             let near = plan.boards.iter().filter(|board| board.position_m < cut.position_m);
-            assert_eq!(
-                near.map(|board| board.node).filter(|node| !is_master(*node)).count(),
-                first_half,
-                "{slaves} slaves"
-            );
-            assert!(
-                plan.boards
-                    .iter()
-                    .any(|board| board.node == SECOND_MASTER && board.position_m > cut.position_m)
-            );
+            let near = near.filter(|board| !is_master(board.node)).count();
+            assert_eq!(near, first_half, "{slaves} slaves");
+            let mut far = plan.boards.iter().filter(|board| board.position_m > cut.position_m);
+            assert!(far.any(|board| board.node == SECOND_MASTER), "{slaves} slaves");
             let place = if slaves == 1 { "behind the last slave" } else { "between the slaves" };
             assert_eq!(plan.place(&cut), place, "{slaves} slaves");
         }

@@ -5,7 +5,6 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
-use super::cut::CutPlan;
 use super::meaning::{Meaning, Scope};
 pub use firmware_images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::rtt::Level;
@@ -60,6 +59,25 @@ impl Seen {
     pub fn board(&self, node: Node) -> Node {
         if node == MASTER && is_master(self.from) { self.from } else { node }
     }
+}
+
+/// The frames among records, in the same order.
+pub fn frames(records: &[Occurrence]) -> impl Iterator<Item = (Time, &Seen)> {
+    records.iter().filter_map(|record| match &record.what {
+        FlightEvent::Frame(seen) => Some((record.at, seen)),
+        _ => None,
+    })
+}
+
+/// A cut of a bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutPlan {
+    /// Bus that is cut.
+    pub bus: Bus,
+    /// Time of the cut.
+    pub at: Time,
+    /// Metres from the master's end.
+    pub position_m: f64,
 }
 
 /// Something that happened.

@@ -10,7 +10,6 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use super::clocks::Clock;
-use super::cut::CutPlan;
 use super::flight::{BoardCount, Flight};
 use super::line::Line;
 use super::meaning::{Meaning, NmtState, Scope};
@@ -19,7 +18,7 @@ use super::observer::Observer;
 use super::origin::{ImageFile, Origin};
 use super::phase::Phase;
 use super::plan::{BoardPlan, Plan};
-use super::record::{Bus, FlightEvent, Level, Node, Nodes, Occurrence, Seen};
+use super::record::{Bus, CutPlan, FlightEvent, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
 use firmware_images::support::board::{Board, Profile};
 use firmware_images::support::counters::Counters;
@@ -43,14 +42,21 @@ pub const PARALLEL_FAILOVER_MS: f64 = 605.0;
 /// First TC after the start at 32.36 s.
 pub const SELECTIVE_FAILOVER_MS: f64 = 12_406.0;
 
-fn at(ms: u64, what: FlightEvent) -> Occurrence {
+/// An event at this millisecond.
+pub fn at(ms: u64, what: FlightEvent) -> Occurrence {
     Occurrence { at: Time::from_ms(ms), what }
 }
 
-fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) -> Occurrence {
+/// A frame of the mission, from a board, with the boards that it reached.
+pub fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) -> Occurrence {
     let reached: Nodes = reached.iter().copied().collect();
     let frame = WireFrame::standard(id, data);
     at(ms, FlightEvent::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
+}
+
+/// A line that a board logs.
+pub fn log(ms: u64, node: Node, level: Level, text: &str) -> Occurrence {
+    at(ms, FlightEvent::Log { node, level, text: text.into() })
 }
 
 /// Bus of the master at `ms`; `None` while no node acknowledges.
@@ -67,15 +73,12 @@ fn records() -> Vec<Occurrence> {
         at(20, FlightEvent::PowerOn(1)),
         at(110, FlightEvent::PowerOn(2)),
         at(230, FlightEvent::PowerOn(4)),
-        at(25, FlightEvent::Log { node: 1, level: Level::Info, text: "master, nominal bus".into() }),
+        log(25, 1, Level::Info, "master, nominal bus"),
         frame(112, Bus::Nominal, 2, 0x702, &[0], &[1]),
         frame(232, Bus::Nominal, 4, 0x704, &[0], &[1, 2]),
         frame(240, Bus::Nominal, 1, 0x000, &[1, 0], &[2, 4]),
         at(CUT_MS, FlightEvent::Cut(CUT)),
-        at(
-            SWITCH_MS - 1,
-            FlightEvent::Log { node: 1, level: Level::Warn, text: "nominal bus isolated, switching".into() },
-        ),
+        log(SWITCH_MS - 1, 1, Level::Warn, "nominal bus isolated, switching"),
         frame(SELECTIVE_SWITCH_MS, Bus::Redundant, 4, 0x704, &[0x7F], &[1, 2]),
         frame(SELECTIVE_SWITCH_MS + 10, Bus::Redundant, 1, 0x000, &[1, 4], &[2, 4]),
     ];
@@ -113,14 +116,8 @@ fn records() -> Vec<Occurrence> {
             records.push(frame(ms + offset, bus, 1, 0x300 + u16::from(node), &[1, 0, 7], reached));
             records.push(frame(ms + offset + 40, bus, 1, request, &[0x04, 0x01], reached));
             if listens {
-                records.push(frame(
-                    ms + offset + 41,
-                    bus,
-                    node,
-                    0x380 + u16::from(node),
-                    &[0x04, 0x01, 1],
-                    &[1],
-                ));
+                let reply = 0x380 + u16::from(node);
+                records.push(frame(ms + offset + 41, bus, node, reply, &[0x04, 0x01, 1], &[1]));
             }
         }
     }
@@ -169,6 +166,13 @@ pub(crate) fn summary(flight: &Flight) -> crate::summary::Summary {
     crate::summary::Summary::of(flight, origin(), &crate::pdos::Sheets::default())
 }
 
+/// Adds a record to a flight, in the order of time.
+#[cfg(test)]
+pub(crate) fn insert(flight: &mut Flight, record: Occurrence) {
+    let place = flight.records.partition_point(|earlier| earlier.at < record.at);
+    flight.records.insert(place, record);
+}
+
 /// Observer and story after the records of a flight.
 fn watched(plan: &Plan, records: &[Occurrence]) -> (Observer, Vec<Line>) {
     let (mut observer, mut narrator) = (Observer::new(plan), Narrator::new(plan));
@@ -186,13 +190,11 @@ pub fn flight() -> Flight {
         let FlightEvent::Frame(seen) = &record.what else { return false };
         matches!(seen.meaning, Some(Meaning::Telemetry { .. }))
     });
+    let stamps = Stamps { captured: 1, ..Stamps::default() };
     let count = |node, commands, replies| BoardCount {
         node,
         instructions: 30_000_000,
-        diagnostics: Diagnostics {
-            stamps: Stamps { captured: 1, ..Stamps::default() },
-            ..Diagnostics::default()
-        },
+        diagnostics: Diagnostics { stamps, ..Diagnostics::default() },
         counters: Some(Counters { commands, replies, ..Counters::default() }),
         ..BoardCount::default()
     };

@@ -167,16 +167,12 @@ impl Reader<'_> {
             return if is_empty { Ok(Vec::new()) } else { Err(missing(mapping, 0)) };
         };
         if MULTIPLEX.contains(&count.number) {
-            return Err(wrong(
-                count.entry,
-                "a multiplex PDO (MPDO), whose objects differ from frame to frame",
-            ));
+            let text = "a multiplex PDO (MPDO), whose objects differ from frame to frame";
+            return Err(wrong(count.entry, text));
         }
         if count.number > MOST {
-            return Err(wrong(
-                count.entry,
-                "allowed are 0 to 64 objects, and 0xFE and 0xFF for a multiplex PDO",
-            ));
+            let allowed = "allowed are 0 to 64 objects, and 0xFE and 0xFF for a multiplex PDO";
+            return Err(wrong(count.entry, allowed));
         }
         let (mut entries, mut sum) = (Vec::new(), 0);
         for sub in 1..=count.number as u8 {

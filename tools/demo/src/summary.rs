@@ -133,6 +133,7 @@ impl Summary {
         let instructions: u64 = flight.boards.iter().map(|board| board.instructions).sum();
         let heartbeats = || flight.boards.iter().map(|board| (board.node, flight.heartbeats(board.node)));
         let own = |board: &BoardPlan| Some((board.node, board.own_image.clone()?));
+        let operational = flight.observer.slaves().filter(|(_, track)| track.operational_on().is_some());
         Summary {
             verdict: Verdict::of(flight),
             checks: checks(flight),
@@ -173,11 +174,7 @@ impl Summary {
             mission: (flight.plan.scope() == Scope::Mission).then(|| MissionCounts::of(flight)),
             failover_ms: per_slave(flight, |track| track.failover),
             takeover_failover_ms: per_slave(flight, |track| track.takeover),
-            slaves_operational_at_end: flight
-                .observer
-                .slaves()
-                .filter(|(_, track)| track.operational_on().is_some())
-                .count(),
+            slaves_operational_at_end: operational.count(),
             lost_frames: flight.boards.iter().map(|board| board.lost_frames).sum(),
             aborted_frames: flight.boards.iter().map(|board| board.aborted_frames).sum(),
             app_overflows: flight.boards.iter().map(|board| u64::from(board.diagnostics.app_overflows)).sum(),

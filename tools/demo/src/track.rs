@@ -2,11 +2,11 @@
 
 use can_wire::time::Time;
 
-use super::access::BusAccess;
 use super::change::Change;
 use super::liveness::Liveness;
 use super::meaning::{NmtCommand, NmtState};
 use super::phase::{Phase, Span};
+use super::plan::BusAccess;
 use super::record::{Bus, Node};
 
 /// Longest time that a heartbeat can have waited for the bus: longer than all frames that may be ahead of it.

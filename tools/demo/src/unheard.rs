@@ -51,18 +51,12 @@ pub fn unheard(flight: &Flight) -> Vec<Unheard> {
 
 #[cfg(test)]
 mod tests {
-    use can_wire::frame::WireFrame;
-
     use super::*;
-    use crate::meaning::Scope;
-    use crate::record::{Bus, Nodes, Occurrence, Seen};
+    use crate::record::Bus;
     use crate::sample;
 
     fn report(flight: &mut Flight, ms: u64, data: &[u8], reached: &[Node]) {
-        let frame = WireFrame::standard(0x082, data);
-        let reached = Nodes::from_iter(reached.iter().copied());
-        let seen = Seen::new(Bus::Nominal, frame, Scope::Mission, 2, reached);
-        flight.records.push(Occurrence { at: Time::from_ms(ms), what: FlightEvent::Frame(seen) });
+        flight.records.push(sample::frame(ms, Bus::Nominal, 2, 0x082, data, reached));
     }
 
     const BEGIN: [u8; 8] = [0x00, 0x42, 0x09, 1, 0, 0, 0, 0];
@@ -81,7 +75,7 @@ mod tests {
         let mut over = flight.clone();
         report(&mut over, 20_700, &END, &[4]);
         assert_eq!(unheard(&over), []);
-        flight.records.push(Occurrence { at: Time::from_ms(21_000), what: FlightEvent::Reset(2) });
+        flight.records.push(sample::at(21_000, FlightEvent::Reset(2)));
         assert_eq!(unheard(&flight), []);
     }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::checks::{Check, checks};
+use super::checks::checks;
 use super::flight::{Flight, Interruption};
 
 /// Result of a flight.
@@ -42,8 +42,7 @@ impl Verdict {
 
 /// Why the checks of a flight failed; empty when all held.
 pub fn faults(flight: &Flight) -> Vec<String> {
-    let reasons = |check: Check| check.reasons;
-    checks(flight).into_iter().flat_map(reasons).collect()
+    checks(flight).into_iter().flat_map(|check| check.reasons).collect()
 }
 
 fn stopped(flight: &Flight, interruption: Interruption) -> String {
@@ -56,27 +55,30 @@ fn stopped(flight: &Flight, interruption: Interruption) -> String {
 
 #[cfg(test)]
 mod tests {
-    use can_wire::frame::WireFrame;
+    use can_wire::frame::WireId;
     use can_wire::time::Time;
     use firmware_images::support::counters::Counters;
 
     use super::*;
-    use crate::meaning::Scope;
-    use crate::record::{Bus, FlightEvent, Level, Nodes, Occurrence, Seen};
+    use crate::observer::Observer;
+    use crate::record::{Bus, FlightEvent, Level, Occurrence, SECOND_MASTER};
     use crate::sample;
 
-    #[test]
-    fn a_good_flight_passes() {
-        let verdict = Verdict::of(&sample::flight());
-        assert_eq!(verdict, Verdict { outcome: Outcome::Passed, reasons: vec![] });
+    /// Observes a flight once more, up to this millisecond.
+    fn observe(flight: &mut Flight, until_ms: u64) {
+        flight.observer = Observer::new(&flight.plan);
+        for record in flight.records.iter().filter(|record| record.at < Time::from_ms(until_ms)) {
+            flight.observer.on(record);
+        }
     }
 
     #[test]
-    fn a_flight_with_a_fault_fails_and_names_it() {
+    fn a_flight_passes_without_a_fault_and_fails_with_one() {
         let mut flight = sample::flight();
+        let verdict = |outcome, reasons| Verdict { outcome, reasons };
+        assert_eq!(Verdict::of(&flight), verdict(Outcome::Passed, vec![]));
         flight.boards[0].lockups = 1;
-        let verdict = Verdict::of(&flight);
-        assert_eq!(verdict, Verdict { outcome: Outcome::Failed, reasons: vec!["master locked up".into()] });
+        assert_eq!(Verdict::of(&flight), verdict(Outcome::Failed, vec!["master locked up".into()]));
     }
 
     #[test]
@@ -84,9 +86,7 @@ mod tests {
         let mut flight = sample::flight();
         flight.boards[1].resets = 1;
         assert_eq!(faults(&flight), ["node 2 reset itself 1 times, 0 of them commanded"]);
-        let reset = (Bus::Nominal, WireFrame::standard(0x000, &[0x81, 2]));
-        let seen = Seen::new(reset.0, reset.1, Scope::Mission, 1, Nodes::from_iter([2]));
-        flight.observer.on(&Occurrence { at: flight.end, what: FlightEvent::Frame(seen) });
+        flight.observer.on(&sample::frame(40_000, Bus::Nominal, 1, 0x000, &[0x81, 2], &[2]));
         assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
     }
 
@@ -96,15 +96,10 @@ mod tests {
     fn a_minimal_slave_on_the_wrong_bus_is_a_fault() {
         let mut flight = sample::flight();
         flight.plan.boards[2].is_minimal = true;
-        flight.observer = crate::observer::Observer::new(&flight.plan);
-        for record in flight.records.iter().filter(|record| record.at < Time::from_ms(22_000)) {
-            flight.observer.on(record);
-        }
+        observe(&mut flight, 22_000);
         let faults = faults(&flight);
-        assert!(
-            faults[0].starts_with("node 4 is operational on the nominal bus at the end (selective"),
-            "{faults:?}"
-        );
+        let expected = "node 4 is operational on the nominal bus at the end (selective";
+        assert!(faults[0].starts_with(expected), "{faults:?}");
     }
 
     /// Given an image of the user's whose heartbeats stop at 30 s of 40 s, then the flight fails and names it, no slave but the other one
@@ -113,32 +108,20 @@ mod tests {
     fn flight_of_a_dead_user_slave_fails() {
         let mut flight = sample::flight();
         flight.plan.boards[1].own_image = Some("own".into());
-        let is_dead = |record: &Occurrence| match &record.what {
-            FlightEvent::Frame(seen) => {
-                record.at > Time::from_ms(30_000) && seen.frame.id == can_wire::frame::WireId::Standard(0x702)
-            }
-            _ => false,
-        };
-        flight.records.retain(|record| !is_dead(record));
-        flight.observer = crate::observer::Observer::new(&flight.plan);
-        for record in &flight.records {
-            flight.observer.on(record);
-        }
+        let is_beat = |record: &Occurrence| matches!(&record.what, FlightEvent::Frame(seen) if seen.frame.id == WireId::Standard(0x702));
+        flight.records.retain(|record| record.at <= Time::from_ms(30_000) || !is_beat(record));
+        observe(&mut flight, 50_000);
         flight.observer.conclude(flight.end);
-        let verdict = Verdict::of(&flight);
-        assert_eq!(verdict.outcome, Outcome::Failed);
-        assert_eq!(verdict.reasons, ["node 2 is silent on the redundant bus at the end"]);
-        for (node, level, text) in [
-            (2, Level::Error, "first"),
-            (2, Level::Error, "last"),
-            (2, Level::Warn, "mild"),
-            (4, Level::Error, "other"),
-        ] {
-            let what = FlightEvent::Log { node, level, text: text.into() };
-            flight.records.push(Occurrence { at: flight.end, what });
-        }
-        let reason = "node 2 is silent on the redundant bus at the end; its log: last";
-        assert_eq!(Verdict::of(&flight).reasons, [reason]);
+        let reason = "node 2 is silent on the redundant bus at the end";
+        let Verdict { outcome, reasons } = Verdict::of(&flight);
+        assert_eq!((outcome, &*reasons), (Outcome::Failed, &[reason.to_owned()][..]));
+        flight.records.extend([
+            sample::log(40_000, 2, Level::Error, "first"),
+            sample::log(40_000, 2, Level::Error, "last"),
+            sample::log(40_000, 2, Level::Warn, "mild"),
+            sample::log(40_000, 4, Level::Error, "other"),
+        ]);
+        assert_eq!(Verdict::of(&flight).reasons, [format!("{reason}; its log: last")]);
         assert_eq!(sample::summary(&flight).slaves_operational_at_end, 1);
         let gap = flight.heartbeats(2).longest_gap.unwrap();
         assert!(gap > Time::from_ms(9_700), "{} us", gap.as_us());
@@ -149,13 +132,11 @@ mod tests {
         let mut flight = sample::flight();
         flight.plan.loss = Some(flight.plan.end);
         assert_eq!(faults(&flight), ["no master was active at 40 s to lose its power"]);
-        flight.records.push(Occurrence { at: flight.end, what: FlightEvent::PowerOff(1) });
+        flight.records.push(sample::at(40_000, FlightEvent::PowerOff(1)));
         assert_eq!(faults(&flight), ["no board took over from master until the end"]);
         flight.plan.standby_reset = Some(Time::from_ms(500));
-        assert_eq!(
-            faults(&flight)[0],
-            "no master was active at 0.5 s, so no standby was reset: give a later --cut-at"
-        );
+        let expected = "no master was active at 0.5 s, so no standby was reset: give a later --cut-at";
+        assert_eq!(faults(&flight)[0], expected);
     }
 
     /// Given a second board that sends 701h while the active master has power, then the flight fails and names both.
@@ -163,16 +144,9 @@ mod tests {
     fn flight_with_two_active_masters_fails() {
         let mut flight = sample::standby::flight();
         assert_eq!(faults(&flight), Vec::<String>::new());
-        flight.observer = crate::observer::Observer::new(&flight.plan);
-        let rival = (Bus::Redundant, WireFrame::standard(0x701, &[5]));
-        let rival =
-            Seen::new(rival.0, rival.1, Scope::Mission, crate::record::SECOND_MASTER, Nodes::default());
-        let rival = Occurrence { at: Time::from_ms(11_500), what: FlightEvent::Frame(rival) };
-        let place = flight.records.partition_point(|record| record.at < rival.at);
-        flight.records.insert(place, rival);
-        for record in &flight.records {
-            flight.observer.on(record);
-        }
+        let rival = sample::frame(11_500, Bus::Redundant, SECOND_MASTER, 0x701, &[5], &[]);
+        sample::insert(&mut flight, rival);
+        observe(&mut flight, 50_000);
         let expected = "two masters were active: master 2 sent 701h at 11.5 s, while master had power";
         assert_eq!(faults(&flight)[0], expected);
     }
@@ -192,8 +166,8 @@ mod tests {
     #[test]
     fn a_contradiction_between_image_and_board_is_a_fault() {
         let mut flight = sample::flight();
-        flight.boards[1].warnings =
-            vec!["CAN1 takes part in no bus: other pins".into(), "odd bit rate".into()];
+        let warnings = ["CAN1 takes part in no bus: other pins", "odd bit rate"];
+        flight.boards[1].warnings = warnings.map(str::to_owned).into();
         assert_eq!(faults(&flight), ["node 2: CAN1 takes part in no bus: other pins (its log has 1 more)"]);
     }
 
@@ -202,16 +176,13 @@ mod tests {
     fn an_early_end_excuses_slaves_but_no_damage() {
         let mut flight = sample::flight();
         flight.interrupted = Some(Interruption::Asked);
-        flight.observer = crate::observer::Observer::new(&flight.plan);
+        observe(&mut flight, 0);
         flight.boards.iter_mut().for_each(|board| board.counters = Some(Counters::default()));
         flight.boards[1].panics = 1;
         let Verdict { outcome, reasons } = Verdict::of(&flight);
         assert_eq!(outcome, Outcome::Interrupted);
-        assert_eq!(reasons.len(), 2, "{reasons:?}");
-        assert!(
-            reasons[0].starts_with("stopped after ") && reasons[0].ends_with("Ctrl-C or SIGTERM"),
-            "{reasons:?}"
-        );
-        assert_eq!(reasons[1], "node 2 panicked");
+        let [stopped, damage] = &reasons[..] else { panic!("{reasons:?}") };
+        assert!(stopped.starts_with("stopped after ") && stopped.ends_with("Ctrl-C or SIGTERM"), "{stopped}");
+        assert_eq!(damage, "node 2 panicked");
     }
 }

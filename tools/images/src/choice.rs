@@ -61,11 +61,8 @@ mod tests {
         let plain = r#"{"name": "board", "rename": null, "optional": false}"#;
         let other = r#"{"name": "pyboard-v11", "rename": null, "optional": false}"#;
         for (dependency, is_fixed) in [(renamed, true), (plain, true), (other, false)] {
-            assert_eq!(
-                choice(&metadata(dependency, "{}"), "heater").unwrap().is_fixed,
-                is_fixed,
-                "{dependency}"
-            );
+            let choice = choice(&metadata(dependency, "{}"), "heater").unwrap();
+            assert_eq!(choice.is_fixed, is_fixed, "{dependency}");
         }
     }
 

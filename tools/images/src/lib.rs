@@ -23,13 +23,15 @@ mod toolchain;
 
 use std::env;
 use std::fs::{self, File, TryLockError};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use elsewhere::Elsewhere;
 use site::Site;
+use support::output::note;
 
 pub use board_crate::BoardCrate;
 pub use chips::{CHIPS, check_chips};
@@ -234,21 +236,18 @@ fn programs<const N: usize>(
     names: [&str; N],
 ) -> Result<[PathBuf; N], Error> {
     let site = Site::of(board)?;
-    let home = match &site {
-        Site::Here(_) => workspace(),
-        Site::Elsewhere(elsewhere) => elsewhere.home(),
-    };
-    let mut what = packages(of, site.feature(), profile);
+    let home = site.elsewhere.as_ref().map_or_else(workspace, Elsewhere::home);
+    // A generated workspace has no features for boards.
+    let feature = site.elsewhere.is_none().then_some(&*site.name);
+    let mut what = packages(of, feature, profile);
     what.extend(names.iter().flat_map(|name| ["--bin", name]).map(str::to_owned));
-    let task = format!("build {} for {}, profile {profile}", names.join(" and "), site.name());
-    let job = Job { home: &home, task, log, is_locked: matches!(site, Site::Here(_)) };
+    let task = format!("build {} for {}, profile {profile}", names.join(" and "), site.name);
+    let job = Job { home: &home, task, log, is_locked: site.elsewhere.is_none() };
     let to = folder(&site, profile, log);
     let from = job.target_dir().join(TARGET).join("firmware");
-    once::once(format!("{} {log} {}", site.id(), what.join(" ")), || {
+    once::once(format!("{} {log} {}", site.id, what.join(" ")), || {
         job.run(&["build"], &what, &[], |cargo| {
-            if let Site::Elsewhere(elsewhere) = &site {
-                elsewhere.write()?;
-            }
+            site.elsewhere.as_ref().map_or(Ok(()), Elsewhere::write)?;
             run(cargo)?;
             names.iter().map(|name| keep(&from.join(name), &to)).collect()
         })
@@ -291,11 +290,11 @@ impl Job<'_> {
         take(&lock).map_err(unusable)?;
 
         let toolchain = toolchain::find(command[0] == "clippy")?;
-        let task = format!("{}: {toolchain}", self.task);
+        let task = format!("{}: {}", self.task, toolchain.name());
         let is_first = !target_dir.join(TARGET).exists();
         // The first time cargo shows its own progress, crate by crate.
         let progress = if is_first {
-            note(&format!("{task}; the first time {FIRST_TIME}"));
+            note(format_args!("{task}; the first time {FIRST_TIME}"));
             None
         } else {
             Some(spinner(&task))
@@ -336,7 +335,7 @@ fn flags() -> Vec<String> {
 
 /// Folder with the images of a configuration.
 fn folder(site: &Site, profile: &str, log: &str) -> PathBuf {
-    target::firmware().join(configuration(&site.id(), profile, log))
+    target::firmware().join(configuration(&site.id, profile, log))
 }
 
 /// Name of the directory with the images of a configuration: those of two configurations never overwrite each other. All
@@ -392,11 +391,6 @@ fn spinner(message: &str) -> ProgressBar {
     bar.set_message(message.to_owned());
     bar.enable_steady_tick(std::time::Duration::from_millis(120));
     bar
-}
-
-/// Prints a line on stderr, if anybody reads it.
-fn note(line: &str) {
-    let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Runs a command to its end, its output on our stderr.

@@ -8,12 +8,13 @@
 //!
 //! The environment variable `FIRMWARE_TOOLCHAIN=debian` leaves rustup out.
 
-use std::fmt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::environment::{clean, of_target};
-use crate::{Error, TARGET, note, run};
+use crate::support::needs::is_root;
+use crate::support::output::note;
+use crate::{Error, TARGET, run};
 
 /// A way to compile for [`TARGET`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +55,7 @@ pub fn find(clippy: bool) -> Result<Toolchain, Error> {
     if !Path::new("/usr/bin/apt-get").exists() || !is_root() {
         return Err(Error::NoToolchain(install));
     }
-    note(&format!("rustup has no target {TARGET}; installing Debian's instead: {install}"));
+    note(format_args!("rustup has no target {TARGET}; installing Debian's instead: {install}"));
     run(Command::new("sh")
         .args(["-c", &install])
         .env("DEBIAN_FRONTEND", "noninteractive")
@@ -83,21 +84,20 @@ impl Toolchain {
         cargo
     }
 
+    /// Its name, for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Toolchain::Rustup => "rustup's toolchain",
+            Toolchain::Debian => "Debian's rustc, core built from source",
+        }
+    }
+
     /// What `cargo build` needs besides.
     pub fn arguments(self) -> &'static [&'static str] {
         match self {
             Toolchain::Rustup => &[],
             Toolchain::Debian => &["-Zbuild-std=core", "-Zbuild-std-features=compiler-builtins-mem"],
         }
-    }
-}
-
-impl fmt::Display for Toolchain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Toolchain::Rustup => "rustup's toolchain",
-            Toolchain::Debian => "Debian's rustc, core built from source",
-        })
     }
 }
 
@@ -118,7 +118,7 @@ fn rustup_may_install() -> bool {
 }
 
 fn add_rustup_target() -> bool {
-    note(&format!("no target {TARGET} yet: rustup target add {TARGET}"));
+    note(format_args!("no target {TARGET} yet: rustup target add {TARGET}"));
     clean(&mut Command::new("rustup"))
         .current_dir(crate::workspace())
         .args(["target", "add", TARGET])
@@ -128,9 +128,4 @@ fn add_rustup_target() -> bool {
         .stderr(Stdio::null())
         .status()
         .is_ok_and(|status| status.success())
-}
-
-fn is_root() -> bool {
-    let output = Command::new("id").arg("-u").output();
-    output.is_ok_and(|output| output.stdout.trim_ascii() == b"0")
 }

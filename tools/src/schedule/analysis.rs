@@ -106,19 +106,15 @@ impl Contest<'_> {
     /// Whether the bus has time left beside what is as urgent and its errors.
     fn has_end(&self) -> bool {
         let share = |stream: &Stream| stream.transmission as f64 / stream.period as f64;
-        let errors = self
-            .network
-            .errors
-            .interval
-            .map_or(0.0, |interval| self.recovery as f64 / nanos(interval) as f64);
+        let interval = self.network.errors.interval;
+        let errors = interval.map_or(0.0, |interval| self.recovery as f64 / nanos(interval) as f64);
         self.as_urgent.iter().chain([&self.own]).map(share).sum::<f64>() + errors < 1.0
     }
 
     /// t: from the start of the blocking until nothing as urgent waits.
     fn busy_period(&self) -> Option<u64> {
-        fixed_point(self.own.transmission, |t| {
-            self.errors(t) + self.blocking + self.ahead(t) + self.own.load(t)
-        })
+        let next = |t| self.errors(t) + self.blocking + self.ahead(t) + self.own.load(t);
+        fixed_point(self.own.transmission, next)
     }
 
     /// w(q): from the start of the busy period to that of the transmission of instance `q`.

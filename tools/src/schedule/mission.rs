@@ -94,30 +94,17 @@ impl Set<'_> {
     fn nmt(&mut self, name: &str, id: NodeId) {
         let frame = NmtMessage { command: Command::Start, target: Target::Node(id) }.encode();
         let period = std(self.profile.heartbeat);
-        self.add(
-            format!("NMT {name}"),
-            frame.id().raw().into(),
-            frame.data().len() as u8,
-            period,
-            period,
-            None,
-        );
+        let (id, bytes) = (frame.id().raw().into(), frame.data().len() as u8);
+        self.add(format!("NMT {name}"), id, bytes, period, period, None);
     }
 
     /// A request to each slave in turn; its answer is due before the client gives up.
     fn sdo(&mut self, name: &str, server: &SdoServerObjects) {
-        let (period, deadline) =
-            (self.assumed.sdo.unwrap_or(std(self.profile.heartbeat)), std(self.profile.sdo_timeout));
-        let request = self.all.len();
-        self.add(format!("SDO request {name}"), server.sdo_server.request, SDO_BYTES, period, deadline, None);
-        self.add(
-            format!("SDO answer {name}"),
-            server.sdo_server.response,
-            SDO_BYTES,
-            period,
-            deadline,
-            Some(request),
-        );
+        let server = &server.sdo_server;
+        let period = self.assumed.sdo.unwrap_or(std(self.profile.heartbeat));
+        let (deadline, request) = (std(self.profile.sdo_timeout), Some(self.all.len()));
+        self.add(format!("SDO request {name}"), server.request, SDO_BYTES, period, deadline, None);
+        self.add(format!("SDO answer {name}"), server.response, SDO_BYTES, period, deadline, request);
     }
 
     /// Heartbeat, emergencies and PDOs of a node.
@@ -162,8 +149,7 @@ impl Set<'_> {
 
     /// A telecommand or a request for a slave that the mission has not.
     fn is_to_absent(&self, pdo: &PdoParameters) -> bool {
-        let id = CobIdEntry::from_raw(pdo.cob_id).id();
-        let node = id.raw() & 0x7F;
+        let node = CobIdEntry::from_raw(pdo.cob_id).id().raw() & 0x7F;
         node > u16::from(self.assumed.slaves) + 1
     }
 

@@ -1,6 +1,5 @@
 //! The command line.
 
-use std::str::FromStr;
 use std::time::Duration;
 
 use clap::Args;
@@ -9,6 +8,7 @@ use firmware_images::support::board::Profile;
 
 use super::message::{Errors, Network};
 use super::mission::Assumed;
+use crate::numbers;
 
 /// Command line of `schedule`.
 #[derive(Args, Debug)]
@@ -27,8 +27,8 @@ pub struct Options {
     bit_rate: Option<u32>,
 
     /// Errors that the bus may have: so many at once, and one more in each interval of MS milliseconds
-    #[arg(long, value_name = "BURST[:MS]", default_value = "0")]
-    errors: Model,
+    #[arg(long, value_name = "BURST[:MS]", default_value = "0", value_parser = errors)]
+    errors: Errors,
 
     /// Milliseconds between two SDO requests to one slave, at least [1..60000] [default: the heartbeat period]
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=60_000))]
@@ -48,42 +48,31 @@ fn bit_rate(text: &str) -> Result<u32, String> {
     })
 }
 
-/// The value of `--errors`.
-#[derive(Clone, Copy, Debug)]
-struct Model(Errors);
-
-impl FromStr for Model {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        const ALLOWED: &str =
-            "allowed are a burst of 0 to 100 errors and an interval of 1 to 60000 ms, for example 2:10";
-        let (burst, interval) = match text.split_once(':') {
-            Some((burst, interval)) => (burst, Some(interval)),
-            None => (text, None),
-        };
-        let burst = burst.parse().ok().filter(|burst| *burst <= 100).ok_or(ALLOWED)?;
-        let interval = match interval.map(str::parse) {
-            None => None,
-            Some(Ok(ms @ 1..=60_000)) => Some(Duration::from_millis(ms)),
-            Some(_) => return Err(ALLOWED.into()),
-        };
-        Ok(Model(Errors { burst, interval }))
-    }
+/// Reads the value of `--errors`.
+fn errors(text: &str) -> Result<Errors, &'static str> {
+    const ALLOWED: &str =
+        "allowed are a burst of 0 to 100 errors and an interval of 1 to 60000 ms, for example 2:10";
+    let (burst, interval) = match text.split_once(':') {
+        Some((burst, interval)) => (burst, Some(interval)),
+        None => (text, None),
+    };
+    let burst = burst.parse().ok().filter(|burst| *burst <= 100).ok_or(ALLOWED)?;
+    let interval = match interval.map(str::parse) {
+        None => None,
+        Some(Ok(ms @ 1..=60_000)) => Some(Duration::from_millis(ms)),
+        Some(_) => return Err(ALLOWED),
+    };
+    Ok(Errors { burst, interval })
 }
 
 impl Options {
     pub(crate) fn profile(&self) -> &'static profile::Profile {
-        match self.profile {
-            Profile::Librecube => &mission::LIBRECUBE,
-            Profile::Standard => &mission::STANDARD,
-            Profile::Standby => &mission::TWO_MASTERS,
-        }
+        numbers(self.profile)
     }
 
     pub(crate) fn network(&self) -> Network {
         let bit_rate = self.bit_rate.map_or(self.profile().network.bit_rate.get(), |kbit| kbit * 1_000);
-        Network { bit_rate, errors: self.errors.0 }
+        Network { bit_rate, errors: self.errors }
     }
 
     pub(crate) fn assumed(&self) -> Assumed {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use second::programs::boards::description;
 use tempfile::TempDir;
 
-use crate::TOOLS;
+use crate::{TOOLS, assert_refused};
 
 /// Images of the pyboard as images of the user's, and a folder for the results.
 struct Own {
@@ -93,13 +93,14 @@ fn images_are_not_built_for_a_board_without_crate() {
 
 #[test]
 fn wrong_parts_and_oscillators_are_refused() {
-    TOOLS.refuses(&["demo", "--chip", "STM32F412VG"], &["--chip", "STM32F412VG", "100 MHz", "STM32F407"]);
-    TOOLS.refuses(&["twin", "--chip", "STM32F407RG"], &["--chip", "no package", "V (100 pins)"]);
-    TOOLS.refuses(&["twin", "--oscillator", "80MHz"], &["--oscillator", "80MHz", "4MHz to 26MHz"]);
+    assert_refused(&[
+        ("demo --chip STM32F412VG", &["--chip", "STM32F412VG", "100 MHz", "STM32F407"]),
+        ("twin --chip STM32F407RG", &["--chip", "no package", "V (100 pins)"]),
+        ("twin --oscillator 80MHz", &["--oscillator", "80MHz", "4MHz to 26MHz"]),
+        ("demo --chip STM32F407VG", &["--chip is for images of your own", "--slave N=FILE"]),
+        ("twin --oscillator 8MHz", &["--oscillator is for images of your own"]),
+    ]);
     TOOLS.refuses(&["demo", "--oscillator", "8MHz quartz"], &["--oscillator", "crystal", "external"]);
-    TOOLS
-        .refuses(&["demo", "--chip", "STM32F407VG"], &["--chip is for images of your own", "--slave N=FILE"]);
-    TOOLS.refuses(&["twin", "--oscillator", "8MHz"], &["--oscillator is for images of your own"]);
     let (_folder, path) = description(&[
         ("pyboard-v11", "mine"),
         ("STM32F405RG", "STM32F407VG"),

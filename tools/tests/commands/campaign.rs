@@ -1,23 +1,22 @@
 //! `cargo campaign`: wrong values, and parts that are merged.
 
-use crate::TOOLS;
+use crate::{TOOLS, assert_refused};
 
 #[test]
 fn wrong_values_of_the_campaign_are_refused() {
-    TOOLS.refuses(&["campaign", "--runs", "0"], &["--runs", "1..=10000000"]);
-    TOOLS.refuses(&["campaign", "--shard", "5/4"], &["--shard", "I from 1 to N", "3/16"]);
-    TOOLS.refuses(&["campaign", "--runs", "2", "--shard", "1/3"], &["--shard", "allowed are 1 to 2"]);
-    TOOLS.refuses(&["campaign", "--world", "nowhere"], &["--world", "host", "twin"]);
-    TOOLS.refuses(&["campaign", "--masters", "3"], &["--masters", "1..=2"]);
-    TOOLS.refuses(&["campaign", "--kinds", "rain"], &["--kinds", "cut", "power-slave"]);
-    TOOLS.refuses(&["campaign", "--kinds", "cut,cut,cut"], &["--kinds: one or two kinds"]);
-    TOOLS.refuses(&["campaign", "--kinds", "cut", "--world", "twin"], &["--kinds", "world host"]);
-    TOOLS.refuses(&["campaign", "--broken", "nothing"], &["--broken", "dead-bus"]);
-    TOOLS.refuses(
-        &["campaign", "--replay", "nowhere.txt"],
-        &["--replay nowhere.txt", "Usage: cargo tools campaign"],
-    );
-    TOOLS.refuses(&["campaign", "merge"], &["<FILE>"]);
+    assert_refused(&[
+        ("campaign --runs 0", &["--runs", "1..=10000000"]),
+        ("campaign --shard 5/4", &["--shard", "I from 1 to N", "3/16"]),
+        ("campaign --runs 2 --shard 1/3", &["--shard", "allowed are 1 to 2"]),
+        ("campaign --world nowhere", &["--world", "host", "twin"]),
+        ("campaign --masters 3", &["--masters", "1..=2"]),
+        ("campaign --kinds rain", &["--kinds", "cut", "power-slave"]),
+        ("campaign --kinds cut,cut,cut", &["--kinds: one or two kinds"]),
+        ("campaign --kinds cut --world twin", &["--kinds", "world host"]),
+        ("campaign --broken nothing", &["--broken", "dead-bus"]),
+        ("campaign --replay nowhere.txt", &["--replay nowhere.txt", "Usage: cargo tools campaign"]),
+        ("campaign merge", &["<FILE>"]),
+    ]);
     let file = tempfile::NamedTempFile::new().expect("a file");
     let below = file.path().join("out");
     TOOLS.refuses(

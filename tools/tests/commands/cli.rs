@@ -2,14 +2,12 @@
 
 use second::programs::alias;
 
-use crate::TOOLS;
+use crate::{TOOLS, assert_refused};
 
+/// Given `--help` of demo and twin, then every option is explained with its default and range, and what to do with the ports.
 #[test]
 fn help_explains_every_option_with_default_and_range() {
-    let (code, help, _) = TOOLS.run(&["demo", "--help"]);
-    assert_eq!(code, 0);
-    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
-    for part in [
+    let of_demo = [
         "--slaves <N>",
         "[0..14]",
         "[default: 3]",
@@ -33,17 +31,8 @@ fn help_explains_every_option_with_default_and_range() {
         "--out <DIR>",
         "[default: target/demo]",
         "Exit code 0",
-    ] {
-        assert!(help.contains(part), "no {part:?} in\n{help}");
-    }
-}
-
-#[test]
-fn help_of_the_twin_tells_ports_and_what_to_do_with_them() {
-    let (code, help, _) = TOOLS.run(&["twin", "--help"]);
-    assert_eq!(code, 0);
-    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
-    for part in [
+    ];
+    let of_twin = [
         "--slcan-nominal <PORT>",
         "[default: 29501]",
         "--slcan-redundant <PORT>",
@@ -60,18 +49,50 @@ fn help_of_the_twin_tells_ports_and_what_to_do_with_them() {
         "--profile <PROFILE>",
         "socket://127.0.0.1:29501",
         "Exit code 0",
-    ] {
-        assert!(help.contains(part), "no {part:?} in\n{help}");
+    ];
+    for (command, parts) in [("demo", &of_demo[..]), ("twin", &of_twin)] {
+        let (code, help, _) = TOOLS.run(&[command, "--help"]);
+        assert_eq!(code, 0, "{command}");
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for part in parts {
+            assert!(help.contains(part), "{command}: no {part:?} in\n{help}");
+        }
     }
 }
 
 #[test]
-fn wrong_values_of_the_twin_are_refused() {
-    TOOLS.refuses(&["twin", "--slaves", "15"], &["--slaves", "0..=14"]);
-    TOOLS.refuses(&["twin", "--slcan-nominal", "65536"], &["--slcan-nominal", "65535"]);
-    TOOLS.refuses(&["twin", "--listen", "nowhere"], &["--listen", "nowhere"]);
-    TOOLS.refuses(&["twin", "--control", "65536"], &["--control", "65535"]);
-    TOOLS.refuses(&["twin", "--seconds", "0"], &["--seconds", "0.1 to 172800"]);
+fn wrong_values_are_refused_with_what_is_allowed() {
+    let no_slave = &["--slaves", "1 to 14, or 0 with --slave N=FILE"][..];
+    assert_refused(&[
+        ("demo --slaves 0", no_slave),
+        ("demo --slaves 0 --master a", no_slave),
+        ("demo --minimal 2 --slaves 0", no_slave),
+        ("demo --slaves 15", &["--slaves", "0..=14"]),
+        ("demo --slaves three", &["--slaves", "three"]),
+        ("demo --slaves -3", &["--slaves", "0..=14"]),
+        ("demo --minimal 14", &["--minimal", "0..=13"]),
+        ("demo --minimal two", &["--minimal", "two"]),
+        ("demo --minimal 12", &["--minimal", "allowed are 0 to 11", "Usage: cargo tools demo"]),
+        ("demo --minimal 1 --slaves 14", &["--minimal", "allowed are 0 to 0"]),
+        ("demo --minimal 2 --one-controller 3", &["--one-controller", "0 to 2", "--minimal"]),
+        ("demo --one-controller 14", &["--one-controller", "0..=13"]),
+        ("demo --seconds 0", &["--seconds", "1 to 3600"]),
+        ("demo --seconds nan", &["--seconds", "1 to 3600"]),
+        ("demo --cut-at -1", &["--cut-at", "from 0 to the value of --seconds", "never"]),
+        ("demo --cut-at inf", &["--cut-at", "from 0 to the value of --seconds"]),
+        ("demo --seconds 10 --cut-at 10.5", &["10.5", "--cut-at", "0 to 10", "ends at 10 s"]),
+        ("demo --seconds 10 --cut-at 11", &["Usage: cargo tools demo"]),
+        ("demo --board nucleo", &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]),
+        ("twin --slaves 15", &["--slaves", "0..=14"]),
+        ("twin --slcan-nominal 65536", &["--slcan-nominal", "65535"]),
+        ("twin --listen nowhere", &["--listen", "nowhere"]),
+        ("twin --control 65536", &["--control", "65535"]),
+        ("twin --seconds 0", &["--seconds", "0.1 to 172800"]),
+        (
+            "twin --slcan-nominal 29501 --slcan-redundant 29501",
+            &["--slcan-nominal", "--slcan-redundant", "29501", "Usage: cargo tools twin"],
+        ),
+    ]);
 }
 
 #[test]
@@ -84,8 +105,10 @@ fn images_of_the_user_are_checked_before_anything_is_built() {
         TOOLS.refuses(&[command, "--master", "Cargo.toml"], &["Cargo.toml is no image", &usage]);
         TOOLS.refuses(&[command, "--slave", "3=a", "--slave", "3=b"], &["two images for node 3", &usage]);
     }
-    TOOLS.refuses(&["twin", "--master", "a", "--no-master"], &["--master", "--no-master"]);
-    TOOLS.refuses(&["twin", "--slaves", "0", "--no-master"], &["no board is left"]);
+    assert_refused(&[
+        ("twin --master a --no-master", &["--master", "--no-master"]),
+        ("twin --slaves 0 --no-master", &["no board is left"]),
+    ]);
 }
 
 /// Given an image that runs but exports no counters, when the demo is to fly it, then it is refused before the flight.
@@ -123,55 +146,6 @@ fn each_command_has_an_alias_of_its_name() {
 }
 
 #[test]
-fn the_number_of_slaves_is_checked() {
-    TOOLS.refuses(&["demo", "--slaves", "0"], &["--slaves", "1 to 14, or 0 with --slave N=FILE"]);
-    TOOLS.refuses(
-        &["demo", "--slaves", "0", "--master", "a"],
-        &["--slaves", "1 to 14, or 0 with --slave N=FILE"],
-    );
-    TOOLS.refuses(&["demo", "--slaves", "15"], &["--slaves", "0..=14"]);
-    TOOLS.refuses(&["demo", "--slaves", "three"], &["--slaves", "three"]);
-    TOOLS.refuses(&["demo", "--slaves", "-3"], &["--slaves", "0..=14"]);
-    TOOLS.refuses(&["demo", "--minimal", "14"], &["--minimal", "0..=13"]);
-    TOOLS.refuses(&["demo", "--minimal", "two"], &["--minimal", "two"]);
-    TOOLS.refuses(
-        &["demo", "--minimal", "12"],
-        &["--minimal", "allowed are 0 to 11", "Usage: cargo tools demo"],
-    );
-    TOOLS.refuses(&["demo", "--minimal", "1", "--slaves", "14"], &["--minimal", "allowed are 0 to 0"]);
-    TOOLS.refuses(
-        &["demo", "--minimal", "2", "--one-controller", "3"],
-        &["--one-controller", "0 to 2", "--minimal"],
-    );
-    TOOLS.refuses(&["demo", "--one-controller", "14"], &["--one-controller", "0..=13"]);
-    TOOLS.refuses(
-        &["demo", "--minimal", "2", "--slaves", "0"],
-        &["--slaves", "1 to 14, or 0 with --slave N=FILE"],
-    );
-}
-
-#[test]
-fn times_are_checked() {
-    TOOLS.refuses(&["demo", "--seconds", "0"], &["--seconds", "1 to 3600"]);
-    TOOLS.refuses(&["demo", "--seconds", "nan"], &["--seconds", "1 to 3600"]);
-    TOOLS.refuses(&["demo", "--cut-at", "-1"], &["--cut-at", "from 0 to the value of --seconds", "never"]);
-    TOOLS.refuses(&["demo", "--cut-at", "inf"], &["--cut-at", "from 0 to the value of --seconds"]);
-}
-
-#[test]
-fn a_cut_after_the_end_is_refused() {
-    TOOLS.refuses(
-        &["demo", "--seconds", "10", "--cut-at", "10.5"],
-        &["10.5", "--cut-at", "0 to 10", "ends at 10 s"],
-    );
-}
-
-#[test]
-fn an_unknown_board_is_refused_with_the_known_ones() {
-    TOOLS.refuses(&["demo", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]);
-}
-
-#[test]
 fn an_out_directory_that_cannot_be_written_is_refused() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let file = here.path().join("file");
@@ -185,19 +159,6 @@ fn without_a_command_the_help_is_shown() {
     let (code, _, stderr) = TOOLS.run(&[]);
     assert_eq!(code, 2);
     assert!(stderr.contains("Usage: cargo tools <COMMAND>"), "{stderr}");
-}
-
-#[test]
-fn misuse_found_after_parsing_shows_the_usage_of_its_command() {
-    TOOLS.refuses(&["demo", "--seconds", "10", "--cut-at", "11"], &["Usage: cargo tools demo"]);
-}
-
-#[test]
-fn one_port_for_both_buses_is_refused() {
-    TOOLS.refuses(
-        &["twin", "--slcan-nominal", "29501", "--slcan-redundant", "29501"],
-        &["--slcan-nominal", "--slcan-redundant", "29501", "Usage: cargo tools twin"],
-    );
 }
 
 #[test]

@@ -1,35 +1,73 @@
 //! Short flights through the command line: what they write, and that a seed decides everything.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use firmware_images::Package;
 use serde_json::Value;
+use tempfile::TempDir;
 
 use crate::TOOLS;
 
-/// Exit code, stdout and stderr.
-fn fly(out: &Path, arguments: &[&str]) -> (i32, String, String) {
-    TOOLS.run(&[&["demo", "--out", out.to_str().expect("UTF-8")], arguments].concat())
+/// A flight that has ended.
+struct Flown {
+    out: TempDir,
+    code: i32,
+    stdout: String,
+    stderr: String,
 }
 
-fn read(out: &Path, name: &str) -> Vec<u8> {
-    std::fs::read(out.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+impl Flown {
+    /// `cargo demo` with these options, and with some that may have blanks.
+    fn of(options: &str, files: &[&str]) -> Flown {
+        let out = tempfile::tempdir().expect("a temporary directory");
+        let mut words = vec!["demo", "--out", out.path().to_str().expect("UTF-8")];
+        words.extend(options.split_whitespace().chain(files.iter().copied()));
+        let (code, stdout, stderr) = TOOLS.run(&words);
+        Flown { out, code, stdout, stderr }
+    }
+
+    /// A flight that passes, and its summary.
+    fn passed(options: &str, files: &[&str]) -> (Flown, Value) {
+        let flown = Flown::of(options, files);
+        assert_eq!(flown.code, 0, "{options}: {}{}", flown.stdout, flown.stderr);
+        let summary = flown.summary();
+        (flown, summary)
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.out.path().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    fn text(&self, name: &str) -> String {
+        String::from_utf8(self.read(name)).expect("UTF-8")
+    }
+
+    fn summary(&self) -> Value {
+        serde_json::from_slice(&self.read("summary.json")).expect("JSON")
+    }
+
+    /// Checks that stdout and files have these texts.
+    fn shows(&self, stdout: &[&str], files: &[(&str, &[&str])]) {
+        let files = files.iter().map(|(name, expected)| (*name, self.text(name), *expected));
+        for (what, text, expected) in files.chain([("stdout", self.stdout.clone(), stdout)]) {
+            for part in expected {
+                assert!(text.contains(part), "{what} without {part:?}: {text}");
+            }
+        }
+    }
 }
 
 #[test]
 fn a_seed_decides_every_byte_of_the_logs() {
     let flight = |seed: &str| {
-        let here = tempfile::tempdir().expect("a temporary directory");
-        let (code, _, stderr) =
-            fly(here.path(), &["--slaves", "1", "--seconds", "2", "--cut-at", "1", "--seed", seed]);
-        assert_eq!(code, 0, "{stderr}");
-        let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+        let (flown, summary) =
+            Flown::passed(&format!("--slaves 1 --seconds 2 --cut-at 1 --seed {seed}"), &[]);
         assert_eq!(summary["slaves_operational_at_end"], 1);
         assert_eq!(summary["lost_frames"], 0);
         assert!(summary["tc_due"].as_u64() > Some(0));
         assert_eq!(summary["tc_executed"], summary["tc_due"]);
         assert!(summary["failover_ms"]["2"].as_f64() < Some(1000.0), "{summary}");
-        ["bus-nominal.log", "bus-redundant.log", "spacecraft.pcapng"].map(|name| read(here.path(), name))
+        ["bus-nominal.log", "bus-redundant.log", "spacecraft.pcapng"].map(|name| flown.read(name))
     };
     let first = flight("1");
     assert!(first.iter().all(|file| !file.is_empty()));
@@ -39,11 +77,7 @@ fn a_seed_decides_every_byte_of_the_logs() {
 
 #[test]
 fn the_other_board_flies_as_well() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let arguments = ["--board", "nucleo-f446re", "--slaves", "1", "--seconds", "2", "--cut-at", "1"];
-    let (code, _, stderr) = fly(here.path(), &arguments);
-    assert_eq!(code, 0, "{stderr}");
-    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    let (_, summary) = Flown::passed("--board nucleo-f446re --slaves 1 --seconds 2 --cut-at 1", &[]);
     assert_eq!(summary["board"], "nucleo-f446re");
     assert_eq!(summary["slaves_operational_at_end"], 1);
     assert_eq!(summary["lost_frames"], 0);
@@ -54,51 +88,37 @@ fn the_other_board_flies_as_well() {
 /// stays on its bus for a dwell: 25.5 s in profile librecube, 10 s in profile standard.
 #[test]
 fn flight_too_short_to_be_judged_is_refused() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    for (arguments, found, allowed) in [
-        (&["--seconds", "4", "--cut-at", "1"][..], "'4'", "allowed are 14 to 3600"),
-        (&["--seconds", "20"], "'20'", "allowed are 26 to 3600"),
-        (&["--seconds", "15", "--cut-at", "2.5"], "'15'", "allowed are 15.5 to 3600"),
-        (&["--seconds", "38", "--cut-at", "0.2"], "'38'", "allowed are 39 to 3600"),
-        (&["--seconds", "1"], "'1'", "allowed are 26 to 3600"),
-        (&["--slaves", "1", "--seconds", "1"], "'1'", "allowed are 1.2 to 3600"),
-        (&["--profile", "standard", "--seconds", "9", "--cut-at", "0.2"], "'9'", "allowed are 11 to 3600"),
+    let refused = |options: &str, parts: &[&str]| {
+        let Flown { out, code, stderr, .. } = Flown::of(options, &[]);
+        assert_eq!(code, 2, "{options}: {stderr}");
+        parts.iter().for_each(|part| assert!(stderr.contains(part), "{options}: no {part:?} in {stderr}"));
+        assert!(!out.path().join("report.html").exists(), "{options}");
+    };
+    for (options, found, allowed) in [
+        ("--seconds 4 --cut-at 1", "'4'", "allowed are 14 to 3600"),
+        ("--seconds 20", "'20'", "allowed are 26 to 3600"),
+        ("--seconds 15 --cut-at 2.5", "'15'", "allowed are 15.5 to 3600"),
+        ("--seconds 38 --cut-at 0.2", "'38'", "allowed are 39 to 3600"),
+        ("--seconds 1", "'1'", "allowed are 26 to 3600"),
+        ("--slaves 1 --seconds 1", "'1'", "allowed are 1.2 to 3600"),
+        ("--profile standard --seconds 9 --cut-at 0.2", "'9'", "allowed are 11 to 3600"),
         (
-            &[
-                "--profile",
-                "standard",
-                "--minimal",
-                "1",
-                "--one-controller",
-                "1",
-                "--seconds",
-                "9",
-                "--cut-at",
-                "0",
-            ],
+            "--profile standard --minimal 1 --one-controller 1 --seconds 9 --cut-at 0",
             "'9'",
             "allowed are 11.3 to 3600",
         ),
-        (&["--profile", "standby", "--seconds", "5.5", "--cut-at", "5"], "'5.5'", "allowed are 6 to 3600"),
+        ("--profile standby --seconds 5.5 --cut-at 5", "'5.5'", "allowed are 6 to 3600"),
     ] {
-        let (code, _, stderr) = fly(here.path(), arguments);
-        assert_eq!(code, 2, "{arguments:?}: {stderr}");
-        assert!(stderr.contains(found) && stderr.contains("--seconds"), "{arguments:?}: {stderr}");
-        assert!(stderr.contains(allowed) && stderr.contains("--cut-at never"), "{arguments:?}: {stderr}");
-        assert!(!here.path().join("report.html").exists());
+        refused(options, &[found, "--seconds", allowed, "--cut-at never"]);
     }
-    let (code, _, stderr) = fly(here.path(), &["--profile", "standby", "--seconds", "8"]);
-    assert_eq!(code, 2, "{stderr}");
-    assert!(stderr.contains("'4' for '--cut-at <S>'") && stderr.contains("allowed are 5 to 8"), "{stderr}");
+    refused("--profile standby --seconds 8", &["'4' for '--cut-at <S>'", "allowed are 5 to 8"]);
 }
 
 /// Given the shortest flight that is allowed after a cut, then every slave is operational at its end.
 #[test]
 fn shortest_allowed_flight_passes() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    for arguments in [["--seconds", "14.5", "--cut-at", "1.5"], ["--seconds", "38.8", "--cut-at", "0"]] {
-        let (code, _, stderr) = fly(here.path(), &arguments);
-        assert_eq!(code, 0, "{arguments:?}: {stderr}");
+    for options in ["--seconds 14.5 --cut-at 1.5", "--seconds 38.8 --cut-at 0"] {
+        Flown::passed(options, &[]);
     }
 }
 
@@ -110,11 +130,7 @@ fn shortest_allowed_flight_passes() {
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_standby_takes_over_and_everything_shows_it() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let (code, stdout, stderr) =
-        fly(here.path(), &["--profile", "standby", "--slaves", "2", "--seconds", "8", "--cut-at", "6"]);
-    assert_eq!(code, 0, "{stdout}{stderr}");
-    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    let (flown, summary) = Flown::passed("--profile standby --slaves 2 --seconds 8 --cut-at 6", &[]);
     assert_eq!((&summary["boards"], &summary["masters"]), (&4.into(), &2.into()));
     assert_eq!(summary["profile"], "standby");
     let faults = ["standby_reset_at_seconds", "cut_at_seconds", "master_lost_at_seconds"];
@@ -133,44 +149,41 @@ fn a_standby_takes_over_and_everything_shows_it() {
             );
         }
     }
-    one_master_is_active_at_a_time(here.path(), 6.0);
-    assert!(!stdout.contains("frame without a known meaning"), "{stdout}");
+    one_master_is_active_at_a_time(&flown, 6.0);
+    assert!(!flown.stdout.contains("frame without a known meaning"), "{}", flown.stdout);
     let took = format!("{takeover:.1} ms after the last heartbeat");
-    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
-    let timeline = String::from_utf8(read(here.path(), "timeline.svg")).expect("UTF-8");
-    for (what, text, expected) in [
-        ("narrator", &*stdout, "===== master 2, the standby, is reset ====="),
-        ("narrator", &stdout, "===== the nominal bus is cut between the slaves ====="),
-        ("narrator", &stdout, "===== master loses its power ====="),
-        ("narrator", &stdout, "first claim on the redundant bus"),
-        ("narrator", &stdout, " after the cut"),
-        ("narrator", &stdout, " after the loss of the master"),
-        ("narrator", &stdout, &took),
-        ("table", &stdout, "master 2              active, redundant bus"),
-        ("report", &report, "Two masters and 2 slaves"),
-        ("report", &report, "Around the cut"),
-        ("report", &report, "Around the takeover"),
-        ("report", &report, "master: active on the nominal bus"),
-        ("report", &report, "master: active on the redundant bus"),
-        ("report", &report, "master: off, 6.0000 s"),
-        ("report", &report, "master 2: starting on the nominal bus, 1.5000 s"),
-        ("report", &report, "master 2: standby on the nominal bus"),
-        ("report", &report, "master 2: standby on the redundant bus"),
-        ("report", &report, "master 2: active on the redundant bus"),
-        ("timeline", &timeline, &took),
-    ] {
-        assert!(text.contains(expected), "{what} without {expected:?}: {text}");
-    }
+    let stdout = [
+        "===== master 2, the standby, is reset =====",
+        "===== the nominal bus is cut between the slaves =====",
+        "===== master loses its power =====",
+        "first claim on the redundant bus",
+        " after the cut",
+        " after the loss of the master",
+        &took,
+        "master 2              active, redundant bus",
+    ];
+    let report = [
+        "Two masters and 2 slaves",
+        "Around the cut",
+        "Around the takeover",
+        "master: active on the nominal bus",
+        "master: active on the redundant bus",
+        "master: off, 6.0000 s",
+        "master 2: starting on the nominal bus, 1.5000 s",
+        "master 2: standby on the nominal bus",
+        "master 2: standby on the redundant bus",
+        "master 2: active on the redundant bus",
+    ];
+    flown.shows(&stdout, &[("report.html", &report), ("timeline.svg", &[&took])]);
 }
 
 /// Checks both logs: before the loss only the first master sends a boot-up message and claims, after it only the second one. Claims are
 /// on both buses all the time.
-fn one_master_is_active_at_a_time(out: &Path, loss: f64) {
+fn one_master_is_active_at_a_time(flown: &Flown, loss: f64) {
     let mut boot_ups = [0, 0];
     for log in ["bus-nominal.log", "bus-redundant.log"] {
-        let text = String::from_utf8(read(out, log)).expect("UTF-8");
         let mut claims = [0, 0];
-        for line in text.lines() {
+        for line in flown.text(log).lines() {
             let at: f64 = line[1..].split(')').next().and_then(|at| at.parse().ok()).expect("a time stamp");
             let after = usize::from(at > loss);
             match line.split_whitespace().last().expect("a frame") {
@@ -192,12 +205,8 @@ fn one_master_is_active_at_a_time(out: &Path, loss: f64) {
 /// each command due is executed, and all that is written shows the minimal ones.
 #[test]
 fn minimal_slaves_fly_beside_the_others() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let boards = ["--profile", "standard", "--slaves", "2", "--minimal", "2"];
-    let (code, stdout, stderr) =
-        fly(here.path(), &[&boards[..], &["--seconds", "3", "--cut-at", "1.5"]].concat());
-    assert_eq!(code, 0, "{stdout}{stderr}");
-    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    let options = "--profile standard --slaves 2 --minimal 2 --seconds 3 --cut-at 1.5";
+    let (flown, summary) = Flown::passed(options, &[]);
     assert_eq!((&summary["boards"], &summary["minimal"]), (&5.into(), &2.into()));
     assert_eq!((&summary["slaves_operational_at_end"], &summary["lost_frames"]), (&4.into(), &0.into()));
     assert!(summary["tc_due"].as_u64() > Some(80), "{summary}");
@@ -205,22 +214,17 @@ fn minimal_slaves_fly_beside_the_others() {
     for slave in ["2", "3", "4", "5"] {
         assert!(summary["failover_ms"][slave].as_f64() < Some(500.0), "{summary}");
     }
-    let nominal = String::from_utf8(read(here.path(), "bus-nominal.log")).expect("UTF-8");
-    for id in ["285#", "385#", "705#05"] {
-        assert!(nominal.contains(id), "no {id}");
-    }
+    let nominal = flown.text("bus-nominal.log");
     for id in ["085#", "585#", "705#00"] {
         assert!(!nominal.contains(id), "{id} of a minimal slave");
     }
-    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
-    for (what, text, expected) in [
-        ("table", &*stdout, "node 5   parallel, minimal"),
-        ("narrator", &stdout, "node 5    operational on the nominal bus"),
-        ("report", &report, "parallel, minimal"),
-        ("report", &report, "a slave of the minimal set"),
-    ] {
-        assert!(text.contains(expected), "{what} without {expected:?}: {text}");
-    }
+    flown.shows(
+        &["node 5   parallel, minimal", "node 5    operational on the nominal bus"],
+        &[
+            ("bus-nominal.log", &["285#", "385#", "705#05"]),
+            ("report.html", &["parallel, minimal", "a slave of the minimal set"]),
+        ],
+    );
 }
 
 /// Given a minimal slave with one controller and two transceivers, when the nominal bus is cut, then it searches and finds the master
@@ -229,26 +233,19 @@ fn minimal_slaves_fly_beside_the_others() {
 /// Verifies: ECSS 8.2.3a
 #[test]
 fn a_slave_with_one_controller_flies_beside_the_others() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let boards = ["--profile", "standard", "--slaves", "1", "--minimal", "2", "--one-controller", "1"];
-    let (code, stdout, stderr) =
-        fly(here.path(), &[&boards[..], &["--seconds", "4", "--cut-at", "1.5"]].concat());
-    assert_eq!(code, 0, "{stdout}{stderr}");
-    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    let options = "--profile standard --slaves 1 --minimal 2 --one-controller 1 --seconds 4 --cut-at 1.5";
+    let (flown, summary) = Flown::passed(options, &[]);
     let fleet = ["boards", "minimal", "one_controller", "slaves_operational_at_end", "lost_frames"];
     assert_eq!(fleet.map(|field| summary[field].as_u64().unwrap()), [4, 2, 1, 3, 0]);
     assert_eq!(summary["tc_executed"], summary["tc_due"]);
     assert!(summary["failover_ms"]["3"].as_f64() < Some(400.0), "{summary}");
     assert!((400.0..620.0).contains(&summary["failover_ms"]["4"].as_f64().unwrap()), "{summary}");
-    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
-    for (what, text, expected) in [
-        ("table", &*stdout, "node 4   1 controller, minimal"),
-        ("report", &report, "0.25 s), becomes pre-operational"),
-        ("report", &report, "0.5 s after the last heartbeat"),
-        ("report", &report, "a switch between its CAN controller and two transceivers"),
-    ] {
-        assert!(text.contains(expected), "{what} without {expected:?}: {text}");
-    }
+    let report = [
+        "0.25 s), becomes pre-operational",
+        "0.5 s after the last heartbeat",
+        "a switch between its CAN controller and two transceivers",
+    ];
+    flown.shows(&["node 4   1 controller, minimal"], &[("report.html", &report)]);
 }
 
 fn example(package: &str) -> PathBuf {
@@ -260,16 +257,14 @@ fn example(package: &str) -> PathBuf {
 /// fails, and the summary names the node and its state.
 #[test]
 fn own_image_that_falls_silent_fails_the_flight() {
-    let here = tempfile::tempdir().expect("a temporary directory");
     let fixture = firmware_images::build_fixture("test-silent", "standard").unwrap();
     let slave = format!("3={}", fixture.display());
-    let boards = ["--profile", "standard", "--slaves", "1", "--slave", &slave];
-    let (code, _, stderr) =
-        fly(here.path(), &[&boards[..], &["--seconds", "6", "--cut-at", "never"]].concat());
-    assert_eq!(code, 1, "{stderr}");
+    let flown = Flown::of("--profile standard --slaves 1 --seconds 6 --cut-at never", &["--slave", &slave]);
+    let Flown { code, stderr, .. } = &flown;
+    assert_eq!(*code, 1, "{stderr}");
     assert!(stderr.contains("node 3 is silent on the nominal bus at the end"), "{stderr}");
     assert!(!stderr.contains("node 3 reset itself") && !stderr.contains("node 2 is"), "{stderr}");
-    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    let summary = flown.summary();
     assert_eq!((&summary["verdict"], &summary["resets"]), (&"failed".into(), &0.into()), "{summary}");
     assert_eq!(summary["slaves_operational_at_end"], 1);
     // Heartbeats every 100 ms until about 3 s, none until 6 s.
@@ -287,31 +282,23 @@ const SHEET: &str = "[1803sub1]\nDefaultValue=$NODEID+0x480\n[1A03sub0]\nDefault
 /// data sheet the values of its PDO have names.
 #[test]
 fn own_images_are_judged_by_the_protocol_alone() {
-    let here = tempfile::tempdir().expect("a temporary directory");
     let master = example("thermometer-master");
     let slave = format!("3={}", example("thermometer").display());
     let sheets = tempfile::tempdir().expect("a temporary directory");
     let sheet = sheets.path().join("thermometer.eds");
     std::fs::write(&sheet, SHEET).expect("a data sheet");
+    let (master, other) = (master.to_str().expect("UTF-8"), slave.replacen('3', "4", 1));
     let sheet = format!("3={}", sheet.display());
-    let (code, stdout, stderr) = fly(
-        here.path(),
-        &[
-            &["--master", master.to_str().expect("UTF-8"), "--slaves", "0", "--slave", &slave][..],
-            &["--slave", &slave.replacen('3', "4", 1), "--seconds", "4", "--cut-at", "3", "--eds", &sheet],
-        ]
-        .concat(),
-    );
-    assert_eq!(code, 0, "{stdout}{stderr}");
+    let files = ["--master", master, "--slave", &slave, "--slave", &other, "--eds", &sheet];
+    let (flown, summary) = Flown::passed("--slaves 0 --seconds 4 --cut-at 3", &files);
+    let stdout = &flown.stdout;
     assert!(stdout.starts_with("images of your own"), "{stdout}");
     assert!(stdout.contains("node 3: reset") || stdout.contains("NMT reset node: node 3"), "{stdout}");
-    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
     assert_eq!(summary["verdict"], "passed", "{summary}");
     assert_eq!(summary["own_images"]["1"], "thermometer-master");
-    assert_eq!(
-        (&summary["own_images"]["3"], &summary["own_images"]["4"]),
-        (&"thermometer".into(), &"thermometer".into())
-    );
+    for slave in ["3", "4"] {
+        assert_eq!(summary["own_images"][slave], "thermometer");
+    }
     assert_eq!(summary["slaves_operational_at_end"], 2);
     assert_eq!(summary["bus_changes"], 1);
     // Heartbeats every 100 ms; the master gives its bus up after one that no node acknowledged.
@@ -321,18 +308,14 @@ fn own_images_are_judged_by_the_protocol_alone() {
     assert!(summary["heartbeats"]["1"].as_u64() >= Some(30), "{summary}");
     assert!(summary["bus_load_percent"]["nominal"].as_f64() > Some(0.0), "{summary}");
     assert_eq!(summary.get("tc_due"), None);
-    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
-    assert!(
-        report.contains("neither read nor judged (master: thermometer-master, node 3: thermometer"),
-        "{report}"
-    );
-    assert!(!report.contains("TM reply"));
+    assert!(!flown.text("report.html").contains("TM reply"));
     let pdos = summary["pdo_values"].as_array().expect("an array");
     let cycle: Vec<&Value> = pdos.iter().filter(|pdo| pdo["cob_id"] == "483h").collect();
     assert_eq!((pdos.len(), cycle.len()), (1, 1), "{summary}");
     assert_eq!(cycle[0]["values"][0][0], "Temperature");
-    assert!(report.contains("Temperature ") && report.contains("; Highest "), "{report}");
-    let log = String::from_utf8(read(here.path(), "bus-redundant.log")).expect("UTF-8");
+    let unread = "neither read nor judged (master: thermometer-master, node 3: thermometer";
     // The master and the temperature with every SYNC.
-    assert!(log.contains(" redundant 701#05") && log.contains(" redundant 483#"), "{log}");
+    let log = [" redundant 701#05", " redundant 483#"];
+    flown
+        .shows(&[], &[("report.html", &[unread, "Temperature ", "; Highest "]), ("bus-redundant.log", &log)]);
 }

@@ -111,18 +111,9 @@ fn a_cob_id_that_two_devices_send_is_found() {
 #[test]
 fn every_slave_that_is_named_gets_its_dcf() {
     let here = written(&["--slave", "2", "--slave", "127", "--profile", "standard"]);
-    assert_eq!(
-        names(&here),
-        [
-            "master.dcf",
-            "master.eds",
-            "minimal-librecube.eds",
-            "minimal.eds",
-            "slave-127.dcf",
-            "slave-2.dcf",
-            "slave.eds"
-        ]
-    );
+    let minimal = ["minimal-librecube.eds", "minimal.eds"];
+    let slave = ["slave-127.dcf", "slave-2.dcf", "slave.eds"];
+    assert_eq!(names(&here), [&["master.dcf", "master.eds"][..], &minimal, &slave].concat());
     let dcf = read(&here, "slave-127.dcf");
     assert!(dcf.contains("\nNodeID=127\n") && dcf.contains("profile standard\n"));
 }
@@ -132,16 +123,8 @@ fn bit_rates_are_those_that_the_clock_of_the_boards_can_make() {
     let text = read(&written(&[]), "slave.eds");
     let rates: Vec<&str> = text.lines().filter(|line| line.starts_with("BaudRate_")).collect();
     // 42 MHz is no multiple of 800 kHz.
-    let expected = [
-        "BaudRate_10=1",
-        "BaudRate_20=1",
-        "BaudRate_50=1",
-        "BaudRate_125=1",
-        "BaudRate_250=1",
-        "BaudRate_500=1",
-        "BaudRate_800=0",
-        "BaudRate_1000=1",
-    ];
+    let can_make = |rate| format!("BaudRate_{rate}={}", u8::from(rate != 800));
+    let expected = [10, 20, 50, 125, 250, 500, 800, 1000].map(can_make);
     assert_eq!(rates, expected);
 }
 
@@ -190,9 +173,9 @@ fn data_sheet_of_the_minimal_slave_is_that_of_clause_9() {
             assert!(mapping.into_iter().all(|entry| entry.contains("AccessType=ro")), "{first:04X}");
         }
     }
-    assert!(
-        text.contains("SimpleBootUpSlave=0") && text.contains("NrOfRXPDO=4") && text.contains("NrOfTXPDO=4")
-    );
+    for entry in ["SimpleBootUpSlave=0", "NrOfRXPDO=4", "NrOfTXPDO=4"] {
+        assert!(text.contains(entry), "{entry}");
+    }
 }
 
 /// Nothing that Table 9-12 forbids or has for tests alone is in a data sheet of a minimal slave: nothing of it is used, has another
@@ -257,20 +240,16 @@ fn a_package_of_the_user_gets_its_files() {
 }
 
 #[test]
-fn a_package_without_data_sheet_is_refused_with_what_to_do() {
-    let (code, _, complaint) = eds(&["--package", "slave"]);
-    assert_eq!(code, 1);
-    assert!(
-        complaint.contains("slave printed no data sheet") && complaint.contains("eds::slave_program"),
-        "{complaint}"
-    );
-}
-
-#[test]
-fn a_missing_manifest_is_named() {
-    let (code, _, complaint) = eds(&["--package", "thermometer", "--manifest-path", "nowhere/Cargo.toml"]);
-    assert_eq!(code, 1);
-    assert!(complaint.contains("nowhere/Cargo.toml: no such file"), "{complaint}");
+fn a_package_without_data_sheet_or_manifest_is_refused() {
+    let without_manifest = ["--package", "thermometer", "--manifest-path", "nowhere/Cargo.toml"];
+    for (arguments, parts) in [
+        (&["--package", "slave"][..], &["slave printed no data sheet", "eds::slave_program"][..]),
+        (&without_manifest, &["nowhere/Cargo.toml: no such file"]),
+    ] {
+        let (code, _, complaint) = eds(arguments);
+        assert_eq!(code, 1, "{arguments:?}");
+        assert!(parts.iter().all(|part| complaint.contains(part)), "{arguments:?}: {complaint}");
+    }
 }
 
 /// Given a text in place of a data sheet, then nothing flies or is compared, exit code 2, and the error says what such a file has.

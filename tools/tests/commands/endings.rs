@@ -1,15 +1,15 @@
 //! How the commands end when they are not let finish: a closed pipe, Ctrl-C, SIGTERM.
 
 use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufReader, Read};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ExitStatus, Stdio};
 
 use second::programs::{PIPE_CLOSED, closed_pipe};
 use serde_json::Value;
 
-use crate::TOOLS;
+use crate::{TOOLS, signal, wait_for};
 
 /// Exit code of a command that was told to stop: 128 + SIGINT.
 const INTERRUPTED: Option<i32> = Some(130);
@@ -21,20 +21,6 @@ fn text(path: &Path) -> &str {
 fn summary(out: &Path) -> Value {
     let text = fs::read_to_string(out.join("summary.json")).expect("the summary is written");
     serde_json::from_str(&text).expect("JSON")
-}
-
-fn signal(child: &Child, name: &str) {
-    let kill = Command::new("kill").args([name, &child.id().to_string()]).status();
-    assert!(kill.expect("kill runs").success());
-}
-
-/// Reads lines until one contains `wanted`.
-fn wait_for(lines: &mut impl BufRead, wanted: &str) {
-    let mut line = String::new();
-    while !line.contains(wanted) {
-        line.clear();
-        assert_ne!(lines.read_line(&mut line).expect("UTF-8"), 0, "it never said {wanted:?}");
-    }
 }
 
 /// A demo under way, long enough to be stopped in it.

@@ -1,14 +1,16 @@
 //! `cargo schedule`: wrong values, and its verdict on the mission.
 
-use crate::TOOLS;
+use crate::{TOOLS, assert_refused};
 
 #[test]
 fn wrong_values_of_the_schedule_are_refused() {
-    TOOLS.refuses(&["schedule", "--nodes", "0"], &["--nodes", "1..=126"]);
-    TOOLS.refuses(&["schedule", "--nodes", "127"], &["--nodes", "1..=126"]);
-    TOOLS.refuses(&["schedule", "--bit-rate", "300"], &["--bit-rate", "250, 500, 800, 1000 kbit/s"]);
-    TOOLS.refuses(&["schedule", "--errors", "2:0"], &["--errors", "0 to 100 errors", "1 to 60000 ms"]);
-    TOOLS.refuses(&["schedule", "--profile", "none"], &["--profile", "librecube", "standard"]);
+    assert_refused(&[
+        ("schedule --nodes 0", &["--nodes", "1..=126"]),
+        ("schedule --nodes 127", &["--nodes", "1..=126"]),
+        ("schedule --bit-rate 300", &["--bit-rate", "250, 500, 800, 1000 kbit/s"]),
+        ("schedule --errors 2:0", &["--errors", "0 to 100 errors", "1 to 60000 ms"]),
+        ("schedule --profile none", &["--profile", "librecube", "standard"]),
+    ]);
 }
 
 /// Both profiles meet every deadline at 1 Mbit/s with errors. At 125 kbit/s the bus is too slow for fourteen slaves.

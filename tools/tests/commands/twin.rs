@@ -4,10 +4,10 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::TOOLS;
+use crate::{TOOLS, signal, wait_for};
 
 /// What has not happened by then does not happen.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -26,8 +26,8 @@ const REDUNDANT: usize = 1;
 
 impl Twin {
     fn start(arguments: &[&str]) -> Twin {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_tools"))
-            .args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "300"])
+        let mut child = TOOLS
+            .command(&["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "300"])
             .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -40,9 +40,8 @@ impl Twin {
             let mut line = String::new();
             stdout.read_line(&mut line).expect("a line");
             let port = line.trim_end().strip_prefix(&format!("{bus} bus: slcan socket://127.0.0.1:"));
-            let (port, rate) = port
-                .and_then(|port| port.split_once(" at "))
-                .unwrap_or_else(|| panic!("no port in {line:?}"));
+            let port = port.and_then(|port| port.split_once(" at "));
+            let (port, rate) = port.unwrap_or_else(|| panic!("no port in {line:?}"));
             ports[nth] = port.parse().expect("a number");
             rates[nth] = rate.to_owned();
         }
@@ -62,19 +61,9 @@ impl Twin {
         client
     }
 
-    /// Reads what it says until this comes.
-    fn reads_until(&mut self, wanted: &str) {
-        let mut line = String::new();
-        while !line.contains(wanted) {
-            line.clear();
-            assert_ne!(self.stdout.read_line(&mut line).expect("UTF-8"), 0, "it never said {wanted:?}");
-        }
-    }
-
     /// Ctrl-C: everything it says from now on, and its exit code.
     fn interrupt(mut self) -> (String, Option<i32>) {
-        let kill = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status();
-        assert!(kill.expect("kill runs").success());
+        signal(&self.child, "-INT");
         let mut said = String::new();
         self.stdout.read_to_string(&mut said).expect("UTF-8");
         (said, self.child.wait().expect("it ends").code())
@@ -210,7 +199,7 @@ fn a_client_too_many_is_turned_away_and_harms_nobody() {
     let mut heard = Vec::new();
     late.stream.read_to_end(&mut heard).expect("a connection that is closed in good order");
     assert!(heard.is_empty(), "no answer, no frame: {heard:?}");
-    twin.reads_until(&format!("nominal bus: {address} turned away, there are 16 clients"));
+    wait_for(&mut twin.stdout, &format!("nominal bus: {address} turned away, there are 16 clients"));
 
     // The places of the other bus are its own; those who were there still hear the bus and each other.
     drop(twin.open(REDUNDANT));
@@ -221,7 +210,7 @@ fn a_client_too_many_is_turned_away_and_harms_nobody() {
     clients[15].hears(|line| line == "t702105\r");
     // A place that becomes free is given away again.
     let address = clients.remove(7).stream.local_addr().expect("connected");
-    twin.reads_until(&format!("nominal bus: {address} left"));
+    wait_for(&mut twin.stdout, &format!("nominal bus: {address} left"));
     let mut next = twin.open(NOMINAL);
     next.sends("t7E41BB");
     clients[0].hears(|line| line == "t7E41BB\r");
@@ -315,11 +304,8 @@ fn a_port_that_is_taken_is_refused_with_what_to_do() {
     let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = taken.local_addr().expect("bound").port().to_string();
     let (code, _, stderr) = TOOLS.run(&["twin", "--slcan-nominal", "0", "--slcan-redundant", &port]);
-    assert_eq!(code, 1);
-    assert!(
-        stderr.contains(&format!("127.0.0.1:{port}")) && stderr.contains("--slcan-redundant"),
-        "{stderr}"
-    );
+    let place = format!("127.0.0.1:{port}");
+    assert!(code == 1 && stderr.contains(&place) && stderr.contains("--slcan-redundant"), "{stderr}");
 }
 
 #[test]

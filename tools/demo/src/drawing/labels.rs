@@ -88,23 +88,18 @@ pub fn arrange(labels: &mut [Label], taken: f64) -> usize {
 mod tests {
     use super::*;
 
-    fn rows(lines: &[f64], text: &str) -> Vec<usize> {
-        let mut labels: Vec<Label> =
-            lines.iter().map(|line| Label::beside(Layout::WIDE, *line, text)).collect();
-        arrange(&mut labels, 0.0);
-        labels.iter().map(|label| label.row).collect()
-    }
-
-    #[test]
-    fn labels_with_room_share_the_first_row() {
-        assert_eq!(rows(&[200.0, 500.0, 800.0], "a label"), [0, 0, 0]);
-    }
-
-    /// The earlier label stands above the later one, so no line crosses a text.
+    /// Labels with room share the first row. An earlier one stands above a near later one, so no line crosses a text.
     #[test]
     fn label_before_a_near_one_is_above_it() {
-        assert_eq!(rows(&[200.0, 220.0, 240.0], "a label"), [2, 1, 0]);
-        assert_eq!(rows(&[200.0, 220.0, 600.0], "a label"), [1, 0, 0]);
+        for (lines, expected) in [
+            ([200.0, 500.0, 800.0], [0, 0, 0]),
+            ([200.0, 220.0, 240.0], [2, 1, 0]),
+            ([200.0, 220.0, 600.0], [1, 0, 0]),
+        ] {
+            let mut labels = lines.map(|line| Label::beside(Layout::WIDE, line, "a label"));
+            arrange(&mut labels, 0.0);
+            assert_eq!(labels.map(|label| label.row), expected, "{lines:?}");
+        }
     }
 
     #[test]

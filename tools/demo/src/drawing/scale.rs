@@ -92,16 +92,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn marks_stand_at_round_values() {
-        let step = |span: f64, marks| Range::with_marks(0.0, span, marks).marks()[1];
-        assert_eq!(step(40.0, 10.0), 5.0);
-        assert_eq!(step(1.0, 10.0), 0.1);
-        assert_eq!(step(3600.0, 10.0), 500.0);
-        assert_eq!(step(40.0, 5.0), 10.0);
-    }
-
-    #[test]
-    fn limits_are_round() {
+    fn marks_and_limits_are_round() {
+        for (span, marks, step) in
+            [(40.0, 10.0, 5.0), (1.0, 10.0, 0.1), (3600.0, 10.0, 500.0), (40.0, 5.0, 10.0)]
+        {
+            assert_eq!(Range::with_marks(0.0, span, marks).marks()[1], step, "{span} with {marks} marks");
+        }
         let limits = [1.0, 1.1, 48.0, 60.0, 81.0, 999.0];
         let factors = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0];
         assert_eq!(limits.map(|value| round_up(value, &factors)), [1.0, 2.0, 60.0, 60.0, 100.0, 1000.0]);

@@ -1,7 +1,5 @@
 //! The SLCAN channel of one client: closed, open or listening, and what each command does in it.
 
-use std::fmt;
-
 use can_wire::controller::ErrorCounters;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
@@ -28,21 +26,28 @@ pub enum Mode {
 }
 
 /// Why a line was answered with BEL.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// It is no command, or a malformed one.
+    #[error("no SLCAN command, or a malformed one")]
     NoCommand,
     /// It is longer than any command.
+    #[error("longer than any command, {} characters", slcan::LONGEST)]
     TooLong,
     /// It needs an open channel.
+    #[error("the channel is closed, open it with O")]
     Closed,
     /// It sends, and the channel only listens.
+    #[error("the channel only listens, open it with O to send")]
     Listening,
     /// It changes a setting, and the channel is open.
+    #[error("the channel is open, close it with C to change a setting")]
     Open,
     /// It asks for what is so already: every client closes its channel before it opens it.
+    #[error("it is so already")]
     Already,
     /// It opens the channel at a bit rate that the bus does not have.
+    #[error("cannot be opened with {} kbit/s, the bus has {} kbit/s", kbit(*.asked), kbit(*.bus))]
     WrongBitRate {
         /// Bit rate that the client set, bit/s.
         asked: u32,
@@ -58,66 +63,42 @@ impl Refusal {
     }
 }
 
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Refusal::NoCommand => f.write_str("no SLCAN command, or a malformed one"),
-            Refusal::TooLong => write!(f, "longer than any command, {} characters", slcan::LONGEST),
-            Refusal::Closed => f.write_str("the channel is closed, open it with O"),
-            Refusal::Listening => f.write_str("the channel only listens, open it with O to send"),
-            Refusal::Open => f.write_str("the channel is open, close it with C to change a setting"),
-            Refusal::Already => f.write_str("it is so already"),
-            Refusal::WrongBitRate { asked, bus } => {
-                write!(f, "cannot be opened with {} kbit/s, the bus has {} kbit/s", kbit(*asked), kbit(*bus))
-            }
-        }
-    }
-}
-
 /// State of a channel.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    mode: Mode,
+    /// Whether and how it takes part.
+    pub mode: Mode,
     /// Bit rate of the bus, bit/s.
     bus: u32,
+    /// Serial number that it reports.
+    number: u16,
     /// Bit rate that the client set, bit/s.
     bit_rate: u32,
     stamps: bool,
-    /// Frames were dropped since the flags were read last.
-    overrun: bool,
+    /// Frames were dropped for this client since the status flags were read last.
+    pub overrun: bool,
 }
 
 impl Channel {
     /// A closed channel to a bus with this bit rate, bit/s. A client that sets no bit rate gets that of the bus.
-    pub fn new(bus: u32) -> Self {
-        Channel { mode: Mode::Closed, bus, bit_rate: bus, stamps: false, overrun: false }
+    pub fn new(bus: u32, number: u16) -> Self {
+        Channel { mode: Mode::Closed, bus, number, bit_rate: bus, stamps: false, overrun: false }
     }
 
-    /// Whether and how it takes part.
-    pub fn mode(&self) -> Mode {
-        self.mode
-    }
-
-    /// A frame was dropped for this client; the status flags tell.
-    pub fn lost_a_frame(&mut self) {
-        self.overrun = true;
-    }
-
-    /// Does what a line asks for, `number` being the serial number and `errors` those of the node on the bus. Appends the
-    /// answer. Returns a frame that is to be sent.
+    /// Does what a line asks for; `errors` are those of the node on the bus. Appends the answer. Returns a frame that is to be
+    /// sent.
     ///
     /// # Errors
     /// Why it did not; the answer is BEL then, and nothing has changed.
     pub fn obey(
         &mut self,
         line: &[u8],
-        number: u16,
         errors: ErrorCounters,
         out: &mut Vec<u8>,
     ) -> Result<Option<WireFrame>, Refusal> {
         let outcome = Command::parse(line).ok_or(Refusal::NoCommand).and_then(|command| {
             self.admits(command)?;
-            Ok(self.execute(command, number, errors, out))
+            Ok(self.execute(command, errors, out))
         });
         out.push(if outcome.is_ok() { OK } else { ERROR });
         outcome
@@ -146,13 +127,7 @@ impl Channel {
     }
 
     /// Executes a command that is admitted. Appends the answer, all but its end.
-    fn execute(
-        &mut self,
-        command: Command,
-        number: u16,
-        errors: ErrorCounters,
-        out: &mut Vec<u8>,
-    ) -> Option<WireFrame> {
+    fn execute(&mut self, command: Command, errors: ErrorCounters, out: &mut Vec<u8>) -> Option<WireFrame> {
         match command {
             Command::Empty => {}
             Command::BitRate(rate) => self.bit_rate = rate,
@@ -165,7 +140,7 @@ impl Channel {
             }
             Command::Version => out.extend(b"V0101"),
             Command::SoftwareVersion => out.extend(b"v0101"),
-            Command::SerialNumber => out.extend(format!("N{number:04X}").into_bytes()),
+            Command::SerialNumber => out.extend(format!("N{:04X}", self.number).into_bytes()),
             Command::Status => out.extend(format!("F{:02X}", self.take_flags(errors)).into_bytes()),
             Command::Stamps(stamps) => self.stamps = stamps,
         }
@@ -201,13 +176,18 @@ mod tests {
     }
 
     impl Desk {
+        /// At a bus of 1 Mbit/s.
         fn new() -> Self {
-            Desk { channel: Channel::new(1_000_000), errors: ErrorCounters::default() }
+            Desk::at(1_000_000)
+        }
+
+        fn at(bit_rate: u32) -> Self {
+            Desk { channel: Channel::new(bit_rate, 1), errors: ErrorCounters::default() }
         }
 
         fn says(&mut self, line: &str) -> (String, Result<Option<WireFrame>, Refusal>) {
             let mut out = Vec::new();
-            let outcome = self.channel.obey(line.as_bytes(), 1, self.errors, &mut out);
+            let outcome = self.channel.obey(line.as_bytes(), self.errors, &mut out);
             (String::from_utf8(out).unwrap(), outcome)
         }
 
@@ -276,7 +256,7 @@ mod tests {
         assert_eq!(desk.says("O"), ("\x07".into(), Err(refusal)));
         assert_eq!(desk.says("L"), ("\x07".into(), Err(refusal)));
         assert_eq!(refusal.to_string(), "cannot be opened with 500 kbit/s, the bus has 1000 kbit/s");
-        assert_eq!(desk.channel.mode(), Mode::Closed);
+        assert_eq!(desk.channel.mode, Mode::Closed);
         assert_eq!(desk.answer("s0014"), "\r");
         assert_eq!(desk.says("O"), ("\r".into(), Ok(None)));
     }
@@ -287,21 +267,18 @@ mod tests {
     fn a_channel_opens_at_the_bit_rate_of_its_bus() {
         let rates = [("S0", 10), ("S1", 20), ("S2", 50), ("S4", 125), ("S5", 250), ("S6", 500), ("S7", 800)];
         for (line, kbit) in rates.into_iter().chain([("S8", 1_000)]) {
-            let desk = || Desk { channel: Channel::new(kbit * 1_000), errors: ErrorCounters::default() };
-            assert_eq!(desk().answer("O"), "\r", "without a rate, {kbit} kbit/s");
-            let mut same = desk();
-            assert_eq!((same.answer(line), same.answer("O")), ("\r".into(), "\r".into()), "{kbit} kbit/s");
-            let mut fast = desk();
+            assert_eq!(Desk::at(kbit * 1_000).answer("O"), "\r", "without a rate, {kbit} kbit/s");
+            let opened = |rate| {
+                let mut desk = Desk::at(kbit * 1_000);
+                [desk.answer(rate), desk.answer("O")]
+            };
+            assert_eq!(opened(line), ["\r", "\r"], "{kbit} kbit/s");
             let expected = if kbit == 1_000 { "\r" } else { "\x07" };
-            assert_eq!(
-                (fast.answer("S8"), fast.answer("O")),
-                ("\r".into(), expected.into()),
-                "{kbit} kbit/s"
-            );
+            assert_eq!(opened("S8"), ["\r", expected], "{kbit} kbit/s");
         }
         // A clock that cannot be divided to 800 kbit/s exactly: 42 MHz by 52.5.
-        let mut near = Desk { channel: Channel::new(802_000), errors: ErrorCounters::default() };
-        assert_eq!((near.answer("S7"), near.answer("O")), ("\r".into(), "\r".into()));
+        let mut near = Desk::at(802_000);
+        assert_eq!([near.answer("S7"), near.answer("O")], ["\r", "\r"]);
     }
 
     #[test]
@@ -319,7 +296,7 @@ mod tests {
         let mut desk = Desk::new();
         desk.answer("O");
         assert_eq!(desk.answer("F"), "F00\r");
-        desk.channel.lost_a_frame();
+        desk.channel.overrun = true;
         assert_eq!(desk.answer("F"), "F08\r");
         assert_eq!(desk.answer("F"), "F00\r");
         desk.errors.transmit = 96;

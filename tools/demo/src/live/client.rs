@@ -28,14 +28,6 @@ const IN_FLIGHT: usize = 32;
 /// Refused lines of one client that are reported in words; all are counted.
 const REPORTED: u64 = 5;
 
-/// A line of a client.
-enum Line {
-    /// Without its end.
-    Whole(Vec<u8>),
-    /// The begin of one that was longer than [`LONGEST`].
-    TooLong(Vec<u8>),
-}
-
 /// What happened between a client and its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -58,22 +50,23 @@ pub struct Client<S> {
     output: Vec<u8>,
     /// The line under way is too long and skipped up to its end; this is its begin.
     skipping: Option<Vec<u8>>,
-    /// Refused lines that nobody has been told of yet.
-    refused: Vec<String>,
+    /// Refused lines and why, for people who take them from here; [`REPORTED`] at most.
+    pub refused: Vec<String>,
     /// Nothing more comes from it.
     ended: bool,
     /// Nothing more can be given to it.
     broken: bool,
     in_flight: usize,
-    counts: Counts,
+    /// What happened so far.
+    pub counts: Counts,
 }
 
 impl<S: Read + Write> Client<S> {
-    /// A client that has just come to a bus with this bit rate, bit/s.
-    pub fn new(stream: S, bit_rate: u32) -> Self {
+    /// A client that has just come to this channel.
+    pub fn new(stream: S, channel: Channel) -> Self {
         Client {
             stream,
-            channel: Channel::new(bit_rate),
+            channel,
             input: Vec::new(),
             output: Vec::new(),
             skipping: None,
@@ -87,12 +80,7 @@ impl<S: Read + Write> Client<S> {
 
     /// How it takes part in its bus; who has hung up does not.
     pub fn mode(&self) -> Mode {
-        if self.ended { Mode::Closed } else { self.channel.mode() }
-    }
-
-    /// What happened so far.
-    pub fn counts(&self) -> Counts {
-        self.counts
+        if self.ended { Mode::Closed } else { self.channel.mode }
     }
 
     /// It has left, and everything it said has been heard.
@@ -101,20 +89,17 @@ impl<S: Read + Write> Client<S> {
     }
 
     /// Reads what has come and obeys it, as far as there is room. Returns the frames that are to be sent.
-    pub fn listen(&mut self, number: u16, errors: ErrorCounters) -> Vec<WireFrame> {
+    pub fn listen(&mut self, errors: ErrorCounters) -> Vec<WireFrame> {
         self.read();
         let mut frames = Vec::new();
         while self.in_flight < IN_FLIGHT && self.output.len() + LONGEST <= OUTPUT {
             let Some(line) = self.next_line() else { break };
-            let line = match line {
-                Line::Whole(line) => line,
-                Line::TooLong(begin) => {
-                    self.output.push(ERROR);
-                    self.refuse(&begin, Refusal::TooLong);
-                    continue;
-                }
-            };
-            match self.channel.obey(&line, number, errors, &mut self.output) {
+            if let Some(begin) = self.skipping.take() {
+                self.output.push(ERROR);
+                self.refuse(&begin, Refusal::TooLong);
+                continue;
+            }
+            match self.channel.obey(&line, errors, &mut self.output) {
                 Ok(Some(frame)) => {
                     self.in_flight += 1;
                     self.counts.taken += 1;
@@ -137,11 +122,6 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// Lines refused since the last call and why, for people; [`REPORTED`] of each client at most.
-    pub fn take_refused(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.refused)
-    }
-
     fn read(&mut self) {
         let mut chunk = [0; INPUT];
         while !self.ended && self.input.len() < INPUT {
@@ -155,8 +135,9 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// The next line without its end, `None` when none is complete.
-    fn next_line(&mut self) -> Option<Line> {
+    /// The next line without its end, `None` when none is complete. Of one that is longer than [`LONGEST`] the rest, with its begin
+    /// in `skipping`.
+    fn next_line(&mut self) -> Option<Vec<u8>> {
         let end = self.input.iter().position(|byte| *byte == OK);
         let length = end.unwrap_or(self.input.len());
         // People who type, and programs of another tradition, send a line feed as well.
@@ -170,8 +151,7 @@ impl<S: Read + Write> Client<S> {
             }
             return None;
         };
-        let line: Vec<u8> = self.input.drain(..=end).take(end).skip(line_feed).collect();
-        Some(self.skipping.take().map_or(Line::Whole(line), Line::TooLong))
+        Some(self.input.drain(..=end).take(end).skip(line_feed).collect())
     }
 
     /// The oldest frame that it handed over was sent.
@@ -190,7 +170,7 @@ impl<S: Read + Write> Client<S> {
         let Some(line) = self.channel.line(at, frame) else { return };
         if self.output.len() + line.len() > OUTPUT - FOR_ANSWERS {
             self.counts.lost += 1;
-            self.channel.lost_a_frame();
+            self.channel.overrun = true;
         } else {
             self.counts.given += 1;
             self.output.extend(line);
@@ -255,11 +235,11 @@ mod tests {
     }
 
     fn client() -> Client<Wire> {
-        Client::new(Wire { room: usize::MAX, ..Wire::default() }, 1_000_000)
+        Client::new(Wire { room: usize::MAX, ..Wire::default() }, Channel::new(1_000_000, 1))
     }
 
     fn listen(client: &mut Client<Wire>) -> Vec<WireFrame> {
-        client.listen(1, ErrorCounters::default())
+        client.listen(ErrorCounters::default())
     }
 
     /// Frames to be sent, and answers.
@@ -285,7 +265,7 @@ mod tests {
         assert_eq!(says(&mut client, b"O"), (vec![], String::new()));
         assert_eq!(says(&mut client, b"\rt08"), (vec![], "\r".into()));
         assert_eq!(says(&mut client, b"00\rt0800\r\r"), (vec![FRAME; 2], "z\rz\r\r".into()));
-        assert_eq!(client.counts(), Counts { taken: 2, ..Counts::default() });
+        assert_eq!(client.counts, Counts { taken: 2, ..Counts::default() });
     }
 
     #[test]
@@ -305,9 +285,9 @@ mod tests {
         }
         assert_eq!(says(&mut client, b"\rV\r").1, "\x07V0101\r");
         assert_eq!(says(&mut client, b"\xF0\x9F\r\x00\rV\r").1, "\x07\x07V0101\r");
-        assert_eq!(client.counts().refused, 3);
+        assert_eq!(client.counts.refused, 3);
         assert_eq!(
-            client.take_refused(),
+            std::mem::take(&mut client.refused),
             [
                 "line \"\\x00\\x01\\x02\\x03\\x04\\x05\\x06\\x07\\x08\\t\\n\\x0b\\x0c\\x0e\\x0f\\x10\\x11\\x12\\x13\\x14\\x15\\x16\\x17\\x18\\x19\\x1a...\" \
                  refused: longer than any command, 26 characters",
@@ -322,22 +302,20 @@ mod tests {
         let mut client = client();
         let (_, answers) = says(&mut client, b"C\rS8\r\rO\rO\rt0800\rC\r");
         assert_eq!(answers, "\x07\r\r\r\x07z\r\r", "a CAN232 answers so");
-        assert_eq!(client.counts().refused, 0);
-        assert_eq!(client.take_refused(), Vec::<String>::new());
+        assert_eq!(client.counts.refused, 0);
+        assert_eq!(std::mem::take(&mut client.refused), Vec::<String>::new());
     }
 
     #[test]
     fn refused_lines_are_reported_five_times_and_counted() {
         let mut client = open();
         says(&mut client, &b"S6\r".repeat(7));
-        let refused = client.take_refused();
+        let refused = std::mem::take(&mut client.refused);
         assert_eq!(refused.len(), 5);
-        assert_eq!(
-            refused[0],
-            "line \"S6\" refused: the channel is open, close it with C to change a setting"
-        );
+        let first = "line \"S6\" refused: the channel is open, close it with C to change a setting";
+        assert_eq!(refused[0], first);
         assert!(refused[4].ends_with("more of them are only counted"), "{}", refused[4]);
-        assert_eq!(client.counts().refused, 7);
+        assert_eq!(client.counts.refused, 7);
     }
 
     #[test]
@@ -379,7 +357,7 @@ mod tests {
             client.give(Time::ZERO, &frame);
         }
         client.flush();
-        assert_eq!(client.counts(), Counts { given: fits as u64, lost: 7, ..Counts::default() });
+        assert_eq!(client.counts, Counts { given: fits as u64, lost: 7, ..Counts::default() });
         // It reads again: the flag of the overrun is up, and nothing else is missing.
         client.stream.room = usize::MAX;
         let (_, written) = says(&mut client, b"F\r");

@@ -69,18 +69,12 @@ impl Console {
 
     /// Something is not as it should be.
     pub fn warn(&mut self, line: impl std::fmt::Display) {
-        match self.printer {
-            Some(_) => self.say(format_args!("warning: {line}")),
-            None => output::warn(line),
-        }
+        if self.printer.is_some() { self.say(format_args!("warning: {line}")) } else { output::warn(line) }
     }
 
     /// Something failed.
     pub fn complain(&mut self, line: impl std::fmt::Display) {
-        match self.printer {
-            Some(_) => self.say(format_args!("error: {line}")),
-            None => output::complain(line),
-        }
+        if self.printer.is_some() { self.say(format_args!("error: {line}")) } else { output::complain(line) }
     }
 }
 

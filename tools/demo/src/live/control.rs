@@ -12,7 +12,8 @@ const MOST_PROGRAMS: usize = 8;
 
 /// Listens for programs.
 pub struct ControlPort {
-    listener: TcpListener,
+    /// Where programs come.
+    pub listener: TcpListener,
     programs: Vec<Program>,
 }
 
@@ -37,14 +38,6 @@ impl ControlPort {
             format!("cannot listen on {address}; choose another port with --control, 0 is any free one")
         })?;
         Ok(ControlPort { listener, programs: Vec::new() })
-    }
-
-    /// Where it listens.
-    ///
-    /// # Errors
-    /// When the system does not know.
-    pub fn address(&self) -> io::Result<SocketAddr> {
-        self.listener.local_addr()
     }
 
     /// Has each line that has come obeyed, and answers it.

@@ -46,7 +46,8 @@ pub struct LoadMeter {
     spans: VecDeque<Span>,
     /// Seconds that are measured.
     seconds: u64,
-    last: Option<Load>,
+    /// Load of the last measured second; `None` before the first one.
+    pub last: Option<Load>,
     busiest: Load,
 }
 
@@ -75,11 +76,6 @@ impl LoadMeter {
     /// Measures each second that is over at `now`, the end of the flight.
     pub fn finish(&mut self, now: Time) {
         self.advance(now + LATEST);
-    }
-
-    /// Load of the last measured second; `None` before the first one.
-    pub fn last(&self) -> Option<Load> {
-        self.last
     }
 
     /// The highest load of a second; `None` before the first one.
@@ -159,9 +155,9 @@ mod tests {
         let mut meter = LoadMeter::default();
         meter.observe(&completed(0, 10, 0));
         meter.advance(Time::from_ms(1_000));
-        assert_eq!((meter.last(), meter.busiest()), (None, None));
+        assert_eq!((meter.last, meter.busiest()), (None, None));
         meter.advance(Time::from_ms(1_020));
-        assert_eq!(meter.last(), Some(Load { frames: 0.01, failed: 0.0 }));
+        assert_eq!(meter.last, Some(Load { frames: 0.01, failed: 0.0 }));
     }
 
     /// Given a second with 200 ms of frames and one with 100 ms, then each has its own load: it is no mean over the flight.
@@ -169,31 +165,31 @@ mod tests {
     fn each_second_has_its_own_load() {
         let records = [completed(100, 200, 0), completed(300, 400, 0), completed(1_500, 1_600, 0)];
         let meter = measured(&records, 2_500);
-        assert_eq!(meter.last().unwrap().frames, 0.1);
+        assert_eq!(meter.last.unwrap().frames, 0.1);
         assert_eq!(meter.busiest().unwrap().frames, 0.2);
-        assert_eq!(measured(&records, 3_000).last(), Some(Load::default()), "the last second is empty");
+        assert_eq!(measured(&records, 3_000).last, Some(Load::default()), "the last second is empty");
     }
 
     #[test]
     fn failed_transmissions_are_counted_apart() {
         let meter = measured(&[failed(0, 300), completed(300, 400, 0)], 1_000);
-        assert_eq!(meter.last(), Some(Load { frames: 0.1, failed: 0.3 }));
-        assert_eq!(meter.last().unwrap().to_string(), "10.0 % (failed transmissions 30.0 %)");
+        assert_eq!(meter.last, Some(Load { frames: 0.1, failed: 0.3 }));
+        assert_eq!(meter.last.unwrap().to_string(), "10.0 % (failed transmissions 30.0 %)");
     }
 
     #[test]
     fn a_frame_across_two_seconds_belongs_to_both() {
         let records = [completed(990, 1_015, 0)];
-        assert_eq!(measured(&records, 1_000).last().unwrap().frames, 0.01);
-        assert_eq!(measured(&records, 2_000).last().unwrap().frames, 0.015);
+        assert_eq!(measured(&records, 1_000).last.unwrap().frames, 0.01);
+        assert_eq!(measured(&records, 2_000).last.unwrap().frames, 0.015);
     }
 
     /// Given a cut bus with both pieces full, then its load is 100 %, not 200 %.
     #[test]
     fn busiest_piece_of_a_cut_bus_counts() {
         let meter = measured(&[completed(0, 1_000, 0), completed(0, 1_000, 1)], 1_000);
-        assert_eq!(meter.last().unwrap().frames, 1.0);
+        assert_eq!(meter.last.unwrap().frames, 1.0);
         let meter = measured(&[completed(0, 200, 0), completed(0, 500, 1)], 1_000);
-        assert_eq!(meter.last().unwrap().frames, 0.5);
+        assert_eq!(meter.last.unwrap().frames, 0.5);
     }
 }

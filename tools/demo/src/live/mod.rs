@@ -76,12 +76,12 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let control = control.transpose()?;
     let mut console = Console::open(&stop);
     for port in &ports {
-        let (bus, address, rate) = (port.bus(), port.address()?, kbit(port.bit_rate()));
+        let (bus, address, rate) = (port.bus, port.listener.local_addr()?, kbit(port.timing.bit_rate()));
         let note = if network.timing(bus).is_some() { "" } else { ": no board has set another one" };
         console.say(format_args!("{bus} bus: slcan socket://{address} at {rate} kbit/s{note}"));
     }
     if let Some(control) = &control {
-        console.say(format_args!("control: socket://{}", control.address()?));
+        console.say(format_args!("control: socket://{}", control.listener.local_addr()?));
     }
     let operator = Operator::new(boards);
     let faults = Vec::new();
@@ -136,16 +136,20 @@ struct Run {
 impl Run {
     fn fly(&mut self, end: Time, stop: &Stop) -> anyhow::Result<Pace> {
         let mut pace = Pace::new(Instant::now());
-        while self.spacecraft.now() < end && !stop.is_asked() && !self.operator.is_over() {
+        while self.spacecraft.now() < end && !stop.is_asked() && !self.operator.is_over {
             let next = (self.spacecraft.now() + STEP).min(end);
             std::thread::sleep(pace.instant_of(next).saturating_duration_since(Instant::now()));
             pace.reached(next, Instant::now());
-            self.report_lag(&pace);
+            if let Some(lag) = self.lag.due(pace.behind, Instant::now()) {
+                self.console.warn(lag);
+            }
             self.obey();
             self.ports.iter_mut().for_each(|port| port.hear_clients(&mut self.spacecraft));
             self.advance(next)?;
             self.ports.iter_mut().for_each(|port| port.tell_clients(&mut self.spacecraft));
-            self.tell_notes();
+            for note in self.ports.iter_mut().flat_map(|port| port.notes.drain(..)) {
+                self.console.say(format_args!("{:10.3} s  {note}", next.as_secs_f64()));
+            }
         }
         Ok(pace)
     }
@@ -192,19 +196,6 @@ impl Run {
         Ok(())
     }
 
-    fn tell_notes(&mut self) {
-        let now = self.spacecraft.now().as_secs_f64();
-        for note in self.ports.iter_mut().flat_map(OfferedBus::take_notes) {
-            self.console.say(format_args!("{now:10.3} s  {note}"));
-        }
-    }
-
-    fn report_lag(&mut self, pace: &Pace) {
-        if let Some(lag) = self.lag.due(pace.behind(), Instant::now()) {
-            self.console.warn(lag);
-        }
-    }
-
     /// The last words, and whether it was a good run.
     fn conclude(mut self, pace: &Pace) -> anyhow::Result<()> {
         self.console.end_typing();
@@ -212,19 +203,18 @@ impl Run {
         let seconds = self.spacecraft.now().as_secs_f64();
         self.console.say(format_args!(
             "ended after {seconds:.1} s of virtual time, {:.1} s behind the clock on the wall",
-            pace.behind().as_secs_f64()
+            pace.behind.as_secs_f64()
         ));
         let meters = self.operator.conclude(self.spacecraft.now());
         for (port, meter) in self.ports.iter().zip(meters) {
-            let frames = self.spacecraft.wire(port.bus()).counters().completed;
+            let bus = port.bus;
+            let frames = self.spacecraft.wire(bus).counters().completed;
             let port::Totals { clients, sent, lost, abandoned } = port.totals();
             self.console.say(format_args!(
-                "{} bus: {frames} frames on it, {sent} of them from clients; clients: {clients}, frames lost because \
-                 they did not read: {lost}, frames of theirs given up: {abandoned}",
-                port.bus()
+                "{bus} bus: {frames} frames on it, {sent} of them from clients; clients: {clients}, frames lost because they \
+                 did not read: {lost}, frames of theirs given up: {abandoned}"
             ));
-            if let (Some(busiest), Some(last)) = (meter.busiest(), meter.last()) {
-                let bus = port.bus();
+            if let (Some(busiest), Some(last)) = (meter.busiest(), meter.last) {
                 self.console.say(format_args!(
                     "{bus} bus: load of the busiest second {busiest}, of the last one {last}"
                 ));

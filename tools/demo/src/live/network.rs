@@ -32,11 +32,8 @@ impl Network {
     pub fn learn(boards: impl IntoIterator<Item = BoardConfig>) -> Network {
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         for board in boards {
-            spacecraft.add_board(BoardConfig {
-                crystal: Crystal::ppm(0.0),
-                power_on_at: Time::ZERO,
-                ..board
-            });
+            let crystal = Crystal::ppm(0.0);
+            spacecraft.add_board(BoardConfig { crystal, power_on_at: Time::ZERO, ..board });
         }
         let boards: Vec<BoardId> = spacecraft.boards().map(|(board, _)| board).collect();
         let mut found: BTreeMap<(BoardId, Bus), BitTiming> = BTreeMap::new();
@@ -55,9 +52,8 @@ impl Network {
             }
         }
         let name = |board: BoardId| spacecraft.board(board).config().name.clone();
-        Network {
-            found: found.into_iter().map(|((board, bus), timing)| (bus, name(board), timing)).collect(),
-        }
+        let found = found.into_iter().map(|((board, bus), timing)| (bus, name(board), timing));
+        Network { found: found.collect() }
     }
 
     /// Bit timing of a bus: that of most of its boards, and of the first one of equally many. `None`: no board takes part in it.
@@ -79,10 +75,9 @@ impl Network {
         };
         let rates = Bus::ALL.map(of).into_iter().max_by_key(BTreeMap::len).filter(|rates| rates.len() > 1)?;
         let all: Vec<String> = rates.keys().map(|rate| kbit(*rate)).collect();
-        let names: Vec<String> = rates
-            .iter()
-            .map(|(rate, names)| format!("{} at {} kbit/s", names.join(", "), kbit(*rate)))
-            .collect();
+        let names =
+            rates.iter().map(|(rate, names)| format!("{} at {} kbit/s", names.join(", "), kbit(*rate)));
+        let names: Vec<String> = names.collect();
         Some(format!("boards disagree: {} kbit/s; {}", all.join(", "), names.join("; ")))
     }
 }
@@ -121,10 +116,8 @@ mod tests {
             (Bus::Nominal, "slave 3", 250),
         ]);
         assert_eq!(rate(&network, Bus::Nominal), Some(1_000_000));
-        assert_eq!(
-            network.disagreement().as_deref(),
-            Some("boards disagree: 250, 1000 kbit/s; slave 3 at 250 kbit/s; master, slave 2 at 1000 kbit/s")
-        );
+        let both = "boards disagree: 250, 1000 kbit/s; slave 3 at 250 kbit/s; master, slave 2 at 1000 kbit/s";
+        assert_eq!(network.disagreement().as_deref(), Some(both));
     }
 
     #[test]

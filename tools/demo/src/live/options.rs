@@ -68,20 +68,13 @@ impl Options {
     /// When both buses are to be offered at one port, two images are given for one node, or no board is left.
     pub fn check(&self) -> Result<(), Misuse> {
         if self.slcan_nominal == self.slcan_redundant && self.slcan_nominal != 0 {
-            let port = self.slcan_nominal;
-            return Err(Misuse::of(
-                "twin",
-                format!(
-                    "--slcan-nominal and --slcan-redundant are both {port}: each bus needs a port of its own, or 0"
-                ),
-            ));
+            let both = format!("--slcan-nominal and --slcan-redundant are both {}", self.slcan_nominal);
+            return Err(Misuse::of("twin", both + ": each bus needs a port of its own, or 0"));
         }
         self.fleet.check("twin", &self.nodes())?;
         if self.nodes().is_empty() {
-            return Err(Misuse::of(
-                "twin",
-                "no board is left: give a master, --slaves 1 to 14, or --slave N=FILE",
-            ));
+            let text = "no board is left: give a master, --slaves 1 to 14, or --slave N=FILE";
+            return Err(Misuse::of("twin", text));
         }
         Ok(())
     }

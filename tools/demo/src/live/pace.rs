@@ -16,7 +16,8 @@ const SHORT: Duration = Duration::from_millis(250);
 pub struct Pace {
     /// When virtual time was zero, or would have been.
     began: Instant,
-    behind: Duration,
+    /// How far virtual time stays behind for good.
+    pub behind: Duration,
 }
 
 impl Pace {
@@ -37,11 +38,6 @@ impl Pace {
     /// When virtual time may be `at`.
     pub fn instant_of(&self, at: Time) -> Instant {
         self.began + Duration::from_micros(at.as_us())
-    }
-
-    /// How far virtual time stays behind for good.
-    pub fn behind(&self) -> Duration {
-        self.behind
     }
 }
 
@@ -106,33 +102,21 @@ mod tests {
         Duration::from_millis(ms)
     }
 
+    /// Virtual time becomes `at` so many ms after the start; then the instant of a later time, and how far it is behind.
     #[test]
-    fn virtual_time_follows_the_wall() {
+    fn virtual_time_follows_the_wall_and_only_a_long_delay_stays() {
         let start = Instant::now();
-        let mut pace = Pace::new(start);
-        pace.reached(Time::from_ms(7), start + ms(7));
-        assert_eq!(pace.instant_of(Time::from_ms(8)), start + ms(8));
-        assert_eq!(pace.behind(), Duration::ZERO);
-    }
-
-    #[test]
-    fn a_short_delay_is_made_up_for() {
-        let start = Instant::now();
-        let mut pace = Pace::new(start);
-        pace.reached(Time::from_ms(50), start + ms(300));
-        assert_eq!(pace.instant_of(Time::from_ms(300)), start + ms(300));
-        assert_eq!(pace.behind(), Duration::ZERO);
-    }
-
-    #[test]
-    fn a_long_delay_stays() {
-        let start = Instant::now();
-        let mut pace = Pace::new(start);
-        pace.reached(Time::from_ms(100), start + ms(1300));
-        assert_eq!(pace.behind(), ms(1200));
-        assert_eq!(pace.instant_of(Time::from_ms(120)), start + ms(1320));
-        pace.reached(Time::from_ms(110), start + ms(1700));
-        assert_eq!(pace.behind(), ms(1590));
+        for (what, steps, later, expected, behind) in [
+            ("no delay", &[(7, 7)][..], 8, 8, 0),
+            ("a short delay is made up for", &[(50, 300)], 300, 300, 0),
+            ("a long delay stays", &[(100, 1300)], 120, 1320, 1200),
+            ("two long delays stay", &[(100, 1300), (110, 1700)], 110, 1700, 1590),
+        ] {
+            let mut pace = Pace::new(start);
+            steps.iter().for_each(|(at, wall)| pace.reached(Time::from_ms(*at), start + ms(*wall)));
+            assert_eq!(pace.instant_of(Time::from_ms(later)), start + ms(expected), "{what}");
+            assert_eq!(pace.behind, ms(behind), "{what}");
+        }
     }
 
     #[test]
@@ -145,10 +129,9 @@ mod tests {
         assert_eq!(reporter.due(ms(900), start + ms(10_999)), None, "not yet");
         let second = reporter.due(ms(4300), start + ms(11_000)).expect("10 s later");
         assert_eq!(second, Lag { behind: ms(4300), speed: Some((ms(10_000), 0.6)) });
-        assert_eq!(
-            second.to_string(),
-            "virtual time is 4.3 s behind the clock on the wall: in the last 10 s it ran at 60 % of it"
-        );
+        let text =
+            "virtual time is 4.3 s behind the clock on the wall: in the last 10 s it ran at 60 % of it";
+        assert_eq!(second.to_string(), text);
         assert!(reporter.due(ms(9000), start + ms(21_000)).is_some());
     }
 

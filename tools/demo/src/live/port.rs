@@ -14,7 +14,7 @@ use can_wire::timing::BitTiming;
 use twin::guest::{GuestEvent, Presence};
 use twin::spacecraft::{Bus, GuestId, Spacecraft};
 
-use super::channel::Mode;
+use super::channel::{Channel, Mode};
 use super::client::{Client, Counts};
 
 /// Clients of one bus at the same time.
@@ -38,10 +38,12 @@ struct Connection {
 
 /// A bus that is offered.
 pub struct OfferedBus {
-    bus: Bus,
-    listener: TcpListener,
+    /// The bus.
+    pub bus: Bus,
+    /// Where clients come.
+    pub listener: TcpListener,
     /// Bits of the node.
-    timing: BitTiming,
+    pub timing: BitTiming,
     guest: GuestId,
     presence: Presence,
     connections: Vec<Connection>,
@@ -51,7 +53,8 @@ pub struct OfferedBus {
     last_use: Time,
     next_welcome: Time,
     totals: Totals,
-    notes: Vec<String>,
+    /// Lines for people who take them from here.
+    pub notes: Vec<String>,
 }
 
 /// What happened on a port.
@@ -86,12 +89,7 @@ pub fn listen(bus: Bus, address: SocketAddr) -> anyhow::Result<TcpListener> {
 
 impl OfferedBus {
     /// Hangs a node with this bit timing on the bus, which is away until a client comes to `listener`. All boards are there.
-    pub fn new(
-        spacecraft: &mut Spacecraft,
-        bus: Bus,
-        timing: BitTiming,
-        listener: TcpListener,
-    ) -> OfferedBus {
+    pub fn new(spacecraft: &mut Spacecraft, bus: Bus, timing: BitTiming, listener: TcpListener) -> Self {
         let guest = spacecraft.add_guest_at(bus, POSITION_M, timing);
         spacecraft.set_presence(guest, Presence::Away);
         OfferedBus {
@@ -109,33 +107,10 @@ impl OfferedBus {
         }
     }
 
-    /// Where it listens.
-    ///
-    /// # Errors
-    /// When the system does not know.
-    pub fn address(&self) -> io::Result<SocketAddr> {
-        self.listener.local_addr()
-    }
-
-    /// Which bus.
-    pub fn bus(&self) -> Bus {
-        self.bus
-    }
-
-    /// Bit rate of the bus, bit/s.
-    pub fn bit_rate(&self) -> u32 {
-        self.timing.bit_rate()
-    }
-
     /// What happened so far.
     pub fn totals(&self) -> Totals {
-        let lost = self.connections.iter().map(|connection| connection.client.counts().lost).sum::<u64>();
+        let lost = self.connections.iter().map(|connection| connection.client.counts.lost).sum::<u64>();
         Totals { lost: self.totals.lost + lost, ..self.totals }
-    }
-
-    /// Lines for people since the last call.
-    pub fn take_notes(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.notes)
     }
 
     /// Gives the bus what came from the clients.
@@ -162,21 +137,19 @@ impl OfferedBus {
             // No client waits, a client left before the port accepted it, or the process has no free descriptor.
             let Ok((stream, address)) = self.listener.accept() else { return };
             if self.connections.len() >= MOST_CLIENTS {
-                self.note(address, format!("turned away, there are {MOST_CLIENTS} clients"));
+                let text = format!("turned away, there are {MOST_CLIENTS} clients");
+                self.notes.push(note(self.bus, address, &text));
                 continue;
             }
             // Without it an answer would wait for the acknowledgement of the one before.
             if stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true)).is_err() {
                 continue;
             }
-            self.note(address, "connected");
+            self.notes.push(note(self.bus, address, "connected"));
             let number = self.totals.clients;
             self.totals.clients += 1;
-            self.connections.push(Connection {
-                number,
-                address,
-                client: Client::new(stream, self.bit_rate()),
-            });
+            let channel = Channel::new(self.timing.bit_rate(), self.bus as u16 + 1);
+            self.connections.push(Connection { number, address, client: Client::new(stream, channel) });
         }
     }
 
@@ -200,38 +173,31 @@ impl OfferedBus {
 
     fn listen(&mut self, spacecraft: &mut Spacecraft) {
         let errors = spacecraft.wire(self.bus).error_counters(self.guest.node);
-        let number = self.bus as u16 + 1;
-        let mut notes = Vec::new();
-        for connection in &mut self.connections {
-            for frame in connection.client.listen(number, errors) {
-                self.senders.push_back(connection.number);
+        for Connection { number, address, client } in &mut self.connections {
+            for frame in client.listen(errors) {
+                self.senders.push_back(*number);
                 self.last_use = spacecraft.now();
                 spacecraft.inject(self.guest, spacecraft.now(), frame);
             }
-            notes.extend(connection.client.take_refused().into_iter().map(|text| (connection.address, text)));
+            let refused = client.refused.drain(..).map(|text| note(self.bus, *address, &text));
+            self.notes.extend(refused);
         }
-        notes.into_iter().for_each(|(address, text)| self.note(address, text));
     }
 
     fn say_goodbye(&mut self) {
-        for index in (0..self.connections.len()).rev() {
-            if self.connections[index].client.is_gone() {
-                self.dismiss(index);
+        for Connection { address, client, .. } in
+            self.connections.extract_if(.., |connection| connection.client.is_gone())
+        {
+            let Counts { taken, given, lost, refused } = client.counts;
+            self.totals.lost += lost;
+            let mut text = format!("left: {taken} frames from it, {given} to it");
+            for (count, what) in [(lost, "lost because it did not read"), (refused, "lines refused")] {
+                if count > 0 {
+                    text += &format!(", {count} {what}");
+                }
             }
+            self.notes.push(note(self.bus, address, &text));
         }
-    }
-
-    fn dismiss(&mut self, index: usize) {
-        let Connection { address, client, .. } = self.connections.swap_remove(index);
-        let Counts { taken, given, lost, refused } = client.counts();
-        self.totals.lost += lost;
-        let mut text = format!("left: {taken} frames from it, {given} to it");
-        for (count, what) in [(lost, "lost because it did not read"), (refused, "lines refused")] {
-            if count > 0 {
-                text += &format!(", {count} {what}");
-            }
-        }
-        self.note(address, text);
     }
 
     /// Takes part in the bus as the clients want it.
@@ -259,8 +225,9 @@ impl OfferedBus {
             self.connections.iter_mut().for_each(|connection| connection.client.was_abandoned());
         }
     }
+}
 
-    fn note(&mut self, address: SocketAddr, text: impl AsRef<str>) {
-        self.notes.push(format!("{} bus: {address} {}", self.bus, text.as_ref()));
-    }
+/// A line about a client.
+fn note(bus: Bus, address: SocketAddr, text: &str) -> String {
+    format!("{bus} bus: {address} {text}")
 }

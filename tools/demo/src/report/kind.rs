@@ -61,23 +61,8 @@ impl Kind {
         }
     }
 
-    /// Its name for people.
-    pub fn name(self) -> &'static str {
-        self.look()[0]
-    }
-
-    /// Its name where there is little room.
-    pub fn brief(self) -> &'static str {
-        self.look()[1]
-    }
-
-    /// Its classes in the pictures.
-    pub fn class(self) -> &'static str {
-        self.look()[2]
-    }
-
-    /// Both names and the classes.
-    fn look(self) -> [&'static str; 3] {
+    /// Its name for people, its name where there is little room, and its classes in the pictures.
+    pub fn look(self) -> [&'static str; 3] {
         match self {
             Kind::Nmt => ["NMT", "NMT", "black thick"],
             Kind::BootUp => ["boot-up", "boot-up", "cyan thick"],

@@ -12,12 +12,12 @@ mod states;
 mod tables;
 mod timeline;
 
-use crate::access::BusAccess;
 use crate::change::Since;
 use crate::drawing::paint::{self, BASE, Sheet};
 use crate::drawing::{Layout, Picture};
 use crate::flight::Flight;
 use crate::meaning::Scope;
+use crate::plan::BusAccess;
 use crate::record::Bus;
 use crate::summary::Summary;
 use firmware_images::support::board::Profile;
@@ -301,14 +301,9 @@ fn story(flight: &Flight) -> Markup {
                 summary { "The story, line by line (" (flight.story.len()) " lines)" }
                 .story {
                     @for line in &flight.story {
+                        @let (at, bus) = (line.at.as_secs_f64(), line.bus.map_or("", Bus::name));
                         span class=(format!("{:?}", line.tone)) {
-                            (format!(
-                                "{:>10.4} s  {:<9}  {:<8}  {}",
-                                line.at.as_secs_f64(),
-                                line.bus.map_or("", Bus::name),
-                                line.who,
-                                line.text
-                            ))
+                            (format!("{at:>10.4} s  {bus:<9}  {:<8}  {}", line.who, line.text))
                         }
                         "\n"
                     }

@@ -20,7 +20,7 @@ const AXIS: f64 = 26.0;
 pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let Layout { width: whole, left, .. } = layout;
     let axis = Axis::new(layout, Time::ZERO, flight.end);
-    let nodes = flight.observer.nodes();
+    let nodes = &flight.observer.nodes;
     let marks = Marks::of(flight, &axis);
     let top = TOP + marks.height();
     let bottom = top + nodes.len() as f64 * ROW;

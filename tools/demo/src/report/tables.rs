@@ -85,20 +85,16 @@ pub fn pdos(summary: &Summary) -> Markup {
 
 /// Values with the name of each object once: `Telemetry: Code 288, Data 0`.
 fn by_object(values: &[(String, String)]) -> String {
-    let (mut text, mut last) = (String::new(), None);
-    for (name, value) in values {
-        let (object, part) =
-            name.split_once(", ").map_or((None, name.as_str()), |(object, part)| (Some(object), part));
-        if !text.is_empty() {
-            text += if object.is_some() && object == last { ", " } else { "; " };
-        }
-        if let Some(object) = object.filter(|_| object != last) {
-            text += &format!("{object}: ");
-        }
-        text += &format!("{part} {value}");
-        last = object;
-    }
-    text
+    let object = |name: &str| name.split_once(", ").map(|(object, _)| format!("{object}: "));
+    let is_same = |one: &str, other: &str| object(one).is_some() && object(one) == object(other);
+    let group = |values: &[(String, String)]| {
+        let part = |(name, value): &(String, String)| {
+            format!("{} {value}", name.split_once(", ").map_or(&**name, |(_, part)| part))
+        };
+        let parts: Vec<String> = values.iter().map(part).collect();
+        object(&values[0].0).unwrap_or_default() + &parts.join(", ")
+    };
+    values.chunk_by(|(one, _), (other, _)| is_same(one, other)).map(group).collect::<Vec<_>>().join("; ")
 }
 
 /// Errors of the clocks of all slaves that were set.
@@ -122,7 +118,7 @@ pub fn clocks(flight: &Flight) -> Markup {
 pub fn frames(flight: &Flight) -> Markup {
     let count =
         |bus, kind| flight.frames().filter(|(_, seen)| seen.bus == bus && Kind::of(seen) == kind).count();
-    let counts = |kind: Kind| (kind.name(), Bus::ALL.map(|bus| count(bus, kind)));
+    let counts = |kind: Kind| (kind.look()[0], Bus::ALL.map(|bus| count(bus, kind)));
     let others = Kind::OTHERS.iter().map(|kind| counts(*kind)).filter(|(_, counts)| *counts != [0, 0]);
     let mut rows: Vec<Vec<Markup>> = Kind::rows(flight)
         .into_iter()

@@ -8,10 +8,16 @@ fn rendered(flight: &Flight) -> String {
     page(flight, &sample::summary(flight))
 }
 
+/// Checks that a page has some texts and others not.
+fn assert_page(page: &str, expected: &[&str], forbidden: &[&str]) {
+    expected.iter().for_each(|part| assert!(page.contains(part), "no {part:?}"));
+    forbidden.iter().for_each(|part| assert!(!page.contains(part), "{part:?}"));
+}
+
+/// The page has the flight, and needs no other file.
 #[test]
 fn the_page_reports_the_flight() {
-    let page = rendered(&sample::flight());
-    for expected in [
+    let expected = [
         "ran as it should",
         "2 of 2",
         "cut next to the master, 20.0 s",
@@ -20,37 +26,25 @@ fn the_page_reports_the_flight() {
         "12.41 s",
         "node 4: pre-operational on the nominal bus, 22.3000 s to 32.3500 s",
         "heartbeat moved to the redundant bus",
-    ] {
-        assert!(page.contains(expected), "{expected}");
-    }
+    ];
+    let others = ["src=", "href=", "url(", "@import", "<script"];
+    assert_page(&rendered(&sample::flight()), &expected, &others);
 }
 
 #[test]
 fn a_page_of_unknown_images_has_no_commands() {
     let mut flight = sample::flight();
     flight.plan.boards[1].own_image = Some("heater".into());
-    let page = rendered(&flight);
-    for expected in [
+    let expected = [
         "(node 2: heater)",
         "neither read nor judged",
         "PDOs, slaves",
         "800.0 ms",
         "2.25 %",
         "profile librecube",
-    ] {
-        assert!(page.contains(expected), "{expected}");
-    }
-    for forbidden in ["commands executed", "telemetry replies", "TM reply", "TC due"] {
-        assert!(!page.contains(forbidden), "{forbidden}");
-    }
-}
-
-#[test]
-fn the_page_needs_nothing_else() {
-    let page = rendered(&sample::flight());
-    for forbidden in ["src=", "href=", "url(", "@import", "<script"] {
-        assert!(!page.contains(forbidden), "{forbidden}");
-    }
+    ];
+    let commands = ["commands executed", "telemetry replies", "TM reply", "TC due"];
+    assert_page(&rendered(&flight), &expected, &commands);
 }
 
 #[test]
@@ -59,8 +53,7 @@ fn faults_are_on_top_and_escaped() {
     let mut summary = sample::summary(&flight);
     summary.verdict = Verdict { outcome: Outcome::Failed, reasons: vec!["node 2 <panicked>".into()] };
     let page = page(&flight, &summary);
-    assert!(page.contains("<li>node 2 &lt;panicked&gt;</li>"));
-    assert!(!page.contains("ran as it should"));
+    assert_page(&page, &["<li>node 2 &lt;panicked&gt;</li>"], &["ran as it should"]);
 }
 
 #[test]
@@ -80,25 +73,21 @@ fn timeline_is_painted_without_style_sheets() {
     let (before, rest) = picture.split_once("<style>").expect("the sheet for dark ground");
     let (_, body) = rest.split_once("</style>").expect("its end");
     assert!(before.contains("font-family=") && before.contains("width=\"1160\""), "{before}");
-    let drawn: Vec<&str> = body
-        .lines()
-        .filter(|line| ["<rect", "<line", "<path", "<text"].iter().any(|tag| line.starts_with(tag)))
-        .collect();
+    let tags = [("<rect", "fill"), ("<text", "fill"), ("<line", "stroke"), ("<path", "stroke")];
+    let painted = |line: &'_ str| tags.iter().find(|(tag, _)| line.starts_with(tag)).map(|(_, paint)| *paint);
+    let drawn: Vec<(&str, &str)> = body.lines().filter_map(|line| Some((line, painted(line)?))).collect();
     assert!(drawn.len() > 40, "{}", drawn.len());
-    for element in &drawn {
-        let paint =
-            if element.starts_with("<line") || element.starts_with("<path") { "stroke" } else { "fill" };
+    for (element, paint) in &drawn {
         assert!(element.contains(&format!(" {paint}=\"#")), "{element}");
     }
-    let paths = drawn.iter().filter(|element| element.starts_with("<path"));
+    let paths = drawn.iter().map(|(element, _)| element).filter(|element| element.starts_with("<path"));
     assert!(paths.clone().count() > 8 && paths.clone().all(|path| path.contains(" fill=\"none\"")));
 }
 
 /// Given a flight of two masters, then the page names all faults, stretches cut and takeover, and shows the roles of both boards.
 #[test]
 fn page_of_two_masters_shows_faults_and_roles() {
-    let page = rendered(&sample::standby::flight());
-    for expected in [
+    let expected = [
         "At 5 s master 2, the standby, was reset. At 10 s the nominal bus was cut between the slaves. At 20 s master, the active \
          one, lost its power; master 2 took over 399.0 ms after its last heartbeat.",
         "<h2>Around the cut</h2>",
@@ -113,14 +102,10 @@ fn page_of_two_masters_shows_faults_and_roles() {
         "master 2: active on the redundant bus, 20.3010 s to 40.0000 s",
         "<th>takeover</th>",
         "<td>claims, master</td>",
-    ] {
-        assert!(page.contains(expected), "{expected}");
-    }
-    assert!(!page.contains("without a known meaning"));
-    let one = rendered(&sample::flight());
-    for of_two in ["Around the takeover", "takeover</th>", "claims"] {
-        assert!(!one.contains(of_two), "{of_two}");
-    }
+    ];
+    assert_page(&rendered(&sample::standby::flight()), &expected, &["without a known meaning"]);
+    let of_two = ["Around the takeover", "takeover</th>", "claims"];
+    assert_page(&rendered(&sample::flight()), &[], &of_two);
 }
 
 /// Pictures of a flight for narrow pages.
@@ -175,10 +160,8 @@ fn narrow_pictures_fit_a_page_of_400_px() {
         assert_eq!(seen, cuts, "all but the histogram show the faults");
         let page = rendered(&flight);
         assert_eq!(page.matches("<div class=\"narrow\">").count(), pictures);
-        assert!(
-            !page.contains("min-width: 860px"),
-            "nothing may force the pictures to be wider than the page"
-        );
+        let is_forced = page.contains("min-width: 860px");
+        assert!(!is_forced, "nothing may force the pictures to be wider than the page");
     }
 }
 

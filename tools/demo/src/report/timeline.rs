@@ -58,8 +58,8 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
         picture.text(&format!("bus-{}{anchor}", bus.name()), x, lanes.top(bus) - 9.0, &lane_title(bus));
         for (row, kind) in lanes.rows.iter().enumerate() {
             let y = lanes.row_top(bus, row);
-            let name = if layout.brief { kind.brief() } else { kind.name() };
-            picture.text("soft end", left - 12.0, y + 11.0, name);
+            let [name, brief, _] = kind.look();
+            picture.text("soft end", left - 12.0, y + 11.0, if layout.brief { brief } else { name });
         }
         let others = Kind::OTHERS.iter().map(|kind| (0, kind));
         for (row, &kind) in lanes.rows.iter().enumerate().chain(others) {
@@ -68,8 +68,8 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
                 .filter(|(at, seen)| seen.bus == bus && axis.shows(*at) && Kind::of(seen) == kind)
                 .map(|(at, _)| (axis.x(at) * 5.0).round() as i64 * 2)
                 .collect();
-            let class = format!("{}{tick_class}", kind.class());
-            picture.ticks(&class, places, lanes.row_top(bus, row), ROW - 4.0);
+            let [.., class] = kind.look();
+            picture.ticks(&format!("{class}{tick_class}"), places, lanes.row_top(bus, row), ROW - 4.0);
         }
     }
     flags.draw(&mut picture, &lanes);

@@ -4,10 +4,9 @@
 //! one 1.2 s later. It loses its power at 20 s; the other master takes over 399 ms after its last heartbeat.
 
 use super::{at, frame};
-use crate::cut::CutPlan;
 use crate::flight::{BoardCount, Flight};
 use crate::plan::{BoardPlan, Plan};
-use crate::record::{Bus, FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER};
+use crate::record::{Bus, CutPlan, FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER};
 use can_wire::time::Time;
 use firmware_images::support::board::Profile;
 use firmware_images::support::counters::Counters;
@@ -97,7 +96,7 @@ pub fn flight() -> Flight {
     let records = records();
     let (observer, story) = super::watched(&plan, &records);
     let boards = plan.boards.iter().map(|board| {
-        let commands = observer.nodes()[&board.node].tc_due as u32;
+        let commands = observer.nodes[&board.node].tc_due as u32;
         let counters = Some(Counters { commands, ..Counters::default() });
         BoardCount { node: board.node, instructions: 30_000_000, counters, ..BoardCount::default() }
     });

@@ -2,6 +2,8 @@
 //!
 //! The expected values stand beside the oddities; nothing here reads a file.
 
+use Layout::{Entries, Lines, Sections, Text};
+
 use super::{Field, Pdo, Sheet};
 
 /// Node-ID of the device.
@@ -11,21 +13,43 @@ pub const NODE: u8 = 5;
 #[derive(Clone)]
 pub struct Odd {
     sections: Vec<(String, Vec<(String, String)>)>,
-    /// Lines in front of the first section, and behind the last one.
-    around: [Vec<&'static str>; 2],
-    /// A line in front of each other line.
-    between: &'static str,
-    ends: &'static str,
-    equals: &'static str,
-    brackets: [&'static str; 2],
-    margins: [&'static str; 2],
-    section_case: fn(&str) -> String,
-    key_case: fn(&str) -> String,
+    /// Changes of the whole text, in this order.
+    layout: Vec<Layout>,
     encode: fn(&str) -> Vec<u8>,
     /// What is read.
     pub expected: Sheet,
     /// Parts of the notes, one for each.
     pub said: Vec<&'static str>,
+}
+
+/// A change of the whole text.
+#[derive(Clone, Copy)]
+enum Layout {
+    Text(fn(&str) -> String),
+    /// Each line, without its end.
+    Lines(fn(&str) -> String),
+    /// Each line of a section, from the name on.
+    Sections(fn(&str) -> String),
+    /// Each line of an entry: key and value.
+    Entries(fn(&str, &str) -> String),
+}
+
+impl Layout {
+    fn change(self, line: &str) -> String {
+        match (self, line.strip_prefix('['), line.split_once('=')) {
+            (Layout::Lines(change), ..) => change(line),
+            (Layout::Sections(change), Some(name), _) => format!("[{}", change(name.trim_end_matches(']'))),
+            (Layout::Entries(change), _, Some((key, value))) => change(key, value),
+            _ => line.to_owned(),
+        }
+    }
+
+    fn apply(self, text: &str) -> String {
+        match self {
+            Layout::Text(change) => change(text),
+            _ => text.lines().map(|line| self.change(line) + "\n").collect(),
+        }
+    }
 }
 
 /// An oddity.
@@ -53,31 +77,15 @@ fn plain() -> Odd {
             None => sections.push((line.trim_matches(['[', ']']).to_owned(), Vec::new())),
         }
     }
+    let first =
+        Pdo { number: 1, id: 0x185, fields: vec![field("Temp", 3, 16), field("Channels, Ten", 5, 8)] };
+    let second = Pdo { number: 2, id: 0x285, fields: vec![field("Power", 8, 32)] };
+    let identity = [0x191, 0x1234, 0x42, 0x1_0000].map(Some);
     Odd {
         sections,
-        around: [Vec::new(), Vec::new()],
-        between: "",
-        ends: "\n",
-        equals: "=",
-        brackets: ["[", "]"],
-        margins: ["", ""],
-        section_case: str::to_owned,
-        key_case: str::to_owned,
+        layout: Vec::new(),
         encode: |text| text.as_bytes().to_vec(),
-        expected: Sheet {
-            pdos: vec![
-                Pdo {
-                    number: 1,
-                    id: 0x185,
-                    fields: vec![field("Temp", 3, 16), field("Channels, Ten", 5, 8)],
-                },
-                Pdo { number: 2, id: 0x285, fields: vec![field("Power", 8, 32)] },
-            ],
-            others: Vec::new(),
-            received: Vec::new(),
-            identity: [Some(0x191), Some(0x1234), Some(0x42), Some(0x1_0000)],
-            notes: Vec::new(),
-        },
+        expected: Sheet { pdos: vec![first, second], identity, ..Sheet::default() },
         said: Vec::new(),
     }
 }
@@ -116,20 +124,12 @@ impl Odd {
 
     /// The file.
     pub fn bytes(&self) -> Vec<u8> {
-        let mut lines: Vec<String> = self.around[0].iter().map(|line| (*line).to_owned()).collect();
-        let ([open, close], [left, right]) = (self.brackets, self.margins);
+        let mut text = String::new();
         for (name, entries) in &self.sections {
-            lines.push(format!("{left}{open}{}{close}{right}", (self.section_case)(name)));
-            for (key, value) in entries {
-                lines.push(format!("{left}{}{}{value}{right}", (self.key_case)(key), self.equals));
-            }
+            text += &format!("[{name}]\n");
+            text.extend(entries.iter().map(|(key, value)| format!("{key}={value}\n")));
         }
-        lines.extend(self.around[1].iter().map(|line| (*line).to_owned()));
-        let line = |line: &String| {
-            let between = if self.between.is_empty() { "" } else { self.ends };
-            format!("{}{between}{line}{}", self.between, self.ends)
-        };
-        (self.encode)(&lines.iter().map(line).collect::<String>())
+        (self.encode)(&self.layout.iter().fold(text, |text, layout| layout.apply(&text)))
     }
 }
 
@@ -146,14 +146,37 @@ fn odd(name: impl Into<String>, changes: &'static str, apply: impl Fn(&mut Odd) 
     Oddity { name: name.into(), changes, apply: Box::new(apply) }
 }
 
-/// What the layout of the text changes.
+/// An oddity of the whole text.
+fn laid_out(name: &str, changes: &'static str, layout: Layout) -> Oddity {
+    odd(name, changes, move |odd| odd.layout.push(layout))
+}
+
+/// What the layout of the text changes. Of two oddities the first one comes first: comments have no margins, for example.
 fn of_text() -> Vec<Oddity> {
     vec![
-        odd("CR LF", "ends", |odd| odd.ends = "\r\n"),
-        odd("CR", "ends", |odd| odd.ends = "\r"),
-        odd("byte order mark", "encoding", |odd| {
-            odd.encode = |text| ["\u{FEFF}", text].concat().into_bytes()
-        }),
+        laid_out("sections in capitals", "sections", Sections(|name| name.to_uppercase() + "]")),
+        laid_out("sections in small letters", "sections", Sections(|name| name.to_lowercase() + "]")),
+        laid_out("sub-indices with zeros", "sections", Sections(|name| name.replace("sub", "sub0") + "]")),
+        laid_out("keys in capitals", "keys", Entries(|key, value| key.to_uppercase() + "=" + value)),
+        laid_out("keys in small letters", "keys", Entries(|key, value| key.to_lowercase() + "=" + value)),
+        laid_out("blanks around =", "equals", Entries(|key, value| format!("{key} = {value}"))),
+        laid_out("tabs around =", "equals", Entries(|key, value| format!("{key}\t=\t{value}"))),
+        laid_out("blanks in brackets", "brackets", Sections(|name| format!(" {name} ]"))),
+        laid_out("no closing bracket", "brackets", Sections(str::to_owned)),
+        laid_out("comments behind brackets", "brackets", Sections(|name| format!("{name}] ; an object"))),
+        laid_out("blanks in front", "margins", Lines(|line| format!("  {line}"))),
+        laid_out("blanks behind", "margins", Lines(|line| format!("{line} \t"))),
+        laid_out("an entry in front of all sections", "head", Text(|text| format!("DefaultValue=1\n{text}"))),
+        laid_out("end of file of DOS", "tail", Text(|text| format!("{text}\u{1A}\n"))),
+        laid_out("empty lines", "between", Lines(|line| format!(" \n{line}"))),
+        laid_out("comments", "between", Lines(|line| format!("; [1800sub1] DefaultValue=1\n{line}"))),
+        laid_out("indented comments", "between", Lines(|line| format!("\t;DefaultValue=1\n{line}"))),
+        laid_out("lines with #", "between", Lines(|line| format!("# DefaultValue=1\n{line}"))),
+        laid_out("lines without =", "between", Lines(|line| format!("DefaultValue\n{line}"))),
+        laid_out("lines without a key", "between", Lines(|line| format!("=1\n{line}"))),
+        laid_out("CR LF", "ends", Text(|text| text.replace('\n', "\r\n"))),
+        laid_out("CR", "ends", Text(|text| text.replace('\n', "\r"))),
+        odd("byte order mark", "encoding", |odd| odd.encode = |text| ["\u{FEFF}", text].concat().into()),
         odd("UTF-8", "encoding", |odd| odd.set("DeviceInfo", "VendorName", "M\u{FC}ller")),
         odd("Windows-1252", "encoding", |odd| {
             odd.set("DeviceInfo", "VendorName", "M\u{FC}ller");
@@ -161,28 +184,6 @@ fn of_text() -> Vec<Oddity> {
         }),
         odd("UTF-16, low byte first", "encoding", |odd| odd.encode = |text| utf_16(text, u16::to_le_bytes)),
         odd("UTF-16, high byte first", "encoding", |odd| odd.encode = |text| utf_16(text, u16::to_be_bytes)),
-        odd("end of file of DOS", "tail", |odd| odd.around[1].push("\u{1A}")),
-        odd("empty lines", "between", |odd| odd.between = " "),
-        odd("comments", "between", |odd| odd.between = "; [1800sub1] DefaultValue=1"),
-        odd("indented comments", "between", |odd| odd.between = "\t;DefaultValue=1"),
-        odd("lines with #", "between", |odd| odd.between = "# DefaultValue=1"),
-        odd("lines without =", "between", |odd| odd.between = "DefaultValue"),
-        odd("lines without a key", "between", |odd| odd.between = "=1"),
-        odd("blanks around =", "equals", |odd| odd.equals = " = "),
-        odd("tabs around =", "equals", |odd| odd.equals = "\t=\t"),
-        odd("blanks in brackets", "brackets", |odd| odd.brackets = ["[ ", " ]"]),
-        odd("no closing bracket", "brackets", |odd| odd.brackets = ["[", ""]),
-        odd("comments behind brackets", "brackets", |odd| odd.brackets = ["[", "] ; an object"]),
-        odd("blanks in front", "margins", |odd| odd.margins = ["  ", ""]),
-        odd("blanks behind", "margins", |odd| odd.margins = ["", " \t"]),
-        odd("sections in capitals", "sections", |odd| odd.section_case = |name| name.to_uppercase()),
-        odd("sections in small letters", "sections", |odd| odd.section_case = |name| name.to_lowercase()),
-        odd("keys in capitals", "keys", |odd| odd.key_case = |key| key.to_uppercase()),
-        odd("keys in small letters", "keys", |odd| odd.key_case = |key| key.to_lowercase()),
-        odd("an entry in front of all sections", "head", |odd| odd.around[0].push("DefaultValue=1")),
-        odd("sub-indices with leading zeros", "sections", |odd| {
-            odd.section_case = |name| name.replace("sub", "sub0")
-        }),
         odd("unknown sections", "unknown", |odd| {
             odd.set("Tools", "Items", "?");
             odd.set("M1SubExt6000", "DefaultValue", "$MODULE");
@@ -194,22 +195,21 @@ fn of_text() -> Vec<Oddity> {
 
 /// Forms of numbers that a layout of the text may meet; tests of `eds` have all forms.
 fn of_numbers() -> Vec<Oddity> {
-    let mut all = Vec::new();
-    for text in ["0605", "$NODEID-0x80+0x200", "0x180+$NODEID ; of TPDO 1", "0x580 - 0x400 + $NODEID"] {
-        all.push(odd(format!("COB-ID {text}"), "cob-id", move |odd| {
-            odd.set("1800sub1", "DefaultValue", text)
-        }));
-    }
-    for (name, section, text) in [
+    let defaults = [
+        ("cob-id", "1800sub1", "0605"),
+        ("cob-id", "1800sub1", "$NODEID-0x80+0x200"),
+        ("cob-id", "1800sub1", "0x180+$NODEID ; of TPDO 1"),
+        ("cob-id", "1800sub1", "0x580 - 0x400 + $NODEID"),
         ("mapping", "1A00sub1", "0x20000010 # Temp"),
         ("second", "1A00sub2", "04002405010"),
         ("mapping", "1A00sub0", "02"),
         ("device type", "1000", "0621"),
-    ] {
-        all.push(odd(format!("[{section}] {text}"), name, move |odd| odd.set(section, "DefaultValue", text)));
-    }
-    all.push(odd("data type 0X3", "type", |odd| odd.set("2000", "DataType", "0X3")));
-    all
+    ];
+    let default = |(changes, section, text): (_, &'static str, &'static str)| {
+        odd(format!("[{section}] {text}"), changes, move |odd| odd.set(section, "DefaultValue", text))
+    };
+    let data_type = odd("data type 0X3", "type", |odd| odd.set("2000", "DataType", "0X3"));
+    defaults.map(default).into_iter().chain([data_type]).collect()
 }
 
 /// Names of objects.

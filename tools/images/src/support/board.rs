@@ -121,14 +121,13 @@ impl Board {
         if folder.join("Cargo.toml").is_file() {
             return Ok(());
         }
-        let text = format!(
-            "invalid value '{}' for '--board <BOARD>': {} has no Cargo.toml, and images of this project cannot be built without the crate \
-             of the board; allowed are {}, or a folder with Cargo.toml and board.toml",
-            self.name(),
+        let cause = format!(
+            "{} has no Cargo.toml, and images of this project cannot be built without the crate of the board; allowed are {}, or a \
+             folder with Cargo.toml and board.toml",
             folder.display(),
             built_names().join(", ")
         );
-        Err(Misuse::of(command, text))
+        Err(Misuse::value(command, "--board <BOARD>", self.name(), cause))
     }
 }
 
@@ -273,10 +272,8 @@ mod tests {
         assert_eq!(Board::parse(&folder.to_string_lossy()), Ok(pyboard.clone()));
         assert_eq!(Board::parse(&folder.join("board.toml").to_string_lossy()), Ok(pyboard));
         let error = Board::parse("pyboard-v12").unwrap_err();
-        assert!(
-            error.contains("pyboard-v11, nucleo-f446re, stm32f4discovery, or the path of a board.toml"),
-            "{error}"
-        );
+        let allowed = "pyboard-v11, nucleo-f446re, stm32f4discovery, or the path of a board.toml";
+        assert!(error.contains(allowed), "{error}");
     }
 
     #[test]
@@ -315,10 +312,8 @@ mod tests {
         let (part, oscillator) =
             (Part::named("STM32F407VG").unwrap(), description::oscillator("8MHz").unwrap());
         let other = pyboard.with(Some(part), Some(oscillator)).unwrap();
-        assert_eq!(
-            (other.chip(), other.model().part, other.model().oscillator.hz),
-            ("STM32F407VG", part, 8_000_000)
-        );
+        assert_eq!((other.chip(), other.model().part), ("STM32F407VG", part));
+        assert_eq!(other.model().oscillator.hz, 8_000_000);
         assert_eq!(other.model().pins, pyboard.model().pins);
         assert_eq!(other.name(), "pyboard-v11 with STM32F407VG, 8 MHz");
         assert_eq!(pyboard.with(None, None), Ok(pyboard.clone()));

@@ -46,13 +46,8 @@ fn decode(bytes: &[u8]) -> Counters {
     if bytes.ends_with(&[RAM_AT_POWER_ON; 4]) {
         return Counters::default();
     }
-    Counters {
-        commands: word(0),
-        requests: word(1),
-        replies: word(2),
-        skipped_turns: word(3),
-        repeats: word(4),
-    }
+    let [commands, requests, replies, skipped_turns, repeats] = std::array::from_fn(word);
+    Counters { commands, requests, replies, skipped_turns, repeats }
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::Context;
@@ -32,8 +31,8 @@ pub struct Fleet {
 
     /// ELF file of a slave of your own, flown with the straps of Node-ID N [2..15]: in place of the shipped slave N, or
     /// beside the others; may be given several times
-    #[arg(long = "slave", value_name = "N=FILE")]
-    pub own_slaves: Vec<OwnSlave>,
+    #[arg(long = "slave", value_name = "N=FILE", value_parser = own_slave)]
+    pub own_slaves: Vec<NodeFile>,
 
     /// What the shipped images are built for.
     #[command(flatten)]
@@ -54,33 +53,30 @@ pub struct Fleet {
     pub no_build: bool,
 }
 
-/// The value of `--slave`.
+/// A file of a node, as `--slave` and `--eds` have it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OwnSlave {
-    /// Node-ID, 2 to 15.
+pub struct NodeFile {
+    /// Node-ID.
     pub node: Node,
-    /// The ELF file.
-    pub image: PathBuf,
+    /// The file.
+    pub file: PathBuf,
 }
 
-impl FromStr for OwnSlave {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (node, image) = node_and_file(text, FIRST, "3=target/slave.elf")?;
-        Ok(OwnSlave { node, image })
-    }
+fn own_slave(text: &str) -> Result<NodeFile, String> {
+    node_and_file(text, FIRST, "3=target/slave.elf")
 }
 
 /// Parses a Node-ID, `first` to 15, and a file with `=` between them.
 ///
 /// # Errors
 /// A text with what was wrong and what is allowed. `example`: a right value.
-pub fn node_and_file(text: &str, first: Node, example: &str) -> Result<(Node, PathBuf), String> {
+pub fn node_and_file(text: &str, first: Node, example: &str) -> Result<NodeFile, String> {
     let (node, file) =
         text.split_once('=').ok_or_else(|| format!("give a Node-ID and a file, for example {example}"))?;
     match node.parse() {
-        Ok(node) if (first..=LAST).contains(&node) && !file.is_empty() => Ok((node, file.into())),
+        Ok(node) if (first..=LAST).contains(&node) && !file.is_empty() => {
+            Ok(NodeFile { node, file: file.into() })
+        }
         Ok(node) if (first..=LAST).contains(&node) => Err("the file is missing behind '='".into()),
         _ => Err(format!("allowed are Node-IDs {first} to {LAST}")),
     }
@@ -106,7 +102,7 @@ impl Fleet {
         }
         let mut seen = BTreeSet::new();
         match self.own_slaves.iter().find(|slave| !seen.insert(slave.node)) {
-            Some(OwnSlave { node, .. }) => {
+            Some(NodeFile { node, .. }) => {
                 Err(Misuse::of(command, format!("two images for node {node}: give --slave {node}=FILE once")))
             }
             None => Ok(()),
@@ -138,7 +134,7 @@ impl Fleet {
     pub fn own_image(&self, node: Node) -> Option<&Path> {
         match node {
             MASTER => self.master.as_deref(),
-            _ => Some(&self.own_slaves.iter().find(|slave| slave.node == node)?.image),
+            _ => Some(&self.own_slaves.iter().find(|slave| slave.node == node)?.file),
         }
     }
 
@@ -243,21 +239,12 @@ pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
 mod tests {
     use super::*;
 
-    fn parsed(text: &str) -> Result<OwnSlave, String> {
-        text.parse()
-    }
-
     #[test]
     fn own_slave_is_a_node_and_a_file() {
-        assert_eq!(parsed("3=a=b.elf"), Ok(OwnSlave { node: 3, image: "a=b.elf".into() }));
-        for (wrong, said) in [
-            ("3", "for example"),
-            ("1=x", "2 to 15"),
-            ("16=x", "2 to 15"),
-            ("x=y", "2 to 15"),
-            ("3=", "file"),
-        ] {
-            assert!(parsed(wrong).is_err_and(|error| error.contains(said)), "{wrong}");
+        assert_eq!(own_slave("3=a=b.elf"), Ok(NodeFile { node: 3, file: "a=b.elf".into() }));
+        let of_node = ["1=x", "16=x", "x=y"].map(|wrong| (wrong, "2 to 15"));
+        for (wrong, said) in of_node.into_iter().chain([("3", "for example"), ("3=", "file")]) {
+            assert!(own_slave(wrong).is_err_and(|error| error.contains(said)), "{wrong}");
         }
     }
 }

@@ -1,11 +1,12 @@
 //! A wrong command line that only becomes clear after parsing.
 
-use std::fmt;
+use std::fmt::Display;
 
 use clap::error::ErrorKind;
 
 /// What was wrong, and what is allowed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{text}")]
 pub struct Misuse {
     command: &'static str,
     text: String,
@@ -17,6 +18,11 @@ impl Misuse {
         Misuse { command, text: text.into() }
     }
 
+    /// Of the value of an option; `cause` has what is wrong with it, and what is allowed.
+    pub fn value(command: &'static str, option: &str, value: impl Display, cause: impl Display) -> Self {
+        Misuse::of(command, format!("invalid value '{value}' for '{option}': {cause}"))
+    }
+
     /// Reports it as clap reports what it finds itself, and ends the program with exit code 2. `cli` is the command line
     /// of the whole program.
     pub(crate) fn exit(&self, mut cli: clap::Command) -> ! {
@@ -25,11 +31,3 @@ impl Misuse {
         command.error(ErrorKind::ValueValidation, &self.text).exit()
     }
 }
-
-impl fmt::Display for Misuse {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
-    }
-}
-
-impl std::error::Error for Misuse {}

@@ -159,10 +159,8 @@ fn is_confirmed(instructions: &str) -> anyhow::Result<bool> {
 
 fn install_all(missing: &[Need]) -> anyhow::Result<()> {
     if let Some(apt) = apt(missing) {
-        let root = Command::new("id").arg("-u").output();
-        let is_root = root.is_ok_and(|output| output.stdout.trim_ascii() == b"0");
         ensure!(
-            is_root && Path::new("/usr/bin/apt-get").exists(),
+            is_root() && Path::new("/usr/bin/apt-get").exists(),
             "only root can install programs, and only on Debian:\n    {apt}"
         );
         note(format_args!("installing: {apt}"));
@@ -179,6 +177,12 @@ fn install_all(missing: &[Need]) -> anyhow::Result<()> {
         .context("cannot install the Python packages: is there a network?")?;
     }
     Ok(())
+}
+
+/// Whether this program may install packages.
+pub fn is_root() -> bool {
+    let output = Command::new("id").arg("-u").output();
+    output.is_ok_and(|output| output.stdout.trim_ascii() == b"0")
 }
 
 fn succeeds(command: &mut Command) -> bool {

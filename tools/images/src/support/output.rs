@@ -3,7 +3,7 @@
 //! `println!` panics when its reader has left (`cargo demo | head`). Everything here is printed by [`line()`], which
 //! returns an error instead, or by [`note`], which continues.
 
-use std::fmt::{self, Display};
+use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
 use anyhow::Context;
@@ -11,7 +11,8 @@ use console::style;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A command ends early and has nothing more to say: only its exit code is left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("ended with exit code {0}")]
 pub struct Silently(pub u8);
 
 impl Silently {
@@ -20,14 +21,6 @@ impl Silently {
     /// Ctrl-C or SIGTERM: 128 + SIGINT.
     pub const INTERRUPTED: Silently = Silently(130);
 }
-
-impl Display for Silently {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "ended with exit code {}", self.0)
-    }
-}
-
-impl std::error::Error for Silently {}
 
 /// Prints a line on stdout.
 ///

@@ -142,11 +142,9 @@ pub fn prepare(command: &'static str, path: &Path) -> Result<(), Misuse> {
         .and_then(|()| fs::remove_file(&probe))
         .and_then(|()| remove())
         .map_err(|cause| {
-            let path = path.display();
-            Misuse::of(
-                command,
-                format!("--out: cannot write {path}: {cause}; give a place that can be written"),
-            )
+            let text =
+                format!("--out: cannot write {}: {cause}; give a place that can be written", path.display());
+            Misuse::of(command, text)
         })
 }
 
@@ -190,8 +188,8 @@ where
         if let Some(text) = expected.difference(&run) {
             problems.push(format!("{shown}: of another run than {}: {text}", of.display()));
         } else if let Some((other, _)) = parts.get(&shard) {
-            problems
-                .push(format!("{shown}: shard {shard} is already in {}; give each once", other.display()));
+            let other = other.display();
+            problems.push(format!("{shown}: shard {shard} is already in {other}; give each once"));
         } else {
             parts.insert(shard, (path, results));
         }

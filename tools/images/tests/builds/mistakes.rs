@@ -89,11 +89,8 @@ fn refusals_of_chip(chip: &str, board_chip: &str) -> Vec<Refusal> {
 #[test]
 fn chips_that_differ_are_both_named() {
     let refusals = refusals_of_chip("stm32f407vg", "STM32F405RG");
-    assert_names(
-        &refusals,
-        None,
-        &["Cargo.toml has the chip stm32f407vg", "board.toml has the chip STM32F405RG"],
-    );
+    let said = ["Cargo.toml has the chip stm32f407vg", "board.toml has the chip STM32F405RG"];
+    assert_names(&refusals, None, &said);
 }
 
 #[test]

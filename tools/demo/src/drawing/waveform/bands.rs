@@ -4,36 +4,15 @@ use can_wire::field::Field;
 use can_wire::time::Time;
 use can_wire::waveform::{Bit, Lane};
 
-/// The part of a frame, or of what is between frames, that a band shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    Sof,
-    Identifier,
-    Rtr,
-    Ide,
-    Reserved(u8),
-    Dlc,
-    /// Index of the byte.
-    Data(u8),
-    Crc,
-    CrcDelimiter,
-    Ack,
-    AckDelimiter,
-    Eof,
-    Intermission,
-    Suspend,
-    ActiveFlag,
-    PassiveFlag,
-    OverloadFlag,
-    Superposition,
-    Delimiter,
-    Waiting,
-}
+/// Numbers of the error flags.
+const ACTIVE: u8 = 0;
+const PASSIVE: u8 = 1;
 
 /// One run of bits.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Band {
-    pub(super) kind: Kind,
+    /// The first field of the run: data by the index of its byte, a flag by [`ACTIVE`] or [`PASSIVE`].
+    field: Field,
     pub(super) from: Time,
     pub(super) to: Time,
     /// The bits without stuff bits, first one highest.
@@ -46,10 +25,10 @@ pub(super) fn bands(lane: &Lane) -> Vec<Band> {
     let mut bands: Vec<Band> = Vec::new();
     for bit in &lane.bits {
         let last = bands.last_mut().filter(|last| last.to.0.abs_diff(bit.start.0) <= lane.bit_time.0 / 2);
-        let kind = kind_of(bit, last.as_ref().map(|last| last.kind));
+        let field = run_of(bit, last.as_ref().map(|last| last.field));
         let is_stuff = bit.field == Field::Stuff;
         let value = if is_stuff { 0 } else { u64::from(bit.sampled) };
-        match last.filter(|last| last.kind == kind) {
+        match last.filter(|last| last.field == field) {
             Some(band) => {
                 band.to = bit.end;
                 if !is_stuff {
@@ -58,41 +37,33 @@ pub(super) fn bands(lane: &Lane) -> Vec<Band> {
                 }
             }
             None => {
-                bands.push(Band { kind, from: bit.start, to: bit.end, value, bits: u32::from(!is_stuff) })
+                bands.push(Band { field, from: bit.start, to: bit.end, value, bits: u32::from(!is_stuff) })
             }
         }
     }
     bands
 }
 
-/// What a bit belongs to that follows one of kind `before`.
-fn kind_of(bit: &Bit, before: Option<Kind>) -> Kind {
+/// The first field of the run that a bit belongs to; `before` is that of the run before it.
+fn run_of(bit: &Bit, before: Option<Field>) -> Field {
     match bit.field {
-        Field::Sof => Kind::Sof,
-        Field::Identifier(_) | Field::Extension(_) => Kind::Identifier,
-        Field::Rtr | Field::ExtendedRtr => Kind::Rtr,
-        Field::Ide => Kind::Ide,
-        Field::Reserved(bit) => Kind::Reserved(bit),
-        Field::Dlc(_) => Kind::Dlc,
-        Field::Data(bit) => Kind::Data(bit / 8),
-        Field::Crc(_) => Kind::Crc,
+        Field::Identifier(_) | Field::Extension(_) => Field::Identifier(0),
+        Field::ExtendedRtr => Field::Rtr,
+        Field::Dlc(_) => Field::Dlc(0),
+        Field::Data(bit) => Field::Data(bit / 8),
+        Field::Crc(_) => Field::Crc(0),
         // A stuff bit belongs to the field of the bit before it.
-        Field::Stuff => before.unwrap_or(Kind::Sof),
-        Field::CrcDelimiter => Kind::CrcDelimiter,
-        Field::AckSlot => Kind::Ack,
-        Field::AckDelimiter => Kind::AckDelimiter,
-        Field::Eof(_) => Kind::Eof,
-        Field::Intermission(_) => Kind::Intermission,
-        Field::Suspend(_) => Kind::Suspend,
+        Field::Stuff => before.unwrap_or(Field::Sof),
+        Field::Eof(_) => Field::Eof(0),
+        Field::Intermission(_) => Field::Intermission(0),
+        Field::Suspend(_) => Field::Suspend(0),
         // A passive flag is recessive.
-        Field::ErrorFlag(_) if bit.driven => Kind::PassiveFlag,
-        Field::ErrorFlag(_) => Kind::ActiveFlag,
-        Field::OverloadFlag(_) => Kind::OverloadFlag,
+        Field::ErrorFlag(_) => Field::ErrorFlag(if bit.driven { PASSIVE } else { ACTIVE }),
+        Field::OverloadFlag(_) => Field::OverloadFlag(0),
         // The first recessive bit after the flags is the first of the delimiter.
-        Field::Superposition(_) if bit.sampled => Kind::Delimiter,
-        Field::Superposition(_) => Kind::Superposition,
-        Field::Delimiter(_) => Kind::Delimiter,
-        Field::Idle => Kind::Waiting,
+        Field::Superposition(_) if !bit.sampled => Field::Superposition(0),
+        Field::Superposition(_) | Field::Delimiter(_) => Field::Delimiter(0),
+        single => single,
     }
 }
 
@@ -109,29 +80,31 @@ impl Band {
             }
             names
         };
-        match self.kind {
-            Kind::Sof => ("sof", fixed(&["SOF"])),
-            Kind::Identifier if self.bits == 29 => ("id", hex("identifier", "ID", 8, 29)),
-            Kind::Identifier => ("id", hex("identifier", "ID", 3, 11)),
-            Kind::Rtr => ("control", fixed(&["RTR"])),
-            Kind::Ide => ("control", fixed(&["IDE"])),
-            Kind::Reserved(bit) => ("control", vec![format!("r{}", 1 - bit.min(1))]),
-            Kind::Dlc if self.bits == 4 => ("dlc", vec![format!("DLC {}", self.value), "DLC".to_owned()]),
-            Kind::Dlc => ("dlc", fixed(&["DLC"])),
-            Kind::Data(byte) => ("data", hex(&format!("data {byte}:"), &format!("D{byte}"), 2, 8)),
-            Kind::Crc => ("crc", hex("CRC", "CRC", 4, 15)),
-            Kind::CrcDelimiter => ("fixed", fixed(&["CRC delimiter", "del"])),
-            Kind::Ack => ("ack", fixed(&["ACK"])),
-            Kind::AckDelimiter => ("fixed", fixed(&["ACK delimiter", "del"])),
-            Kind::Eof => ("fixed", fixed(&["end of frame", "EOF"])),
-            Kind::Intermission => ("between", fixed(&["intermission", "IFS"])),
-            Kind::Suspend => ("between", fixed(&["suspend transmission", "suspend", "SUS"])),
-            Kind::ActiveFlag => ("flag", fixed(&["active error flag", "error flag", "flag"])),
-            Kind::PassiveFlag => ("passive", fixed(&["passive error flag", "passive flag", "pasv"])),
-            Kind::OverloadFlag => ("overload", fixed(&["overload flag", "overload", "OVL"])),
-            Kind::Superposition => ("superposition", fixed(&["superposition", "superpos.", "sup"])),
-            Kind::Delimiter => ("delimiter", fixed(&["delimiter", "del"])),
-            Kind::Waiting => ("between", fixed(&["not on the bus", "off"])),
+        match self.field {
+            Field::Sof | Field::Stuff => ("sof", fixed(&["SOF"])),
+            Field::Identifier(_) | Field::Extension(_) if self.bits == 29 => {
+                ("id", hex("identifier", "ID", 8, 29))
+            }
+            Field::Identifier(_) | Field::Extension(_) => ("id", hex("identifier", "ID", 3, 11)),
+            Field::Rtr | Field::ExtendedRtr => ("control", fixed(&["RTR"])),
+            Field::Ide => ("control", fixed(&["IDE"])),
+            Field::Reserved(bit) => ("control", vec![format!("r{}", 1 - bit.min(1))]),
+            Field::Dlc(_) if self.bits == 4 => ("dlc", vec![format!("DLC {}", self.value), "DLC".to_owned()]),
+            Field::Dlc(_) => ("dlc", fixed(&["DLC"])),
+            Field::Data(byte) => ("data", hex(&format!("data {byte}:"), &format!("D{byte}"), 2, 8)),
+            Field::Crc(_) => ("crc", hex("CRC", "CRC", 4, 15)),
+            Field::CrcDelimiter => ("fixed", fixed(&["CRC delimiter", "del"])),
+            Field::AckSlot => ("ack", fixed(&["ACK"])),
+            Field::AckDelimiter => ("fixed", fixed(&["ACK delimiter", "del"])),
+            Field::Eof(_) => ("fixed", fixed(&["end of frame", "EOF"])),
+            Field::Intermission(_) => ("between", fixed(&["intermission", "IFS"])),
+            Field::Suspend(_) => ("between", fixed(&["suspend transmission", "suspend", "SUS"])),
+            Field::ErrorFlag(ACTIVE) => ("flag", fixed(&["active error flag", "error flag", "flag"])),
+            Field::ErrorFlag(_) => ("passive", fixed(&["passive error flag", "passive flag", "pasv"])),
+            Field::OverloadFlag(_) => ("overload", fixed(&["overload flag", "overload", "OVL"])),
+            Field::Superposition(_) => ("superposition", fixed(&["superposition", "superpos.", "sup"])),
+            Field::Delimiter(_) => ("delimiter", fixed(&["delimiter", "del"])),
+            Field::Idle => ("between", fixed(&["not on the bus", "off"])),
         }
     }
 }

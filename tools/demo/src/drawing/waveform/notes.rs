@@ -9,27 +9,15 @@ use can_wire::waveform::Lane;
 pub(super) struct Note {
     pub(super) at: Time,
     pub(super) text: String,
-    pub(super) class: Class,
+    /// [`PLAIN`], [`ERROR`] or [`SHIFT`].
+    pub(super) class: &'static str,
 }
 
-/// How it looks; the worst of what happened at an instant comes last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Class {
-    Plain,
-    Resynchronised,
-    Error,
-}
-
-impl Class {
-    /// End of the names of its classes in the picture: of `leader`, its line, and of `note`, its words.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Class::Plain => "",
-            Class::Resynchronised => "-shift",
-            Class::Error => "-error",
-        }
-    }
-}
+/// Ends of the names of the classes of a note: of `leader`, its line, and of `note`, its words. Of two events at an instant the
+/// greater one counts.
+const PLAIN: &str = "";
+const ERROR: &str = "-error";
+const SHIFT: &str = "-shift";
 
 /// One note for everything that happened to a node at one instant, in the order of time.
 pub(super) fn notes(lane: &Lane) -> Vec<Note> {
@@ -38,11 +26,11 @@ pub(super) fn notes(lane: &Lane) -> Vec<Note> {
     let flips = lane.bits.iter().filter(|bit| bit.flipped).map(|bit| Note {
         at: bit.sample,
         text: format!("flipped: reads {}", u8::from(bit.sampled)),
-        class: Class::Error,
+        class: ERROR,
     });
     let shifts = lane.bits.iter().filter(|bit| bit.resynchronised != 0).map(|bit| {
         let ns = bit.resynchronised as f64 * 1000.0 / TICKS_PER_US as f64;
-        Note { at: bit.end, text: format!("resync {ns:+.0} ns"), class: Class::Resynchronised }
+        Note { at: bit.end, text: format!("resync {ns:+.0} ns"), class: SHIFT }
     });
     for &(at, event) in &lane.events {
         let (text, class) = words(&event, &mut counters);
@@ -60,23 +48,23 @@ pub(super) fn notes(lane: &Lane) -> Vec<Note> {
     notes
 }
 
-fn words(event: &WireEvent, counters: &mut ErrorCounters) -> (String, Class) {
-    let error = |kind| (name(kind).to_owned(), Class::Error);
-    match *event {
-        WireEvent::Joined => ("joins the bus".to_owned(), Class::Plain),
-        WireEvent::Started => ("starts".to_owned(), Class::Plain),
-        WireEvent::ArbitrationLost => ("arbitration lost".to_owned(), Class::Error),
-        WireEvent::Transmitted => ("sent".to_owned(), Class::Plain),
-        WireEvent::Received(_) => ("received".to_owned(), Class::Plain),
-        WireEvent::TransmitError(kind) | WireEvent::ReceiveError(kind) => error(kind),
+fn words(event: &WireEvent, counters: &mut ErrorCounters) -> (String, &'static str) {
+    let (text, class) = match *event {
+        WireEvent::Joined => ("joins the bus", PLAIN),
+        WireEvent::Started => ("starts", PLAIN),
+        WireEvent::ArbitrationLost => ("arbitration lost", ERROR),
+        WireEvent::Transmitted => ("sent", PLAIN),
+        WireEvent::Received(_) => ("received", PLAIN),
+        WireEvent::TransmitError(kind) | WireEvent::ReceiveError(kind) => (name(kind), ERROR),
         WireEvent::Counters(now) => {
             let before = std::mem::replace(counters, now);
             let changes = [("TEC", before.transmit, now.transmit), ("REC", before.receive, now.receive)];
             let changed = changes.iter().filter(|(_, before, now)| before != now);
             let words: Vec<String> = changed.map(|(name, _, now)| format!("{name} {now}")).collect();
-            (words.join(" "), Class::Plain)
+            return (words.join(" "), PLAIN);
         }
-    }
+    };
+    (text.to_owned(), class)
 }
 
 fn name(kind: ErrorKind) -> &'static str {

@@ -119,7 +119,6 @@ impl Strip<'_> {
             rows.resize(rows.len().max(row + 1), 0.0);
             rows[row] = end;
             let base = y + row as f64 * NOTE + 11.0;
-            let class = class.name();
             picture.line(&format!("leader{class}"), (x, from), (x, base));
             let (x, align) = if is_left { (x - 4.0, " end") } else { (x + 4.0, "") };
             words.push((format!("note{class}{align}"), x, base, text));

@@ -30,7 +30,8 @@ pub struct Operator {
     damage: [Damage; 2],
     /// What the power of a board was switched to last.
     switched: BTreeMap<Node, Switch>,
-    is_over: bool,
+    /// It was told to end the run.
+    pub is_over: bool,
 }
 
 impl Operator {
@@ -44,11 +45,6 @@ impl Operator {
             switched: BTreeMap::new(),
             is_over: false,
         }
-    }
-
-    /// Whether it was told to end the run.
-    pub fn is_over(&self) -> bool {
-        self.is_over
     }
 
     /// What was on the wires.
@@ -94,10 +90,8 @@ impl Operator {
                     ));
                 }
                 let is_between = |place: &f64, cut: f64| (*place < cut) != (*place < position_m);
-                let cuts = self.damage(bus).cuts();
-                if let Some(cut) =
-                    cuts.iter().find(|cut| !places.iter().any(|place| is_between(place, **cut)))
-                {
+                let mut cuts = self.damage(bus).cuts.iter();
+                if let Some(cut) = cuts.find(|cut| !places.iter().any(|place| is_between(place, **cut))) {
                     return Ok(format!("already cut at {cut} m, and no node is between"));
                 }
                 strike(spacecraft, bus, Fault::Cut { position_m })?;
@@ -115,19 +109,20 @@ impl Operator {
                 done()
             }
             Command::Short { bus, metres: position_m, level } => {
-                if let Some((metres, _)) =
-                    self.damage(bus).short_of_piece(position_m).filter(|(_, was)| *was == level)
-                {
+                let short = self.damage(bus).short_of_piece(position_m);
+                if let Some((metres, _)) = short.filter(|(_, was)| *was == level) {
                     return Ok(format!("already shorted at {metres} m, {level}"));
                 }
                 strike(spacecraft, bus, Fault::Short { position_m, level: level == Level::Recessive })?;
                 self.damage(bus).short(position_m, level);
                 done()
             }
-            Command::Clear { bus } if !self.damage(bus).is_shorted() => Ok("already without a short".into()),
+            Command::Clear { bus } if self.damage(bus).shorts.is_empty() => {
+                Ok("already without a short".into())
+            }
             Command::Clear { bus } => {
                 strike(spacecraft, bus, Fault::ClearShorts)?;
-                self.damage(bus).clear();
+                self.damage(bus).shorts.clear();
                 done()
             }
             Command::Power { node, to } => self.switch(spacecraft, node, to),
@@ -140,30 +135,30 @@ impl Operator {
                 let seen = self.on_wire(spacecraft, bus, &nodes)?;
                 nodes.iter().try_for_each(|node| self.check_power(spacecraft, *node))?;
                 strike(spacecraft, bus, Fault::Flip(Flip::new(Place::Bit(bit.into()), seen)))?;
-                let waits = bit > LAST_BIT;
-                Ok(if waits {
-                    format!("done; only a frame with a 29-bit identifier has bit {bit}")
-                } else {
-                    done()?
-                })
+                if bit > LAST_BIT {
+                    return Ok(format!("done; only a frame with a 29-bit identifier has bit {bit}"));
+                }
+                done()
             }
-            Command::Babble { node, bus, frame } if self.damage(bus).babbles(node) == Some(frame.0) => {
+            Command::Babble { node, bus, frame }
+                if self.damage(bus).babbling.get(&node) == Some(&frame.0) =>
+            {
                 Ok(format!("already babbling {frame}"))
             }
             Command::Babble { node, bus, frame } => {
                 let index = self.index(spacecraft, bus, node)?;
                 self.check_power(spacecraft, node)?;
                 strike(spacecraft, bus, Fault::Babble(index, frame.0))?;
-                self.damage(bus).babble(node, Some(frame.0));
+                self.damage(bus).babbling.insert(node, frame.0);
                 done()
             }
             Command::Quiet { node, bus } => {
                 let index = self.index(spacecraft, bus, node)?;
-                if self.damage(bus).babbles(node).is_none() {
+                if !self.damage(bus).babbling.contains_key(&node) {
                     return Ok("already quiet".into());
                 }
                 strike(spacecraft, bus, Fault::StopBabbling(index))?;
-                self.damage(bus).babble(node, None);
+                self.damage(bus).babbling.remove(&node);
                 done()
             }
             Command::Status => Ok(self.status(spacecraft)),
@@ -234,7 +229,7 @@ impl Operator {
         }
         for (bus, (meter, damage)) in Bus::ALL.into_iter().zip(self.meters.iter().zip(&self.damage)) {
             let counters = spacecraft.wire(bus).counters();
-            let load = meter.last().map_or("known after the first second".into(), |load| load.to_string());
+            let load = meter.last.map_or("known after the first second".into(), |load| load.to_string());
             let _ = write!(
                 text,
                 "\n{bus} bus: {damage}; load {load}; {} frames, {} destroyed, {} that nobody acknowledged",
@@ -272,11 +267,9 @@ fn done() -> Result<String, String> {
     Ok("done".to_owned())
 }
 
-fn strike(spacecraft: &mut Spacecraft, bus: Bus, fault: Fault) -> Result<String, String> {
+fn strike(spacecraft: &mut Spacecraft, bus: Bus, fault: Fault) -> Result<(), String> {
     let at = spacecraft.now() + Time(1);
-    let wire = spacecraft.wire_mut(bus);
-    wire.schedule(at, fault).map_err(|error| error.to_string())?;
-    done()
+    spacecraft.wire_mut(bus).schedule(at, fault).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

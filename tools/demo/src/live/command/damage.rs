@@ -11,23 +11,18 @@ use super::{Level, Payload};
 /// Faults of one bus. Places are metres from the master's end.
 #[derive(Debug, Default)]
 pub struct Damage {
-    /// Breaks of the cable.
-    cuts: Vec<f64>,
+    /// Breaks of the cable, ascending.
+    pub cuts: Vec<f64>,
     /// Shorts of the cable; at one place the last one counts.
-    shorts: Vec<(f64, Level)>,
+    pub shorts: Vec<(f64, Level)>,
     /// Frame that a board sends whenever the bus is free.
-    babbling: BTreeMap<Node, WireFrame>,
+    pub babbling: BTreeMap<Node, WireFrame>,
 }
 
 impl Damage {
     /// Whether the cable is broken there; `None`: anywhere.
     pub fn is_cut(&self, metres: Option<f64>) -> bool {
         metres.map_or(!self.cuts.is_empty(), |metres| self.cuts.contains(&metres))
-    }
-
-    /// Breaks of the cable, ascending.
-    pub fn cuts(&self) -> &[f64] {
-        &self.cuts
     }
 
     /// The cable breaks.
@@ -41,11 +36,6 @@ impl Damage {
         self.cuts.retain(|cut| metres.is_some_and(|metres| *cut != metres));
     }
 
-    /// Whether there is a short.
-    pub fn is_shorted(&self) -> bool {
-        !self.shorts.is_empty()
-    }
-
     /// The short that holds the piece of cable at this place: of several, the last one.
     pub fn short_of_piece(&self, metres: f64) -> Option<(f64, Level)> {
         let piece = |metres: f64| self.cuts.partition_point(|cut| *cut <= metres);
@@ -56,24 +46,6 @@ impl Damage {
     pub fn short(&mut self, metres: f64, level: Level) {
         self.shorts.retain(|(at, _)| *at != metres);
         self.shorts.push((metres, level));
-    }
-
-    /// Every short ends.
-    pub fn clear(&mut self) {
-        self.shorts.clear();
-    }
-
-    /// The frame that a board babbles.
-    pub fn babbles(&self, node: Node) -> Option<WireFrame> {
-        self.babbling.get(&node).copied()
-    }
-
-    /// A board begins to babble, or ends it.
-    pub fn babble(&mut self, node: Node, frame: Option<WireFrame>) {
-        match frame {
-            Some(frame) => _ = self.babbling.insert(node, frame),
-            None => _ = self.babbling.remove(&node),
-        }
     }
 }
 
@@ -100,14 +72,12 @@ mod tests {
         damage.cut(1.0);
         damage.short(0.0, Level::Dominant);
         damage.short(0.0, Level::Recessive);
-        damage.babble(2, Some(WireFrame::standard(0x080, &[1])));
-        assert_eq!(
-            damage.to_string(),
-            "cut at 1 m; cut at 3.5 m; short at 0 m, recessive; node 2 babbles 080#01"
-        );
+        damage.babbling.insert(2, WireFrame::standard(0x080, &[1]));
+        let all = "cut at 1 m; cut at 3.5 m; short at 0 m, recessive; node 2 babbles 080#01";
+        assert_eq!(damage.to_string(), all);
         damage.heal(Some(1.0));
-        damage.clear();
-        damage.babble(2, None);
+        damage.shorts.clear();
+        damage.babbling.clear();
         assert_eq!(damage.to_string(), "cut at 3.5 m");
         damage.heal(None);
         assert!(!damage.is_cut(None));

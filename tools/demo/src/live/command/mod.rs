@@ -129,10 +129,7 @@ fn bus() -> impl TypedValueParser<Value = Bus> {
 
 impl fmt::Display for Level {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Level::Dominant => "dominant",
-            Level::Recessive => "recessive",
-        })
+        f.write_str(self.to_possible_value().expect("each level has a name").get_name())
     }
 }
 
@@ -199,10 +196,8 @@ mod tests {
         let flip = Command::Flip { bus: Bus::Nominal, bit: 12, nodes: vec![2, 3] };
         assert_eq!(parsed(" flip  nominal 12 2 3"), Ok(flip));
         let frame = Payload(WireFrame::standard(0x701, &[5]));
-        assert_eq!(
-            parsed("babble 2 nominal 701#05"),
-            Ok(Command::Babble { node: 2, bus: Bus::Nominal, frame })
-        );
+        let babble = Command::Babble { node: 2, bus: Bus::Nominal, frame };
+        assert_eq!(parsed("babble 2 nominal 701#05"), Ok(babble));
     }
 
     #[test]
