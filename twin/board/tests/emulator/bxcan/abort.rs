@@ -51,10 +51,12 @@ fn abort_of_successful_transmission_waits_for_its_end() {
     bench.request(0, 0x080);
     bench.pass(bits(1));
     bench.write(TSR, ABRQ);
-    bench.pass(Time(bits(EMPTY_BITS - 1).0 - 1));
-    assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), ABRQ);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), TME0 | RQCP | TXOK);
+    bench.changes_after(
+        bits(EMPTY_BITS - 1),
+        |bench| bench.read(TSR) & (TME0 | ABRQ | STATUS),
+        ABRQ,
+        TME0 | RQCP | TXOK,
+    );
     assert_eq!(bench.stats().aborted, 0);
     assert_eq!(bench.received_by(PEER), [empty()]);
 }
@@ -159,9 +161,7 @@ fn an_abort_without_a_request_has_no_effect() {
 #[test]
 fn an_abort_in_bus_off_and_in_initialisation_is_immediate() {
     let mut bench = Bench::normal();
-    bench.short(true);
-    bench.request(0, 0x100);
-    bench.until("bus-off", |bench| bench.flags() & 0b100 != 0);
+    bench.enter_bus_off();
     bench.write(TSR, ABRQ);
     bench.pass(Time(1));
     assert_eq!(bench.status(0) & (RQCP | TXOK | ABRQ), RQCP);
@@ -178,8 +178,7 @@ fn a_mailbox_is_free_again_after_an_abort() {
     bench.request(0, 0x100);
     bench.write(TSR, ABRQ);
     bench.pass(bits(1));
-    bench.request(0, 0x101);
-    bench.complete(0);
+    bench.transmit(0x101);
     assert_eq!(bench.status(0), RQCP | TXOK);
     assert_eq!(bench.received_by(PEER), [frame(0x101)]);
 }

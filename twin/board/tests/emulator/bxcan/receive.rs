@@ -53,10 +53,7 @@ fn a_dlc_beyond_eight_carries_eight_bytes() {
 fn a_frame_is_valid_at_the_last_but_one_bit_of_eof() {
     let mut bench = Bench::normal();
     bench.send(empty());
-    bench.pass(Time(bits(EMPTY_BITS - 1).0 - 1));
-    assert_eq!(bench.read(RF0R), 0);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(RF0R), 1);
+    bench.changes_after(bits(EMPTY_BITS - 1), |bench| bench.read(RF0R), 0, 1);
 }
 
 #[test]

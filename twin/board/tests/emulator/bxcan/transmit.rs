@@ -118,8 +118,7 @@ fn an_error_in_the_last_bit_of_eof_sends_the_frame_twice() {
 #[test]
 fn a_new_request_clears_the_old_result() {
     let mut bench = Bench::normal();
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     bench.request(0, 0x100);
     assert_eq!(bench.read(TSR) & (TME0 | STATUS), 0);
 }
@@ -169,8 +168,7 @@ fn txfp_keeps_the_order_after_a_lost_arbitration() {
     bench.request(2, 0x300);
     bench.send(empty());
     bench.until("ALST", |bench| bench.status(2) & ALST != 0);
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     assert_eq!(heard(&bench), standard(&[0x300, 0x100]));
 }
 
@@ -248,16 +246,14 @@ fn single_shot_gives_up_after_an_error() {
     assert_eq!(heard(&bench), []);
     // A missing acknowledgement is an error, too.
     let mut bench = Bench::with(vec![], NART, 0);
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     assert_eq!((bench.status(0), bench.lec(), bench.tec()), (RQCP | TERR, 3, 8));
 }
 
 #[test]
 fn single_shot_succeeds_like_any_other() {
     let mut bench = Bench::normal_with(NART, 0);
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     assert_eq!(bench.status(0), RQCP | TXOK);
 }
 
@@ -298,10 +294,7 @@ fn a_request_before_synchronisation_waits_for_it() {
     bench.request(0, 0x080);
     bench.pass(bits(50));
     bench.write(MCR, 0);
-    bench.pass(Time(bits(11 + EMPTY_BITS).0 - 1));
-    assert_eq!(bench.status(0), 0);
-    bench.pass(Time(1));
-    assert_eq!(bench.status(0), RQCP | TXOK);
+    bench.changes_after(bits(11 + EMPTY_BITS), |bench| bench.status(0), 0, RQCP | TXOK);
 }
 
 /// An error passive transmitter waits 8 bits more (ISO 11898-1, 10.4.6): another node overtakes it.
