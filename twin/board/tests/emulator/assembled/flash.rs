@@ -13,26 +13,12 @@ use twin::peripherals::FlashSpeed;
 use twin::pin::Pin;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
 
-const FLASH: u32 = 0x4002_3C00;
-const KEYR: u32 = FLASH + 0x04;
-const SR: u32 = FLASH + 0x0C;
-const CR: u32 = FLASH + 0x10;
-const BSY: u16 = 16;
-const X32: u32 = 0b10 << 8;
-/// Sector 11, the last of 1 MiB.
-const SECTOR: u32 = 0x080E_0000;
-const ERASE: u32 = 1 << 16 | X32 | 11 << 3 | 1 << 1;
-
-fn unlock() -> Vec<u16> {
-    [store(KEYR, 0x4567_0123), store(KEYR, 0xCDEF_89AB)].concat()
-}
-
 fn erase() -> Vec<u16> {
-    [store(CR, ERASE), wait_for_clear(SR, BSY)].concat()
+    [store(FLASH_CR, ERASE), wait_for_clear(FLASH_SR, BSY)].concat()
 }
 
 fn program(address: u32, value: u32) -> Vec<u16> {
-    [store(CR, X32 | 1), store(address, value), wait_for_clear(SR, BSY)].concat()
+    [store(FLASH_CR, X32 | 1), store(address, value), wait_for_clear(FLASH_SR, BSY)].concat()
 }
 
 /// Two words, then nothing.
@@ -52,31 +38,23 @@ fn eraser() -> Arc<Image> {
 }
 
 fn on(name: &str, image: Arc<Image>) -> EmulatedBoard {
-    let mut board = EmulatedBoard::new(board(name, image), 0);
-    board.power(true);
-    board
-}
-
-fn word(board: &EmulatedBoard, address: u32) -> u32 {
-    u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
+    powered(board(name, image))
 }
 
 #[test]
 fn programmed_words_stay_through_resets_and_without_power() {
     let mut board = on("writer", writer());
     board.run_until(Time::from_us(200)).unwrap();
-    let words =
-        |board: &EmulatedBoard| [word(board, SECTOR), word(board, SECTOR + 4), word(board, SECTOR + 8)];
     let expected = [0x1234_5678, 0x9ABC_DEF0, u32::MAX];
-    assert_eq!((words(&board), word(&board, RAM)), (expected, 1));
+    assert_eq!((words(&board, SECTOR), word(&board, RAM)), (expected, 1));
     assert_eq!((board.counters().flash_programs, board.counters().flash_erases), (2, 0));
     board.reset();
-    assert_eq!(words(&board), expected);
+    assert_eq!(words(&board, SECTOR), expected);
     board.power(false);
-    assert_eq!(words(&board), expected);
+    assert_eq!(words(&board, SECTOR), expected);
     board.power(true);
     board.run_until(Time::from_us(201)).unwrap();
-    assert_eq!(words(&board), expected);
+    assert_eq!(words(&board, SECTOR), expected);
 }
 
 #[test]
@@ -98,33 +76,27 @@ fn a_programmed_bit_comes_back_only_by_erasing() {
 /// 16 us are typical, 100 us the most (DS8626 table 40).
 #[test]
 fn the_core_waits_for_a_word_as_long_as_flash_takes() {
-    for (speed, us) in [(FlashSpeed::Typical, 16), (FlashSpeed::Slowest, 100)] {
-        waits_for_a_word(speed, us);
-    }
-}
-
-fn waits_for_a_word(flash_speed: FlashSpeed, us: u64) {
     let toggle = |bit: u32| store(GPIOB + 0x18, bit);
     let code = [
         store(RCC + 0x30, 1 << 1),
         store(GPIOB, 0x0000_0180),
         unlock(),
-        store(CR, X32 | 1),
+        store(FLASH_CR, X32 | 1),
         toggle(1 << 4),
         store(SECTOR, 0),
         toggle(1 << 20),
         STOP.to_vec(),
     ];
-    let fittings = Fittings { flash_speed, ..Fittings::default() };
-    let config = BoardConfig { fittings, ..board("toggling", image(&code.concat(), &STOP)) };
-    let mut board = EmulatedBoard::new(config, 0);
-    board.power(true);
-    board.run_until(Time::from_us(300)).unwrap();
-    let changes = board.take_pin_changes();
-    assert!(changes.iter().all(|change| change.pin == Pin::new('B', 4)));
-    let span = changes[1].at.since(changes[0].at);
-    // Two stores of eight moves and two accesses at 16 MHz: some 20 cycles of 62.5 ns.
-    assert!(span > Time::from_us(us) && span < Time::from_us(us + 2), "{span:?}");
+    let code = image(&code.concat(), &STOP);
+    for (flash_speed, us) in [(FlashSpeed::Typical, 16), (FlashSpeed::Slowest, 100)] {
+        let fittings = Fittings { flash_speed, ..Fittings::default() };
+        let config = BoardConfig { fittings, ..board("toggling", code.clone()) };
+        let changes = flown(config, Time::from_us(300)).take_pin_changes();
+        assert!(changes.iter().all(|change| change.pin == Pin::new('B', 4)));
+        let span = changes[1].at.since(changes[0].at);
+        // Two stores of eight moves and two accesses at 16 MHz: some 20 cycles of 62.5 ns.
+        assert!(span > Time::from_us(us) && span < Time::from_us(us + 2), "{flash_speed:?}: {span:?}");
+    }
 }
 
 #[test]
@@ -156,9 +128,16 @@ fn a_core_that_runs_from_ram_sees_the_interface_busy() {
     let code = [
         routine.collect(),
         unlock(),
-        store(CR, X32 | 1),
-        [&load(0, SR)[..], &load(2, 0), &load(3, 0), &load(4, SECTOR), &load(5, RAM + 0x101), &[0x47A8]]
-            .concat(),
+        store(FLASH_CR, X32 | 1),
+        [
+            &load(0, FLASH_SR)[..],
+            &load(2, 0),
+            &load(3, 0),
+            &load(4, SECTOR),
+            &load(5, RAM + 0x101),
+            &[0x47A8],
+        ]
+        .concat(),
         [&load(0, RAM)[..], &[0x6002]].concat(),
         STOP.to_vec(),
     ];
@@ -177,7 +156,7 @@ fn power_failure_keeps_earlier_words_and_leaves_chosen_remains() {
         board.cut_power_at(2, remains);
         board.run_until(Time::from_ms(1)).unwrap();
         assert_eq!(*board.state(), State::Off);
-        assert_eq!((word(&board, SECTOR), word(&board, SECTOR + 4)), (0x1234_5678, expected));
+        assert_eq!(words(&board, SECTOR), [0x1234_5678, expected]);
     }
     let seen: Vec<_> = (0..40)
         .map(|seed| {
@@ -201,7 +180,7 @@ fn board_restarts_after_power_failure_that_does_not_recur() {
     board.power(true);
     board.run_until(Time::from_ms(2)).unwrap();
     assert_eq!(*board.state(), State::Running);
-    assert_eq!((word(&board, SECTOR), word(&board, SECTOR + 4)), (0x1234_5678, 0x9ABC_DEF0));
+    assert_eq!(words(&board, SECTOR), [0x1234_5678, 0x9ABC_DEF0]);
 }
 
 #[test]

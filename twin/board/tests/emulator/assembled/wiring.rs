@@ -11,7 +11,7 @@ use twin::guest::GuestEvent;
 use twin::image::{Image, Symbol};
 use twin::model::{CanPins, Model, Oscillator, Part};
 use twin::pin::Pin;
-use twin::spacecraft::{BoardId, Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
+use twin::spacecraft::{Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
 
 use super::programs::*;
 
@@ -56,11 +56,6 @@ fn heard(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
     let heard =
         guests.map(|guest| spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect());
     (heard, spacecraft.take_logs())
-}
-
-fn word(spacecraft: &Spacecraft, board: BoardId) -> u32 {
-    let bytes = spacecraft.board(board).read_memory(RAM, 4).unwrap();
-    u32::from_le_bytes(bytes.try_into().unwrap())
 }
 
 /// Pins and the smallest package that has them (DS8626 table 9).
@@ -153,9 +148,6 @@ fn a_controller_at_other_pins_is_among_the_warnings() {
 
 /// A program that captures at PA0 and PA1, makes its pulse at PB1, and joins the nominal bus.
 fn stamping() -> Vec<u16> {
-    const GPIOA: u32 = 0x4002_0000;
-    const TIM3: u32 = 0x4000_0400;
-    const TIM5: u32 = 0x4000_0C00;
     [
         start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])),
         store(RCC + 0x30, 0b11),
@@ -226,7 +218,7 @@ fn both_controllers_of_a_board_may_share_a_bus() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let board = spacecraft.add_board(BoardConfig { fittings, ..board("both", image(&program, &STOP)) });
     spacecraft.run_until(Time::from_ms(5)).unwrap();
-    assert_eq!(word(&spacecraft, board), WORD);
+    assert_eq!(word(spacecraft.board(board), RAM), WORD);
     assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Nominal, 0)));
     assert_eq!(spacecraft.place(board, Side::Can2), Some((Bus::Nominal, 1)));
 }
@@ -273,7 +265,7 @@ fn boards_talk_on_the_network_that_their_wiring_names() {
     });
     spacecraft.run_until(Time::from_ms(5)).unwrap();
     for (ear, sent) in pairs {
-        assert_eq!(word(&spacecraft, ear), sent);
+        assert_eq!(word(spacecraft.board(ear), RAM), sent);
     }
 }
 
@@ -294,6 +286,6 @@ fn a_guest_has_a_bit_rate_of_its_own() {
         spacecraft.run_until(Time::from_ms(8)).unwrap();
         let sent =
             spacecraft.take_heard(guest).into_iter().any(|(_, event)| event == GuestEvent::Sent(frame()));
-        assert_eq!((sent, word(&spacecraft, board) == WORD), (reaches, reaches), "BTR {btr:08X}h");
+        assert_eq!((sent, word(spacecraft.board(board), RAM) == WORD), (reaches, reaches), "BTR {btr:08X}h");
     }
 }
