@@ -255,12 +255,7 @@ impl Timer {
         }
     }
 
-    /// The interrupt line at `cycle`.
-    pub fn irq(&mut self, cycle: u64) -> bool {
-        self.irqs(cycle).contains(&true)
-    }
-
-    /// Update and compare at `cycle`, which are two lines of some timers.
+    /// Interrupt lines of update and compare at `cycle`, which are one line of most timers.
     pub fn irqs(&mut self, cycle: u64) -> [bool; 2] {
         if self.dier & (FLAGS | CHANNEL_REQUESTS) == 0 {
             return [false; 2];
