@@ -99,7 +99,7 @@ impl Chip {
         }
         let result = self.peripherals.write(self.now(), address, width, value);
         self.needs_attention |= self.peripherals.take_change();
-        if let Some(acr) = self.peripherals.flash_mut().take_acr() {
+        if let Some(acr) = self.peripherals.flash.take_acr() {
             self.accelerator.set(acr);
         }
         result.map_err(|refusal| self.refuse(address, true, refusal))

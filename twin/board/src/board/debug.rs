@@ -39,7 +39,7 @@ impl EmulatedBoard {
         if self.state != State::Running {
             return Err(HaltError::NotRunning(board));
         }
-        let (frozen, frozen2) = self.chip.peripherals.unmodelled_freezes();
+        let (frozen, frozen2) = self.chip.peripherals.dbgmcu.unmodelled_freezes();
         if (frozen, frozen2) != (0, 0) {
             return Err(HaltError::Unmodelled { board, frozen, frozen2 });
         }

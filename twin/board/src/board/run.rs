@@ -17,7 +17,7 @@ impl EmulatedBoard {
             State::Off => Time::NEVER,
             State::Running if !self.asleep && !self.is_stalled() => Time::ZERO,
             _ => {
-                let can = self.chip.peripherals.can().next_event().unwrap_or(Time::NEVER);
+                let can = self.chip.peripherals.can.next_event().unwrap_or(Time::NEVER);
                 let event = match self.state {
                     State::Running => self.wake_event(),
                     State::Refused(_) => u64::MAX,

@@ -3,6 +3,8 @@
 //! The bus refuses what a real one would answer with silence: registers that the model lacks and blocks whose clock is
 //! off in RCC. A twin that answered zeros would let wrong firmware fly.
 
+#[cfg(test)]
+mod bench;
 pub(crate) mod can_pins;
 mod dma;
 mod exti;
@@ -92,23 +94,24 @@ pub struct Peripherals {
     /// What the pins of the board lead to.
     pins: Pins,
     serial: u32,
-    rcc: Rcc,
-    flash: Flash,
+    pub(crate) rcc: Rcc,
+    pub(crate) flash: Flash,
     pwr: Pwr,
-    dbgmcu: Dbgmcu,
+    pub(crate) dbgmcu: Dbgmcu,
     gpio: [Gpio; Pin::PORTS],
     exti: Exti,
     syscfg: Syscfg,
     dma: [Dma; 2],
-    i2c: Buses,
+    pub(crate) i2c: Buses,
     timers: Timers,
     iwdg: Iwdg,
-    can: BxcanPair,
+    pub(crate) can: BxcanPair,
     /// The pins carry CAN1, CAN2.
     can_routed: [bool; 2],
     /// Since when a debugger has halted the core.
     halted: Option<Time>,
-    pin_changes: Vec<PinChange>,
+    /// Changes of output pins by stores, until the board takes them.
+    pub(crate) pin_changes: Vec<PinChange>,
     timed_changes: Vec<TimedChange>,
     /// An access may have changed interrupt lines, requests or events since this was taken.
     has_changed: bool,
@@ -168,31 +171,6 @@ impl Peripherals {
 
     fn lacks_prefetch(&self) -> bool {
         self.dbgmcu.idcode() == IDCODE_REVISION_A
-    }
-
-    /// HSE stops while it runs.
-    pub fn fail_hse(&mut self) {
-        self.rcc.fail_hse();
-    }
-
-    /// Breaks the prescaler of APB1.
-    pub(crate) fn stick_apb1(&mut self) {
-        self.rcc.stick_apb1();
-    }
-
-    /// Whether the NMI is raised.
-    pub fn nmi(&self) -> bool {
-        self.rcc.nmi()
-    }
-
-    /// HSE does not start any more, or starts again.
-    pub fn set_hse(&mut self, starts: bool) {
-        self.rcc.set_hse(starts);
-    }
-
-    /// HSE does not start before this instant.
-    pub fn delay_hse(&mut self, until: Time) {
-        self.rcc.delay_hse(until);
     }
 
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
@@ -303,7 +281,7 @@ impl Peripherals {
             return Err(Refusal::ClockLimit);
         }
         // Flash that is read faster than it can be gives anything.
-        if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.clocks().hclk) {
+        if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.rcc.clocks().hclk) {
             return Err(Refusal::Misuse);
         }
         done.ok_or(Refusal::Unmodelled)
@@ -311,7 +289,7 @@ impl Peripherals {
 
     /// Whether the clocks are within the limits of the part. A prescaler that is broken is no mistake of the program.
     fn clocks_are_allowed(&self) -> bool {
-        let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.clocks();
+        let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.rcc.clocks();
         let [most, apb1, apb2] = self.pwr.most();
         let is_apb1_allowed = hclk / apb1_divider <= apb1 || !self.rcc.is_apb1_sound();
         hclk <= most && is_apb1_allowed && hclk / apb2_divider <= apb2
@@ -339,11 +317,6 @@ impl Peripherals {
             Some(gate) if !self.rcc.is_clocked(gate) => Err(Refusal::ClockOff),
             _ => Ok((block, offset)),
         }
-    }
-
-    /// The clock tree as set now.
-    pub fn clocks(&self) -> Clocks {
-        self.rcc.clocks()
     }
 
     /// Applies a changed clock tree from `cycle` on; `pclk1` is the length of a PCLK1 tick.
@@ -423,11 +396,6 @@ impl Peripherals {
         self.iwdg.deadline().filter(|_| !frozen)
     }
 
-    /// What DBGMCU freezes and the model does not: bits of APB1_FZ and APB2_FZ.
-    pub(crate) fn unmodelled_freezes(&self) -> (u32, u32) {
-        self.dbgmcu.unmodelled_freezes()
-    }
-
     /// A debugger halts the core.
     pub(crate) fn halt(&mut self, now: Time) {
         self.halted = Some(now);
@@ -452,21 +420,6 @@ impl Peripherals {
         self.iwdg = Iwdg::new(hz);
     }
 
-    /// The flash interface.
-    pub(crate) fn flash(&self) -> &Flash {
-        &self.flash
-    }
-
-    /// The flash interface, to change it.
-    pub(crate) fn flash_mut(&mut self) -> &mut Flash {
-        &mut self.flash
-    }
-
-    /// The temperature of the devices on the I2C buses from now on, °C.
-    pub fn set_temperature(&mut self, celsius: f64) {
-        self.i2c.set_temperature(celsius);
-    }
-
     fn exti_inputs(&self) -> u32 {
         (0..16).fold(0, |lines, n| {
             let port = self.gpio.get(self.syscfg.exti_port(n));
@@ -477,11 +430,6 @@ impl Peripherals {
     /// Level of a pin as its port sees it.
     pub fn pin_level(&self, pin: Pin) -> bool {
         self.gpio[pin.port_index()].idr() >> pin.number & 1 == 1
-    }
-
-    /// Changes of output pins since the last call.
-    pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
-        std::mem::take(&mut self.pin_changes)
     }
 
     /// Levels of all interrupt lines.
@@ -514,16 +462,6 @@ impl Peripherals {
     /// The cycle at which a timer or an I2C bus next raises its line or asks for DMA.
     pub fn next_timer_event(&self, now: Now) -> Option<u64> {
         [self.i2c.next_event(), self.timers.next_event(now.cycle)].into_iter().flatten().min()
-    }
-
-    /// The two CAN controllers.
-    pub fn can(&self) -> &BxcanPair {
-        &self.can
-    }
-
-    /// The two CAN controllers, to change them.
-    pub fn can_mut(&mut self) -> &mut BxcanPair {
-        &mut self.can
     }
 
     /// The controller as its wire sees it: `None` while it has no clock or its pins do not carry it.

@@ -69,9 +69,4 @@ impl Peripherals {
         self.i2c.0[n].attach(device);
         self.follow_pins(cycle);
     }
-
-    /// Unplugs all devices of I2C1 to I2C3 (0 to 2), with their pull-ups.
-    pub fn detach_i2c(&mut self, n: usize) {
-        self.i2c.0[n].detach_all();
-    }
 }
