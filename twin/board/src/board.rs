@@ -168,8 +168,8 @@ impl EmulatedBoard {
         let mut peripherals = Peripherals::new(config.model, serial);
         peripherals.set_lsi(lsi_hz);
         peripherals.i2c.set_temperature(temperature_c);
-        peripherals.flash.set_speed(config.fittings.flash_speed);
-        peripherals.rcc.set_hse(hse_starts);
+        peripherals.flash.speed = config.fittings.flash_speed;
+        peripherals.rcc.hse_starts = hse_starts;
         if revision_a {
             peripherals.set_revision_a();
         }
@@ -226,7 +226,7 @@ impl EmulatedBoard {
 
     /// What happened so far.
     pub fn counters(&self) -> Counters {
-        Counters { malformed_logs: self.rtt.malformed(), ..self.counters }
+        Counters { malformed_logs: self.rtt.malformed, ..self.counters }
     }
 
     /// The variable or function `name` of the image.
@@ -310,7 +310,7 @@ impl EmulatedBoard {
 
     /// FLASH_ACR as the program left it.
     pub fn flash_acr(&self) -> u32 {
-        self.chip.peripherals.flash.acr()
+        self.chip.peripherals.flash.acr
     }
 
     /// Level of a pin as its port sees it.

@@ -29,9 +29,9 @@ pub(crate) struct Chip {
     /// The cycle at which the instruction under way began.
     cycle: u64,
     /// The board has to look at the chip after the instruction under way.
-    needs_attention: bool,
+    pub needs_attention: bool,
     /// The first access that was refused.
-    refused: Option<RefusedAccess>,
+    pub refused: Option<RefusedAccess>,
 }
 
 /// Returns whether a peripheral, the system memory with the device signature, or DBGMCU lies at `address` (RM0090 figure 2).
@@ -55,17 +55,6 @@ impl Chip {
             needs_attention: false,
             refused: None,
         }
-    }
-
-    /// Returns whether the board has to look at the chip: since the last call a peripheral changed, an access was refused, or the
-    /// program entered HardFault.
-    pub fn take_attention(&mut self) -> bool {
-        std::mem::take(&mut self.needs_attention)
-    }
-
-    /// Returns the first access since the last call that was refused.
-    pub fn take_refused(&mut self) -> Option<RefusedAccess> {
-        self.refused.take()
     }
 
     /// The instant of an access.

@@ -153,7 +153,7 @@ impl BoardClock {
         self.remainder = 0;
         let stretches = self.stretches.get_mut();
         stretches.all.clear();
-        let crystal = stretches.frequency.crystal();
+        let crystal = stretches.frequency.crystal;
         if clocks.from_crystal && !crystal.is_steady() {
             self.stretch = stretches.restart(self.now, clocks.hclk);
         } else {

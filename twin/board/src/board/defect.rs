@@ -28,7 +28,7 @@ impl EmulatedBoard {
             Defect::Can(bits) => self.chip.peripherals.can.stick(bits),
             Defect::ExchangedCaptures => self.captures_exchanged = true,
             Defect::WornFlash { address, bits } => self.flash.worn.push((address, bits)),
-            Defect::Apb1Prescaler => self.chip.peripherals.rcc.stick_apb1(),
+            Defect::Apb1Prescaler => self.chip.peripherals.rcc.apb1_stuck = true,
         }
     }
 }

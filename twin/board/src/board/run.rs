@@ -130,8 +130,8 @@ impl EmulatedBoard {
         let spins = is_turn && !run.asleep && self.core.pc() == pc && self.core.exception() == exception;
         self.spin.follow(spins.then(|| (cycle - began, self.core.systick_event())));
 
-        if self.chip.take_attention() {
-            if let Some(refused) = self.chip.take_refused() {
+        if std::mem::take(&mut self.chip.needs_attention) {
+            if let Some(refused) = self.chip.refused.take() {
                 return Err(self.refuse(refused));
             }
             self.refresh();

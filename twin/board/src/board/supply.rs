@@ -51,7 +51,7 @@ impl EmulatedBoard {
         self.lines = [0; 3];
         self.nmi = false;
         let started = self.now() + self.config.fittings.hse_delay;
-        self.chip.peripherals.rcc.delay_hse(started);
+        self.chip.peripherals.rcc.hse_from = started;
         self.start(cause);
     }
 
@@ -66,6 +66,6 @@ impl EmulatedBoard {
 
     /// The oscillator works again: it starts when the program next switches it on.
     pub fn mend_oscillator(&mut self) {
-        self.chip.peripherals.rcc.set_hse(true);
+        self.chip.peripherals.rcc.hse_starts = true;
     }
 }

@@ -11,7 +11,7 @@ const WARNING: u16 = 96;
 /// What ESR shows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ErrorState {
-    counters: ErrorCounters,
+    pub counters: ErrorCounters,
     lec: u8,
 }
 
@@ -40,10 +40,6 @@ impl ErrorState {
         flags
     }
 
-    pub fn bus_off(&self) -> bool {
-        self.counters.bus_off()
-    }
-
     /// Software may write LEC (7 to see the next update), nothing else.
     pub fn write(&mut self, value: u32) {
         self.lec = ((value & ESR_LEC) >> 4) as u8;
@@ -57,16 +53,6 @@ impl ErrorState {
     /// An error was seen.
     pub fn failed(&mut self, kind: ErrorKind) {
         self.lec = lec(kind);
-    }
-
-    /// Both counters.
-    pub fn counters(&self) -> ErrorCounters {
-        self.counters
-    }
-
-    /// The counters are these now.
-    pub fn count(&mut self, counters: ErrorCounters) {
-        self.counters = counters;
     }
 }
 

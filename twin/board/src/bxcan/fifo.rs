@@ -20,7 +20,7 @@ pub enum Storing {
 
 /// One message as the output mailbox shows it.
 #[derive(Clone, Copy, Debug)]
-struct Stored {
+pub(super) struct Stored {
     frame: WireFrame,
     filter: u8,
 }
@@ -28,7 +28,7 @@ struct Stored {
 /// RFxR and the messages behind it.
 #[derive(Clone, Debug, Default)]
 pub struct Fifo {
-    messages: VecDeque<Stored>,
+    pub(super) messages: VecDeque<Stored>,
     full: bool,
     overrun: bool,
     /// Releases since the last [`Fifo::settle`]: the CPU ran ahead of the wire, so a frame may still arrive that was
@@ -105,11 +105,6 @@ impl Fifo {
     /// The wire has caught up with the CPU.
     pub fn settle(&mut self) {
         self.released.clear();
-    }
-
-    /// Messages waiting.
-    pub fn pending(&self) -> usize {
-        self.messages.len()
     }
 }
 

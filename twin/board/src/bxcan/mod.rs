@@ -280,7 +280,7 @@ impl BxcanPair {
 
     /// What the controller hears of its bus by now; [`Activity::Nothing`] before the first call.
     pub fn hear(&mut self, side: Side, heard: Activity) {
-        self.controllers[side as usize].hear(heard);
+        self.controllers[side as usize].heard = heard;
     }
 
     /// CPU and wires have reached `now`: settles aborts and mode changes, runs loopback.
@@ -299,7 +299,7 @@ impl BxcanPair {
 
     /// CAN_BTR of `side`.
     pub fn btr(&self, side: Side) -> u32 {
-        self.controllers[side as usize].btr()
+        self.controllers[side as usize].btr
     }
 
     /// What `side` did so far.

@@ -271,7 +271,7 @@ impl Peripherals {
             Block::Gpio(port) => self.gpio[port].write(now.time, word, value, &mut self.pin_changes),
             Block::Signature => None,
         };
-        if let Some((bus, bits)) = self.rcc.take_resets() {
+        if let Some((bus, bits)) = self.rcc.resets.take() {
             self.reset_blocks(bus, bits);
         }
         if matches!(block, Block::I2c(_) | Block::Gpio(_) | Block::Rcc) {
@@ -291,7 +291,7 @@ impl Peripherals {
     fn clocks_are_allowed(&self) -> bool {
         let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.rcc.clocks();
         let [most, apb1, apb2] = self.pwr.most();
-        let is_apb1_allowed = hclk / apb1_divider <= apb1 || !self.rcc.is_apb1_sound();
+        let is_apb1_allowed = hclk / apb1_divider <= apb1 || self.rcc.apb1_stuck;
         hclk <= most && is_apb1_allowed && hclk / apb2_divider <= apb2
     }
 
@@ -358,7 +358,7 @@ impl Peripherals {
     /// Lets TIM5 and TIM3 count until `cycle`: one starts the other, both drive pins.
     pub fn run_timers(&mut self, cycle: u64) {
         self.timers.all[TIM5].catch_up(cycle);
-        if self.timers.all[TIM5].has_risen() {
+        if !self.timers.all[TIM5].rises.is_empty() {
             for rise in self.timers.all[TIM5].take_rises() {
                 if self.rcc.is_clocked(TIMERS[TIM3].gate) {
                     self.timers.all[TIM3].trigger(rise);
@@ -366,7 +366,7 @@ impl Peripherals {
             }
         }
         self.timers.all[TIM3].catch_up(cycle);
-        if !self.timers.all[TIM3].has_changed() && !self.timers.all[TIM5].has_changed() {
+        if self.timers.all[TIM3].changes.is_empty() && self.timers.all[TIM5].changes.is_empty() {
             return;
         }
         for (timer, pins) in [(TIM3, TIM3_PINS), (TIM5, TIM5_PINS)] {

@@ -66,7 +66,7 @@ impl Peripherals {
 
     /// Wires a device to I2C1 to I2C3 (0 to 2).
     pub fn attach_i2c(&mut self, cycle: u64, n: usize, device: Box<dyn I2cDevice>) {
-        self.i2c.0[n].attach(device);
+        self.i2c.0[n].devices.push(device);
         self.follow_pins(cycle);
     }
 }

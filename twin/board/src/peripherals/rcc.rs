@@ -134,18 +134,18 @@ pub struct Clocks {
 pub struct Rcc {
     model: Model,
     words: [u32; WORDS],
-    /// HSE starts when it is asked to.
-    hse_starts: bool,
+    /// HSE starts when it is next switched on.
+    pub hse_starts: bool,
     /// Before this instant it does not.
-    hse_from: Time,
+    pub hse_from: Time,
     /// The prescaler of APB1 is broken: it divides by 2.
-    apb1_stuck: bool,
+    pub apb1_stuck: bool,
     hse_ready: Time,
     pll_ready: Time,
     /// `None`: LSE is off, or bypassed with nothing on its pin.
     lse_ready: Option<Time>,
-    /// Peripherals put into reset by the last write, as (RSTR offset from AHB1RSTR, bits).
-    resets: Option<(u32, u32)>,
+    /// Peripherals put into reset by the last write, as (bus as in [`Gate`], bits).
+    pub resets: Option<(u32, u32)>,
 }
 
 impl Rcc {
@@ -164,26 +164,6 @@ impl Rcc {
         };
         rcc.reset(ResetCause::PowerOn);
         rcc
-    }
-
-    /// Whether HSE starts when it is next switched on.
-    pub fn set_hse(&mut self, starts: bool) {
-        self.hse_starts = starts;
-    }
-
-    /// HSE does not start before this instant, whenever it is switched on.
-    pub fn delay_hse(&mut self, until: Time) {
-        self.hse_from = until;
-    }
-
-    /// The prescaler of APB1 divides by 2 from now on.
-    pub fn stick_apb1(&mut self) {
-        self.apb1_stuck = true;
-    }
-
-    /// Whether the prescaler of APB1 does what it is set to.
-    pub fn is_apb1_sound(&self) -> bool {
-        !self.apb1_stuck
     }
 
     /// HSE stops, and does not start again. The clock security system then switches to HSI and raises the NMI (RM0090 7.2.7).
@@ -341,11 +321,6 @@ impl Rcc {
             _ => None,
         };
         *self.word_mut(BDCR) = value;
-    }
-
-    /// Peripherals put into reset since the last call, as (bus as in [`Gate`], bits).
-    pub fn take_resets(&mut self) -> Option<(u32, u32)> {
-        self.resets.take()
     }
 
     /// Whether a peripheral is clocked.

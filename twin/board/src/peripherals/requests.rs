@@ -64,9 +64,9 @@ impl Peripherals {
             // What a timer asks is answered by the transfer; an interface by the access to its data register.
             match asked {
                 Some(Requester::Timer(timer, channels)) => {
-                    let channels = self.timers.all[timer].requests() & channels;
+                    let channels = self.timers.all[timer].requests & channels;
                     self.move_item(now, controller, transfer, ram);
-                    self.timers.all[timer].acknowledge(channels);
+                    self.timers.all[timer].requests &= !channels;
                 }
                 _ => {
                     let left = self.move_item(now, controller, transfer, ram);
@@ -120,7 +120,7 @@ impl Peripherals {
 
     fn asks(&self, requester: Requester) -> bool {
         match requester {
-            Requester::Timer(timer, channels) => self.timers.all[timer].requests() & channels != 0,
+            Requester::Timer(timer, channels) => self.timers.all[timer].requests & channels != 0,
             Requester::I2cReceives(n) => self.i2c.0[n].asks_to_receive(),
             Requester::I2cSends(n) => self.i2c.0[n].asks_to_send(),
         }

@@ -131,7 +131,7 @@ fn a_word_takes_16_us_and_clears_bits_only() {
 #[test]
 fn the_slowest_flash_takes_the_longest_times_of_the_data_sheet() {
     let mut flash = unlocked(part("STM32F405RG"));
-    flash.set_speed(FlashSpeed::Slowest);
+    flash.speed = FlashSpeed::Slowest;
     flash.write(NOW, CR, PG | X32).unwrap();
     flash.program(NOW, 0, Width::Word, 0).unwrap();
     assert_eq!(flash.operation().unwrap().1, NOW + Time::from_us(100));

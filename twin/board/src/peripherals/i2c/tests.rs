@@ -19,6 +19,7 @@ const START: u32 = 1 << 8;
 const STOP: u32 = 1 << 9;
 const ACK: u32 = 1 << 10;
 const POS: u32 = 1 << 11;
+
 /// SCL of 100 kHz at 16 MHz: a byte with its acknowledgement takes nine periods.
 const PERIOD: u64 = 160;
 const BYTE: u64 = 9 * PERIOD;
