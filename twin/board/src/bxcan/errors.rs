@@ -27,17 +27,12 @@ impl ErrorState {
     /// EWGF, EPVF and BOFF.
     pub fn flags(&self) -> u32 {
         let ErrorCounters { transmit, receive } = self.counters;
-        let mut flags = 0;
-        if transmit.max(receive) >= WARNING {
-            flags |= ESR_EWGF;
-        }
-        if self.counters.error_passive() {
-            flags |= ESR_EPVF;
-        }
-        if self.counters.bus_off() {
-            flags |= ESR_BOFF;
-        }
-        flags
+        let raised = [
+            (transmit.max(receive) >= WARNING, ESR_EWGF),
+            (self.counters.error_passive(), ESR_EPVF),
+            (self.counters.bus_off(), ESR_BOFF),
+        ];
+        raised.into_iter().fold(0, |flags, (is_raised, flag)| if is_raised { flags | flag } else { flags })
     }
 
     /// Software may write LEC (7 to see the next update), nothing else.

@@ -4,7 +4,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::board::{HaltError, State};
 use twin::guest::GuestEvent;
-use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
 use super::programs::*;
 
@@ -42,8 +42,8 @@ fn a_frozen_controller_leaves_the_bus_until_the_core_goes_on() {
     {
         let program =
             [store(DBGMCU_APB1_FZ, freezes), join_both_buses(), store(CAN1, mcr), SLEEP.to_vec()].concat();
-        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-        let id = spacecraft.add_board(board("halted", image(&program, &STOP)));
+        let id = BoardId(0);
+        let mut spacecraft = spacecraft([board("halted", image(&program, &STOP))]);
         let guest = spacecraft.add_guest(Bus::Nominal, 1.0);
         spacecraft.run_until(Time::from_ms(4)).unwrap();
         spacecraft.board_mut(id).halt().unwrap();

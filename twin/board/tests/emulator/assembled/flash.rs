@@ -11,7 +11,7 @@ use twin::image::Image;
 use twin::mmio::Refusal;
 use twin::peripherals::FlashSpeed;
 use twin::pin::Pin;
-use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
 fn erase() -> Vec<u16> {
     [store(FLASH_CR, ERASE), wait_for_clear(FLASH_SR, BSY)].concat()
@@ -230,9 +230,7 @@ fn controller_acknowledges_while_its_core_waits_for_an_erase() {
     let listener = [join_both_buses(), unlock(), erase(), receive(CAN1, RAM), STOP.to_vec()].concat();
     let asker = [join_both_buses(), send(CAN1, 0x123, 0x1122_3344), STOP.to_vec()].concat();
     let late = BoardConfig { power_on_at: Time::from_ms(500), ..board("asker", image(&asker, &STOP)) };
-    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    spacecraft.add_board(board("listener", image(&listener, &STOP)));
-    spacecraft.add_board(late);
+    let mut spacecraft = spacecraft([board("listener", image(&listener, &STOP)), late]);
     spacecraft.run_until(Time::from_ms(900)).unwrap();
     let completed =
         spacecraft.take_frames().iter().any(|r| matches!(r.record, Observation::Completed { .. }));
@@ -256,9 +254,8 @@ fn power_failure_takes_board_off_its_bus_in_mid_frame() {
     let sender = [join_both_buses(), unlock(), request, words, STOP.to_vec()].concat();
     let listener = [join_both_buses(), receive(CAN1, RAM), STOP.to_vec()].concat();
     let late = BoardConfig { power_on_at: Time::from_ms(1), ..board("sender", image(&sender, &STOP)) };
-    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    let sender = spacecraft.add_board(late);
-    let listener = spacecraft.add_board(board("listener", image(&listener, &STOP)));
+    let mut spacecraft = spacecraft([late, board("listener", image(&listener, &STOP))]);
+    let (sender, listener) = (BoardId(0), BoardId(1));
     // Some 56 us into a frame of at least 76.
     spacecraft.board_mut(sender).cut_power_at(4, Remains::Old);
     spacecraft.run_until(Time::from_ms(10)).unwrap();

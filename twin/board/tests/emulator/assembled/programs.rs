@@ -7,6 +7,7 @@ use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings, State};
 use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
+use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
 pub const RAM: u32 = 0x2000_0000;
 const FLASH: u32 = 0x0800_0000;
@@ -95,6 +96,15 @@ pub fn refused(config: BoardConfig, until: Time) -> AccessError {
     let error = board.run_until(until).unwrap_err();
     assert_eq!(*board.state(), State::Refused(error.clone()));
     error
+}
+
+/// Boards on their wires; the first one is `BoardId(0)`.
+pub fn spacecraft<const N: usize>(boards: [BoardConfig; N]) -> Spacecraft {
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    for board in boards {
+        spacecraft.add_board(board);
+    }
+    spacecraft
 }
 
 pub fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {

@@ -16,6 +16,8 @@ use twin::spacecraft::{Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiri
 use super::programs::*;
 
 const WORD: u32 = 0x1122_3344;
+/// CAN1 at the transceiver of the nominal bus.
+const NOMINAL: [Pin; 2] = [Pin::new('B', 8), Pin::new('B', 9)];
 
 /// Gives pins alternate function 9.
 fn can_pins(pins: &[Pin]) -> Vec<u16> {
@@ -49,8 +51,7 @@ fn frame() -> WireFrame {
 
 /// What a guest on each of the first two buses hears of one board in 5 ms, and the board's log.
 fn heard(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
-    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    spacecraft.add_board(board);
+    let mut spacecraft = spacecraft([board]);
     let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 1.0));
     spacecraft.run_until(Time::from_ms(5)).unwrap();
     let heard =
@@ -149,7 +150,7 @@ fn a_controller_at_other_pins_is_among_the_warnings() {
 /// A program that captures at PA0 and PA1, makes its pulse at PB1, and joins the nominal bus.
 fn stamping() -> Vec<u16> {
     [
-        start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])),
+        start_both_controllers(&can_pins(&NOMINAL)),
         store(RCC + 0x30, 0b11),
         store(RCC + 0x40, 1 << 25 | 1 << 26 | 1 << 3 | 1 << 1),
         store(GPIOA + 0x20, 0x22),
@@ -192,11 +193,7 @@ fn wires_to_pins_that_the_program_does_not_use_are_warned_of() {
     {
         assert_eq!(warnings(&stamping(), capture, pulse, wires), [""; 0], "{capture:?} {pulse:?}");
     }
-    let plain = [
-        start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])),
-        join(CAN1, MEGABIT),
-        SLEEP.to_vec(),
-    ];
+    let plain = [start_both_controllers(&can_pins(&NOMINAL)), join(CAN1, MEGABIT), SLEEP.to_vec()];
     assert_eq!(warnings(&plain.concat(), Some([2, 3]), wrong, true), [""; 0]);
 }
 
@@ -230,7 +227,7 @@ fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
     let switch = Pin::new('C', 0);
     let fittings = Fittings { transceiver_switch: Some(switch), ..Fittings::default() };
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    let sender = sender(CAN1, &[Pin::new('B', 8), Pin::new('B', 9)]);
+    let sender = sender(CAN1, &NOMINAL);
     let board = spacecraft.add_board(BoardConfig { fittings, ..sender });
     let guest = spacecraft.add_guest(Bus::Redundant, 1.0);
     spacecraft.run_until(Time::from_ms(5)).unwrap();
@@ -252,9 +249,7 @@ fn boards_talk_on_the_network_that_their_wiring_names() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let pairs = [(Bus::Third, 0xAAAA), (Bus::Fourth, 0xBBBB)].map(|(bus, sent)| {
         let fittings = Fittings { wiring: Wiring { can1: Some(bus), can2: None }, ..Fittings::default() };
-        let on_can1 =
-            [start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])), join(CAN1, MEGABIT)]
-                .concat();
+        let on_can1 = [start_both_controllers(&can_pins(&NOMINAL)), join(CAN1, MEGABIT)].concat();
         let ear = [&on_can1[..], &receive(CAN1, RAM), &SLEEP].concat();
         let mouth = [&on_can1[..], &send(CAN1, 0x123, sent), &SLEEP].concat();
         let mut add = |name, program: &[u16]| {
@@ -276,7 +271,7 @@ fn a_guest_has_a_bit_rate_of_its_own() {
     const QUARTER: u32 = 2 << 20 | 9 << 16 | 11;
     let timing = BitTiming::new(Quantum::new(96, 1), 10, 3, 1);
     for (btr, reaches) in [(QUARTER, true), (MEGABIT, false)] {
-        let pins = can_pins(&[Pin::new('B', 8), Pin::new('B', 9)]);
+        let pins = can_pins(&NOMINAL);
         let program =
             [start_both_controllers(&pins), join(CAN1, btr), receive(CAN1, RAM), SLEEP.to_vec()].concat();
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());

@@ -193,6 +193,13 @@ impl Bench {
         self.nodes.pair.write(offset, value, at).expect("a register");
     }
 
+    /// Every identifier goes to this FIFO from now on.
+    pub fn assign_to_fifo(&mut self, fifo: u32) {
+        self.write(FMR, 1 | 14 << 8);
+        self.write(FFA1R, fifo);
+        self.write(FMR, 14 << 8);
+    }
+
     /// Interrupt lines of CAN1.
     pub fn irq(&self) -> IrqLines {
         self.nodes.pair.irq(Side::Can1)
