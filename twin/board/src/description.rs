@@ -87,7 +87,7 @@ impl Description {
     pub fn parse(text: &str, file: &str) -> Result<Description, Wrong> {
         let raw: format::Board = toml::from_str(text)
             .map_err(|error| Wrong(format!("{file}: {}", error.to_string().trim_end())))?;
-        Checker::new().description(&raw).map_err(|error| Wrong(format!("{file}: {error}")))
+        Checker::default().description(&raw).map_err(|error| Wrong(format!("{file}: {error}")))
     }
 
     /// The board of this project with this name.

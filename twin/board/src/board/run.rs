@@ -9,6 +9,8 @@ use crate::peripherals::ResetCause;
 
 /// Number of HardFault (DDI 0403E B1.5.2).
 const HARD_FAULT: u16 = 3;
+/// The system control register, which holds SLEEPDEEP (DDI 0403 B3.2.7).
+const SCR: u32 = 0xE000_ED10;
 
 impl EmulatedBoard {
     /// The next instant at which the board does something if no wire disturbs it; zero while its core is awake.
@@ -137,7 +139,8 @@ impl EmulatedBoard {
             self.refresh();
         }
         if run.asleep && self.core.sleeps_deeply() {
-            return Err(self.refuse_deep_sleep());
+            let refused = RefusedAccess { address: SCR, write: false, refusal: Refusal::DeepSleep };
+            return Err(self.stop_at(self.core.pc(), refused));
         }
         if exception != HARD_FAULT && self.core.exception() == HARD_FAULT {
             self.on_hard_fault();
@@ -179,14 +182,13 @@ impl EmulatedBoard {
                 self.start(ResetCause::Software);
                 Ok(())
             }
-            Stop::Unmodelled { address, write, .. } => Err(self.refuse_instruction(RefusedAccess {
-                address,
-                write,
-                refusal: Refusal::SystemRegister,
-            })),
+            Stop::Unmodelled { address, write, .. } => {
+                let refused = RefusedAccess { address, write, refusal: Refusal::SystemRegister };
+                Err(self.stop_at(self.core.pc(), refused))
+            }
             Stop::Unpredictable { address, word } => {
                 let refusal = Refusal::Unpredictable { word };
-                Err(self.refuse_instruction(RefusedAccess { address, write: false, refusal }))
+                Err(self.stop_at(self.core.pc(), RefusedAccess { address, write: false, refusal }))
             }
         }
     }

@@ -270,6 +270,13 @@ impl Bench {
         self.request_at(self.now, n, id);
     }
 
+    /// Fills mailbox `n` with TIR, TDTR, TDLR and TDHR, TIR last.
+    pub fn fill(&mut self, n: u32, [tir, tdtr, low, high]: [u32; 4]) {
+        for (word, value) in [(4, tdtr), (8, low), (12, high), (0, tir)] {
+            self.write(TIR0 + 16 * n + word, value);
+        }
+    }
+
     pub fn request_at(&mut self, at: Time, n: u32, id: u32) {
         self.write_at(at, TIR0 + 16 * n + 4, 0);
         self.write_at(at, TIR0 + 16 * n, id << 21 | 1);

@@ -207,10 +207,7 @@ fn ttcm_gives_no_stamps() {
     bench.pass(Time::from_ms(1));
     bench.deliver(empty());
     assert_eq!(bench.read(RIR0 + 4) >> 16, 0, "TIME of what is received");
-    bench.write(TIR0 + 4, 8 | 1 << 8);
-    bench.write(TIR0 + 8, 0x4433_2211);
-    bench.write(TIR0 + 12, 0x8877_6655);
-    bench.write(TIR0, 0x155 << 21 | 1);
+    bench.fill(0, [0x155 << 21 | 1, 8 | 1 << 8, 0x4433_2211, 0x8877_6655]);
     bench.complete(0);
     assert_eq!(bench.read(TIR0 + 4) >> 16, 0, "TIME of what is sent");
     let expected = WireFrame::standard(0x155, &[0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88]);

@@ -25,15 +25,9 @@ fn standard(ids: &[u16]) -> Vec<WireId> {
 #[test]
 fn a_mailbox_becomes_the_frame_that_it_describes() {
     let mut bench = Bench::normal();
-    bench.write(TIR0 + 4, 5);
-    bench.write(TIR0 + 8, 0x4433_2211);
-    bench.write(TIR0 + 12, 0x8877_6655);
-    bench.write(TIR0, 0x155 << 21 | 1);
-    bench.write(TIR0 + 16 + 4, 15);
-    bench.write(TIR0 + 16, 0x1234_5678 << 3 | 0b111);
-    bench.write(TIR0 + 32 + 4, 2);
-    bench.write(TIR0 + 32 + 8, 0xFFFF_2211);
-    bench.write(TIR0 + 32, 0x1234_5679 << 3 | 0b101);
+    bench.fill(0, [0x155 << 21 | 1, 5, 0x4433_2211, 0x8877_6655]);
+    bench.fill(1, [0x1234_5678 << 3 | 0b111, 15, 0, 0]);
+    bench.fill(2, [0x1234_5679 << 3 | 0b101, 2, 0xFFFF_2211, 0]);
     (0..3).for_each(|n| bench.complete(n));
     let extended = |id| WireId::Extended(id);
     let expected = [
@@ -49,10 +43,7 @@ fn a_mailbox_becomes_the_frame_that_it_describes() {
 fn a_dlc_beyond_eight_sends_eight_bytes() {
     for dlc in 9..=15 {
         let mut bench = Bench::normal();
-        bench.write(TIR0 + 4, dlc);
-        bench.write(TIR0 + 8, 0x4433_2211);
-        bench.write(TIR0 + 12, 0x8877_6655);
-        bench.write(TIR0, 0x155 << 21 | 1);
+        bench.fill(0, [0x155 << 21 | 1, dlc, 0x4433_2211, 0x8877_6655]);
         bench.complete(0);
         let bytes = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88];
         assert_eq!(
