@@ -25,11 +25,11 @@ fn timers_raise_their_lines() {
         bench.set_up([(timer + 0x2C, 999), (timer + 0x34, 100), (timer + 0x0C, 0b10), (timer, 1)]);
         assert_eq!(bench.peripherals.next_timer_event(bench.now()), Some(100));
         bench.cycle = 100;
-        assert_eq!(bench.irqs(), [compare]);
+        assert_eq!(bench.irqs(), [compare], "{timer:08X}h");
         bench.write(timer + 0x10, 0);
         bench.write(timer + 0x0C, 1);
         bench.cycle = 1000;
-        assert_eq!(bench.irqs(), [update]);
+        assert_eq!(bench.irqs(), [update], "{timer:08X}h");
     }
 }
 

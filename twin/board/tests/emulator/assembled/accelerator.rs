@@ -58,8 +58,7 @@ fn load_after_programming_is_not_stale() {
         copy(SECTOR, RAM + 4),
         STOP.to_vec(),
     ];
-    let mut board = on(image(&program.concat(), &STOP), Fittings::default());
-    board.run_until(Time::from_us(200)).unwrap();
+    let board = flown(board("accelerated", image(&program.concat(), &STOP)), Time::from_us(200));
     assert_eq!(words::<2>(&board, RAM), [u32::MAX, 0x1234_5678]);
 }
 
@@ -126,9 +125,9 @@ fn straight_code_costs_the_wait_states_that_acr_says() {
 fn too_few_wait_states_for_the_clock_stop_the_board() {
     let too_early = [store(FLASH_ACR, 4), run_at_168_mhz()[9..].to_vec(), STOP.to_vec()];
     let too_late = [run_at_168_mhz(), store(FLASH_ACR, PRFTEN | 4), STOP.to_vec()];
-    for (program, address) in [(too_early, RCC + 0x08), (too_late, FLASH_ACR)] {
-        let error = refused(board("accelerated", image(&program.concat(), &STOP)), Time::from_ms(5));
-        assert_eq!((error.address, error.write, error.refusal), (address, true, Refusal::Misuse));
+    for (name, program, address) in [("early", too_early, RCC + 0x08), ("late", too_late, FLASH_ACR)] {
+        let error = refused(board(name, image(&program.concat(), &STOP)), Time::from_ms(5));
+        assert_eq!((error.address, error.write, error.refusal), (address, true, Refusal::Misuse), "{name}");
     }
 }
 

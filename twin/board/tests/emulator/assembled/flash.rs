@@ -43,8 +43,7 @@ fn on(name: &str, image: Arc<Image>) -> EmulatedBoard {
 
 #[test]
 fn programmed_words_stay_through_resets_and_without_power() {
-    let mut board = on("writer", writer());
-    board.run_until(Time::from_us(200)).unwrap();
+    let mut board = flown(board("writer", writer()), Time::from_us(200));
     let expected = [0x1234_5678, 0x9ABC_DEF0, u32::MAX];
     assert_eq!((words(&board, SECTOR), word(&board, RAM)), (expected, 1));
     assert_eq!((board.counters().flash_programs, board.counters().flash_erases), (2, 0));
@@ -60,8 +59,7 @@ fn programmed_words_stay_through_resets_and_without_power() {
 #[test]
 fn a_programmed_bit_comes_back_only_by_erasing() {
     let code = [unlock(), program(SECTOR, 0xFFFF_00FF), program(SECTOR, 0x1234_FF78), STOP.to_vec()].concat();
-    let mut twice = on("twice", image(&code, &STOP));
-    twice.run_until(Time::from_us(200)).unwrap();
+    let twice = flown(board("twice", image(&code, &STOP)), Time::from_us(200));
     assert_eq!(word(&twice, SECTOR), 0x1234_0078);
 
     let mut eraser = on("eraser", eraser());
@@ -111,8 +109,7 @@ fn timers_count_on_while_an_erase_stalls_the_core() {
         copy(TIM2 + 0x24, RAM),
         STOP.to_vec(),
     ];
-    let mut board = on("waiting", image(&code.concat(), &STOP));
-    board.run_until(Time::from_ms(1)).unwrap();
+    let mut board = flown(board("waiting", image(&code.concat(), &STOP)), Time::from_ms(1));
     let stalled = board.counters().instructions;
     board.run_until(Time::from_ms(1000)).unwrap();
     assert_eq!(board.counters().instructions, stalled);
@@ -141,8 +138,7 @@ fn a_core_that_runs_from_ram_sees_the_interface_busy() {
         [&load(0, RAM)[..], &[0x6002]].concat(),
         STOP.to_vec(),
     ];
-    let mut board = on("in RAM", image(&code.concat(), &STOP));
-    board.run_until(Time::from_us(200)).unwrap();
+    let board = flown(board("in RAM", image(&code.concat(), &STOP)), Time::from_us(200));
     assert_eq!(word(&board, SECTOR), 0);
     let loops = word(&board, RAM);
     // 256 cycles of 16 MHz, five to nine of them each turn.
@@ -210,8 +206,7 @@ fn a_reset_in_an_erase_leaves_nobody_knows_what() {
 #[test]
 fn the_watchdog_bites_a_core_that_waits_for_an_erase() {
     let code = [store(0x4000_3000, 0xCCCC), unlock(), erase(), STOP.to_vec()].concat();
-    let mut board = on("starved", image(&code, &STOP));
-    board.run_until(Time::from_ms(511)).unwrap();
+    let mut board = flown(board("starved", image(&code, &STOP)), Time::from_ms(511));
     assert_eq!(board.counters().watchdog_resets, 0);
     board.run_until(Time::from_ms(513)).unwrap();
     assert_eq!(board.counters().watchdog_resets, 1);

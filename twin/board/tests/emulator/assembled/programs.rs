@@ -92,8 +92,9 @@ pub fn flown(config: BoardConfig, until: Time) -> EmulatedBoard {
 /// The access before `until` that stops a board.
 #[track_caller]
 pub fn refused(config: BoardConfig, until: Time) -> AccessError {
+    let name = config.name.clone();
     let mut board = powered(config);
-    let error = board.run_until(until).unwrap_err();
+    let error = board.run_until(until).expect_err(&name);
     assert_eq!(*board.state(), State::Refused(error.clone()));
     error
 }
