@@ -45,7 +45,7 @@ fn is_peripheral(address: u32) -> bool {
 impl Chip {
     /// A chip at time zero. `image`: the content of its flash.
     pub fn new(peripherals: Peripherals, image: &[u8], timing: FlashTiming, crystal: Crystal) -> Self {
-        let part = peripherals.part();
+        let part = peripherals.part;
         Chip {
             memory: Memory::new(part, image),
             accelerator: Accelerator::new(timing, part.flash_bytes()),
@@ -98,7 +98,7 @@ impl Chip {
     /// program goes on in its handler.
     #[cold]
     fn refuse(&mut self, address: u32, write: bool, refusal: Refusal) -> BusError {
-        if !is_reserved(self.peripherals.part(), address) {
+        if !is_reserved(self.peripherals.part, address) {
             self.needs_attention = true;
             self.refused.get_or_insert(RefusedAccess { address, write, refusal });
         }

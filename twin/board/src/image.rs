@@ -28,6 +28,7 @@ pub struct Symbol {
 }
 
 /// A parsed ELF file. Boards share it.
+#[derive(Default)]
 pub struct Image {
     /// Source of all else, for those who name an image by its hash.
     elf: Vec<u8>,
@@ -144,14 +145,7 @@ impl Image {
 
     /// A program without ELF file: `flash` is the content from 0800 0000h on, vector table first.
     pub fn from_flash(flash: Vec<u8>) -> Image {
-        Image {
-            elf: Vec::new(),
-            flash,
-            code: OnceLock::new(),
-            symbols: HashMap::new(),
-            functions: Vec::new(),
-            log: None,
-        }
+        Image { flash, ..Image::default() }
     }
 
     /// Adds a symbol to a program without ELF file.

@@ -90,7 +90,7 @@ pub(crate) struct TimedChange {
 /// All peripherals of one board.
 #[derive(Clone, Debug)]
 pub struct Peripherals {
-    part: Part,
+    pub(crate) part: Part,
     /// What the pins of the board lead to.
     pins: Pins,
     serial: u32,
@@ -153,11 +153,6 @@ impl Peripherals {
     /// Returns whether an access since the last call may have changed interrupt lines, requests or events.
     pub(crate) fn take_change(&mut self) -> bool {
         std::mem::take(&mut self.has_changed)
-    }
-
-    /// Which part it is.
-    pub fn part(&self) -> Part {
-        self.part
     }
 
     /// Becomes an F405 of revision A: prefetch does not work there, and DEV_ID is that of the STM32F20x (ES0182).
