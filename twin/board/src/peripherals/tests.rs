@@ -2,6 +2,7 @@
 
 use super::bench::{Bench, RCC};
 use super::*;
+use crate::memory::Memory;
 use crate::part::tests::part;
 
 #[test]
@@ -210,19 +211,6 @@ fn the_hals_watchdog_is_accepted() {
     bench.set_up([(IWDG, 0x5555), (IWDG + 0x04, 2), (IWDG + 0x08, 0x3E7), (IWDG, 0xCCCC), (IWDG, 0xAAAA)]);
 }
 
-/// Memory everywhere.
-struct AnyRam;
-
-impl Ram for AnyRam {
-    fn load(&self, _address: u32, _bytes: &mut [u8]) -> bool {
-        true
-    }
-
-    fn store(&mut self, _address: u32, _bytes: &[u8]) -> bool {
-        true
-    }
-}
-
 /// A pyboard whose wire of CAN1 ends at channel `n` of TIM5, 0 to 3, and that of CAN2 at the next one.
 fn capturing(n: usize) -> Bench {
     let pyboard = Model::shipped("pyboard-v11");
@@ -241,6 +229,7 @@ fn a_request_reaches_its_stream_on_its_channel() {
         for stream in 0..8 {
             for channel in 0..8 {
                 let mut bench = capturing(n);
+                let mut memory = Memory::new(bench.peripherals.part, &[]);
                 bench.write(RCC + 0x30, 1 << 21 | 1);
                 bench.write(RCC + 0x40, 1 << 3);
                 let base = DMA1 + 0x10 + stream * 0x18;
@@ -252,11 +241,12 @@ fn a_request_reaches_its_stream_on_its_channel() {
                     (TIM5 + 0x20, 0xBBBB),
                     (TIM5 + 0x0C, 0xF << 9),
                     (base + 0x08, TIM5 + 0x34 + 4 * n as u32),
+                    (base + 0x0C, 0x2000_0000),
                     (base + 0x04, 1),
                     (base, channel << 25 | 2 << 11 | 1),
                 ]);
                 bench.peripherals.capture_edge(Side::Can1, 10, false);
-                let moved = bench.peripherals.transfer(Now { cycle: 20, time: Time::ZERO }, &mut AnyRam);
+                let moved = bench.peripherals.transfer(Now { cycle: 20, time: Time::ZERO }, &mut memory);
                 let expected = channel == 6 && streams.contains(&stream);
                 assert_eq!(moved, expected, "TIM5_CH{} stream {stream} channel {channel}", n + 1);
             }

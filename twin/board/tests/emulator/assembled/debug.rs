@@ -50,11 +50,7 @@ fn a_frozen_controller_leaves_the_bus_until_the_core_goes_on() {
         spacecraft.inject(guest, Time::from_us(4_100), WireFrame::standard(0x123, &[1]));
         let sent = |spacecraft: &mut Spacecraft, ms| {
             spacecraft.run_until(Time::from_ms(ms)).unwrap();
-            spacecraft
-                .take_heard(guest)
-                .iter()
-                .filter(|(_, event)| matches!(event, GuestEvent::Sent(_)))
-                .count()
+            heard(spacecraft, guest).iter().filter(|event| matches!(event, GuestEvent::Sent(_))).count()
         };
         assert_eq!(sent(&mut spacecraft, 8), usize::from(acknowledges), "{freezes:X}h, MCR {mcr:X}h");
         spacecraft.board_mut(id).go_on();

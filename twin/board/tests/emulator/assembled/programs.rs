@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use can_wire::frame::WireFrame;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings, State};
 use twin::crystal::Crystal;
+use twin::guest::GuestEvent;
 use twin::image::Image;
 use twin::model::Model;
-use twin::spacecraft::{Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig, WireRecord};
 
 pub const RAM: u32 = 0x2000_0000;
 const FLASH: u32 = 0x0800_0000;
@@ -257,6 +260,20 @@ pub fn start_both_controllers(pins: &[u16]) -> Vec<u16> {
 pub fn join(can: u32, btr: u32) -> Vec<u16> {
     [store(can, 1), wait_for(can + 4, 0), store(can + 0x1C, btr), store(can, 0), wait_for_clear(can + 4, 0)]
         .concat()
+}
+
+/// What a guest heard and sent since the last call.
+pub fn heard(spacecraft: &mut Spacecraft, guest: GuestId) -> Vec<GuestEvent> {
+    spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect()
+}
+
+/// Frames that completed: bus, frame, sender.
+pub fn completed(records: &[WireRecord]) -> Vec<(Bus, WireFrame, usize)> {
+    let completed = |record: &WireRecord| match &record.record {
+        Observation::Completed { trace, .. } => Some((record.bus, trace.frame, trace.transmitter)),
+        _ => None,
+    };
+    records.iter().filter_map(completed).collect()
 }
 
 /// Requests a frame of four bytes from mailbox 0 and waits for its completion.

@@ -55,17 +55,6 @@ fn bystander() -> Arc<Image> {
     image(&[join_both_buses(), STOP.to_vec()].concat(), &STOP)
 }
 
-/// Frames that completed: bus, identifier, sender.
-fn completed(records: &[WireRecord]) -> Vec<(Bus, WireFrame, usize)> {
-    records
-        .iter()
-        .filter_map(|record| match &record.record {
-            Observation::Completed { trace, .. } => Some((record.bus, trace.frame, trace.transmitter)),
-            _ => None,
-        })
-        .collect()
-}
-
 fn conversation(quantum: Time) -> (Vec<WireRecord>, Spacecraft) {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig { quantum, ..SpacecraftConfig::default() });
     spacecraft.add_board(BoardConfig { crystal: Crystal::ppm(20.0), ..board("asker", asker()) });

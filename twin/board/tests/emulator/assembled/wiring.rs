@@ -50,13 +50,11 @@ fn frame() -> WireFrame {
 }
 
 /// What a guest on each of the first two buses hears of one board in 5 ms, and the board's log.
-fn heard(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
+fn heard_of(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
     let mut spacecraft = spacecraft([board]);
     let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 1.0));
     spacecraft.run_until(Time::from_ms(5)).unwrap();
-    let heard =
-        guests.map(|guest| spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect());
-    (heard, spacecraft.take_logs())
+    (guests.map(|guest| heard(&mut spacecraft, guest)), spacecraft.take_logs())
 }
 
 /// Pins and the smallest package that has them (DS8626 table 9).
@@ -74,7 +72,7 @@ fn can_leads_to_its_bus_behind_every_pair_of_its_pins() {
     ] {
         let mut model = Model { part: Part::named(part).unwrap(), ..Model::shipped("pyboard-v11") };
         model.pins.can[usize::from(can == CAN2)] = CanPins { rx: pins[0], tx: pins[1] };
-        let (heard, log) = heard(BoardConfig { model, ..sender(can, &pins) });
+        let (heard, log) = heard_of(BoardConfig { model, ..sender(can, &pins) });
         let received = vec![GuestEvent::Received(frame())];
         let expected = if can == CAN1 { [received, vec![]] } else { [vec![], received] };
         assert_eq!(heard, expected, "{pins:?}");
@@ -102,7 +100,7 @@ fn a_controller_that_reaches_no_bus_is_told_with_the_reason() {
             "the board's wiring has no bus behind its transceiver",
         ),
     ] {
-        let (heard, log) = heard(board);
+        let (heard, log) = heard_of(board);
         assert_eq!(heard, [vec![], vec![]], "{reason}");
         let log: Vec<_> = log.into_iter().map(|line| line.text).collect();
         assert_eq!(log, [format!("twin: CAN1 takes part in no bus: {reason}")]);
@@ -238,8 +236,7 @@ fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
     spacecraft.schedule(Time::ZERO, board, Event::Drive(switch, Some(true)));
     spacecraft.run_until(Time::from_ms(10)).unwrap();
     assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Redundant, 0)));
-    let heard: Vec<_> = spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect();
-    assert_eq!(heard, [GuestEvent::Received(frame())]);
+    assert_eq!(heard(&mut spacecraft, guest), [GuestEvent::Received(frame())]);
     assert_eq!(spacecraft.wire(Bus::Redundant).error_counters(0).transmit, 127);
 }
 
@@ -279,8 +276,7 @@ fn a_guest_has_a_bit_rate_of_its_own() {
         let guest = spacecraft.add_guest_at(Bus::Nominal, 1.0, timing);
         spacecraft.inject(guest, Time::from_ms(4), frame());
         spacecraft.run_until(Time::from_ms(8)).unwrap();
-        let sent =
-            spacecraft.take_heard(guest).into_iter().any(|(_, event)| event == GuestEvent::Sent(frame()));
+        let sent = heard(&mut spacecraft, guest).contains(&GuestEvent::Sent(frame()));
         assert_eq!((sent, word(spacecraft.board(board), RAM) == WORD), (reaches, reaches), "BTR {btr:08X}h");
     }
 }

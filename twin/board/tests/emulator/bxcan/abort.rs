@@ -7,8 +7,7 @@ use super::bench::*;
 
 fn occupied() -> Bench {
     let mut bench = Bench::normal();
-    bench.send(empty());
-    bench.pass(bits(5));
+    bench.occupy();
     bench
 }
 

@@ -57,6 +57,9 @@ pub const TME0: u32 = 1 << 26;
 
 pub const BOFF: u32 = 1 << 2;
 
+/// Of RF0R and RF1R.
+pub const RFOM: u32 = 1 << 5;
+
 pub const LBKM: u32 = 1 << 30;
 pub const SILM: u32 = 1 << 31;
 
@@ -308,6 +311,22 @@ impl Bench {
     pub fn deliver(&mut self, frame: WireFrame) {
         self.send(frame);
         self.until("the end of a frame", |bench| bench.nodes.stations[0].queue.is_empty());
+    }
+
+    /// Holds the bus with a frame of PEER, so that what is requested now contends at its end.
+    pub fn occupy(&mut self) {
+        self.send(empty());
+        self.pass(bits(1));
+    }
+
+    /// Identifiers in FIFO 0, taken out one by one.
+    pub fn drain(&mut self) -> Vec<u32> {
+        let mut ids = Vec::new();
+        while self.read(RF0R) & 0b11 != 0 {
+            ids.push(self.read(RIR0) >> 21);
+            self.write(RF0R, RFOM);
+        }
+        ids
     }
 
     /// Lets error frames and intermission end.

@@ -9,17 +9,6 @@ use super::bench::*;
 
 const FULL: u32 = 1 << 3;
 const FOVR: u32 = 1 << 4;
-const RFOM: u32 = 1 << 5;
-
-/// Identifiers in FIFO 0, taken out one by one.
-fn drain(bench: &mut Bench) -> Vec<u32> {
-    let mut ids = Vec::new();
-    while bench.read(RF0R) & 0b11 != 0 {
-        ids.push(bench.read(RIR0) >> 21);
-        bench.write(RF0R, RFOM);
-    }
-    ids
-}
 
 #[test]
 fn the_output_mailbox_shows_the_frame() {
@@ -62,7 +51,7 @@ fn an_error_in_the_last_but_one_bit_of_eof_discards_the_frame() {
     bench.flip(CAN1, Field::Eof(5));
     bench.deliver(empty());
     bench.calm();
-    assert_eq!(drain(&mut bench), [0x080], "only the repetition");
+    assert_eq!(bench.drain(), [0x080], "only the repetition");
     // Its error flag struck the last bit of the others: valid for a receiver, not for the transmitter.
     assert_eq!(bench.received_by(OTHER).len(), 2);
 }
@@ -73,7 +62,7 @@ fn a_dominant_last_bit_of_eof_is_no_error_for_a_receiver() {
     bench.flip(CAN1, Field::Eof(6));
     bench.deliver(empty());
     bench.calm();
-    assert_eq!(drain(&mut bench), [0x080]);
+    assert_eq!(bench.drain(), [0x080]);
     assert_eq!(bench.read(ESR), 0, "an overload frame");
 }
 
@@ -83,7 +72,7 @@ fn repetition_after_dominant_last_eof_bit_is_received_again() {
     bench.flip(PEER, Field::Eof(6));
     bench.deliver(empty());
     bench.calm();
-    assert_eq!(drain(&mut bench), [0x080, 0x080]);
+    assert_eq!(bench.drain(), [0x080, 0x080]);
 }
 
 #[test]
@@ -95,7 +84,7 @@ fn three_messages_fill_the_fifo() {
     }
     bench.write(RF0R, FULL);
     assert_eq!(bench.read(RF0R), 3, "FULL is cleared by software");
-    assert_eq!(drain(&mut bench), [1, 2, 3]);
+    assert_eq!(bench.drain(), [1, 2, 3]);
     bench.write(RF0R, RFOM);
     assert_eq!(bench.read(RF0R), 0, "releasing an empty FIFO has no effect");
     let stats = bench.stats();
@@ -135,7 +124,7 @@ fn overrun_replaces_the_newest_or_drops_the_new() {
         assert_eq!(bench.stats().overruns, [Overrun { at, fifo: 0, lost: frame(lost) }]);
         bench.write(RF0R, FOVR);
         assert_eq!(bench.read(RF0R), 3 | FULL);
-        assert_eq!(drain(&mut bench), kept);
+        assert_eq!(bench.drain(), kept);
     }
 }
 
@@ -144,7 +133,7 @@ fn a_frame_lost_in_a_full_fifo_was_acknowledged() {
     let mut bench = Bench::with(vec![Default::default()], RFLM, 0);
     (1..=5).for_each(|id| bench.deliver(frame(id)));
     assert_eq!(bench.wire.counters().ack_errors, 0);
-    assert_eq!((bench.lec(), drain(&mut bench)), (0, vec![1, 2, 3]));
+    assert_eq!((bench.lec(), bench.drain()), (0, vec![1, 2, 3]));
 }
 
 #[test]

@@ -7,12 +7,6 @@ use can_wire::time::Time;
 
 use super::bench::*;
 
-/// Holds the bus with a frame of PEER, so that what is requested now contends at its end.
-fn occupy(bench: &mut Bench) {
-    bench.send(empty());
-    bench.pass(bits(1));
-}
-
 /// Identifiers that PEER has received.
 fn heard(bench: &Bench) -> Vec<WireId> {
     bench.received_by(PEER).iter().map(|frame| frame.id).collect()
@@ -166,7 +160,7 @@ fn txfp_keeps_the_order_after_a_lost_arbitration() {
 #[test]
 fn code_and_low_name_the_next_free_and_the_lowest_priority() {
     let mut bench = Bench::normal();
-    occupy(&mut bench);
+    bench.occupy();
     let code = |bench: &Bench| bench.read(TSR) >> 24 & 0b11;
     let low = |bench: &Bench| bench.read(TSR) >> 29;
     assert_eq!((code(&bench), low(&bench)), (0, 0));
@@ -181,7 +175,7 @@ fn code_and_low_name_the_next_free_and_the_lowest_priority() {
 #[test]
 fn an_occupied_mailbox_is_write_protected() {
     let mut bench = Bench::normal();
-    occupy(&mut bench);
+    bench.occupy();
     bench.request(0, 0x100);
     for word in [0, 4, 8, 12] {
         bench.write(TIR0 + word, 0xFFFF_FFFF);
