@@ -170,11 +170,7 @@ impl EmulatedBoard {
         match stop {
             Stop::Breakpoint { .. } => {
                 self.drain();
-                // What the program freezes beside the core runs on where the model does not stop it.
-                self.state = State::Halted;
-                let now = self.now();
-                self.chip.peripherals.halt(now);
-                self.refresh();
+                self.stand_still();
                 Ok(())
             }
             Stop::ResetRequest => {

@@ -145,8 +145,7 @@ fn guarded(rest: &[u16]) -> Vec<u16> {
 fn an_unfed_watchdog_resets_a_core_in_any_state() {
     // Spinning, asleep, in an endless fault handler, locked up.
     for (rest, handler) in [(&STOP[..], 0xE7FE), (&SLEEP, 0xE7FE), (&[0xDE00], 0xE7FE), (&[0xDE00], 0xDE00)] {
-        let config = board("guarded", image(&guarded(rest), &[handler]));
-        let mut board = flown(config, Time::from_us(990));
+        let mut board = flown(board("guarded", image(&guarded(rest), &[handler])), Time::from_us(990));
         assert_eq!((board.counters().watchdog_resets, words::<1>(&board, RAM)), (0, [0x0E00_0000]));
         board.run_until(Time::from_us(3_100)).unwrap();
         // IWDGRSTF and PINRSTF (RM0090 7.3.21).
@@ -169,9 +168,8 @@ fn a_fed_watchdog_lets_the_program_live() {
 fn a_slow_lsi_resets_late() {
     let fittings = Fittings { lsi_hz: 17_000, ..Fittings::default() };
     let config = BoardConfig { fittings, ..board("guarded", image(&guarded(&STOP), &STOP)) };
-    let mut board = powered(config);
     // 4 * 8 cycles at 17 kHz: 1882 us.
-    board.run_until(Time::from_us(1_870)).unwrap();
+    let mut board = flown(config, Time::from_us(1_870));
     assert_eq!(board.counters().watchdog_resets, 0);
     board.run_until(Time::from_us(1_900)).unwrap();
     assert_eq!(board.counters().watchdog_resets, 1);

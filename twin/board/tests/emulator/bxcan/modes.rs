@@ -54,6 +54,7 @@ fn inrq_in_sleep_is_acknowledged_while_sleep_is_set() {
 fn normal_mode_is_entered_after_eleven_recessive_bits() {
     let mut initialising = Bench::initialising(vec![Station::default()], 0);
     initialising.pass(Time::from_us(100));
+    // From Initialisation, and from Sleep.
     for (mut bench, before) in [(initialising, INAK), (Bench::sent_to_sleep(0), SLAK)] {
         bench.write(MCR, 0);
         bench.changes_after(bits(11), Bench::mode, before, 0);
