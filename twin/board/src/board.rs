@@ -167,9 +167,9 @@ impl EmulatedBoard {
         assert!((17_000..=47_000).contains(&lsi_hz), "LSI runs at 17 to 47 kHz, not {lsi_hz} Hz");
         let mut peripherals = Peripherals::new(config.model, serial);
         peripherals.set_lsi(lsi_hz);
-        peripherals.set_temperature(temperature_c);
-        peripherals.flash_mut().set_speed(config.fittings.flash_speed);
-        peripherals.set_hse(hse_starts);
+        peripherals.i2c.set_temperature(temperature_c);
+        peripherals.flash.speed = config.fittings.flash_speed;
+        peripherals.rcc.hse_starts = hse_starts;
         if revision_a {
             peripherals.set_revision_a();
         }
@@ -226,7 +226,7 @@ impl EmulatedBoard {
 
     /// What happened so far.
     pub fn counters(&self) -> Counters {
-        Counters { malformed_logs: self.rtt.malformed(), ..self.counters }
+        Counters { malformed_logs: self.rtt.malformed, ..self.counters }
     }
 
     /// The variable or function `name` of the image.
@@ -264,7 +264,7 @@ impl EmulatedBoard {
 
     /// HCLK now, Hz, without the crystal's error.
     pub fn hclk(&self) -> u64 {
-        self.chip.peripherals.clocks().hclk
+        self.chip.peripherals.rcc.clocks().hclk
     }
 
     /// Ties an input to a level, or lets it float.
@@ -310,7 +310,7 @@ impl EmulatedBoard {
 
     /// FLASH_ACR as the program left it.
     pub fn flash_acr(&self) -> u32 {
-        self.chip.peripherals.flash().acr()
+        self.chip.peripherals.flash.acr
     }
 
     /// Level of a pin as its port sees it.
@@ -320,7 +320,7 @@ impl EmulatedBoard {
 
     /// What a CAN controller did since power-on.
     pub fn can_stats(&self, side: Side) -> Stats {
-        self.chip.peripherals.can().stats(side)
+        self.chip.peripherals.can.stats(side)
     }
 
     /// Reads a register of the CAN controllers at `offset` from 4000 6400h, without side effects.
@@ -328,7 +328,7 @@ impl EmulatedBoard {
     /// # Errors
     /// [`BadAccess`] where there is no register.
     pub fn can_register(&self, offset: u32) -> Result<u32, BadAccess> {
-        self.chip.peripherals.can().read(offset)
+        self.chip.peripherals.can.read(offset)
     }
 
     /// Writes such a register now, as the program does. For a bit that flips in it.
@@ -337,14 +337,14 @@ impl EmulatedBoard {
     /// [`BadAccess`] where there is no register.
     pub fn set_can_register(&mut self, offset: u32, value: u32) -> Result<(), BadAccess> {
         let now = self.now();
-        self.chip.peripherals.can_mut().write(offset, value, now)?;
+        self.chip.peripherals.can.write(offset, value, now)?;
         self.refresh();
         Ok(())
     }
 
     /// CAN_BTR of a controller, as the program left it.
     pub fn can_btr(&self, side: Side) -> u32 {
-        self.chip.peripherals.can().btr(side)
+        self.chip.peripherals.can.btr(side)
     }
 
     /// Bits of a CAN controller, by the board's crystal; `None` while it takes part in no bus.
@@ -368,7 +368,7 @@ impl EmulatedBoard {
 
     /// Changes of output pins by stores of the program since the last call.
     pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
-        self.chip.peripherals.take_pin_changes()
+        std::mem::take(&mut self.chip.peripherals.pin_changes)
     }
 
     /// What the twin found that image and board do not agree on since the start of the simulation, each once: a controller behind other

@@ -29,9 +29,9 @@ pub(crate) struct Chip {
     /// The cycle at which the instruction under way began.
     cycle: u64,
     /// The board has to look at the chip after the instruction under way.
-    needs_attention: bool,
+    pub needs_attention: bool,
     /// The first access that was refused.
-    refused: Option<RefusedAccess>,
+    pub refused: Option<RefusedAccess>,
 }
 
 /// Returns whether a peripheral, the system memory with the device signature, or DBGMCU lies at `address` (RM0090 figure 2).
@@ -45,7 +45,7 @@ fn is_peripheral(address: u32) -> bool {
 impl Chip {
     /// A chip at time zero. `image`: the content of its flash.
     pub fn new(peripherals: Peripherals, image: &[u8], timing: FlashTiming, crystal: Crystal) -> Self {
-        let part = peripherals.part();
+        let part = peripherals.part;
         Chip {
             memory: Memory::new(part, image),
             accelerator: Accelerator::new(timing, part.flash_bytes()),
@@ -55,17 +55,6 @@ impl Chip {
             needs_attention: false,
             refused: None,
         }
-    }
-
-    /// Returns whether the board has to look at the chip: since the last call a peripheral changed, an access was refused, or the
-    /// program entered HardFault.
-    pub fn take_attention(&mut self) -> bool {
-        std::mem::take(&mut self.needs_attention)
-    }
-
-    /// Returns the first access since the last call that was refused.
-    pub fn take_refused(&mut self) -> Option<RefusedAccess> {
-        self.refused.take()
     }
 
     /// The instant of an access.
@@ -99,7 +88,7 @@ impl Chip {
         }
         let result = self.peripherals.write(self.now(), address, width, value);
         self.needs_attention |= self.peripherals.take_change();
-        if let Some(acr) = self.peripherals.flash_mut().take_acr() {
+        if let Some(acr) = self.peripherals.flash.take_acr() {
             self.accelerator.set(acr);
         }
         result.map_err(|refusal| self.refuse(address, true, refusal))
@@ -109,7 +98,7 @@ impl Chip {
     /// program goes on in its handler.
     #[cold]
     fn refuse(&mut self, address: u32, write: bool, refusal: Refusal) -> BusError {
-        if !is_reserved(self.peripherals.part(), address) {
+        if !is_reserved(self.peripherals.part, address) {
             self.needs_attention = true;
             self.refused.get_or_insert(RefusedAccess { address, write, refusal });
         }

@@ -105,17 +105,10 @@ impl Stretches {
         }
     }
 
-    /// The stretch of `cycle`.
-    fn of_cycle(&mut self, cycle: u64) -> Option<Stretch> {
-        self.extend(|end| end.cycle <= cycle);
-        let n = self.all.partition_point(|stretch| stretch.start.cycle <= cycle);
-        self.all.get(n.saturating_sub(1)).copied()
-    }
-
-    /// The stretch that runs at `time`.
-    fn of_time(&mut self, time: Time) -> Option<Stretch> {
-        self.extend(|end| end.time <= time);
-        let n = self.all.partition_point(|stretch| stretch.start.time <= time);
+    /// The last stretch whose start is not after what is asked for: `is_reached` says so of an instant.
+    fn last(&mut self, is_reached: impl Fn(Now) -> bool) -> Option<Stretch> {
+        self.extend(&is_reached);
+        let n = self.all.partition_point(|stretch| is_reached(stretch.start));
         self.all.get(n.saturating_sub(1)).copied()
     }
 }
@@ -153,7 +146,7 @@ impl BoardClock {
         self.remainder = 0;
         let stretches = self.stretches.get_mut();
         stretches.all.clear();
-        let crystal = stretches.frequency.crystal();
+        let crystal = stretches.frequency.crystal;
         if clocks.from_crystal && !crystal.is_steady() {
             self.stretch = stretches.restart(self.now, clocks.hclk);
         } else {
@@ -205,13 +198,14 @@ impl BoardClock {
     /// The stretch of `cycle`, which may lie in the past.
     fn stretch_of(&self, cycle: u64) -> Stretch {
         let is_present = (self.stretch.start.cycle..self.stretch.end.cycle).contains(&cycle);
-        let other = if is_present { None } else { self.stretches.borrow_mut().of_cycle(cycle) };
+        let other =
+            if is_present { None } else { self.stretches.borrow_mut().last(|now| now.cycle <= cycle) };
         other.unwrap_or_else(|| self.present())
     }
 
     fn stretch_at(&self, time: Time) -> Stretch {
         let is_present = (self.stretch.start.time..self.stretch.end.time).contains(&time);
-        let other = if is_present { None } else { self.stretches.borrow_mut().of_time(time) };
+        let other = if is_present { None } else { self.stretches.borrow_mut().last(|now| now.time <= time) };
         other.unwrap_or_else(|| self.present())
     }
 

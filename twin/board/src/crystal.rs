@@ -91,7 +91,7 @@ fn deviation(phase: &[f64], count: usize, tau: f64) -> f64 {
 /// The frequency of a crystal, step by step.
 #[derive(Clone, Debug)]
 pub(crate) struct Frequency {
-    crystal: Crystal,
+    pub(crate) crystal: Crystal,
     random: fastrand::Rng,
     /// Where the random walk is.
     walk: f64,
@@ -102,10 +102,6 @@ impl Frequency {
     pub(crate) fn new(crystal: Crystal) -> Self {
         let random = fastrand::Rng::with_seed(crystal.seed);
         Frequency { crystal, random, walk: 0.0, known: Vec::new() }
-    }
-
-    pub(crate) fn crystal(&self) -> &Crystal {
-        &self.crystal
     }
 
     /// The fractional frequency in step `step` since time zero.

@@ -44,7 +44,6 @@ mod format;
 #[cfg(test)]
 mod tests;
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::model::{Model, Oscillator};
@@ -65,16 +64,9 @@ pub struct Description {
 }
 
 /// Why a description was refused: file, field, what was found, what is allowed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub struct Wrong(String);
-
-impl fmt::Display for Wrong {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Wrong {}
 
 impl Description {
     /// Reads a description: the file itself, or the folder that it is in.
@@ -95,7 +87,7 @@ impl Description {
     pub fn parse(text: &str, file: &str) -> Result<Description, Wrong> {
         let raw: format::Board = toml::from_str(text)
             .map_err(|error| Wrong(format!("{file}: {}", error.to_string().trim_end())))?;
-        Checker::new().description(&raw).map_err(|error| Wrong(format!("{file}: {error}")))
+        Checker::default().description(&raw).map_err(|error| Wrong(format!("{file}: {error}")))
     }
 
     /// The board of this project with this name.

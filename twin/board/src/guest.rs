@@ -37,18 +37,13 @@ pub(crate) struct Guest {
     timing: BitTiming,
     presence: Presence,
     /// What waits and from when on, in the order of sending.
-    waiting: VecDeque<(Time, WireFrame)>,
-    heard: Vec<(Time, GuestEvent)>,
+    pub(crate) waiting: VecDeque<(Time, WireFrame)>,
+    pub(crate) heard: Vec<(Time, GuestEvent)>,
 }
 
 impl Guest {
     pub(crate) fn new(timing: BitTiming) -> Self {
         Guest { timing, presence: Presence::default(), waiting: VecDeque::new(), heard: Vec::new() }
-    }
-
-    /// Sends `frame` at `at`, or as soon as the bus is free and everything handed over before is out.
-    pub(crate) fn send(&mut self, at: Time, frame: WireFrame) {
-        self.waiting.push_back((at, frame));
     }
 
     /// Takes part like that from now on. What waits is dropped when it can no longer be sent.
@@ -57,11 +52,6 @@ impl Guest {
             self.waiting.clear();
         }
         self.presence = presence;
-    }
-
-    /// What was heard since the last call, in the order of time.
-    pub(crate) fn take_heard(&mut self) -> Vec<(Time, GuestEvent)> {
-        std::mem::take(&mut self.heard)
     }
 }
 

@@ -28,6 +28,7 @@ pub struct Symbol {
 }
 
 /// A parsed ELF file. Boards share it.
+#[derive(Default)]
 pub struct Image {
     /// Source of all else, for those who name an image by its hash.
     elf: Vec<u8>,
@@ -45,42 +46,31 @@ const LINKER_SCRIPT: &str = "addresses and vector table come from the linker scr
                              the package of the image";
 
 /// Why a file is no image for this part.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// Not an ELF file, or a damaged one.
+    #[error("not a usable ELF file: {0}")]
     Elf(object::Error),
     /// The file ends inside a segment.
+    #[error("the ELF file ends inside a segment")]
     Truncated,
     /// A segment is loaded outside flash, at this address.
+    #[error("a segment at {0:08X}h is outside the 1 MiB of flash at 0800 0000h; {script}", script = LINKER_SCRIPT)]
     OutsideFlash(u64),
     /// Flash does not begin with a vector table. The field is the number of bytes that are loaded into flash.
+    #[error("no vector table at 0800 0000h, {0} bytes for flash; {script}", script = LINKER_SCRIPT)]
     NoVectorTable(usize),
 }
 
-impl fmt::Display for ImageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ImageError::Elf(error) => write!(f, "not a usable ELF file: {error}"),
-            ImageError::Truncated => f.write_str("the ELF file ends inside a segment"),
-            ImageError::OutsideFlash(address) => {
-                write!(
-                    f,
-                    "a segment at {address:08X}h is outside the 1 MiB of flash at 0800 0000h; {LINKER_SCRIPT}"
-                )
-            }
-            ImageError::NoVectorTable(bytes) => {
-                write!(f, "no vector table at 0800 0000h, {bytes} bytes for flash; {LINKER_SCRIPT}")
-            }
-        }
-    }
-}
-
-impl std::error::Error for ImageError {}
-
 /// Why an image cannot fly on a part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Misfit {
     /// It was linked for another chip.
+    #[error(
+        "the image was linked for DEV_ID {linked_for:03X}h ({lines}), the board has an {part} ({:03X}h)",
+        .part.device_id(),
+        lines = lines_with(*.linked_for)
+    )]
     OtherChip {
         /// DEV_ID that it was linked for.
         linked_for: u32,
@@ -88,6 +78,7 @@ pub enum Misfit {
         part: Part,
     },
     /// It is larger than the flash.
+    #[error("the image has {bytes} bytes, the board has an {part} with {} bytes of flash", .part.flash_bytes())]
     TooLarge {
         /// Size of the image, bytes.
         bytes: usize,
@@ -96,31 +87,11 @@ pub enum Misfit {
     },
 }
 
-impl fmt::Display for Misfit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Misfit::OtherChip { linked_for, part } => {
-                let lines = Part::lines_with(linked_for);
-                let chips =
-                    if lines.is_empty() { "no part that the twin models".into() } else { lines.join(", ") };
-                write!(
-                    f,
-                    "the image was linked for DEV_ID {linked_for:03X}h ({chips}), the board has an {part} ({:03X}h)",
-                    part.device_id()
-                )
-            }
-            Misfit::TooLarge { bytes, part } => {
-                write!(
-                    f,
-                    "the image has {bytes} bytes, the board has an {part} with {} bytes of flash",
-                    part.flash_bytes()
-                )
-            }
-        }
-    }
+/// Names of the lines of parts with this DEV_ID.
+fn lines_with(device_id: u32) -> String {
+    let lines = Part::lines_with(device_id);
+    if lines.is_empty() { "no part that the twin models".into() } else { lines.join(", ") }
 }
-
-impl std::error::Error for Misfit {}
 
 impl fmt::Debug for Image {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -153,24 +124,19 @@ impl Image {
         if !has_vector_table(&flash) {
             return Err(ImageError::NoVectorTable(flash.len()));
         }
-        let symbols = file
-            .symbols()
-            .filter_map(|symbol| {
-                let name = symbol.name().ok().filter(|name| !name.is_empty())?;
-                let place = Symbol { address: symbol.address() as u32, size: symbol.size() as u32 };
-                Some((format!("{:#}", rustc_demangle::demangle(name)), place))
-            })
-            .collect();
-        let mut functions: Vec<(Symbol, String)> = file
-            .symbols()
-            .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
-            .filter_map(|symbol| {
-                let name = format!("{:#}", rustc_demangle::demangle(symbol.name().ok()?));
+        let named = file.symbols().filter_map(|symbol| {
+            let name = symbol.name().ok().filter(|name| !name.is_empty())?;
+            let place = Symbol { address: symbol.address() as u32, size: symbol.size() as u32 };
+            Some((symbol.kind(), format!("{:#}", rustc_demangle::demangle(name)), place))
+        });
+        let (mut symbols, mut functions) = (HashMap::new(), Vec::new());
+        for (kind, name, place) in named {
+            if kind == SymbolKind::Text && place.size > 0 {
                 // Bit 0 says Thumb.
-                let place = Symbol { address: symbol.address() as u32 & !1, size: symbol.size() as u32 };
-                Some((place, name))
-            })
-            .collect();
+                functions.push((Symbol { address: place.address & !1, ..place }, name.clone()));
+            }
+            symbols.insert(name, place);
+        }
         functions.sort_by_key(|(place, _)| place.address);
         let log = Table::parse(elf).map_err(|error| error.to_string()).transpose();
         let elf = elf.to_vec();
@@ -179,14 +145,7 @@ impl Image {
 
     /// A program without ELF file: `flash` is the content from 0800 0000h on, vector table first.
     pub fn from_flash(flash: Vec<u8>) -> Image {
-        Image {
-            elf: Vec::new(),
-            flash,
-            code: OnceLock::new(),
-            symbols: HashMap::new(),
-            functions: Vec::new(),
-            log: None,
-        }
+        Image { flash, ..Image::default() }
     }
 
     /// Adds a symbol to a program without ELF file.

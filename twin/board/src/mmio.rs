@@ -37,25 +37,37 @@ pub struct Now {
 }
 
 /// Why the board refused an access. The CPU takes a bus fault and the board stops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Refusal {
     /// No peripheral of the model answers here.
+    #[error("no modelled peripheral answers")]
     Unmodelled,
     /// The peripheral is modelled, its clock is off in RCC.
+    #[error("the peripheral's clock is off in RCC")]
     ClockOff,
     /// The register exists; this width or alignment does not.
+    #[error("the register does not take this width or alignment")]
     Width,
     /// The reference manual forbids it in the peripheral's present state.
+    #[error("the reference manual forbids it in the peripheral's present state")]
     Misuse,
     /// A clock would be above the limit of the part at the present scale of its regulator.
+    #[error(
+        "HCLK, PCLK1 or PCLK2 would be faster than the part allows at this scale of its regulator, without \
+        over-drive: check the PLL, and whether the image is for the oscillator of the board"
+    )]
     ClockLimit,
     /// The core would enter Stop or Standby.
+    #[error("Stop and Standby are not modelled, clear SLEEPDEEP in SCR")]
     DeepSleep,
     /// Level 2 of the read-out protection.
+    #[error("level 2 of the read-out protection can never be left: it is not modelled")]
     Irrevocable,
     /// The core has this system register, the model has not.
+    #[error("the model of the core does not have this system register or value")]
     SystemRegister,
     /// The architecture does not define what the instruction does (DDI 0403E, "UNPREDICTABLE").
+    #[error("the architecture does not define what this instruction does")]
     Unpredictable {
         /// Its encoding: the half-word, or the first half-word above the second.
         word: u32,
@@ -70,25 +82,4 @@ pub(crate) struct RefusedAccess {
     /// A store, not a load.
     pub write: bool,
     pub refusal: Refusal,
-}
-
-impl std::fmt::Display for Refusal {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Refusal::Unmodelled => "no modelled peripheral answers",
-            Refusal::ClockOff => "the peripheral's clock is off in RCC",
-            Refusal::Width => "the register does not take this width or alignment",
-            Refusal::DeepSleep => "Stop and Standby are not modelled, clear SLEEPDEEP in SCR",
-            Refusal::Irrevocable => {
-                "level 2 of the read-out protection can never be left: it is not modelled"
-            }
-            Refusal::SystemRegister => "the model of the core does not have this system register or value",
-            Refusal::Unpredictable { .. } => "the architecture does not define what this instruction does",
-            Refusal::ClockLimit => {
-                "HCLK, PCLK1 or PCLK2 would be faster than the part allows at this scale of its regulator, without \
-                 over-drive: check the PLL, and whether the image is for the oscillator of the board"
-            }
-            Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
-        })
-    }
 }

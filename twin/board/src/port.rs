@@ -5,7 +5,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use crate::board::Plug;
-use crate::bxcan::{Registers, Side};
+use crate::bxcan::Registers;
 use crate::peripherals::Peripherals;
 
 /// One transceiver of one board on its bus.
@@ -13,24 +13,14 @@ use crate::peripherals::Peripherals;
 pub(crate) struct BoardPort {
     /// Number of the board.
     pub(crate) board: usize,
-    plug: Plug,
+    pub(crate) plug: Plug,
     /// Level changes at the receive pin since they were taken.
-    changes: Vec<(Time, bool)>,
+    pub(crate) changes: Vec<(Time, bool)>,
 }
 
 impl BoardPort {
     pub(crate) fn new(board: usize, plug: Plug) -> Self {
         BoardPort { board, plug, changes: Vec::new() }
-    }
-
-    /// The controller behind the transceiver, if it is selected.
-    pub(crate) fn controller(&self) -> Side {
-        self.plug.controller
-    }
-
-    /// Takes the level changes since the last call.
-    pub(crate) fn drain_changes(&mut self) -> impl Iterator<Item = (Time, bool)> {
-        self.changes.drain(..)
     }
 }
 

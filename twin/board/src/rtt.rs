@@ -26,13 +26,7 @@ pub enum Level {
 
 impl fmt::Display for Level {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Level::Trace => "TRACE",
-            Level::Debug => "DEBUG",
-            Level::Info => "INFO",
-            Level::Warn => "WARN",
-            Level::Error => "ERROR",
-        })
+        f.pad(&format!("{self:?}").to_uppercase())
     }
 }
 
@@ -66,7 +60,8 @@ pub struct Rtt {
     /// The program writes text, not defmt.
     is_text: bool,
     pending: Vec<u8>,
-    malformed: u64,
+    /// Frames that did not decode: overwritten before the probe came, or cut by a reset.
+    pub(crate) malformed: u64,
     pulled: bool,
 }
 
@@ -77,11 +72,6 @@ impl Rtt {
         let control_block = image.symbol("_SEGGER_RTT").filter(|_| image.log_table().is_ok());
         let is_text = matches!(image.log_table(), Ok(None));
         Rtt { control_block: control_block.map(|symbol| symbol.address), is_text, ..Rtt::default() }
-    }
-
-    /// Frames that did not decode: overwritten before the probe came, or cut by a reset.
-    pub fn malformed(&self) -> u64 {
-        self.malformed
     }
 
     /// The program starts again: half a frame will not be finished.

@@ -200,7 +200,7 @@ impl Spacecraft {
     /// When there is no such guest.
     pub fn inject(&mut self, guest: GuestId, at: Time, frame: WireFrame) {
         let at = at.max(self.now + Time(1));
-        self.guest_mut(guest).send(at, frame);
+        self.guest_mut(guest).waiting.push_back((at, frame));
     }
 
     /// Lets a guest take part like that from now on; what it has not sent yet is dropped unless it is
@@ -217,7 +217,7 @@ impl Spacecraft {
     /// # Panics
     /// When there is no such guest.
     pub fn take_heard(&mut self, guest: GuestId) -> Vec<(Time, GuestEvent)> {
-        self.guest_mut(guest).take_heard()
+        std::mem::take(&mut self.guest_mut(guest).heard)
     }
 
     fn guest_mut(&mut self, guest: GuestId) -> &mut Guest {
@@ -338,8 +338,8 @@ impl Spacecraft {
         let boards = &mut self.boards;
         self.wires[bus as usize].advance(until, &mut OnWire { boards, ports, guests });
         for port in ports {
-            let (board, side) = (&mut self.boards[port.board], port.controller());
-            board.can_rx_edges(side, port.drain_changes());
+            let board = &mut self.boards[port.board];
+            board.can_rx_edges(port.plug.controller, port.changes.drain(..));
         }
     }
 

@@ -8,8 +8,6 @@ use super::{EmulatedBoard, State};
 use crate::mmio::{Refusal, RefusedAccess};
 use crate::peripherals::name;
 
-/// The system control register, which holds SLEEPDEEP (DDI 0403 B3.2.7).
-const SCR: u32 = 0xE000_ED10;
 /// Bytes from the base of a stack frame to the return address (DDI 0403E B1.5.6).
 const FRAME_PC: u32 = 0x18;
 /// Bit of EXC_RETURN: the frame is on the process stack (B1.5.8).
@@ -82,18 +80,12 @@ impl EmulatedBoard {
         self.stop_at(pc, refused)
     }
 
-    /// Stops at a WFI or WFE that would enter Stop or Standby.
-    pub(super) fn refuse_deep_sleep(&mut self) -> AccessError {
-        let refused = RefusedAccess { address: SCR, write: false, refusal: Refusal::DeepSleep };
-        self.stop_at(self.core.pc(), refused)
-    }
-
-    /// Stops before an instruction that the core does not execute.
-    pub(super) fn refuse_instruction(&mut self, refused: RefusedAccess) -> AccessError {
-        self.stop_at(self.core.pc(), refused)
-    }
-
-    fn stop_at(&mut self, pc: u32, RefusedAccess { address, write, refusal }: RefusedAccess) -> AccessError {
+    /// Stops at the instruction `pc`.
+    pub(super) fn stop_at(
+        &mut self,
+        pc: u32,
+        RefusedAccess { address, write, refusal }: RefusedAccess,
+    ) -> AccessError {
         // What the program said before is read.
         self.drain();
         let (board, at) = (self.config.name.clone(), self.now());

@@ -39,15 +39,20 @@ impl EmulatedBoard {
         if self.state != State::Running {
             return Err(HaltError::NotRunning(board));
         }
-        let (frozen, frozen2) = self.chip.peripherals.unmodelled_freezes();
+        let (frozen, frozen2) = self.chip.peripherals.dbgmcu.unmodelled_freezes();
         if (frozen, frozen2) != (0, 0) {
             return Err(HaltError::Unmodelled { board, frozen, frozen2 });
         }
+        self.stand_still();
+        Ok(())
+    }
+
+    /// The core stops. What the program freezes beside the core runs on where the model does not stop it.
+    pub(super) fn stand_still(&mut self) {
         self.state = State::Halted;
         let now = self.now();
         self.chip.peripherals.halt(now);
         self.refresh();
-        Ok(())
     }
 
     /// The debugger lets a halted core go on where it stood. Without effect on any other.

@@ -25,10 +25,10 @@ impl EmulatedBoard {
     /// Breaks something, for good. Before the board has power: a program does not meet the change.
     pub fn inflict(&mut self, defect: Defect) {
         match defect {
-            Defect::Can(bits) => self.chip.peripherals.can_mut().stick(bits),
+            Defect::Can(bits) => self.chip.peripherals.can.stick(bits),
             Defect::ExchangedCaptures => self.captures_exchanged = true,
             Defect::WornFlash { address, bits } => self.flash.worn.push((address, bits)),
-            Defect::Apb1Prescaler => self.chip.peripherals.stick_apb1(),
+            Defect::Apb1Prescaler => self.chip.peripherals.rcc.apb1_stuck = true,
         }
     }
 }

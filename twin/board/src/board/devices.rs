@@ -12,7 +12,7 @@ fn place(bus: u8) -> usize {
 impl EmulatedBoard {
     /// The devices on the I2C buses get warmer or colder: °C.
     pub fn set_temperature(&mut self, celsius: f64) {
-        self.chip.peripherals.set_temperature(celsius);
+        self.chip.peripherals.i2c.set_temperature(celsius);
     }
 
     /// Wires a device with its pull-ups to I2C`bus`, 1 to 3.
@@ -30,7 +30,7 @@ impl EmulatedBoard {
     /// # Panics
     /// When there is no such bus: a mistake in a test, not an input.
     pub fn detach_i2c(&mut self, bus: u8) {
-        self.chip.peripherals.detach_i2c(place(bus));
+        self.chip.peripherals.i2c.0[place(bus)].detach_all();
         self.refresh();
     }
 }

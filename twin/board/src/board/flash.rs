@@ -75,12 +75,12 @@ impl EmulatedBoard {
 
     /// Programs the option bytes from outside, as a debug probe does: bits as in FLASH_OPTCR.
     pub fn set_option_bytes(&mut self, optcr: u32) {
-        self.chip.peripherals.flash_mut().set_options(optcr);
+        self.chip.peripherals.flash.set_options(optcr);
     }
 
     /// Sets error flags of FLASH_SR from outside, as an operation of a debug probe leaves them that failed.
     pub fn leave_flash_errors(&mut self, sr: u32) {
-        self.chip.peripherals.flash_mut().leave_errors(sr);
+        self.chip.peripherals.flash.leave_errors(sr);
     }
 
     /// Whether the core waits for the flash.
@@ -94,7 +94,7 @@ impl EmulatedBoard {
         // Flash answers at zero too.
         let (part, pc) = (self.config.model.part, self.core.pc());
         let offset = pc.checked_sub(FLASH_BASE).unwrap_or(pc);
-        let is_busy = match self.chip.peripherals.flash().operation() {
+        let is_busy = match self.chip.peripherals.flash.operation() {
             Some((Change::Options, _)) => true,
             Some((change, _)) => part.bank_of(change.range().start) == part.bank_of(offset),
             None => false,
@@ -104,7 +104,7 @@ impl EmulatedBoard {
 
     /// Follows the operation that the program started.
     pub(super) fn follow_flash(&mut self, clocks_changed: bool) {
-        let Some((change, ends)) = self.chip.peripherals.flash().operation() else { return };
+        let Some((change, ends)) = self.chip.peripherals.flash.operation() else { return };
         if self.flash.under_way.is_none() {
             match change {
                 Change::Program { .. } => self.counters.flash_programs += 1,
@@ -150,7 +150,7 @@ impl EmulatedBoard {
 
     fn leave_flash(&mut self, remains: Remains) {
         self.flash.under_way = None;
-        let Some(change) = self.chip.peripherals.flash_mut().finish(remains == Remains::New) else { return };
+        let Some(change) = self.chip.peripherals.flash.finish(remains == Remains::New) else { return };
         if change == Change::Options {
             return;
         }

@@ -34,7 +34,7 @@ impl EmulatedBoard {
             let (at, fraction) = chip.clock.exact_time_at(change.cycle);
             Edge { at, fraction, pin: change.pin, high: change.high }
         }));
-        let clocks = chip.peripherals.clocks();
+        let clocks = chip.peripherals.rcc.clocks();
         let clocks_changed = self.clocks != Some(clocks);
         if clocks_changed {
             self.clocks = Some(clocks);
@@ -47,8 +47,8 @@ impl EmulatedBoard {
         if chip.peripherals.transfer(now, &mut chip.memory) {
             levels = chip.peripherals.irq_levels(now);
         }
-        self.can_lines = chip.peripherals.can().irqs();
-        let nmi = chip.peripherals.nmi();
+        self.can_lines = chip.peripherals.can.irqs();
+        let nmi = chip.peripherals.rcc.nmi();
         if nmi != self.nmi {
             self.nmi = nmi;
             self.core.set_nmi(nmi);

@@ -36,7 +36,7 @@ impl EmulatedBoard {
                 Some(true) => Activity::Idle,
                 Some(false) => Activity::Busy,
             };
-            self.chip.peripherals.can_mut().hear(side, heard);
+            self.chip.peripherals.can.hear(side, heard);
             let reason = match heard {
                 Activity::Nothing => self.chip.peripherals.unconnected_can(side, idle.is_some()),
                 _ => None,
@@ -44,8 +44,8 @@ impl EmulatedBoard {
             self.warn_of_pins(side, now, reason);
             self.judge_participation(side, now);
         }
-        self.chip.peripherals.can_mut().poll(now);
-        if self.chip.peripherals.can().irqs() != self.can_lines {
+        self.chip.peripherals.can.poll(now);
+        if self.chip.peripherals.can.irqs() != self.can_lines {
             self.refresh();
         }
     }
@@ -66,7 +66,7 @@ impl EmulatedBoard {
     /// that no network of CiA 301 has, the usual sign of an image that was built for another oscillator.
     fn judge_participation(&mut self, side: Side, at: Time) {
         let known = &mut self.participation[side as usize];
-        if !self.chip.peripherals.can().takes_part(side) {
+        if !self.chip.peripherals.can.takes_part(side) {
             *known = Participation::None;
             return;
         }
@@ -81,7 +81,7 @@ impl EmulatedBoard {
         for contradiction in self.chip.peripherals.unused_wires(self.config.fittings.capture_wires) {
             self.warn_once(at, contradiction);
         }
-        let clocks = self.chip.peripherals.clocks();
+        let clocks = self.chip.peripherals.rcc.clocks();
         let rate = clocks.hclk / clocks.apb1_divider / bit_pclks(self.can_btr(side));
         if BIT_RATES.iter().any(|known| rate.abs_diff(*known) * 200 <= *known) {
             return;

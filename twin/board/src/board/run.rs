@@ -9,6 +9,8 @@ use crate::peripherals::ResetCause;
 
 /// Number of HardFault (DDI 0403E B1.5.2).
 const HARD_FAULT: u16 = 3;
+/// The system control register, which holds SLEEPDEEP (DDI 0403 B3.2.7).
+const SCR: u32 = 0xE000_ED10;
 
 impl EmulatedBoard {
     /// The next instant at which the board does something if no wire disturbs it; zero while its core is awake.
@@ -17,7 +19,7 @@ impl EmulatedBoard {
             State::Off => Time::NEVER,
             State::Running if !self.asleep && !self.is_stalled() => Time::ZERO,
             _ => {
-                let can = self.chip.peripherals.can().next_event().unwrap_or(Time::NEVER);
+                let can = self.chip.peripherals.can.next_event().unwrap_or(Time::NEVER);
                 let event = match self.state {
                     State::Running => self.wake_event(),
                     State::Refused(_) => u64::MAX,
@@ -130,14 +132,15 @@ impl EmulatedBoard {
         let spins = is_turn && !run.asleep && self.core.pc() == pc && self.core.exception() == exception;
         self.spin.follow(spins.then(|| (cycle - began, self.core.systick_event())));
 
-        if self.chip.take_attention() {
-            if let Some(refused) = self.chip.take_refused() {
+        if std::mem::take(&mut self.chip.needs_attention) {
+            if let Some(refused) = self.chip.refused.take() {
                 return Err(self.refuse(refused));
             }
             self.refresh();
         }
         if run.asleep && self.core.sleeps_deeply() {
-            return Err(self.refuse_deep_sleep());
+            let refused = RefusedAccess { address: SCR, write: false, refusal: Refusal::DeepSleep };
+            return Err(self.stop_at(self.core.pc(), refused));
         }
         if exception != HARD_FAULT && self.core.exception() == HARD_FAULT {
             self.on_hard_fault();
@@ -167,11 +170,7 @@ impl EmulatedBoard {
         match stop {
             Stop::Breakpoint { .. } => {
                 self.drain();
-                // What the program freezes beside the core runs on where the model does not stop it.
-                self.state = State::Halted;
-                let now = self.now();
-                self.chip.peripherals.halt(now);
-                self.refresh();
+                self.stand_still();
                 Ok(())
             }
             Stop::ResetRequest => {
@@ -179,14 +178,13 @@ impl EmulatedBoard {
                 self.start(ResetCause::Software);
                 Ok(())
             }
-            Stop::Unmodelled { address, write, .. } => Err(self.refuse_instruction(RefusedAccess {
-                address,
-                write,
-                refusal: Refusal::SystemRegister,
-            })),
+            Stop::Unmodelled { address, write, .. } => {
+                let refused = RefusedAccess { address, write, refusal: Refusal::SystemRegister };
+                Err(self.stop_at(self.core.pc(), refused))
+            }
             Stop::Unpredictable { address, word } => {
                 let refusal = Refusal::Unpredictable { word };
-                Err(self.refuse_instruction(RefusedAccess { address, write: false, refusal }))
+                Err(self.stop_at(self.core.pc(), RefusedAccess { address, write: false, refusal }))
             }
         }
     }

@@ -35,7 +35,7 @@ impl EmulatedBoard {
     /// without power.
     pub fn brown_out(&mut self) {
         if self.is_powered() {
-            let (watched, _) = self.chip.peripherals.flash().watches();
+            let (watched, _) = self.chip.peripherals.flash.watches();
             self.power(false);
             self.restore(if watched { ResetCause::BrownOut } else { ResetCause::PowerOn });
         }
@@ -51,7 +51,7 @@ impl EmulatedBoard {
         self.lines = [0; 3];
         self.nmi = false;
         let started = self.now() + self.config.fittings.hse_delay;
-        self.chip.peripherals.delay_hse(started);
+        self.chip.peripherals.rcc.hse_from = started;
         self.start(cause);
     }
 
@@ -60,12 +60,12 @@ impl EmulatedBoard {
     /// # Panics
     /// When the program did not start the clock security system: a chip without clock is not modelled.
     pub fn fail_oscillator(&mut self) {
-        self.chip.peripherals.fail_hse();
+        self.chip.peripherals.rcc.fail_hse();
         self.refresh();
     }
 
     /// The oscillator works again: it starts when the program next switches it on.
     pub fn mend_oscillator(&mut self) {
-        self.chip.peripherals.set_hse(true);
+        self.chip.peripherals.rcc.hse_starts = true;
     }
 }

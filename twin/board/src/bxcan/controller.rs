@@ -42,7 +42,7 @@ pub struct Registers {
     /// ERRI, WKUI and SLAKI.
     msr_flags: u32,
     ier: u32,
-    btr: u32,
+    pub(super) btr: u32,
     pub(super) errors: ErrorState,
     pub(super) mailboxes: Mailboxes,
     fifos: [Fifo; 2],
@@ -67,7 +67,7 @@ pub struct Registers {
     pub(super) on_bus_since: Time,
     /// End of the current loopback frame.
     pub(super) loopback_end: Option<Time>,
-    heard: Activity,
+    pub(super) heard: Activity,
     /// The line became dominant in Sleep mode since the last poll.
     dominant_seen: bool,
     /// Resets so far: each starts the error counters anew.
@@ -109,21 +109,16 @@ impl Registers {
     /// What the reset line of RCC does; the clock, the line and the statistics stay.
     pub fn reset(&mut self) {
         let fresh = Registers::new(self.side, self.pclk);
-        self.stats.discarded += self.fifos.iter().map(|fifo| fifo.pending() as u64).sum::<u64>();
-        self.stats.aborted += self.mailboxes.aborted();
+        self.stats.discarded += self.fifos.iter().map(|fifo| fifo.messages.len() as u64).sum::<u64>();
+        self.stats.aborted += self.mailboxes.aborted;
         let stats = std::mem::take(&mut self.stats);
         *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
-    }
-
-    /// The register.
-    pub fn btr(&self) -> u32 {
-        self.btr
     }
 
     /// Statistics so far.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();
-        stats.aborted += self.mailboxes.aborted();
+        stats.aborted += self.mailboxes.aborted;
         stats
     }
 
@@ -235,7 +230,7 @@ impl Registers {
     /// May start a frame at `at`.
     pub fn may_send(&self, at: Time) -> bool {
         self.mode == Mode::Normal
-            && !self.errors.bus_off()
+            && !self.errors.counters.bus_off()
             && self.on_bus_since <= at
             && self.leaving.is_none_or(|leaving| leaving > at)
     }
@@ -269,16 +264,12 @@ impl Registers {
 
     /// TEC and REC.
     pub fn error_counters(&self) -> ErrorCounters {
-        self.errors.counters()
+        self.errors.counters
     }
 
     /// Comes back from bus-off after 128 sequences of 11 recessive bits.
     fn recovers(&self) -> bool {
         self.mcr(MCR_ABOM) || self.recovery_asked
-    }
-
-    pub fn hear(&mut self, heard: Activity) {
-        self.heard = heard;
     }
 
     /// The line became dominant at `at`; it matters in Sleep mode only, 32.4.3.
@@ -305,7 +296,7 @@ impl Registers {
         }
         self.mailboxes.settle(now);
         self.fifos.iter_mut().for_each(Fifo::settle);
-        let inactive = self.errors.bus_off() || self.is_alone() || self.heard == Activity::Idle;
+        let inactive = self.errors.counters.bus_off() || self.is_alone() || self.heard == Activity::Idle;
         if self.leaving.is_some() && !self.mailboxes.transmitting() && inactive {
             self.leave(now);
         }
@@ -335,7 +326,7 @@ impl Registers {
     fn fail_alone(&mut self, end: Time) {
         self.mailboxes.finish(end, Attempt::Failed, self.mcr(MCR_NART));
         self.fail(ErrorKind::BitDominant);
-        let counters = self.errors.counters();
+        let counters = self.errors.counters;
         self.count(end, ErrorCounters { transmit: counters.transmit + 8, ..counters });
         let suspension = if counters.transmit + 8 >= 128 { SUSPENSION } else { 0 };
         self.on_bus_since = end + self.bits(INTERMISSION + suspension);
@@ -364,7 +355,8 @@ impl Registers {
 
     /// When bus-off ends for a controller that has heard no wire since `since`.
     fn recovery_alone(&self, since: Time) -> Option<Time> {
-        let counts = self.errors.bus_off() && self.recovers() && (self.mode == Mode::Normal || self.joining);
+        let counts =
+            self.errors.counters.bus_off() && self.recovers() && (self.mode == Mode::Normal || self.joining);
         let from = self.joined_since.max(self.bus_off_since).max(since);
         counts.then(|| from + self.bits(SEQUENCE * BUS_OFF_SEQUENCES))
     }
@@ -402,7 +394,7 @@ impl Registers {
 
     /// Stores a frame that began at `start` and became valid at `at`, if a filter admits it.
     pub fn receive(&mut self, start: Time, at: Time, frame: WireFrame, filters: &FilterBlock) {
-        self.succeed();
+        self.errors.succeeded();
         let found = filters.admit(self.side, FilterKey { rir: rir(&frame) });
         let Some(found) = found.filter(|_| filters.admit_from(start)) else {
             self.stats.rejected += 1;
@@ -418,11 +410,6 @@ impl Registers {
         }
     }
 
-    /// A frame was sent or received well.
-    pub fn succeed(&mut self) {
-        self.errors.succeeded();
-    }
-
     /// An error was seen.
     pub fn fail(&mut self, kind: ErrorKind) {
         self.errors.failed(kind);
@@ -434,7 +421,7 @@ impl Registers {
     /// The error counters changed: raises what that enables.
     pub fn count(&mut self, at: Time, counters: ErrorCounters) {
         let before = self.errors.flags();
-        self.errors.count(counters);
+        self.errors.counters = counters;
         let after = self.errors.flags();
         let enables = [(ESR_EWGF, IER_EWGIE), (ESR_EPVF, IER_EPVIE), (ESR_BOFF, IER_BOFIE)];
         let raised = after & !before;
@@ -478,7 +465,7 @@ impl Registers {
             Mode::Sleep | Mode::Initialisation => self.join(now),
             Mode::Normal if init || sleep => {
                 self.leaving.get_or_insert(now);
-                if self.errors.bus_off() {
+                if self.errors.counters.bus_off() {
                     self.leave(now);
                 }
             }
@@ -501,7 +488,7 @@ impl Registers {
         }
         // "In initialization mode bxCAN does not monitor CANRX, therefore it cannot complete the recovery sequence",
         // 32.7.6: it begins here, and the sequence that synchronises is the first of the 128.
-        self.recovery_asked |= self.errors.bus_off();
+        self.recovery_asked |= self.errors.counters.bus_off();
     }
 
     /// Leaves Normal mode as MCR asks.

@@ -11,7 +11,7 @@ const WARNING: u16 = 96;
 /// What ESR shows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ErrorState {
-    counters: ErrorCounters,
+    pub counters: ErrorCounters,
     lec: u8,
 }
 
@@ -27,21 +27,12 @@ impl ErrorState {
     /// EWGF, EPVF and BOFF.
     pub fn flags(&self) -> u32 {
         let ErrorCounters { transmit, receive } = self.counters;
-        let mut flags = 0;
-        if transmit.max(receive) >= WARNING {
-            flags |= ESR_EWGF;
-        }
-        if self.counters.error_passive() {
-            flags |= ESR_EPVF;
-        }
-        if self.counters.bus_off() {
-            flags |= ESR_BOFF;
-        }
-        flags
-    }
-
-    pub fn bus_off(&self) -> bool {
-        self.counters.bus_off()
+        let raised = [
+            (transmit.max(receive) >= WARNING, ESR_EWGF),
+            (self.counters.error_passive(), ESR_EPVF),
+            (self.counters.bus_off(), ESR_BOFF),
+        ];
+        raised.into_iter().fold(0, |flags, (is_raised, flag)| if is_raised { flags | flag } else { flags })
     }
 
     /// Software may write LEC (7 to see the next update), nothing else.
@@ -57,16 +48,6 @@ impl ErrorState {
     /// An error was seen.
     pub fn failed(&mut self, kind: ErrorKind) {
         self.lec = lec(kind);
-    }
-
-    /// Both counters.
-    pub fn counters(&self) -> ErrorCounters {
-        self.counters
-    }
-
-    /// The counters are these now.
-    pub fn count(&mut self, counters: ErrorCounters) {
-        self.counters = counters;
     }
 }
 

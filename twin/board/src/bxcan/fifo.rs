@@ -20,7 +20,7 @@ pub enum Storing {
 
 /// One message as the output mailbox shows it.
 #[derive(Clone, Copy, Debug)]
-struct Stored {
+pub(super) struct Stored {
     frame: WireFrame,
     filter: u8,
 }
@@ -28,9 +28,9 @@ struct Stored {
 /// RFxR and the messages behind it.
 #[derive(Clone, Debug, Default)]
 pub struct Fifo {
-    messages: VecDeque<Stored>,
-    full: bool,
-    overrun: bool,
+    pub(super) messages: VecDeque<Stored>,
+    /// FULL and FOVR.
+    flags: u32,
     /// Releases since the last [`Fifo::settle`]: the CPU ran ahead of the wire, so a frame may still arrive that was
     /// complete before them.
     released: Vec<Time>,
@@ -39,27 +39,15 @@ pub struct Fifo {
 impl Fifo {
     /// RFxR; RFOM acts at once and never reads 1.
     pub fn rfr(&self) -> u32 {
-        let mut value = self.messages.len() as u32;
-        if self.full {
-            value |= RFR_FULL;
-        }
-        if self.overrun {
-            value |= RFR_FOVR;
-        }
-        value
+        self.messages.len() as u32 | self.flags
     }
 
     /// Writes RFxR; returns whether a message was released.
     pub fn write_rfr(&mut self, value: u32, now: Time) -> bool {
-        if value & RFR_FULL != 0 {
-            self.full = false;
-        }
-        if value & RFR_FOVR != 0 {
-            self.overrun = false;
-        }
+        self.flags &= !(value & (RFR_FULL | RFR_FOVR));
         let is_released = value & RFR_RFOM != 0 && self.messages.pop_front().is_some();
         if is_released {
-            self.full = false;
+            self.flags &= !RFR_FULL;
             self.released.push(now);
         }
         is_released
@@ -85,10 +73,12 @@ impl Fifo {
         if self.messages.len() + released_later < DEPTH {
             self.messages.push_back(message);
             // A release after `at` has cleared FULL again.
-            self.full |= self.messages.len() == DEPTH;
+            if self.messages.len() == DEPTH {
+                self.flags |= RFR_FULL;
+            }
             return Storing::Stored;
         }
-        self.overrun = true;
+        self.flags |= RFR_FOVR;
         if locked {
             return Storing::Overrun(frame);
         }
@@ -105,11 +95,6 @@ impl Fifo {
     /// The wire has caught up with the CPU.
     pub fn settle(&mut self) {
         self.released.clear();
-    }
-
-    /// Messages waiting.
-    pub fn pending(&self) -> usize {
-        self.messages.len()
     }
 }
 

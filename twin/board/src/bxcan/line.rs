@@ -49,7 +49,7 @@ impl Controller for Line<'_> {
             }
             WireEvent::Transmitted => {
                 registers.mailboxes.finish(at, Attempt::Succeeded, single_shot);
-                registers.succeed();
+                registers.errors.succeeded();
             }
             WireEvent::Received(frame) => {
                 // Valid with the last but one bit of EOF. A bit more than that ago it had not begun.
@@ -91,7 +91,7 @@ impl Line<'_> {
                     return;
                 }
                 let frame = registers.mailboxes.finish(end, Attempt::Succeeded, false);
-                registers.succeed();
+                registers.errors.succeeded();
                 if let Some(frame) = frame {
                     let start = end.since(registers.bits(unstuffed_bits(&frame)));
                     registers.receive(start, end, frame, self.filters);

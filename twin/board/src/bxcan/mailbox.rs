@@ -86,7 +86,8 @@ impl Mailbox {
 pub struct Mailboxes {
     boxes: [Mailbox; MAILBOXES],
     requests: u64,
-    aborted: u64,
+    /// Requests that ended by an abort.
+    pub aborted: u64,
 }
 
 impl Mailboxes {
@@ -214,11 +215,6 @@ impl Mailboxes {
                 self.aborted += 1;
             }
         }
-    }
-
-    /// Requests that ended by an abort.
-    pub fn aborted(&self) -> u64 {
-        self.aborted
     }
 
     fn pending(&self) -> impl Iterator<Item = usize> {

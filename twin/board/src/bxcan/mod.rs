@@ -82,19 +82,12 @@ impl fmt::Display for Side {
 ///
 /// "The peripheral registers have to be accessed by words (32 bits)", RM0090 32.9: a narrower access is the caller's
 /// to refuse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("bxCAN has no register at offset {offset:03X}h")]
 pub struct BadAccess {
     /// Offset from 4000 6400h.
     pub offset: u32,
 }
-
-impl fmt::Display for BadAccess {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "bxCAN has no register at offset {:03X}h", self.offset)
-    }
-}
-
-impl std::error::Error for BadAccess {}
 
 /// Levels of the four interrupt lines of one controller, RM0090 32.8.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -287,7 +280,7 @@ impl BxcanPair {
 
     /// What the controller hears of its bus by now; [`Activity::Nothing`] before the first call.
     pub fn hear(&mut self, side: Side, heard: Activity) {
-        self.controllers[side as usize].hear(heard);
+        self.controllers[side as usize].heard = heard;
     }
 
     /// CPU and wires have reached `now`: settles aborts and mode changes, runs loopback.
@@ -306,7 +299,7 @@ impl BxcanPair {
 
     /// CAN_BTR of `side`.
     pub fn btr(&self, side: Side) -> u32 {
-        self.controllers[side as usize].btr()
+        self.controllers[side as usize].btr
     }
 
     /// What `side` did so far.

@@ -31,10 +31,6 @@ pub(super) struct Checker {
 }
 
 impl Checker {
-    pub(super) fn new() -> Self {
-        Checker::default()
-    }
-
     /// # Errors
     /// Field, what was found, what is allowed.
     pub(super) fn description(&mut self, raw: &format::Board) -> Result<Description, String> {

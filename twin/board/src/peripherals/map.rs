@@ -2,13 +2,10 @@
 
 use super::rcc::{AHB1, APB1, APB2, Gate};
 use super::timer::{CCR1, CCR4};
-use super::timers;
+use super::timers::{self, TIM3, TIM5};
 use crate::mmio::{Refusal, Width};
 use crate::part::Part;
 
-pub(super) const TIM2_BIT: u32 = 0;
-pub(super) const TIM3_BIT: u32 = 1;
-pub(super) const TIM5_BIT: u32 = 3;
 pub(super) const DMA_BITS: [u32; 2] = [21, 22];
 pub(super) const I2C_BITS: [u32; 3] = [21, 22, 23];
 pub(super) const CAN1_BIT: u32 = 25;
@@ -18,9 +15,6 @@ pub(super) const SYSCFG_BIT: u32 = 14;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Block {
-    Tim2,
-    Tim3,
-    Tim5,
     Iwdg,
     Can,
     Pwr,
@@ -40,9 +34,6 @@ impl Block {
     /// The block at `address` and where it begins (RM0090 table 1).
     pub(super) fn at(part: Part, address: u32) -> Option<(Block, u32)> {
         let block = match address & !0x3FF {
-            0x4000_0000 => Block::Tim2,
-            0x4000_0400 => Block::Tim3,
-            0x4000_0C00 => Block::Tim5,
             0x4000_3000 => Block::Iwdg,
             base @ 0x4000_5400..0x4000_6000 => Block::I2c((base as usize - 0x4000_5400) >> 10),
             0x4000_6400 | 0x4000_6800 => return Some((Block::Can, 0x4000_6400)),
@@ -65,7 +56,7 @@ impl Block {
 
     /// Whether an access meets what TIM3 and TIM5 have done until then.
     pub(super) fn shows_timers(self) -> bool {
-        matches!(self, Block::Tim3 | Block::Tim5 | Block::Gpio(_) | Block::Rcc)
+        matches!(self, Block::Timer(TIM3 | TIM5) | Block::Gpio(_) | Block::Rcc)
     }
 
     /// Returns whether a load from the register at an offset may change a flag, an interrupt line, a request or the time of an event.
@@ -83,7 +74,7 @@ impl Block {
             | Block::Signature
             | Block::Iwdg => false,
             // A load from a capture register clears its flag.
-            Block::Tim2 | Block::Tim3 | Block::Tim5 | Block::Timer(_) => (CCR1..=CCR4).contains(&register),
+            Block::Timer(_) => (CCR1..=CCR4).contains(&register),
             Block::I2c(_) => true,
         }
     }
@@ -91,9 +82,6 @@ impl Block {
     /// Its clock gate; some blocks have none.
     pub(super) fn gate(self, offset: u32) -> Option<Gate> {
         let (bus, bit) = match self {
-            Block::Tim2 => (APB1, TIM2_BIT),
-            Block::Tim3 => (APB1, TIM3_BIT),
-            Block::Tim5 => (APB1, TIM5_BIT),
             Block::Can if offset < 0x400 => (APB1, CAN1_BIT),
             Block::Can => (APB1, CAN2_BIT),
             Block::Pwr => (APB1, PWR_BIT),

@@ -3,6 +3,8 @@
 //! The bus refuses what a real one would answer with silence: registers that the model lacks and blocks whose clock is
 //! off in RCC. A twin that answered zeros would let wrong firmware fly.
 
+#[cfg(test)]
+mod bench;
 pub(crate) mod can_pins;
 mod dma;
 mod exti;
@@ -42,33 +44,25 @@ pub use gpio::PinChange;
 use gpio::{Gpio, TIMER_AF};
 use i2c::Buses;
 use iwdg::Iwdg;
-use map::{Block, CAN1_BIT, CAN2_BIT, TIM3_BIT, TIM5_BIT};
+use map::{Block, CAN1_BIT, CAN2_BIT};
 pub(crate) use names::{is_reserved, name};
 use rcc::{APB1, BDCR, Gate, Rcc};
 pub use rcc::{Clocks, ResetCause};
 pub use requests::Ram;
-use system::{Dbgmcu, Pwr, signature, unique_id};
-use timer::{Kind, Timer};
-use timers::Timers;
+use system::{Dbgmcu, Pwr, signature};
+use timers::{TIM3, TIM5, TIMERS, Timers};
 
 /// Levels of the NVIC inputs 0..=95.
 pub type IrqLevels = [u32; 3];
 
 const IDCODE_REVISION_A: u32 = 0x2000_6411;
 const FLASH_IRQ: u16 = 4;
-const TIM2_IRQ: u16 = 28;
-const TIM3_IRQ: u16 = 29;
-const TIM5_IRQ: u16 = 50;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
 const CAN_IRQS: [(Side, u16); 2] = [(Side::Can1, 19), (Side::Can2, 63)];
 const PORT_A: usize = 0;
 /// Pins at which TIM5 captures CAN_RX, by its channels.
 pub(crate) const CAPTURE_PINS: [Pin; 4] =
     [Pin::new('A', 0), Pin::new('A', 1), Pin::new('A', 2), Pin::new('A', 3)];
-/// Their trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). What TIM2 gives out is not modelled.
-const TIM2: Kind = Kind { bits: 32, trigger: None, drives_pins: false, channels: 4, is_advanced: false };
-const TIM3: Kind = Kind { bits: 16, trigger: Some(2), drives_pins: true, channels: 4, is_advanced: false };
-const TIM5: Kind = Kind { bits: 32, trigger: None, drives_pins: true, channels: 4, is_advanced: false };
 /// Pins of the channels of TIM3 and TIM5, the same in each part (DS8626 table 9, DS10693 table 11).
 pub(crate) const TIM3_PINS: [&[Pin]; 4] = [
     &[Pin::new('A', 6), Pin::new('B', 4), Pin::new('C', 6)],
@@ -96,30 +90,28 @@ pub(crate) struct TimedChange {
 /// All peripherals of one board.
 #[derive(Clone, Debug)]
 pub struct Peripherals {
-    part: Part,
+    pub(crate) part: Part,
     /// What the pins of the board lead to.
     pins: Pins,
     serial: u32,
-    rcc: Rcc,
-    flash: Flash,
+    pub(crate) rcc: Rcc,
+    pub(crate) flash: Flash,
     pwr: Pwr,
-    dbgmcu: Dbgmcu,
+    pub(crate) dbgmcu: Dbgmcu,
     gpio: [Gpio; Pin::PORTS],
     exti: Exti,
     syscfg: Syscfg,
-    tim2: Timer,
-    tim3: Timer,
-    tim5: Timer,
     dma: [Dma; 2],
-    i2c: Buses,
+    pub(crate) i2c: Buses,
     timers: Timers,
     iwdg: Iwdg,
-    can: BxcanPair,
+    pub(crate) can: BxcanPair,
     /// The pins carry CAN1, CAN2.
     can_routed: [bool; 2],
     /// Since when a debugger has halted the core.
     halted: Option<Time>,
-    pin_changes: Vec<PinChange>,
+    /// Changes of output pins by stores, until the board takes them.
+    pub(crate) pin_changes: Vec<PinChange>,
     timed_changes: Vec<TimedChange>,
     /// An access may have changed interrupt lines, requests or events since this was taken.
     has_changed: bool,
@@ -145,9 +137,6 @@ impl Peripherals {
             gpio: std::array::from_fn(Gpio::new),
             exti: Exti::default(),
             syscfg: Syscfg::default(),
-            tim2: Timer::new(TIM2, 1),
-            tim3: Timer::new(TIM3, 1),
-            tim5: Timer::new(TIM5, 1),
             dma: [Dma::new(0), Dma::new(1)],
             i2c: Buses::default(),
             timers: Timers::default(),
@@ -166,11 +155,6 @@ impl Peripherals {
         std::mem::take(&mut self.has_changed)
     }
 
-    /// Which part it is.
-    pub fn part(&self) -> Part {
-        self.part
-    }
-
     /// Becomes an F405 of revision A: prefetch does not work there, and DEV_ID is that of the STM32F20x (ES0182).
     ///
     /// # Panics
@@ -184,31 +168,6 @@ impl Peripherals {
         self.dbgmcu.idcode() == IDCODE_REVISION_A
     }
 
-    /// HSE stops while it runs.
-    pub fn fail_hse(&mut self) {
-        self.rcc.fail_hse();
-    }
-
-    /// Breaks the prescaler of APB1.
-    pub(crate) fn stick_apb1(&mut self) {
-        self.rcc.stick_apb1();
-    }
-
-    /// Whether the NMI is raised.
-    pub fn nmi(&self) -> bool {
-        self.rcc.nmi()
-    }
-
-    /// HSE does not start any more, or starts again.
-    pub fn set_hse(&mut self, starts: bool) {
-        self.rcc.set_hse(starts);
-    }
-
-    /// HSE does not start before this instant.
-    pub fn delay_hse(&mut self, until: Time) {
-        self.rcc.delay_hse(until);
-    }
-
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
     pub fn reset(&mut self, now: Time, cause: ResetCause) {
         self.rcc.reset(cause);
@@ -218,9 +177,6 @@ impl Peripherals {
         self.gpio.iter_mut().for_each(Gpio::reset);
         self.exti = Exti::default();
         self.syscfg = Syscfg::default();
-        self.tim2.reset();
-        self.tim3.reset();
-        self.tim5.reset();
         self.dma.iter_mut().for_each(Dma::reset);
         self.i2c.reset();
         self.timers.reset();
@@ -249,12 +205,9 @@ impl Peripherals {
             self.run_timers(now.cycle);
         }
         let value = match block {
-            Block::Tim2 => Some(self.tim2.read(now.cycle, word)?),
-            Block::Tim3 => Some(self.tim3.read(now.cycle, word)?),
-            Block::Tim5 => Some(self.tim5.read(now.cycle, word)?),
             Block::Dma(n) => Some(self.dma[n].read(word)?),
             Block::I2c(n) => Some(self.i2c.0[n].read(now.cycle, word)?),
-            Block::Timer(n) => Some(self.timers.get(n).read(now.cycle, word)?),
+            Block::Timer(n) => Some(self.timers.touch(n).read(now.cycle, word)?),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
             Block::Can => self.can.read(word).ok(),
             Block::Pwr => self.pwr.read(word),
@@ -287,7 +240,7 @@ impl Peripherals {
         let value = match self.kept(now, block, word) {
             Some(old) => merge(width, address, old, value),
             // Timers look at the width of the access.
-            None if matches!(block, Block::Tim2 | Block::Tim3 | Block::Tim5 | Block::Timer(_)) => value,
+            None if matches!(block, Block::Timer(_)) => value,
             None => duplicate(width, value),
         };
         if matches!((block, word), (Block::Flash, ACR)) && value & PRFTEN != 0 && self.lacks_prefetch() {
@@ -297,12 +250,9 @@ impl Peripherals {
             self.run_timers(now.cycle);
         }
         let done = match block {
-            Block::Tim2 => Some(self.tim2.write(now.cycle, word, width, value)?),
-            Block::Tim3 => Some(self.tim3.write(now.cycle, word, width, value)?),
-            Block::Tim5 => Some(self.tim5.write(now.cycle, word, width, value)?),
             Block::Dma(n) => Some(self.dma[n].write(word, value)?),
             Block::I2c(n) => Some(self.i2c.0[n].write(now.cycle, word, value)?),
-            Block::Timer(n) => Some(self.timers.get(n).write(now.cycle, word, width, value)?),
+            Block::Timer(n) => Some(self.timers.touch(n).write(now.cycle, word, width, value)?),
             Block::Iwdg => Some(self.iwdg.write(now.time, word, value)?),
             Block::Can => self.can.write(word, value, now.time).ok(),
             Block::Pwr => self.pwr.write(word, value),
@@ -316,7 +266,7 @@ impl Peripherals {
             Block::Gpio(port) => self.gpio[port].write(now.time, word, value, &mut self.pin_changes),
             Block::Signature => None,
         };
-        if let Some((bus, bits)) = self.rcc.take_resets() {
+        if let Some((bus, bits)) = self.rcc.resets.take() {
             self.reset_blocks(bus, bits);
         }
         if matches!(block, Block::I2c(_) | Block::Gpio(_) | Block::Rcc) {
@@ -326,7 +276,7 @@ impl Peripherals {
             return Err(Refusal::ClockLimit);
         }
         // Flash that is read faster than it can be gives anything.
-        if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.clocks().hclk) {
+        if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.rcc.clocks().hclk) {
             return Err(Refusal::Misuse);
         }
         done.ok_or(Refusal::Unmodelled)
@@ -334,9 +284,9 @@ impl Peripherals {
 
     /// Whether the clocks are within the limits of the part. A prescaler that is broken is no mistake of the program.
     fn clocks_are_allowed(&self) -> bool {
-        let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.clocks();
+        let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.rcc.clocks();
         let [most, apb1, apb2] = self.pwr.most();
-        let is_apb1_allowed = hclk / apb1_divider <= apb1 || !self.rcc.is_apb1_sound();
+        let is_apb1_allowed = hclk / apb1_divider <= apb1 || self.rcc.apb1_stuck;
         hclk <= most && is_apb1_allowed && hclk / apb2_divider <= apb2
     }
 
@@ -364,16 +314,8 @@ impl Peripherals {
         }
     }
 
-    /// The clock tree as set now.
-    pub fn clocks(&self) -> Clocks {
-        self.rcc.clocks()
-    }
-
     /// Applies a changed clock tree from `cycle` on; `pclk1` is the length of a PCLK1 tick.
     pub fn set_clocks(&mut self, cycle: u64, clocks: Clocks, pclk1: PclkTick) {
-        self.tim2.set_divider(cycle, clocks.timer1_divider);
-        self.tim3.set_divider(cycle, clocks.timer1_divider);
-        self.tim5.set_divider(cycle, clocks.timer1_divider);
         self.i2c.set_clocks(cycle, clocks);
         self.timers.set_clocks(cycle, clocks);
         self.can.set_pclk(pclk1);
@@ -398,8 +340,8 @@ impl Peripherals {
         }
         gpio.drive(n, Some(level));
         let captured = gpio.alternate_function(n) == Some(TIMER_AF)
-            && self.rcc.is_clocked(Gate { bus: APB1, bit: TIM5_BIT })
-            && self.tim5.edge(n, cycle, level);
+            && self.rcc.is_clocked(TIMERS[TIM5].gate)
+            && self.timers.all[TIM5].edge(n, cycle, level);
         let external = self.syscfg.exti_port(n) == PORT_A;
         if external {
             let lines = |level: bool| u32::from(level) << n;
@@ -410,20 +352,20 @@ impl Peripherals {
 
     /// Lets TIM5 and TIM3 count until `cycle`: one starts the other, both drive pins.
     pub fn run_timers(&mut self, cycle: u64) {
-        self.tim5.catch_up(cycle);
-        if self.tim5.has_risen() {
-            for rise in self.tim5.take_rises() {
-                if self.rcc.is_clocked(Gate { bus: APB1, bit: TIM3_BIT }) {
-                    self.tim3.trigger(rise);
+        self.timers.all[TIM5].catch_up(cycle);
+        if !self.timers.all[TIM5].rises.is_empty() {
+            for rise in self.timers.all[TIM5].take_rises() {
+                if self.rcc.is_clocked(TIMERS[TIM3].gate) {
+                    self.timers.all[TIM3].trigger(rise);
                 }
             }
         }
-        self.tim3.catch_up(cycle);
-        if !self.tim3.has_changed() && !self.tim5.has_changed() {
+        self.timers.all[TIM3].catch_up(cycle);
+        if self.timers.all[TIM3].changes.is_empty() && self.timers.all[TIM5].changes.is_empty() {
             return;
         }
-        for (timer, pins) in [(&mut self.tim3, TIM3_PINS), (&mut self.tim5, TIM5_PINS)] {
-            for (cycle, channel, level) in timer.take_changes() {
+        for (timer, pins) in [(TIM3, TIM3_PINS), (TIM5, TIM5_PINS)] {
+            for (cycle, channel, level) in self.timers.all[timer].take_changes() {
                 for &pin in pins[channel as usize] {
                     if self.gpio[pin.port_index()].drive_by_timer(u32::from(pin.number), level) {
                         self.timed_changes.push(TimedChange { cycle, pin, high: level == Some(true) });
@@ -440,18 +382,13 @@ impl Peripherals {
 
     /// What TIM5 counts at `cycle`, with the part of the next count that has passed.
     pub fn capture_clock(&self, cycle: u64) -> f64 {
-        self.tim5.exact_count(cycle)
+        self.timers.all[TIM5].exact_count(cycle)
     }
 
     /// When the watchdog resets the chip unless the program reloads it before.
     pub fn watchdog_deadline(&self) -> Option<Time> {
         let frozen = self.halted.is_some() && self.dbgmcu.freezes_watchdog();
         self.iwdg.deadline().filter(|_| !frozen)
-    }
-
-    /// What DBGMCU freezes and the model does not: bits of APB1_FZ and APB2_FZ.
-    pub(crate) fn unmodelled_freezes(&self) -> (u32, u32) {
-        self.dbgmcu.unmodelled_freezes()
     }
 
     /// A debugger halts the core.
@@ -478,21 +415,6 @@ impl Peripherals {
         self.iwdg = Iwdg::new(hz);
     }
 
-    /// The flash interface.
-    pub(crate) fn flash(&self) -> &Flash {
-        &self.flash
-    }
-
-    /// The flash interface, to change it.
-    pub(crate) fn flash_mut(&mut self) -> &mut Flash {
-        &mut self.flash
-    }
-
-    /// The temperature of the devices on the I2C buses from now on, °C.
-    pub fn set_temperature(&mut self, celsius: f64) {
-        self.i2c.set_temperature(celsius);
-    }
-
     fn exti_inputs(&self) -> u32 {
         (0..16).fold(0, |lines, n| {
             let port = self.gpio.get(self.syscfg.exti_port(n));
@@ -505,11 +427,6 @@ impl Peripherals {
         self.gpio[pin.port_index()].idr() >> pin.number & 1 == 1
     }
 
-    /// Changes of output pins since the last call.
-    pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
-        std::mem::take(&mut self.pin_changes)
-    }
-
     /// Levels of all interrupt lines.
     pub fn irq_levels(&mut self, now: Now) -> IrqLevels {
         self.run_timers(now.cycle);
@@ -520,9 +437,6 @@ impl Peripherals {
             }
         };
         set(FLASH_IRQ, self.flash.irq());
-        set(TIM2_IRQ, self.tim2.irq(now.cycle));
-        set(TIM3_IRQ, self.tim3.irq(now.cycle));
-        set(TIM5_IRQ, self.tim5.irq(now.cycle));
         for dma in &self.dma {
             dma.irqs(|irq| set(irq, true));
         }
@@ -542,24 +456,7 @@ impl Peripherals {
 
     /// The cycle at which a timer or an I2C bus next raises its line or asks for DMA.
     pub fn next_timer_event(&self, now: Now) -> Option<u64> {
-        let timers = [&self.tim2, &self.tim3, &self.tim5].map(|timer| timer.next_event(now.cycle));
-        let others = [self.i2c.next_event(), self.timers.next_event(now.cycle)];
-        timers.into_iter().chain(others).flatten().min()
-    }
-
-    /// Unique ID of the chip.
-    pub fn uid(&self) -> [u8; 12] {
-        unique_id(self.serial)
-    }
-
-    /// The two CAN controllers.
-    pub fn can(&self) -> &BxcanPair {
-        &self.can
-    }
-
-    /// The two CAN controllers, to change them.
-    pub fn can_mut(&mut self) -> &mut BxcanPair {
-        &mut self.can
+        [self.i2c.next_event(), self.timers.next_event(now.cycle)].into_iter().flatten().min()
     }
 
     /// The controller as its wire sees it: `None` while it has no clock or its pins do not carry it.

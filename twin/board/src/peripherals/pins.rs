@@ -66,12 +66,7 @@ impl Peripherals {
 
     /// Wires a device to I2C1 to I2C3 (0 to 2).
     pub fn attach_i2c(&mut self, cycle: u64, n: usize, device: Box<dyn I2cDevice>) {
-        self.i2c.0[n].attach(device);
+        self.i2c.0[n].devices.push(device);
         self.follow_pins(cycle);
-    }
-
-    /// Unplugs all devices of I2C1 to I2C3 (0 to 2), with their pull-ups.
-    pub fn detach_i2c(&mut self, n: usize) {
-        self.i2c.0[n].detach_all();
     }
 }

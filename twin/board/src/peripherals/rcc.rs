@@ -60,6 +60,18 @@ const CSR_LSIRDY: u32 = 1 << 1;
 const CSR_RMVF: u32 = 1 << 24;
 const CSR_FLAGS: u32 = 0xFE00_0000;
 
+/// AHB1ENR, the five LPENR, PLLI2SCFGR and PLLSAICFGR after a reset, of the families F405, F42x, F446 and F469.
+const AT_RESET: [(u32, [u32; 4]); 8] = [
+    (AHB1ENR, [0x0010_0000, 0x0010_0000, 0, 0x0010_0000]),
+    (0x50, [0x7E67_91FF, 0x7EEF_97FF, 0x6067_90FF, 0x7EEF_97FF]),
+    (0x54, [0x0000_00F1, 0x0000_00F1, 0x0000_0081, 0x0000_00F1]),
+    (0x58, [0x0000_0001, 0x0000_0001, 0x0000_0003, 0x0000_0003]),
+    (0x60, [0x36FE_C9FF, 0xF6FE_C9FF, 0x3FFF_C9FF, 0xF6FE_C9FF]),
+    (0x64, [0x0007_5F33, 0x0477_7F33, 0x00C7_7F33, 0x0C77_7F33]),
+    (0x84, [0x2000_3000, 0x2000_3000, 0x2400_3010, 0x2000_3000]),
+    (0x88, [0, 0x2400_3000, 0x0400_3010, 0x2400_3000]),
+];
+
 /// What caused the reset that the program starts from (RCC_CSR).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ResetCause {
@@ -122,18 +134,18 @@ pub struct Clocks {
 pub struct Rcc {
     model: Model,
     words: [u32; WORDS],
-    /// HSE starts when it is asked to.
-    hse_starts: bool,
+    /// HSE starts when it is next switched on.
+    pub hse_starts: bool,
     /// Before this instant it does not.
-    hse_from: Time,
+    pub hse_from: Time,
     /// The prescaler of APB1 is broken: it divides by 2.
-    apb1_stuck: bool,
+    pub apb1_stuck: bool,
     hse_ready: Time,
     pll_ready: Time,
     /// `None`: LSE is off, or bypassed with nothing on its pin.
     lse_ready: Option<Time>,
-    /// Peripherals put into reset by the last write, as (RSTR offset from AHB1RSTR, bits).
-    resets: Option<(u32, u32)>,
+    /// Peripherals put into reset by the last write, as (bus as in [`Gate`], bits).
+    pub resets: Option<(u32, u32)>,
 }
 
 impl Rcc {
@@ -152,26 +164,6 @@ impl Rcc {
         };
         rcc.reset(ResetCause::PowerOn);
         rcc
-    }
-
-    /// Whether HSE starts when it is next switched on.
-    pub fn set_hse(&mut self, starts: bool) {
-        self.hse_starts = starts;
-    }
-
-    /// HSE does not start before this instant, whenever it is switched on.
-    pub fn delay_hse(&mut self, until: Time) {
-        self.hse_from = until;
-    }
-
-    /// The prescaler of APB1 divides by 2 from now on.
-    pub fn stick_apb1(&mut self) {
-        self.apb1_stuck = true;
-    }
-
-    /// Whether the prescaler of APB1 does what it is set to.
-    pub fn is_apb1_sound(&self) -> bool {
-        !self.apb1_stuck
     }
 
     /// HSE stops, and does not start again. The clock security system then switches to HSI and raises the NMI (RM0090 7.2.7).
@@ -212,49 +204,10 @@ impl Rcc {
         }
         self.words = [0; WORDS];
         *self.word_mut(BDCR) = backup;
-        // AHB1ENR, the five LPENR, PLLI2SCFGR, PLLSAICFGR.
-        let [ahb1, ahb1lp, ahb2lp, ahb3lp, apb1lp, apb2lp, plli2s, pllsai] = match self.model.part.family() {
-            Family::F405 => {
-                [0x0010_0000, 0x7E67_91FF, 0x0000_00F1, 0x0000_0001, 0x36FE_C9FF, 0x0007_5F33, 0x2000_3000, 0]
-            }
-            Family::F42x => [
-                0x0010_0000,
-                0x7EEF_97FF,
-                0x0000_00F1,
-                0x0000_0001,
-                0xF6FE_C9FF,
-                0x0477_7F33,
-                0x2000_3000,
-                0x2400_3000,
-            ],
-            // As the F42x, and QUADSPI and the DSI host.
-            Family::F469 => [
-                0x0010_0000,
-                0x7EEF_97FF,
-                0x0000_00F1,
-                0x0000_0003,
-                0xF6FE_C9FF,
-                0x0C77_7F33,
-                0x2000_3000,
-                0x2400_3000,
-            ],
-            Family::F446 => {
-                [0, 0x6067_90FF, 0x0000_0081, 0x0000_0003, 0x3FFF_C9FF, 0x00C7_7F33, 0x2400_3010, 0x0400_3010]
-            }
-        };
-        for (offset, value) in [
-            (CR, 0x83),
-            (PLLCFGR, 0x2400_3010),
-            (AHB1ENR, ahb1),
-            (0x50, ahb1lp),
-            (0x54, ahb2lp),
-            (0x58, ahb3lp),
-            (0x60, apb1lp),
-            (0x64, apb2lp),
-            (CSR, flags | cause.flags()),
-            (0x84, plli2s),
-            (0x88, pllsai),
-        ] {
+        let family = self.model.part.family() as usize;
+        let of_family = AT_RESET.map(|(offset, values)| (offset, values[family]));
+        let of_all = [(CR, 0x83), (PLLCFGR, 0x2400_3010), (CSR, flags | cause.flags())];
+        for (offset, value) in of_family.into_iter().chain(of_all) {
             *self.word_mut(offset) = value;
         }
         self.hse_ready = Time::NEVER;
@@ -368,11 +321,6 @@ impl Rcc {
             _ => None,
         };
         *self.word_mut(BDCR) = value;
-    }
-
-    /// Peripherals put into reset since the last call, as (bus as in [`Gate`], bits).
-    pub fn take_resets(&mut self) -> Option<(u32, u32)> {
-        self.resets.take()
     }
 
     /// Whether a peripheral is clocked.

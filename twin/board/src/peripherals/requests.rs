@@ -4,6 +4,7 @@ use super::Peripherals;
 use super::dma::Transfer;
 use super::map::DMA_BITS;
 use super::rcc::{AHB1, Gate};
+use super::timers::{TIM2, TIM5};
 use crate::mmio::{Now, Width};
 
 /// Memory that DMA reaches.
@@ -18,8 +19,7 @@ pub trait Ram {
 /// Who asks a stream: a timer by a set of channels, an interface by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Requester {
-    Tim2(u32),
-    Tim5(u32),
+    Timer(usize, u32),
     I2cReceives(usize),
     I2cSends(usize),
 }
@@ -34,16 +34,16 @@ const fn requester(controller: usize, stream: usize, channel: u32) -> Option<Req
     Some(match (controller, channel, stream) {
         (0, 1, 0 | 5) => I2cReceives(0),
         (0, 1, 6 | 7) => I2cSends(0),
-        (0, 3, 1) => Tim2(CH3),
+        (0, 3, 1) => Timer(TIM2, CH3),
         (0, 3, 2) => I2cReceives(2),
         (0, 3, 4) => I2cSends(2),
-        (0, 3, 5) => Tim2(CH1),
-        (0, 3, 6) => Tim2(CH2 | CH4),
-        (0, 3, 7) => Tim2(CH4),
-        (0, 6, 0) => Tim5(CH3),
-        (0, 6, 1 | 3) => Tim5(CH4),
-        (0, 6, 2) => Tim5(CH1),
-        (0, 6, 4) => Tim5(CH2),
+        (0, 3, 5) => Timer(TIM2, CH1),
+        (0, 3, 6) => Timer(TIM2, CH2 | CH4),
+        (0, 3, 7) => Timer(TIM2, CH4),
+        (0, 6, 0) => Timer(TIM5, CH3),
+        (0, 6, 1 | 3) => Timer(TIM5, CH4),
+        (0, 6, 2) => Timer(TIM5, CH1),
+        (0, 6, 4) => Timer(TIM5, CH2),
         (0, 7, 2 | 3) => I2cReceives(1),
         (0, 7, 7) => I2cSends(1),
         _ => return None,
@@ -63,15 +63,10 @@ impl Peripherals {
             let asked = requester(controller, stream, self.dma[controller].channel(stream));
             // What a timer asks is answered by the transfer; an interface by the access to its data register.
             match asked {
-                Some(Requester::Tim2(channels)) => {
-                    let channels = self.tim2.requests() & channels;
+                Some(Requester::Timer(timer, channels)) => {
+                    let channels = self.timers.all[timer].requests & channels;
                     self.move_item(now, controller, transfer, ram);
-                    self.tim2.acknowledge(channels);
-                }
-                Some(Requester::Tim5(channels)) => {
-                    let channels = self.tim5.requests() & channels;
-                    self.move_item(now, controller, transfer, ram);
-                    self.tim5.acknowledge(channels);
+                    self.timers.all[timer].requests &= !channels;
                 }
                 _ => {
                     let left = self.move_item(now, controller, transfer, ram);
@@ -125,8 +120,7 @@ impl Peripherals {
 
     fn asks(&self, requester: Requester) -> bool {
         match requester {
-            Requester::Tim2(channels) => self.tim2.requests() & channels != 0,
-            Requester::Tim5(channels) => self.tim5.requests() & channels != 0,
+            Requester::Timer(timer, channels) => self.timers.all[timer].requests & channels != 0,
             Requester::I2cReceives(n) => self.i2c.0[n].asks_to_receive(),
             Requester::I2cSends(n) => self.i2c.0[n].asks_to_send(),
         }

@@ -16,12 +16,6 @@ impl Peripherals {
                 gpio.reset();
             }
         }
-        let timers = [(&mut self.tim2, TIM2_BIT), (&mut self.tim3, TIM3_BIT), (&mut self.tim5, TIM5_BIT)];
-        for (timer, bit) in timers {
-            if hit(APB1, bit) {
-                timer.reset();
-            }
-        }
         for (dma, bit) in self.dma.iter_mut().zip(DMA_BITS) {
             if hit(AHB1, bit) {
                 dma.reset();

@@ -1,11 +1,11 @@
-//! The timers beside TIM2, TIM3 and TIM5: TIM1, TIM4, TIM6 to TIM14.
+//! The timers TIM1 to TIM14.
 //!
-//! RM0090 chapters 17 to 20, RM0390 chapters 16 to 19. They are counters with compare and interrupts; their inputs and
-//! outputs reach no pin, and an output that is switched on is refused.
+//! RM0090 chapters 17 to 20, RM0390 chapters 16 to 19. TIM3 and TIM5 drive pins, and TIM5 captures. The others are counters with
+//! compare and interrupts; their inputs and outputs reach no pin, and an output that is switched on is refused.
 
+use super::Clocks;
 use super::rcc::{APB1, APB2, Gate};
 use super::timer::{Kind, Timer};
-use super::{Clocks, TIM2};
 
 /// One of them.
 pub(super) struct Place {
@@ -15,64 +15,84 @@ pub(super) struct Place {
     pub gate: Gate,
     /// NVIC inputs of update and compare (RM0090 table 61).
     irqs: [u16; 2],
-    /// Channels it has.
-    channels: u32,
+    kind: Kind,
 }
 
-const fn place(base: u32, bus: u32, bit: u32, irqs: [u16; 2], channels: u32) -> Place {
-    Place { base, gate: Gate { bus, bit }, irqs, channels }
+const fn place(base: u32, bus: u32, bit: u32, irqs: [u16; 2], kind: Kind) -> Place {
+    Place { base, gate: Gate { bus, bit }, irqs, kind }
 }
 
-pub(super) const TIMERS: [Place; 11] = [
-    place(0x4001_0000, APB2, 0, [25, 27], 4),
-    place(0x4000_0800, APB1, 2, [30, 30], 4),
-    place(0x4000_1000, APB1, 4, [54, 54], 0),
-    place(0x4000_1400, APB1, 5, [55, 55], 0),
-    place(0x4001_0400, APB2, 1, [44, 46], 4),
-    place(0x4001_4000, APB2, 16, [24, 24], 2),
-    place(0x4001_4400, APB2, 17, [25, 25], 1),
-    place(0x4001_4800, APB2, 18, [26, 26], 1),
-    place(0x4000_1800, APB1, 6, [43, 43], 2),
-    place(0x4000_1C00, APB1, 7, [44, 44], 1),
-    place(0x4000_2000, APB1, 8, [45, 45], 1),
-];
+/// A counter of 16 bits with so many channels.
+const fn counter(channels: u32) -> Kind {
+    Kind { bits: 16, trigger: None, drives_pins: false, channels, is_advanced: false }
+}
+
 /// TIM1 and TIM8, with a repetition counter and a main output enable.
-const ADVANCED: [u32; 2] = [0x4001_0000, 0x4001_0400];
+const ADVANCED: Kind = Kind { is_advanced: true, ..counter(4) };
+
+/// Places of these timers in [`TIMERS`].
+pub(super) const TIM2: usize = 0;
+pub(super) const TIM3: usize = 1;
+pub(super) const TIM5: usize = 2;
+
+/// Trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). What TIM2 gives out is not modelled.
+pub(super) const TIMERS: [Place; 14] = [
+    place(0x4000_0000, APB1, 0, [28, 28], Kind { bits: 32, ..counter(4) }),
+    place(0x4000_0400, APB1, 1, [29, 29], Kind { trigger: Some(2), drives_pins: true, ..counter(4) }),
+    place(0x4000_0C00, APB1, 3, [50, 50], Kind { bits: 32, drives_pins: true, ..counter(4) }),
+    place(0x4001_0000, APB2, 0, [25, 27], ADVANCED),
+    place(0x4000_0800, APB1, 2, [30, 30], counter(4)),
+    place(0x4000_1000, APB1, 4, [54, 54], counter(0)),
+    place(0x4000_1400, APB1, 5, [55, 55], counter(0)),
+    place(0x4001_0400, APB2, 1, [44, 46], ADVANCED),
+    place(0x4001_4000, APB2, 16, [24, 24], counter(2)),
+    place(0x4001_4400, APB2, 17, [25, 25], counter(1)),
+    place(0x4001_4800, APB2, 18, [26, 26], counter(1)),
+    place(0x4000_1800, APB1, 6, [43, 43], counter(2)),
+    place(0x4000_1C00, APB1, 7, [44, 44], counter(1)),
+    place(0x4000_2000, APB1, 8, [45, 45], counter(1)),
+];
 
 /// The timer whose registers begin at `base`.
 pub(super) fn at(base: u32) -> Option<usize> {
     TIMERS.iter().position(|place| place.base == base)
 }
 
-/// All of them.
+/// All of them, in the order of [`TIMERS`].
 #[derive(Clone, Debug)]
 pub struct Timers {
-    all: [Timer; 11],
-    /// Whether the program has touched any since the reset: until then all stand still.
-    are_touched: bool,
+    pub all: [Timer; TIMERS.len()],
+    /// A bit for each that the program has touched since the reset: until then it stands still.
+    touched: u32,
 }
 
 impl Default for Timers {
     fn default() -> Self {
-        let all = std::array::from_fn(|n| {
-            let Place { base, channels, .. } = TIMERS[n];
-            Timer::new(Kind { bits: 16, channels, is_advanced: ADVANCED.contains(&base), ..TIM2 }, 1)
-        });
-        Timers { all, are_touched: false }
+        Timers { all: std::array::from_fn(|n| Timer::new(TIMERS[n].kind, 1)), touched: 0 }
     }
 }
 
 impl Timers {
-    /// One of [`TIMERS`].
-    pub fn get(&mut self, n: usize) -> &mut Timer {
-        self.are_touched = true;
+    /// The timer whose registers the program accesses.
+    pub fn touch(&mut self, n: usize) -> &mut Timer {
+        self.touched |= 1 << n;
         &mut self.all[n]
+    }
+
+    /// Places of those that the program has touched.
+    fn touched(&self) -> impl Iterator<Item = usize> + use<> {
+        let mut rest = self.touched;
+        std::iter::from_fn(move || {
+            let n = rest.trailing_zeros();
+            rest &= rest.wrapping_sub(1);
+            (n < u32::BITS).then_some(n as usize)
+        })
     }
 
     /// A reset of the whole part.
     pub fn reset(&mut self) {
         self.all.iter_mut().for_each(Timer::reset);
-        self.are_touched = false;
+        self.touched = 0;
     }
 
     /// A reset by RCC.
@@ -99,11 +119,8 @@ impl Timers {
 
     /// Sets the lines of the NVIC as they are at `cycle`.
     pub fn irqs(&mut self, cycle: u64, mut set: impl FnMut(u16, bool)) {
-        if !self.are_touched {
-            return;
-        }
-        for (timer, place) in self.all.iter_mut().zip(&TIMERS) {
-            for (irq, level) in place.irqs.into_iter().zip(timer.irqs(cycle)) {
+        for n in self.touched() {
+            for (irq, level) in TIMERS[n].irqs.into_iter().zip(self.all[n].irqs(cycle)) {
                 set(irq, level);
             }
         }
@@ -111,9 +128,6 @@ impl Timers {
 
     /// The cycle at which one next raises its line.
     pub fn next_event(&self, cycle: u64) -> Option<u64> {
-        if !self.are_touched {
-            return None;
-        }
-        self.all.iter().filter_map(|timer| timer.next_event(cycle)).min()
+        self.touched().filter_map(|n| self.all[n].next_event(cycle)).min()
     }
 }

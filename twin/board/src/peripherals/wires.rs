@@ -1,8 +1,7 @@
 //! Wires of the board to timers, and what the program does at their pins.
 
 use super::gpio::TIMER_AF;
-use super::map::{TIM3_BIT, TIM5_BIT};
-use super::rcc::{APB1, Gate};
+use super::timers::{TIM3, TIM5, TIMERS};
 use super::{CAPTURE_PINS, Peripherals, TIM3_PINS};
 use crate::bxcan::Side;
 use crate::pin::Pin;
@@ -27,17 +26,18 @@ impl Peripherals {
 
     /// Pins at which TIM5 captures.
     fn captured_pins(&self) -> Vec<Pin> {
-        let is_on = self.rcc.is_clocked(Gate { bus: APB1, bit: TIM5_BIT });
+        let is_on = self.rcc.is_clocked(TIMERS[TIM5].gate);
         let pins = (0..4)
             .zip(CAPTURE_PINS)
-            .filter(|(input, pin)| self.tim5.captures(*input) && self.is_of_timer(*pin));
+            .filter(|(input, pin)| self.timers.all[TIM5].captures(*input) && self.is_of_timer(*pin));
         pins.map(|(_, pin)| pin).filter(|_| is_on).collect()
     }
 
     /// Pins that TIM3 drives.
     fn pulsed_pins(&self) -> Vec<Pin> {
-        let is_on = self.rcc.is_clocked(Gate { bus: APB1, bit: TIM3_BIT });
-        let channels = (0..4).zip(TIM3_PINS).filter(|(channel, _)| self.tim3.output(*channel).is_some());
+        let is_on = self.rcc.is_clocked(TIMERS[TIM3].gate);
+        let channels =
+            (0..4).zip(TIM3_PINS).filter(|(channel, _)| self.timers.all[TIM3].output(*channel).is_some());
         let pins = channels.flat_map(|(_, pins)| pins).copied();
         pins.filter(|pin| is_on && self.is_of_timer(*pin)).collect()
     }

@@ -73,17 +73,12 @@ pub fn options(speed: FlashSpeed) -> Time {
 
 /// Erasing a sector of `bytes` at a parallelism of 8 << `psize` bits.
 pub fn erase(speed: FlashSpeed, bytes: u32, psize: u32) -> Time {
-    let ms = match (bytes / KIB, psize) {
-        (16, 0) => 400,
-        (16, 1) => 300,
-        (16, _) => 250,
-        (64, 0) => 1200,
-        (64, 1) => 700,
-        (64, _) => 550,
-        (_, 0) => 2000,
-        (_, 1) => 1300,
-        (_, _) => 1000,
+    let by_parallelism = match bytes / KIB {
+        16 => [400, 300, 250],
+        64 => [1200, 700, 550],
+        _ => [2000, 1300, 1000],
     };
+    let ms = by_parallelism[psize.min(2) as usize];
     match speed {
         FlashSpeed::Typical => Time::from_ms(ms),
         FlashSpeed::Slowest => Time::from_ms(2 * ms),

@@ -124,8 +124,9 @@ impl Keys {
 #[derive(Clone, Debug)]
 pub struct Flash {
     part: Part,
-    speed: FlashSpeed,
-    acr: u32,
+    /// Times of operations that start from now on.
+    pub speed: FlashSpeed,
+    pub acr: u32,
     /// ACR was written since it was last taken.
     acr_written: bool,
     sr: u32,
@@ -156,11 +157,6 @@ impl Flash {
         let mut options = self.options.clone();
         options.reset();
         *self = Flash { options, ..Flash::new(self.part, self.speed) };
-    }
-
-    /// Takes these times from the next operation on.
-    pub fn set_speed(&mut self, speed: FlashSpeed) {
-        self.speed = speed;
     }
 
     /// A load; `None` for what is not there.
@@ -209,11 +205,6 @@ impl Flash {
             _ => return Err(Refusal::Unmodelled),
         }
         Ok(())
-    }
-
-    /// ACR.
-    pub fn acr(&self) -> u32 {
-        self.acr
     }
 
     /// ACR, if it was written since the last call.

@@ -123,9 +123,9 @@ pub struct I2c {
     /// Both lines are connected to pins.
     routed: bool,
     /// HCLK cycles per PCLK1 cycle, and PCLK1 in Hz.
-    divider: u64,
-    pclk: u64,
-    devices: Vec<Box<dyn I2cDevice>>,
+    pub divider: u64,
+    pub pclk: u64,
+    pub devices: Vec<Box<dyn I2cDevice>>,
     /// Those that acknowledged the address.
     selected: Vec<usize>,
 }
@@ -169,35 +169,15 @@ impl I2c {
         *self = I2c::with(self.divider, self.pclk, std::mem::take(&mut self.devices));
     }
 
-    /// The temperature of the devices from now on, °C.
-    pub fn set_temperature(&mut self, celsius: f64) {
-        self.devices.iter_mut().for_each(|device| device.set_temperature(celsius));
-    }
-
-    /// Power comes up for the devices.
-    pub fn power_on(&mut self) {
-        self.devices.iter_mut().for_each(|device| device.power_on());
-    }
-
     /// Whether it takes part in anything.
     pub fn is_enabled(&self) -> bool {
         self.cr1 & PE != 0
-    }
-
-    /// Wires a device to the bus.
-    pub fn attach(&mut self, device: Box<dyn I2cDevice>) {
-        self.devices.push(device);
     }
 
     /// Unplugs every device.
     pub fn detach_all(&mut self) {
         self.devices.clear();
         self.selected.clear();
-    }
-
-    /// The clock tree changed: `divider` HCLK cycles per PCLK1 cycle of `pclk` Hz.
-    pub fn set_clock(&mut self, divider: u64, pclk: u64) {
-        (self.divider, self.pclk) = (divider, pclk);
     }
 
     /// How its pins are set up: SCL and SDA reach the bus; the chip's pull-ups are on.

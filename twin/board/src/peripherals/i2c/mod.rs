@@ -5,6 +5,7 @@ mod bus;
 mod tests;
 
 use super::Clocks;
+use crate::devices::I2cDevice;
 pub use bus::I2c;
 
 /// NVIC inputs of each, event and error (RM0090 table 61).
@@ -20,14 +21,18 @@ impl Buses {
         self.0.iter_mut().for_each(I2c::reset);
     }
 
+    fn devices(&mut self) -> impl Iterator<Item = &mut Box<dyn I2cDevice>> {
+        self.0.iter_mut().flat_map(|i2c| &mut i2c.devices)
+    }
+
     /// Power comes up, for the devices as well.
     pub fn power_on(&mut self) {
-        self.0.iter_mut().for_each(I2c::power_on);
+        self.devices().for_each(|device| device.power_on());
     }
 
     /// The temperature of the devices from now on, °C.
     pub fn set_temperature(&mut self, celsius: f64) {
-        self.0.iter_mut().for_each(|i2c| i2c.set_temperature(celsius));
+        self.devices().for_each(|device| device.set_temperature(celsius));
     }
 
     /// The clock tree has changed at `cycle`.
@@ -35,7 +40,7 @@ impl Buses {
         let Clocks { hclk, apb1_divider, .. } = clocks;
         for i2c in &mut self.0 {
             i2c.catch_up(cycle);
-            i2c.set_clock(apb1_divider, hclk / apb1_divider);
+            (i2c.divider, i2c.pclk) = (apb1_divider, hclk / apb1_divider);
         }
     }
 

@@ -11,9 +11,9 @@ pub(super) struct Counter {
     /// Those in effect.
     active_psc: u32,
     active_arr: u32,
-    running: bool,
+    pub(super) running: bool,
     /// HCLK cycles per timer clock.
-    divider: u64,
+    pub(super) divider: u64,
     /// The counter became `anchor_count` at this HCLK cycle.
     anchor_cycle: u64,
     anchor_count: u32,
@@ -32,11 +32,6 @@ impl Counter {
             anchor_cycle: 0,
             anchor_count: 0,
         }
-    }
-
-    /// HCLK cycles per timer clock.
-    pub(super) fn divider(&self) -> u64 {
-        self.divider
     }
 
     /// HCLK cycles per count.
@@ -90,10 +85,6 @@ impl Counter {
     /// Whether `value` lies beyond the reload value in effect.
     pub(super) fn exceeds(&self, value: u32) -> bool {
         value > self.active_arr
-    }
-
-    pub(super) fn is_running(&self) -> bool {
-        self.running
     }
 
     /// Whether a buffered value waits for the update event.

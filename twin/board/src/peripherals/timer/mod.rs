@@ -91,8 +91,8 @@ pub struct Timer {
     seen: u64,
     /// Counting changes nothing before this cycle; 0 if that is not known.
     calm_until: u64,
-    /// Channels whose DMA request waits for its acknowledgement.
-    requests: u32,
+    /// Channels 0..=3 whose DMA request waits to be served.
+    pub requests: u32,
     /// Edges since the last capture, for the prescaler.
     edges: [u32; 4],
     /// Cycle of the last change to what an edge does; edges before it are not of this set-up.
@@ -102,9 +102,9 @@ pub struct Timer {
     /// A trigger has come; the counter starts at this cycle.
     starts_at: Option<u64>,
     /// Cycles at which the trigger output rose, until they are taken.
-    rises: Vec<u64>,
+    pub rises: Vec<u64>,
     /// Changes of outputs until they are taken: cycle, channel, level; `None` for an output that is off.
-    changes: Vec<(u64, u32, Option<bool>)>,
+    pub changes: Vec<(u64, u32, Option<bool>)>,
 }
 
 impl Timer {
@@ -137,7 +137,7 @@ impl Timer {
     /// RCC or a system reset; the timer's clock stays what it is.
     pub fn reset(&mut self) {
         let lost = (0..4).filter(|n| self.output(*n).is_some()).map(|n| (self.seen, n, None)).collect();
-        *self = Timer { changes: lost, ..Timer::new(self.kind, self.counter.divider()) };
+        *self = Timer { changes: lost, ..Timer::new(self.kind, self.counter.divider) };
     }
 
     /// CCxS of channel 0..=3: 0 output, 1 its own input, 2 its neighbour's.
@@ -216,7 +216,7 @@ impl Timer {
         if cycle <= self.seen {
             return;
         }
-        if !self.counter.is_running() {
+        if !self.counter.running {
             self.seen = cycle;
             return;
         }
@@ -248,19 +248,14 @@ impl Timer {
 
     /// The clock tree changed: `divider` HCLK cycles per timer clock from `cycle` on.
     pub fn set_divider(&mut self, cycle: u64, divider: u64) {
-        if divider != self.counter.divider() {
+        if divider != self.counter.divider {
             self.catch_up(cycle);
             self.counter.set_divider(cycle, divider);
             self.calm_until = 0;
         }
     }
 
-    /// The interrupt line at `cycle`.
-    pub fn irq(&mut self, cycle: u64) -> bool {
-        self.irqs(cycle).contains(&true)
-    }
-
-    /// Update and compare at `cycle`, which are two lines of some timers.
+    /// Interrupt lines of update and compare at `cycle`, which are one line of most timers.
     pub fn irqs(&mut self, cycle: u64) -> [bool; 2] {
         if self.dier & (FLAGS | CHANNEL_REQUESTS) == 0 {
             return [false; 2];
@@ -311,16 +306,6 @@ impl Timer {
     /// The count at `cycle`, which may lie in the past, with the part of the next one that has passed.
     pub fn exact_count(&self, cycle: u64) -> f64 {
         self.counter.exact(cycle)
-    }
-
-    /// Channels 0..=3 that wait for DMA.
-    pub fn requests(&self) -> u32 {
-        self.requests
-    }
-
-    /// DMA has served these channels.
-    pub fn acknowledge(&mut self, channels: u32) {
-        self.requests &= !channels;
     }
 
     /// An edge on input 0..=3 (TI1 to TI4) at `cycle`, which may lie before what the program has seen. Whether a capture

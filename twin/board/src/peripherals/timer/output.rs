@@ -100,7 +100,7 @@ impl Timer {
 
     /// When counting next changes a reference after `cycle`: that cycle, the channel, its new level.
     pub(super) fn next_change(&self, cycle: u64) -> Option<(u64, u32, bool)> {
-        if !self.counter.is_running() || !self.has_outputs() {
+        if !self.counter.running || !self.has_outputs() {
             return None;
         }
         (0..4).filter_map(|channel| self.next_change_of(channel, cycle)).min_by_key(|(at, ..)| *at)
@@ -139,16 +139,6 @@ impl Timer {
         }
     }
 
-    /// Returns whether outputs have changed since [`Timer::take_changes`].
-    pub fn has_changed(&self) -> bool {
-        !self.changes.is_empty()
-    }
-
-    /// Returns whether the trigger output has risen since [`Timer::take_rises`].
-    pub fn has_risen(&self) -> bool {
-        !self.rises.is_empty()
-    }
-
     /// Changes of outputs since the last call: cycle, channel, level.
     pub fn take_changes(&mut self) -> Vec<(u64, u32, Option<bool>)> {
         std::mem::take(&mut self.changes)
@@ -169,7 +159,7 @@ impl Timer {
         self.sr |= TIF;
         if self.cr1 & CEN == 0 {
             self.cr1 |= CEN;
-            self.starts_at = Some(cycle + TRIGGER_CLOCKS * self.counter.divider());
+            self.starts_at = Some(cycle + TRIGGER_CLOCKS * self.counter.divider);
         }
     }
 }

@@ -2,6 +2,13 @@
 
 use super::*;
 
+impl Timer {
+    /// Whether update or compare raises an interrupt line at `cycle`.
+    fn irq(&mut self, cycle: u64) -> bool {
+        self.irqs(cycle).contains(&true)
+    }
+}
+
 fn long() -> Timer {
     Timer::new(Kind { bits: 32, trigger: None, drives_pins: true, channels: 4, is_advanced: false }, 1)
 }
@@ -12,15 +19,16 @@ fn put(tim: &mut Timer, cycle: u64, offset: u32, value: u32) {
     tim.write(cycle, offset, width, value & crate::mmio::mask(width)).unwrap();
 }
 
+/// Stores to several registers at one cycle.
+fn set_up<const N: usize>(tim: &mut Timer, cycle: u64, registers: [(u32, u32); N]) {
+    registers.into_iter().for_each(|(offset, value)| put(tim, cycle, offset, value));
+}
+
 /// 84 timer clocks per count at two HCLK cycles each: 168 cycles per count, as on the board at 1 MHz.
 fn at_1_mhz() -> Timer {
     let mut tim = long();
     tim.set_divider(0, 2);
-    put(&mut tim, 0, PSC, 83);
-    put(&mut tim, 0, ARR, 0xFFFF);
-    put(&mut tim, 0, CR1, URS);
-    put(&mut tim, 0, EGR, UIF);
-    put(&mut tim, 0, CR1, CEN);
+    set_up(&mut tim, 0, [(PSC, 83), (ARR, 0xFFFF), (CR1, URS), (EGR, UIF), (CR1, CEN)]);
     tim
 }
 
@@ -35,8 +43,7 @@ fn counts_microseconds_and_wraps_at_the_reload_value() {
 #[test]
 fn a_compare_match_raises_its_interrupt_at_the_exact_cycle() {
     let mut tim = at_1_mhz();
-    put(&mut tim, 0, CCR1 + 4, 500);
-    put(&mut tim, 0, DIER, 1 << 2);
+    set_up(&mut tim, 0, [(CCR1 + 4, 500), (DIER, 1 << 2)]);
     assert_eq!(tim.next_event(0), Some(168 * 500));
     assert!(!tim.irq(168 * 500 - 1));
     assert!(tim.irq(168 * 500));
@@ -45,8 +52,7 @@ fn a_compare_match_raises_its_interrupt_at_the_exact_cycle() {
 #[test]
 fn status_flags_clear_by_writing_zero() {
     let mut tim = at_1_mhz();
-    put(&mut tim, 0, CCR1, 10);
-    put(&mut tim, 0, CCR1 + 4, 20);
+    set_up(&mut tim, 0, [(CCR1, 10), (CCR1 + 4, 20)]);
     assert_eq!(tim.read(168 * 30, SR).unwrap() & 0b110, 0b110);
     put(&mut tim, 168 * 30, SR, !0b010);
     assert_eq!(tim.read(168 * 31, SR).unwrap() & 0b110, 0b100);
@@ -83,8 +89,7 @@ fn a_reset_leaves_the_clock_alone() {
 #[test]
 fn compare_value_beyond_reload_value_matches_at_the_overflow() {
     let mut tim = at_1_mhz();
-    put(&mut tim, 0, CCR1, 0x1_0000);
-    put(&mut tim, 0, DIER, 1 << 1);
+    set_up(&mut tim, 0, [(CCR1, 0x1_0000), (DIER, 1 << 1)]);
     assert_eq!(tim.next_event(0), Some(168 * 65_536));
 }
 
@@ -93,9 +98,7 @@ fn compare_value_beyond_reload_value_matches_at_the_overflow() {
 fn capturing() -> Timer {
     let mut tim = long();
     tim.set_divider(0, 2);
-    put(&mut tim, 0, CCMR1, 0x0101);
-    put(&mut tim, 0, CCER, 0x00BB);
-    put(&mut tim, 0, CR1, CEN);
+    set_up(&mut tim, 0, [(CCMR1, 0x0101), (CCER, 0x00BB), (CR1, CEN)]);
     tim
 }
 
@@ -155,9 +158,7 @@ fn a_disabled_channel_captures_nothing() {
 #[test]
 fn a_channel_can_listen_to_its_neighbours_input() {
     let mut tim = capturing();
-    put(&mut tim, 0, CCER, 0);
-    put(&mut tim, 0, CCMR1, 0x0102);
-    put(&mut tim, 0, CCER, 0x0031);
+    set_up(&mut tim, 0, [(CCER, 0), (CCMR1, 0x0102), (CCER, 0x0031)]);
     tim.edge(1, 200, true);
     tim.edge(1, 400, false);
     tim.edge(0, 600, true);
@@ -180,8 +181,7 @@ fn the_mapping_of_a_channel_changes_only_while_it_is_off() {
     let mut tim = capturing();
     put(&mut tim, 0, CCMR1, 0x0000);
     assert_eq!(tim.read(0, CCMR1), Ok(0x0101));
-    put(&mut tim, 0, CCER, 0x00B0);
-    put(&mut tim, 0, CCMR1, 0x0000);
+    set_up(&mut tim, 0, [(CCER, 0x00B0), (CCMR1, 0x0000)]);
     assert_eq!(tim.read(0, CCMR1), Ok(0x0100));
 }
 
@@ -207,8 +207,7 @@ fn an_edge_in_the_past_has_the_count_of_its_own_instant() {
 #[test]
 fn an_edge_before_the_channel_was_set_up_is_not_its_own() {
     let mut tim = long();
-    put(&mut tim, 1000, CCMR1, 0x01);
-    put(&mut tim, 1000, CR1, CEN);
+    set_up(&mut tim, 1000, [(CCMR1, 0x01), (CR1, CEN)]);
     put(&mut tim, 1200, CCER, 0b1011);
     assert!(!tim.edge(0, 1199, true));
     assert_eq!(tim.read(1300, SR).unwrap() & 0b10, 0);
@@ -225,11 +224,11 @@ fn captures_interrupt_and_ask_for_dma_where_enabled() {
     // CC1DE is bit 9, CC2IE bit 2.
     put(&mut tim, 200, DIER, 1 << 9 | 1 << 2);
     assert!(tim.edge(0, 300, false));
-    assert_eq!((tim.requests(), tim.irq(300)), (1, false));
+    assert_eq!((tim.requests, tim.irq(300)), (1, false));
     assert!(tim.edge(1, 310, false));
-    assert_eq!((tim.requests(), tim.irq(310)), (1, true));
-    tim.acknowledge(1);
-    assert_eq!(tim.requests(), 0);
+    assert_eq!((tim.requests, tim.irq(310)), (1, true));
+    tim.requests &= !1;
+    assert_eq!(tim.requests, 0);
 }
 
 #[test]
@@ -238,21 +237,20 @@ fn a_request_goes_away_with_its_enable() {
     put(&mut tim, 0, DIER, 1 << 9);
     tim.edge(0, 100, true);
     put(&mut tim, 200, DIER, 0);
-    assert_eq!(tim.requests(), 0);
+    assert_eq!(tim.requests, 0);
 }
 
 #[test]
 fn a_compare_match_asks_for_dma_every_time() {
     let mut tim = at_1_mhz();
-    put(&mut tim, 0, CCR1 + 8, 500);
-    put(&mut tim, 0, DIER, 1 << 11);
+    set_up(&mut tim, 0, [(CCR1 + 8, 500), (DIER, 1 << 11)]);
     assert_eq!(tim.next_event(0), Some(168 * 500));
     assert!(!tim.irq(168 * 500));
-    assert_eq!(tim.requests(), 1 << 2);
-    tim.acknowledge(1 << 2);
+    assert_eq!(tim.requests, 1 << 2);
+    tim.requests &= !(1 << 2);
     assert_eq!(tim.next_event(168 * 500), Some(168 * (65_536 + 500)), "with CC3IF still set");
     tim.irq(168 * (65_536 + 500));
-    assert_eq!(tim.requests(), 1 << 2);
+    assert_eq!(tim.requests, 1 << 2);
 }
 
 #[test]
@@ -354,10 +352,7 @@ fn an_output_follows_its_mode() {
         (0b111, [low, high, high, high]),
     ] {
         let mut tim = short();
-        put(&mut tim, 0, CCR4, 100);
-        put(&mut tim, 0, CCMR2, mode_4(mode));
-        put(&mut tim, 0, CCER, CC4E);
-        put(&mut tim, 0, CR1, CEN);
+        set_up(&mut tim, 0, [(CCR4, 100), (CCMR2, mode_4(mode)), (CCER, CC4E), (CR1, CEN)]);
         let levels = [99, 100, 101, 0x1_0000 + 100].map(|cycle| {
             tim.catch_up(cycle);
             tim.output(3)
@@ -369,11 +364,8 @@ fn an_output_follows_its_mode() {
 #[test]
 fn an_output_that_is_active_becomes_inactive_on_match() {
     let mut tim = short();
-    put(&mut tim, 0, CCER, CC4E);
-    put(&mut tim, 0, CCMR2, mode_4(0b101));
-    put(&mut tim, 0, CCR4, 100);
-    put(&mut tim, 0, CCMR2, mode_4(0b010));
-    put(&mut tim, 0, CR1, CEN);
+    set_up(&mut tim, 0, [(CCER, CC4E), (CCMR2, mode_4(0b101)), (CCR4, 100)]);
+    set_up(&mut tim, 0, [(CCMR2, mode_4(0b010)), (CR1, CEN)]);
     tim.catch_up(0x1_0000);
     let changes = [(0, 3, Some(false)), (0, 3, Some(true)), (100, 3, Some(false))];
     assert_eq!(tim.take_changes(), changes);
@@ -383,11 +375,7 @@ fn an_output_that_is_active_becomes_inactive_on_match() {
 #[test]
 fn a_pwm_output_changes_twice_a_period() {
     let mut tim = short();
-    put(&mut tim, 0, ARR, 999);
-    put(&mut tim, 0, CCR4, 400);
-    put(&mut tim, 0, CCMR2, mode_4(0b110));
-    put(&mut tim, 0, CCER, CC4E | CC4P);
-    put(&mut tim, 0, CR1, CEN);
+    set_up(&mut tim, 0, [(ARR, 999), (CCR4, 400), (CCMR2, mode_4(0b110)), (CCER, CC4E | CC4P), (CR1, CEN)]);
     assert_eq!(tim.next_event(0), Some(400));
     tim.catch_up(2000);
     let cycles: Vec<_> = tim.take_changes().into_iter().map(|(at, _, level)| (at, level)).collect();
@@ -398,10 +386,7 @@ fn a_pwm_output_changes_twice_a_period() {
 #[test]
 fn outputs_that_match_together_change_together() {
     let mut tim = short();
-    put(&mut tim, 0, CCR4 - 4, 10);
-    put(&mut tim, 0, CCR4, 10);
-    put(&mut tim, 0, CCMR2, 0x3030);
-    put(&mut tim, 0, CCER, CC4E | 1 << 8);
+    set_up(&mut tim, 0, [(CCR4 - 4, 10), (CCR4, 10), (CCMR2, 0x3030), (CCER, CC4E | 1 << 8)]);
     tim.take_changes();
     put(&mut tim, 0, CR1, CEN);
     tim.catch_up(0x1_0000 + 9);
@@ -412,8 +397,7 @@ fn outputs_that_match_together_change_together() {
 #[test]
 fn one_pulse_mode_stops_at_the_reload() {
     let mut tim = short();
-    put(&mut tim, 0, ARR, 500);
-    put(&mut tim, 0, CR1, OPM | CEN);
+    set_up(&mut tim, 0, [(ARR, 500), (CR1, OPM | CEN)]);
     assert_eq!((tim.read(500, CR1), tim.read(500, CNT)), (Ok(OPM | CEN), Ok(500)));
     assert_eq!((tim.read(501, CR1), tim.read(501, CNT)), (Ok(OPM), Ok(0)));
     assert_eq!(tim.read(10_000, CNT), Ok(0));
@@ -424,16 +408,8 @@ fn one_pulse_mode_stops_at_the_reload() {
 /// A timer that gives out one pulse from its trigger on.
 fn one_pulse(compare: u32) -> Timer {
     let mut tim = short();
-    for (offset, value) in [
-        (ARR, 1000),
-        (CCR4, compare),
-        (CCMR2, mode_4(0b111)),
-        (CCER, CC4E),
-        (SMCR, 2 << 4 | TRIGGER_MODE),
-        (CR1, OPM),
-    ] {
-        put(&mut tim, 0, offset, value);
-    }
+    set_up(&mut tim, 0, [(ARR, 1000), (CCR4, compare), (CCMR2, mode_4(0b111)), (CCER, CC4E)]);
+    set_up(&mut tim, 0, [(SMCR, 2 << 4 | TRIGGER_MODE), (CR1, OPM)]);
     tim.take_changes();
     tim
 }
@@ -488,15 +464,12 @@ fn a_match_raises_the_trigger_output() {
     ] {
         let mut tim = at_1_mhz();
         tim.take_rises();
-        put(&mut tim, 0, CR2, mms << 4);
-        put(&mut tim, 0, compare, 500);
-        put(&mut tim, 0, modes, 0b001 << shift);
+        set_up(&mut tim, 0, [(CR2, mms << 4), (compare, 500), (modes, 0b001 << shift)]);
         assert_eq!(tim.next_event(0), Some(168 * 500), "MMS {mms:03b}");
         tim.catch_up(168 * 200_000);
         assert_eq!(tim.take_rises(), [168 * 500], "MMS {mms:03b}");
         assert_eq!(tim.next_event(168 * 200_000), None, "MMS {mms:03b}: it is high");
-        put(&mut tim, 168 * 200_000, modes, 0b100 << shift);
-        put(&mut tim, 168 * 200_000, modes, 0b001 << shift);
+        set_up(&mut tim, 168 * 200_000, [(modes, 0b100 << shift), (modes, 0b001 << shift)]);
         tim.catch_up(168 * 300_000);
         assert_eq!(tim.take_rises(), [168 * (3 * 65_536 + 500 + 65_536)], "MMS {mms:03b}");
     }

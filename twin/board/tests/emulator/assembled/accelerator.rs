@@ -8,32 +8,13 @@ use twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, FlashTiming};
 use twin::image::Image;
 use twin::mmio::Refusal;
 
-const KEYR: u32 = 0x4002_3C04;
-const SR: u32 = 0x4002_3C0C;
-const CR: u32 = 0x4002_3C10;
-const BSY: u16 = 16;
-const X32: u32 = 0b10 << 8;
-/// Sector 11, the last of 1 MiB.
-const SECTOR: u32 = 0x080E_0000;
-const ERASE: u32 = 1 << 16 | X32 | 11 << 3 | 1 << 1;
-
 const PRFTEN: u32 = 1 << 8;
 const ICEN: u32 = 1 << 9;
 const DCEN: u32 = 1 << 10;
 const DCRST: u32 = 1 << 12;
 
 fn on(image: Arc<Image>, fittings: Fittings) -> EmulatedBoard {
-    let mut board = EmulatedBoard::new(BoardConfig { fittings, ..board("accelerated", image) }, 0);
-    board.power(true);
-    board
-}
-
-fn word(board: &EmulatedBoard, address: u32) -> u32 {
-    u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
-}
-
-fn unlock() -> Vec<u16> {
-    [store(KEYR, 0x4567_0123), store(KEYR, 0xCDEF_89AB)].concat()
+    powered(BoardConfig { fittings, ..board("accelerated", image) })
 }
 
 /// Loads a word, erases its sector, loads it again; `reset` comes in between.
@@ -42,8 +23,8 @@ fn erase_between_loads(reset: &[u16]) -> [u32; 2] {
         store(FLASH_ACR, ICEN | DCEN),
         copy(SECTOR + 4, RAM),
         unlock(),
-        store(CR, ERASE),
-        wait_for_clear(SR, BSY),
+        store(FLASH_CR, ERASE),
+        wait_for_clear(FLASH_SR, BSY),
         reset.to_vec(),
         copy(SECTOR + 4, RAM + 4),
         STOP.to_vec(),
@@ -52,7 +33,7 @@ fn erase_between_loads(reset: &[u16]) -> [u32; 2] {
     board.write_flash(SECTOR, &[0x3C; 16]).unwrap();
     board.run_until(Time::from_ms(1_001)).unwrap();
     assert_eq!(word(&board, SECTOR + 4), u32::MAX, "the flash itself is erased");
-    [word(&board, RAM), word(&board, RAM + 4)]
+    words::<2>(&board, RAM)
 }
 
 #[test]
@@ -71,15 +52,14 @@ fn load_after_programming_is_not_stale() {
         store(FLASH_ACR, DCEN),
         copy(SECTOR, RAM),
         unlock(),
-        store(CR, X32 | 1),
+        store(FLASH_CR, X32 | 1),
         store(SECTOR, 0x1234_5678),
-        wait_for_clear(SR, BSY),
+        wait_for_clear(FLASH_SR, BSY),
         copy(SECTOR, RAM + 4),
         STOP.to_vec(),
     ];
-    let mut board = on(image(&program.concat(), &STOP), Fittings::default());
-    board.run_until(Time::from_us(200)).unwrap();
-    assert_eq!([word(&board, RAM), word(&board, RAM + 4)], [u32::MAX, 0x1234_5678]);
+    let board = flown(board("accelerated", image(&program.concat(), &STOP)), Time::from_us(200));
+    assert_eq!(words::<2>(&board, RAM), [u32::MAX, 0x1234_5678]);
 }
 
 /// Given a worn word in the data cache, when it is programmed, then a load shows what was stored (RM0090 3.6.4). After a reset of the
@@ -90,9 +70,9 @@ fn load_of_a_worn_word_shows_the_stored_value_until_the_reset() {
         store(FLASH_ACR, DCEN),
         copy(SECTOR, RAM),
         unlock(),
-        store(CR, X32 | 1),
+        store(FLASH_CR, X32 | 1),
         store(SECTOR + 4, 0x1234_5678),
-        wait_for_clear(SR, BSY),
+        wait_for_clear(FLASH_SR, BSY),
         copy(SECTOR + 4, RAM),
         store(FLASH_ACR, 0),
         store(FLASH_ACR, DCRST),
@@ -104,7 +84,7 @@ fn load_of_a_worn_word_shows_the_stored_value_until_the_reset() {
     board.inflict(Defect::WornFlash { address: SECTOR + 4, bits: 0x0000_0180 });
     board.power(true);
     board.run_until(Time::from_us(200)).unwrap();
-    assert_eq!([word(&board, RAM), word(&board, RAM + 4)], [0x1234_5678, 0x1234_57F8]);
+    assert_eq!(words::<2>(&board, RAM), [0x1234_5678, 0x1234_57F8]);
     assert_eq!(word(&board, SECTOR + 4), 0x1234_57F8);
 }
 
@@ -143,15 +123,12 @@ fn straight_code_costs_the_wait_states_that_acr_says() {
 
 #[test]
 fn too_few_wait_states_for_the_clock_stop_the_board() {
-    let too_early = [store(FLASH_ACR, 4), run_at_168_mhz()[9..].to_vec(), STOP.to_vec()].concat();
-    let mut board = on(image(&too_early, &STOP), Fittings::default());
-    let error = board.run_until(Time::from_ms(5)).unwrap_err();
-    assert_eq!((error.address, error.write, error.refusal), (RCC + 0x08, true, Refusal::Misuse));
-
-    let too_late = [run_at_168_mhz(), store(FLASH_ACR, PRFTEN | 4), STOP.to_vec()].concat();
-    let mut board = on(image(&too_late, &STOP), Fittings::default());
-    let error = board.run_until(Time::from_ms(5)).unwrap_err();
-    assert_eq!((error.address, error.write, error.refusal), (FLASH_ACR, true, Refusal::Misuse));
+    let too_early = [store(FLASH_ACR, 4), run_at_168_mhz()[9..].to_vec(), STOP.to_vec()];
+    let too_late = [run_at_168_mhz(), store(FLASH_ACR, PRFTEN | 4), STOP.to_vec()];
+    for (name, program, address) in [("early", too_early, RCC + 0x08), ("late", too_late, FLASH_ACR)] {
+        let error = refused(board(name, image(&program.concat(), &STOP)), Time::from_ms(5));
+        assert_eq!((error.address, error.write, error.refusal), (address, true, Refusal::Misuse), "{name}");
+    }
 }
 
 #[test]

@@ -12,17 +12,6 @@ use twin::model::Model;
 use twin::peripherals::PinChange;
 use twin::pin::Pin;
 
-fn flown(config: BoardConfig, until: Time) -> EmulatedBoard {
-    let mut board = EmulatedBoard::new(config, 0);
-    board.power(true);
-    board.run_until(until).unwrap();
-    board
-}
-
-fn word(board: &EmulatedBoard, address: u32) -> u32 {
-    u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
-}
-
 /// PB4 toggles at every update of TIM2, once per millisecond of the board's own time; asleep in between.
 fn blinker() -> std::sync::Arc<twin::image::Image> {
     let program = [
@@ -89,9 +78,7 @@ fn sleep_costs_no_instructions() {
 fn the_same_flight_gives_the_same_instants_whatever_the_stride() {
     let reference = toggles(12.5, Time::from_ms(50));
     for stride_us in [1, 7, 333] {
-        let mut board =
-            EmulatedBoard::new(BoardConfig { crystal: Crystal::ppm(12.5), ..board("blinker", blinker()) }, 0);
-        board.power(true);
+        let mut board = powered(BoardConfig { crystal: Crystal::ppm(12.5), ..board("blinker", blinker()) });
         let mut now = Time::ZERO;
         while now < Time::from_ms(50) {
             now = (now + Time::from_us(stride_us)).min(Time::from_ms(50));
@@ -115,8 +102,7 @@ fn straps_are_read_as_the_harness_ties_them() {
 #[test]
 fn access_to_unmodelled_address_names_board_pc_and_address() {
     let program = [store(0x4000_7400, 1), STOP.to_vec()].concat();
-    let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
-    board.power(true);
+    let mut board = powered(board("lost", image(&program, &STOP)));
     let error = board.run_until(Time::from_us(50)).unwrap_err();
     assert_eq!((error.address, error.write, error.refusal), (0x4000_7400, true, Refusal::Unmodelled));
     // Reset vector at 200h, four 32-bit moves before the store.
@@ -134,43 +120,33 @@ fn access_to_unmodelled_address_names_board_pc_and_address() {
 /// Given a store to FP_CTRL of the flash patch unit, which the core does not have, then the board stops before the store.
 #[test]
 fn unmodelled_system_register_stops_the_board() {
-    let mut board = EmulatedBoard::new(board("patched", image(&store(0xE000_2000, 1), &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    let error = refused(board("patched", image(&store(0xE000_2000, 1), &STOP)), Time::from_us(50));
     assert_eq!((error.address, error.write, error.refusal), (0xE000_2000, true, Refusal::SystemRegister));
     assert_eq!(error.pc, 0x0800_0210);
     let text = error.to_string();
     for part in ["patched", "store to a system register of the core", "E0002000h", "08000210h"] {
         assert!(text.contains(part), "{text}");
     }
-    assert_eq!(*board.state(), State::Refused(error));
 }
 
 /// Given BX r0 with one of its low three bits set, which should be zero (DDI 0403E A7.7.20), then the board stops before it.
 #[test]
 fn unpredictable_instruction_stops_the_board() {
-    let mut board = EmulatedBoard::new(board("odd", image(&[0xBF00, 0x4701], &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    let error = refused(board("odd", image(&[0xBF00, 0x4701], &STOP)), Time::from_us(50));
     assert_eq!((error.pc, error.refusal), (0x0800_0202, Refusal::Unpredictable { word: 0x4701 }));
     let text = error.to_string();
     assert!(text.starts_with("odd: UNPREDICTABLE instruction 4701h at 08000202h"), "{text}");
-    assert_eq!(*board.state(), State::Refused(error));
 }
 
 #[test]
 fn memory_that_the_part_lacks_is_refused_too() {
-    let mut board = EmulatedBoard::new(board("lost", image(&copy(0x6000_0000, RAM), &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    let error = refused(board("lost", image(&copy(0x6000_0000, RAM), &STOP)), Time::from_us(50));
     assert_eq!((error.address, error.pc), (0x6000_0000, 0x0800_0208));
 }
 
 #[test]
 fn a_peripheral_without_clock_is_refused() {
-    let mut board = EmulatedBoard::new(board("hasty", image(&store(GPIOB, 0), &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    let error = refused(board("hasty", image(&store(GPIOB, 0), &STOP)), Time::from_us(50));
     assert_eq!((error.address, error.refusal), (GPIOB, Refusal::ClockOff));
 }
 
@@ -269,11 +245,8 @@ fn power_off_forgets_ram_and_reset_does_not() {
 #[test]
 fn a_sleep_that_would_be_stop_is_refused_at_its_instruction() {
     let scr = store(0xE000_ED10, 1 << 2);
-    let mut board = EmulatedBoard::new(board("stop", image(&[&scr[..], &SLEEP].concat(), &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_ms(1)).unwrap_err();
+    let error = refused(board("stop", image(&[&scr[..], &SLEEP].concat(), &STOP)), Time::from_ms(1));
     assert_eq!(error.refusal, Refusal::DeepSleep);
-    assert_eq!(*board.state(), State::Refused(error.clone()));
     let text = error.to_string();
     assert!(text.contains("WFI or WFE at 0800021"), "{text}");
     assert!(text.contains("Stop and Standby are not modelled, clear SLEEPDEEP in SCR"), "{text}");
@@ -305,9 +278,7 @@ fn rtt_without_defmt_is_shown_as_text() {
     .concat();
     let with_log = Arc::into_inner(image(&program, &STOP)).expect("nobody shares it");
     let with_log = with_log.with_symbol("_SEGGER_RTT", Symbol { address: block, size: 48 });
-    let mut board = EmulatedBoard::new(board("talking", Arc::new(with_log)), 0);
-    board.power(true);
-    board.run_until(Time::from_us(100)).unwrap();
+    let mut board = flown(board("talking", Arc::new(with_log)), Time::from_us(100));
     let lines = |board: &mut EmulatedBoard| -> Vec<_> {
         board.take_log().into_iter().map(|line| (line.level, line.text)).collect()
     };
@@ -330,7 +301,7 @@ fn reserved_address_is_a_bus_fault_that_a_program_survives() {
         let config = BoardConfig { model, ..board("lost", image(&program, &handler)) };
         let board = flown(config, Time::from_us(50));
         assert_eq!((board.state(), board.counters().panics), (&State::Running, 0), "{model:?}");
-        (word(&board, RAM), word(&board, RAM + 4))
+        words(&board, RAM)
     };
     for (model, reserved) in [
         (
@@ -343,21 +314,19 @@ fn reserved_address_is_a_bus_fault_that_a_program_survives() {
         ),
     ] {
         for address in reserved {
-            assert_eq!(flown(model, &copy(address, RAM + 8)), (0x8200, address), "{model:?}: load");
-            assert_eq!(flown(model, &store(address, 1)), (0x8200, address), "{model:?}: store");
+            assert_eq!(flown(model, &copy(address, RAM + 8)), [0x8200, address], "{model:?}: load");
+            assert_eq!(flown(model, &store(address, 1)), [0x8200, address], "{model:?}: store");
         }
     }
     // MOV pc, r2: IBUSERR, without an address.
-    let (status, _) = flown(Model::shipped("pyboard-v11"), &[&load(2, 0x1000_0000)[..], &[0x4697]].concat());
+    let [status, _] = flown(Model::shipped("pyboard-v11"), &[&load(2, 0x1000_0000)[..], &[0x4697]].concat());
     assert_eq!(status, 0x0100);
 }
 
 /// Given a store to flash where it answers at zero, then the board stops, and its message names a store and the flash.
 #[test]
 fn store_to_address_zero_stops_the_board_as_a_store() {
-    let mut board = EmulatedBoard::new(board("null", image(&store(0, 1), &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    let error = refused(board("null", image(&store(0, 1), &STOP)), Time::from_us(50));
     assert_eq!((error.address, error.write, error.refusal), (0, true, Refusal::Unmodelled));
     assert_eq!(error.pc, 0x0800_0210);
     let text = error.to_string();
@@ -377,9 +346,7 @@ fn memory_without_a_model_stops_the_board_with_its_name() {
     ] {
         for (access, write) in [(copy(address, RAM), false), (store(address, 1), true)] {
             let program = [store(0xE000_ED24, 1 << 17), access].concat();
-            let mut board = EmulatedBoard::new(board("lost", image(&program, &RETURN)), 0);
-            board.power(true);
-            let error = board.run_until(Time::from_us(50)).unwrap_err();
+            let error = refused(board("lost", image(&program, &RETURN)), Time::from_us(50));
             assert_eq!((error.address, error.write, error.refusal), (address, write, Refusal::Unmodelled));
             assert!(error.to_string().contains(name), "{error}");
         }

@@ -7,12 +7,7 @@ use twin::bxcan::Side;
 use twin::crystal::Crystal;
 use twin::mmio::Refusal;
 
-const GPIOA: u32 = 0x4002_0000;
-const TIM5: u32 = 0x4000_0C00;
-const DMA1: u32 = 0x4002_6000;
 const STREAM2: u32 = DMA1 + 0x40;
-const STREAM4: u32 = DMA1 + 0x70;
-const IWDG: u32 = 0x4000_3000;
 /// Two rings of four words.
 const RING1: u32 = RAM + 0x100;
 const RING2: u32 = RAM + 0x200;
@@ -20,62 +15,27 @@ const RING2: u32 = RAM + 0x200;
 const SEEN: u32 = RAM + 0x300;
 const RAM_AT_POWER_ON: u32 = 0xA5A5_A5A5;
 
-/// Both edges of PA0 and PA1 at 84 MHz, each channel by its stream (channel 6) into its ring.
-fn capture_both_lines(rings: [u32; 2]) -> Vec<u16> {
-    let stream = |base: u32, from: u32, to: u32| {
-        [
-            store(base + 0x08, from),
-            store(base + 0x0C, to),
-            store(base + 0x04, 4),
-            store(base + 0x14, 0),
-            // CHSEL 6, MSIZE and PSIZE word, MINC, CIRC, TCIE, TEIE; then EN.
-            store(base, 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 2),
-            store(base, 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 2 | 1),
-        ]
-        .concat()
-    };
-    [
-        run_at_168_mhz(),
-        store(RCC + 0x30, 1 << 21 | 1 << 0),
-        store(RCC + 0x40, 1 << 3),
-        store(GPIOA + 0x20, 0x22),
-        store(GPIOA, 0xA800_000A),
-        store(TIM5 + 0x18, 0x0101),
-        store(TIM5 + 0x20, 0x00BB),
-        store(TIM5 + 0x0C, 1 << 9 | 1 << 10),
-        stream(STREAM2, TIM5 + 0x34, rings[0]),
-        stream(STREAM4, TIM5 + 0x38, rings[1]),
-        // Stream 2 is interrupt 13.
-        store(NVIC_ISER0, 1 << 13),
-        store(TIM5, 1),
-        SLEEP.to_vec(),
-    ]
-    .concat()
-}
-
-fn observer(rings: [u32; 2]) -> BoardConfig {
+/// Sleeps while the lines at PA0 and PA1 are captured. Stream 2, whose interrupt is 13, leaves LISR.
+fn observer([one, other]: [u32; 2]) -> BoardConfig {
+    let program =
+        [store(NVIC_ISER0, 1 << 13), capture(12, [(0, 2, one), (1, 4, other)]), SLEEP.to_vec()].concat();
     let handler = [&copy(DMA1, SEEN)[..], &store(DMA1 + 0x08, 0x3D << 16), &RETURN].concat();
-    board("observer", image(&capture_both_lines(rings), &handler))
+    board("observer", image(&program, &handler))
 }
 
 fn asleep(config: BoardConfig) -> EmulatedBoard {
-    let mut board = EmulatedBoard::new(config, 0);
-    board.power(true);
-    board.run_until(Time::from_ms(5)).unwrap();
-    board
+    flown(config, Time::from_ms(5))
 }
 
-fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {
-    let bytes = board.read_memory(address, 4 * N).unwrap();
-    std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
-}
+/// The quantum of a spacecraft.
+const QUANTUM: Time = Time::from_us(20);
 
-/// Runs in quanta of 20 us and hands each one's edges over after it, as a spacecraft does.
-fn fly(board: &mut EmulatedBoard, edges: &[(Side, Time, bool)], until: Time) {
+/// Runs in quanta and hands each one's edges over after it, as a spacecraft does.
+fn fly(board: &mut EmulatedBoard, quantum: Time, edges: &[(Side, Time, bool)], until: Time) {
     let mut left = edges.iter().peekable();
     let mut now = board.now();
     while now < until {
-        now = (now + Time::from_us(20)).min(until);
+        now = (now + quantum).min(until);
         board.run_until(now).unwrap();
         while let Some(&(side, at, level)) = left.next_if(|&&(_, at, _)| at <= now) {
             board.can_rx_edges(side, [(at, level)]);
@@ -94,7 +54,7 @@ fn dma_moves_the_captures_of_both_lines_while_the_core_sleeps() {
     let instants = [6_000, 6_001, 6_003].map(Time::from_us);
     let mut both = edges(Side::Can1, &instants);
     both.extend(edges(Side::Can2, &[Time::from_us(6_010), Time::from_us(6_090)]));
-    fly(&mut board, &both, Time::from_ms(7));
+    fly(&mut board, QUANTUM, &both, Time::from_ms(7));
     assert_eq!(board.counters().instructions, awake, "nobody woke up");
     // 84 counts per microsecond.
     let [a, b, c, d] = words::<4>(&board, RING1);
@@ -107,7 +67,7 @@ fn dma_moves_the_captures_of_both_lines_while_the_core_sleeps() {
 fn a_full_ring_interrupts_and_starts_again() {
     let mut board = asleep(observer([RING1, RING2]));
     let instants: Vec<_> = (0..5).map(|n| Time::from_us(6_000 + 7 * n)).collect();
-    fly(&mut board, &edges(Side::Can1, &instants), Time::from_ms(7));
+    fly(&mut board, QUANTUM, &edges(Side::Can1, &instants), Time::from_ms(7));
     let [fifth, second, third, fourth] = words::<4>(&board, RING1);
     assert_eq!([third - second, fourth - third, fifth - fourth], [7 * 84; 3]);
     // HTIF2 and TCIF2.
@@ -119,14 +79,7 @@ fn captures_do_not_depend_on_the_length_of_the_quantum() {
     let ring = |quantum: Time| {
         let mut board = asleep(BoardConfig { crystal: Crystal::ppm(37.5), ..observer([RING1, RING2]) });
         let all = edges(Side::Can1, &[Time(2_016_001), Time(2_016_400), Time(2_020_007)]);
-        let (mut now, mut left) = (board.now(), all.iter().peekable());
-        while now < Time(2_100_000) {
-            now += quantum;
-            board.run_until(now).unwrap();
-            while let Some(&(side, at, level)) = left.next_if(|&&(_, at, _)| at <= now) {
-                board.can_rx_edges(side, [(at, level)]);
-            }
-        }
+        fly(&mut board, quantum, &all, Time(2_100_000));
         words::<3>(&board, RING1)
     };
     let reference = ring(Time(1));
@@ -139,7 +92,7 @@ fn the_crystals_error_shows_in_the_captures() {
     let span = |ppm: f64| {
         let mut board = asleep(BoardConfig { crystal: Crystal::ppm(ppm), ..observer([RING1, RING2]) });
         let instants = [Time::from_ms(6), Time::from_ms(1006)];
-        fly(&mut board, &edges(Side::Can1, &instants), Time::from_ms(1010));
+        fly(&mut board, QUANTUM, &edges(Side::Can1, &instants), Time::from_ms(1010));
         let [a, b] = words::<2>(&board, RING1);
         b.wrapping_sub(a)
     };
@@ -153,7 +106,7 @@ fn the_crystals_error_shows_in_the_captures() {
 fn without_the_wires_nothing_is_captured() {
     let fittings = Fittings { capture_wires: false, ..Fittings::default() };
     let mut board = asleep(BoardConfig { fittings, ..observer([RING1, RING2]) });
-    fly(&mut board, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
+    fly(&mut board, QUANTUM, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
     assert_eq!(words::<1>(&board, RING1), [RAM_AT_POWER_ON]);
 }
 
@@ -161,7 +114,7 @@ fn without_the_wires_nothing_is_captured() {
 #[test]
 fn a_ring_in_ccm_is_a_transfer_error() {
     let mut board = asleep(observer([0x1000_0000, RING2]));
-    fly(&mut board, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
+    fly(&mut board, QUANTUM, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
     assert_eq!((words(&board, 0x1000_0000), words(&board, SEEN)), ([RAM_AT_POWER_ON], [1 << 19]));
 }
 
@@ -169,9 +122,7 @@ fn a_ring_in_ccm_is_a_transfer_error() {
 fn a_stream_that_is_not_modelled_is_refused() {
     // Double buffers.
     let program = [store(RCC + 0x30, 1 << 21), store(STREAM2, 1 << 18 | 1)].concat();
-    let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    let error = refused(board("lost", image(&program, &STOP)), Time::from_us(50));
     assert_eq!((error.address, error.refusal), (STREAM2, Refusal::Unmodelled));
 }
 
@@ -194,10 +145,7 @@ fn guarded(rest: &[u16]) -> Vec<u16> {
 fn an_unfed_watchdog_resets_a_core_in_any_state() {
     // Spinning, asleep, in an endless fault handler, locked up.
     for (rest, handler) in [(&STOP[..], 0xE7FE), (&SLEEP, 0xE7FE), (&[0xDE00], 0xE7FE), (&[0xDE00], 0xDE00)] {
-        let config = board("guarded", image(&guarded(rest), &[handler]));
-        let mut board = EmulatedBoard::new(config, 0);
-        board.power(true);
-        board.run_until(Time::from_us(990)).unwrap();
+        let mut board = flown(board("guarded", image(&guarded(rest), &[handler])), Time::from_us(990));
         assert_eq!((board.counters().watchdog_resets, words::<1>(&board, RAM)), (0, [0x0E00_0000]));
         board.run_until(Time::from_us(3_100)).unwrap();
         // IWDGRSTF and PINRSTF (RM0090 7.3.21).
@@ -212,10 +160,7 @@ fn an_unfed_watchdog_resets_a_core_in_any_state() {
 #[test]
 fn a_fed_watchdog_lets_the_program_live() {
     let feed = [&store(IWDG, 0xAAAA)[..], &[0xE7F5]].concat(); // B to its beginning
-    let config = board("fed", image(&guarded(&feed), &STOP));
-    let mut board = EmulatedBoard::new(config, 0);
-    board.power(true);
-    board.run_until(Time::from_ms(50)).unwrap();
+    let board = flown(board("fed", image(&guarded(&feed), &STOP)), Time::from_ms(50));
     assert_eq!((board.counters().watchdog_resets, board.state()), (0, &State::Running));
 }
 
@@ -223,10 +168,8 @@ fn a_fed_watchdog_lets_the_program_live() {
 fn a_slow_lsi_resets_late() {
     let fittings = Fittings { lsi_hz: 17_000, ..Fittings::default() };
     let config = BoardConfig { fittings, ..board("guarded", image(&guarded(&STOP), &STOP)) };
-    let mut board = EmulatedBoard::new(config, 0);
-    board.power(true);
     // 4 * 8 cycles at 17 kHz: 1882 us.
-    board.run_until(Time::from_us(1_870)).unwrap();
+    let mut board = flown(config, Time::from_us(1_870));
     assert_eq!(board.counters().watchdog_resets, 0);
     board.run_until(Time::from_us(1_900)).unwrap();
     assert_eq!(board.counters().watchdog_resets, 1);

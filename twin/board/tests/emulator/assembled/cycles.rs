@@ -2,11 +2,10 @@
 
 use super::programs::*;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
+use twin::board::{BoardConfig, Fittings, FlashTiming};
 
-const DEMCR: u32 = 0xE000_EDFC;
-const DWT_CTRL: u32 = 0xE000_1000;
-const CYCCNT: u32 = 0xE000_1004;
+/// Pends interrupts 0 to 31.
+const ISPR0: u32 = 0xE000_E200;
 
 /// Cycles between two reads of CYCCNT with `code` in between, less those with nothing.
 fn cycles(code: &[u16], handler: &[u16]) -> u32 {
@@ -28,10 +27,7 @@ fn cycles(code: &[u16], handler: &[u16]) -> u32 {
         ];
         let fittings = Fittings { flash_timing: FlashTiming::Ideal, ..Fittings::default() };
         let config = BoardConfig { fittings, ..board("cycles", image(&program.concat(), handler)) };
-        let mut board = EmulatedBoard::new(config, 0);
-        board.power(true);
-        board.run_until(Time::from_ms(5)).unwrap();
-        u32::from_le_bytes(board.read_memory(RAM, 4).unwrap().try_into().unwrap())
+        word(&flown(config, Time::from_ms(5)), RAM)
     };
     measured(code) - measured(&[])
 }
@@ -57,7 +53,6 @@ fn a_copy_loop_takes_14_cycles_a_turn_of_13_to_15_published() {
 /// first handler instead ("tail-chaining"). ARM gives these for memory without wait states.
 #[test]
 fn an_interrupt_costs_what_arm_publishes() {
-    const ISPR0: u32 = 0xE000_E200;
     // r0 = where; MOVS r1, #n; STR r1, [r0]; NOP; NOP
     let stored = |at: u32, n: u16| {
         let code = [&load(0, at)[..], &[0x2100 | n, 0x6001, 0xBF00, 0xBF00]].concat();
@@ -86,7 +81,6 @@ fn a_supervisor_call_costs_a_cycle_more() {
 /// SysTick and CYCCNT count the same cycles, interrupts included.
 #[test]
 fn systick_agrees_with_the_cycle_counter_over_interrupts() {
-    const ISPR0: u32 = 0xE000_E200;
     let interrupts = (0..40).flat_map(|_| [0x6001, 0xBF00, 0xBF00]).collect::<Vec<u16>>();
     let program = [
         store(DEMCR, 1 << 24),
@@ -108,11 +102,8 @@ fn systick_agrees_with_the_cycle_counter_over_interrupts() {
         vec![0xC00C],
         STOP.to_vec(),
     ];
-    let mut board = EmulatedBoard::new(board("cycles", image(&program.concat(), &RETURN)), 0);
-    board.power(true);
-    board.run_until(Time::from_ms(5)).unwrap();
-    let word = |at| u32::from_le_bytes(board.read_memory(at, 4).unwrap().try_into().unwrap());
-    let (cycles, ticks) = (word(RAM), word(RAM + 4));
+    let board = flown(board("cycles", image(&program.concat(), &RETURN)), Time::from_ms(5));
+    let [cycles, ticks] = words(&board, RAM);
     assert!(cycles > 40 * 24, "{cycles}");
     assert_eq!(cycles, ticks);
 }

@@ -2,9 +2,9 @@
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use twin::board::{EmulatedBoard, HaltError, State};
+use twin::board::{HaltError, State};
 use twin::guest::GuestEvent;
-use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
 use super::programs::*;
 
@@ -13,18 +13,6 @@ const IWDG_STOP: u32 = 1 << 12;
 const CAN1_STOP: u32 = 1 << 25;
 /// DBF of MCR.
 const DBF: u32 = 1 << 16;
-const IWDG_KR: u32 = 0x4000_3000;
-
-fn flown(program: &[u16], us: u64) -> EmulatedBoard {
-    let mut board = EmulatedBoard::new(board("halted", image(program, &STOP)), 0);
-    board.power(true);
-    board.run_until(Time::from_us(us)).unwrap();
-    board
-}
-
-fn word(board: &EmulatedBoard, address: u32) -> u32 {
-    u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
-}
 
 /// The program copies SysTick's count to RAM without end.
 #[test]
@@ -32,7 +20,8 @@ fn a_halted_core_and_its_systick_stand_still() {
     let count = [store(SYST_RVR, 0x00FF_FFFF), store(SYST_CVR, 0), store(SYST_CSR, 5)].concat();
     // 10 halfwords to copy, and B back over them: -24 bytes from 4 behind it.
     let forever = [copy(SYST_CVR, RAM), vec![0xE7F4]].concat();
-    let mut board = flown(&[count, forever].concat(), 100);
+    let program = image(&[count, forever].concat(), &STOP);
+    let mut board = flown(board("halted", program), Time::from_us(100));
     let before = (word(&board, RAM), board.registers(), board.counters().instructions);
     board.halt().unwrap();
     assert_eq!(*board.state(), State::Halted);
@@ -53,19 +42,15 @@ fn a_frozen_controller_leaves_the_bus_until_the_core_goes_on() {
     {
         let program =
             [store(DBGMCU_APB1_FZ, freezes), join_both_buses(), store(CAN1, mcr), SLEEP.to_vec()].concat();
-        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-        let id = spacecraft.add_board(board("halted", image(&program, &STOP)));
+        let id = BoardId(0);
+        let mut spacecraft = spacecraft([board("halted", image(&program, &STOP))]);
         let guest = spacecraft.add_guest(Bus::Nominal, 1.0);
         spacecraft.run_until(Time::from_ms(4)).unwrap();
         spacecraft.board_mut(id).halt().unwrap();
         spacecraft.inject(guest, Time::from_us(4_100), WireFrame::standard(0x123, &[1]));
         let sent = |spacecraft: &mut Spacecraft, ms| {
             spacecraft.run_until(Time::from_ms(ms)).unwrap();
-            spacecraft
-                .take_heard(guest)
-                .iter()
-                .filter(|(_, event)| matches!(event, GuestEvent::Sent(_)))
-                .count()
+            heard(spacecraft, guest).iter().filter(|event| matches!(event, GuestEvent::Sent(_))).count()
         };
         assert_eq!(sent(&mut spacecraft, 8), usize::from(acknowledges), "{freezes:X}h, MCR {mcr:X}h");
         spacecraft.board_mut(id).go_on();
@@ -77,8 +62,8 @@ fn a_frozen_controller_leaves_the_bus_until_the_core_goes_on() {
 #[test]
 fn the_watchdog_bites_a_halted_core_unless_it_is_frozen() {
     for (freezes, resets) in [(0, 1), (IWDG_STOP, 0)] {
-        let program = [store(DBGMCU_APB1_FZ, freezes), store(IWDG_KR, 0xCCCC), STOP.to_vec()].concat();
-        let mut board = flown(&program, 100_000);
+        let program = [store(DBGMCU_APB1_FZ, freezes), store(IWDG, 0xCCCC), STOP.to_vec()].concat();
+        let mut board = flown(board("halted", image(&program, &STOP)), Time::from_ms(100));
         board.halt().unwrap();
         board.run_until(Time::from_ms(700)).unwrap();
         assert_eq!(board.counters().watchdog_resets, resets);
@@ -95,7 +80,8 @@ fn the_watchdog_bites_a_halted_core_unless_it_is_frozen() {
 
 #[test]
 fn a_halt_that_would_stop_timers_is_refused() {
-    let mut board = flown(&[store(DBGMCU_APB1_FZ, CAN1_STOP | 1), STOP.to_vec()].concat(), 100);
+    let program = [store(DBGMCU_APB1_FZ, CAN1_STOP | 1), STOP.to_vec()].concat();
+    let mut board = flown(board("halted", image(&program, &STOP)), Time::from_us(100));
     let error = board.halt().unwrap_err();
     assert_eq!(error, HaltError::Unmodelled { board: "halted".into(), frozen: 1, frozen2: 0 });
     assert!(error.to_string().contains("only CAN1, CAN2 and IWDG can stop with the core"), "{error}");

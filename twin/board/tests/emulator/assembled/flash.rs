@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::programs::*;
-use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, Fittings, Remains, State};
 use twin::bxcan::Side;
@@ -11,28 +10,14 @@ use twin::image::Image;
 use twin::mmio::Refusal;
 use twin::peripherals::FlashSpeed;
 use twin::pin::Pin;
-use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
-
-const FLASH: u32 = 0x4002_3C00;
-const KEYR: u32 = FLASH + 0x04;
-const SR: u32 = FLASH + 0x0C;
-const CR: u32 = FLASH + 0x10;
-const BSY: u16 = 16;
-const X32: u32 = 0b10 << 8;
-/// Sector 11, the last of 1 MiB.
-const SECTOR: u32 = 0x080E_0000;
-const ERASE: u32 = 1 << 16 | X32 | 11 << 3 | 1 << 1;
-
-fn unlock() -> Vec<u16> {
-    [store(KEYR, 0x4567_0123), store(KEYR, 0xCDEF_89AB)].concat()
-}
+use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
 fn erase() -> Vec<u16> {
-    [store(CR, ERASE), wait_for_clear(SR, BSY)].concat()
+    [store(FLASH_CR, ERASE), wait_for_clear(FLASH_SR, BSY)].concat()
 }
 
 fn program(address: u32, value: u32) -> Vec<u16> {
-    [store(CR, X32 | 1), store(address, value), wait_for_clear(SR, BSY)].concat()
+    [store(FLASH_CR, X32 | 1), store(address, value), wait_for_clear(FLASH_SR, BSY)].concat()
 }
 
 /// Two words, then nothing.
@@ -52,38 +37,28 @@ fn eraser() -> Arc<Image> {
 }
 
 fn on(name: &str, image: Arc<Image>) -> EmulatedBoard {
-    let mut board = EmulatedBoard::new(board(name, image), 0);
-    board.power(true);
-    board
-}
-
-fn word(board: &EmulatedBoard, address: u32) -> u32 {
-    u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
+    powered(board(name, image))
 }
 
 #[test]
 fn programmed_words_stay_through_resets_and_without_power() {
-    let mut board = on("writer", writer());
-    board.run_until(Time::from_us(200)).unwrap();
-    let words =
-        |board: &EmulatedBoard| [word(board, SECTOR), word(board, SECTOR + 4), word(board, SECTOR + 8)];
+    let mut board = flown(board("writer", writer()), Time::from_us(200));
     let expected = [0x1234_5678, 0x9ABC_DEF0, u32::MAX];
-    assert_eq!((words(&board), word(&board, RAM)), (expected, 1));
+    assert_eq!((words(&board, SECTOR), word(&board, RAM)), (expected, 1));
     assert_eq!((board.counters().flash_programs, board.counters().flash_erases), (2, 0));
     board.reset();
-    assert_eq!(words(&board), expected);
+    assert_eq!(words(&board, SECTOR), expected);
     board.power(false);
-    assert_eq!(words(&board), expected);
+    assert_eq!(words(&board, SECTOR), expected);
     board.power(true);
     board.run_until(Time::from_us(201)).unwrap();
-    assert_eq!(words(&board), expected);
+    assert_eq!(words(&board, SECTOR), expected);
 }
 
 #[test]
 fn a_programmed_bit_comes_back_only_by_erasing() {
     let code = [unlock(), program(SECTOR, 0xFFFF_00FF), program(SECTOR, 0x1234_FF78), STOP.to_vec()].concat();
-    let mut twice = on("twice", image(&code, &STOP));
-    twice.run_until(Time::from_us(200)).unwrap();
+    let twice = flown(board("twice", image(&code, &STOP)), Time::from_us(200));
     assert_eq!(word(&twice, SECTOR), 0x1234_0078);
 
     let mut eraser = on("eraser", eraser());
@@ -98,33 +73,27 @@ fn a_programmed_bit_comes_back_only_by_erasing() {
 /// 16 us are typical, 100 us the most (DS8626 table 40).
 #[test]
 fn the_core_waits_for_a_word_as_long_as_flash_takes() {
-    for (speed, us) in [(FlashSpeed::Typical, 16), (FlashSpeed::Slowest, 100)] {
-        waits_for_a_word(speed, us);
-    }
-}
-
-fn waits_for_a_word(flash_speed: FlashSpeed, us: u64) {
     let toggle = |bit: u32| store(GPIOB + 0x18, bit);
     let code = [
         store(RCC + 0x30, 1 << 1),
         store(GPIOB, 0x0000_0180),
         unlock(),
-        store(CR, X32 | 1),
+        store(FLASH_CR, X32 | 1),
         toggle(1 << 4),
         store(SECTOR, 0),
         toggle(1 << 20),
         STOP.to_vec(),
     ];
-    let fittings = Fittings { flash_speed, ..Fittings::default() };
-    let config = BoardConfig { fittings, ..board("toggling", image(&code.concat(), &STOP)) };
-    let mut board = EmulatedBoard::new(config, 0);
-    board.power(true);
-    board.run_until(Time::from_us(300)).unwrap();
-    let changes = board.take_pin_changes();
-    assert!(changes.iter().all(|change| change.pin == Pin::new('B', 4)));
-    let span = changes[1].at.since(changes[0].at);
-    // Two stores of eight moves and two accesses at 16 MHz: some 20 cycles of 62.5 ns.
-    assert!(span > Time::from_us(us) && span < Time::from_us(us + 2), "{span:?}");
+    let code = image(&code.concat(), &STOP);
+    for (flash_speed, us) in [(FlashSpeed::Typical, 16), (FlashSpeed::Slowest, 100)] {
+        let fittings = Fittings { flash_speed, ..Fittings::default() };
+        let config = BoardConfig { fittings, ..board("toggling", code.clone()) };
+        let changes = flown(config, Time::from_us(300)).take_pin_changes();
+        assert!(changes.iter().all(|change| change.pin == Pin::new('B', 4)));
+        let span = changes[1].at.since(changes[0].at);
+        // Two stores of eight moves and two accesses at 16 MHz: some 20 cycles of 62.5 ns.
+        assert!(span > Time::from_us(us) && span < Time::from_us(us + 2), "{flash_speed:?}: {span:?}");
+    }
 }
 
 #[test]
@@ -139,8 +108,7 @@ fn timers_count_on_while_an_erase_stalls_the_core() {
         copy(TIM2 + 0x24, RAM),
         STOP.to_vec(),
     ];
-    let mut board = on("waiting", image(&code.concat(), &STOP));
-    board.run_until(Time::from_ms(1)).unwrap();
+    let mut board = flown(board("waiting", image(&code.concat(), &STOP)), Time::from_ms(1));
     let stalled = board.counters().instructions;
     board.run_until(Time::from_ms(1000)).unwrap();
     assert_eq!(board.counters().instructions, stalled);
@@ -156,14 +124,20 @@ fn a_core_that_runs_from_ram_sees_the_interface_busy() {
     let code = [
         routine.collect(),
         unlock(),
-        store(CR, X32 | 1),
-        [&load(0, SR)[..], &load(2, 0), &load(3, 0), &load(4, SECTOR), &load(5, RAM + 0x101), &[0x47A8]]
-            .concat(),
+        store(FLASH_CR, X32 | 1),
+        [
+            &load(0, FLASH_SR)[..],
+            &load(2, 0),
+            &load(3, 0),
+            &load(4, SECTOR),
+            &load(5, RAM + 0x101),
+            &[0x47A8],
+        ]
+        .concat(),
         [&load(0, RAM)[..], &[0x6002]].concat(),
         STOP.to_vec(),
     ];
-    let mut board = on("in RAM", image(&code.concat(), &STOP));
-    board.run_until(Time::from_us(200)).unwrap();
+    let board = flown(board("in RAM", image(&code.concat(), &STOP)), Time::from_us(200));
     assert_eq!(word(&board, SECTOR), 0);
     let loops = word(&board, RAM);
     // 256 cycles of 16 MHz, five to nine of them each turn.
@@ -177,7 +151,7 @@ fn power_failure_keeps_earlier_words_and_leaves_chosen_remains() {
         board.cut_power_at(2, remains);
         board.run_until(Time::from_ms(1)).unwrap();
         assert_eq!(*board.state(), State::Off);
-        assert_eq!((word(&board, SECTOR), word(&board, SECTOR + 4)), (0x1234_5678, expected));
+        assert_eq!(words(&board, SECTOR), [0x1234_5678, expected]);
     }
     let seen: Vec<_> = (0..40)
         .map(|seed| {
@@ -201,7 +175,7 @@ fn board_restarts_after_power_failure_that_does_not_recur() {
     board.power(true);
     board.run_until(Time::from_ms(2)).unwrap();
     assert_eq!(*board.state(), State::Running);
-    assert_eq!((word(&board, SECTOR), word(&board, SECTOR + 4)), (0x1234_5678, 0x9ABC_DEF0));
+    assert_eq!(words(&board, SECTOR), [0x1234_5678, 0x9ABC_DEF0]);
 }
 
 #[test]
@@ -231,8 +205,7 @@ fn a_reset_in_an_erase_leaves_nobody_knows_what() {
 #[test]
 fn the_watchdog_bites_a_core_that_waits_for_an_erase() {
     let code = [store(0x4000_3000, 0xCCCC), unlock(), erase(), STOP.to_vec()].concat();
-    let mut board = on("starved", image(&code, &STOP));
-    board.run_until(Time::from_ms(511)).unwrap();
+    let mut board = flown(board("starved", image(&code, &STOP)), Time::from_ms(511));
     assert_eq!(board.counters().watchdog_resets, 0);
     board.run_until(Time::from_ms(513)).unwrap();
     assert_eq!(board.counters().watchdog_resets, 1);
@@ -251,13 +224,9 @@ fn controller_acknowledges_while_its_core_waits_for_an_erase() {
     let listener = [join_both_buses(), unlock(), erase(), receive(CAN1, RAM), STOP.to_vec()].concat();
     let asker = [join_both_buses(), send(CAN1, 0x123, 0x1122_3344), STOP.to_vec()].concat();
     let late = BoardConfig { power_on_at: Time::from_ms(500), ..board("asker", image(&asker, &STOP)) };
-    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    spacecraft.add_board(board("listener", image(&listener, &STOP)));
-    spacecraft.add_board(late);
+    let mut spacecraft = spacecraft([board("listener", image(&listener, &STOP)), late]);
     spacecraft.run_until(Time::from_ms(900)).unwrap();
-    let completed =
-        spacecraft.take_frames().iter().any(|r| matches!(r.record, Observation::Completed { .. }));
-    assert!(completed, "somebody acknowledged");
+    assert!(!completed(&spacecraft.take_frames()).is_empty(), "somebody acknowledged");
     let listener = |spacecraft: &Spacecraft| {
         let board = spacecraft.board(BoardId(0));
         (board.can_stats(Side::Can1).stored[0], word(board, RAM))
@@ -277,22 +246,18 @@ fn power_failure_takes_board_off_its_bus_in_mid_frame() {
     let sender = [join_both_buses(), unlock(), request, words, STOP.to_vec()].concat();
     let listener = [join_both_buses(), receive(CAN1, RAM), STOP.to_vec()].concat();
     let late = BoardConfig { power_on_at: Time::from_ms(1), ..board("sender", image(&sender, &STOP)) };
-    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    let sender = spacecraft.add_board(late);
-    let listener = spacecraft.add_board(board("listener", image(&listener, &STOP)));
+    let mut spacecraft = spacecraft([late, board("listener", image(&listener, &STOP))]);
+    let (sender, listener) = (BoardId(0), BoardId(1));
     // Some 56 us into a frame of at least 76.
     spacecraft.board_mut(sender).cut_power_at(4, Remains::Old);
     spacecraft.run_until(Time::from_ms(10)).unwrap();
     assert_eq!(*spacecraft.board(sender).state(), State::Off);
-    let completed = |spacecraft: &mut Spacecraft| {
-        spacecraft.take_frames().iter().filter(|r| matches!(r.record, Observation::Completed { .. })).count()
-    };
-    assert_eq!(completed(&mut spacecraft), 0);
+    assert_eq!(completed(&spacecraft.take_frames()), []);
     assert_eq!(spacecraft.wire(Bus::Nominal).counters().destroyed, 1);
     assert_eq!(spacecraft.board(listener).can_stats(Side::Can1).stored[0], 0);
     spacecraft.power(sender, true);
     spacecraft.run_until(Time::from_ms(20)).unwrap();
-    assert_eq!(completed(&mut spacecraft), 1);
+    assert_eq!(completed(&spacecraft.take_frames()).len(), 1);
     assert_eq!(word(spacecraft.board(listener), RAM), 0x1122_3344);
     assert_eq!(word(spacecraft.board(sender), SECTOR + 12), 0);
 }

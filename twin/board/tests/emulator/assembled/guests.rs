@@ -5,6 +5,8 @@ use can_wire::time::Time;
 use twin::guest::{GuestEvent, Presence};
 use twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig};
 
+use super::programs::heard;
+
 /// Two guests on the nominal bus, no board.
 fn two() -> (Spacecraft, [GuestId; 2]) {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
@@ -14,10 +16,6 @@ fn two() -> (Spacecraft, [GuestId; 2]) {
 
 fn fly(spacecraft: &mut Spacecraft, ms: u64) {
     spacecraft.run_until(Time::from_ms(ms)).unwrap();
-}
-
-fn heard(spacecraft: &mut Spacecraft, guest: GuestId) -> Vec<GuestEvent> {
-    spacecraft.take_heard(guest).into_iter().map(|(_, heard)| heard).collect()
 }
 
 #[test]

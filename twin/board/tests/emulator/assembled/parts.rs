@@ -1,7 +1,7 @@
 //! Boards with other parts and pins than those of the project: described by text, flown with hand-assembled programs.
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard, State};
+use twin::board::{BoardConfig, State};
 use twin::bxcan::Side;
 use twin::description::Description;
 use twin::mmio::Refusal;
@@ -9,16 +9,6 @@ use twin::model::Model;
 
 use super::programs::*;
 
-const GPIOA: u32 = 0x4002_0000;
-const TIM5: u32 = 0x4000_0C00;
-const DMA1: u32 = 0x4002_6000;
-const STREAM0: u32 = DMA1 + 0x10;
-const STREAM1: u32 = DMA1 + 0x28;
-const STREAM3: u32 = DMA1 + 0x58;
-const FLASH_KEYR: u32 = FLASH_ACR + 0x04;
-const FLASH_SR: u32 = FLASH_ACR + 0x0C;
-const FLASH_CR: u32 = FLASH_ACR + 0x10;
-const BSY: u16 = 16;
 const RING1: u32 = RAM + 0x100;
 const RING2: u32 = RAM + 0x200;
 
@@ -32,52 +22,17 @@ fn described(chip: &str) -> Model {
     Description::parse(&text, "board.toml").unwrap().model
 }
 
-fn flown(model: Model, program: &[u16], until: Time) -> EmulatedBoard {
-    let mut board = EmulatedBoard::new(BoardConfig { model, ..board("test", image(program, &STOP)) }, 0);
-    board.power(true);
-    board.run_until(until).unwrap();
-    board
-}
-
-fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {
-    let bytes = board.read_memory(address, 4 * N).unwrap();
-    std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
-}
-
-/// Both edges of PA2 and PA3 at 84 MHz: TIM5_CH3 by stream 0 and TIM5_CH4 by `second`, channel 6, into two rings.
-fn capture_both_lines(second: u32) -> Vec<u16> {
-    let stream = |base: u32, from: u32, to: u32| {
-        [
-            store(base + 0x08, from),
-            store(base + 0x0C, to),
-            store(base + 0x04, 4),
-            store(base, 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1),
-        ]
-        .concat()
-    };
-    [
-        run_at_168_mhz_from(8),
-        store(RCC + 0x30, 1 << 21 | 1 << 0),
-        store(RCC + 0x40, 1 << 3),
-        store(GPIOA + 0x20, 0x2200),
-        store(GPIOA, 0xA800_00A0),
-        store(TIM5 + 0x1C, 0x0101),
-        store(TIM5 + 0x20, 0xBB00),
-        store(TIM5 + 0x0C, 1 << 11 | 1 << 12),
-        stream(STREAM0, TIM5 + 0x3C, RING1),
-        stream(second, TIM5 + 0x40, RING2),
-        store(TIM5, 1),
-        SLEEP.to_vec(),
-    ]
-    .concat()
+fn on(chip: &str, program: &[u16]) -> BoardConfig {
+    BoardConfig { model: described(chip), ..board("test", image(program, &STOP)) }
 }
 
 /// Given boards whose wires from CAN_RX end at PA2 and PA3, then edges of CAN1 and CAN2 come into the rings of TIM5_CH3 and TIM5_CH4, by each
 /// stream that these channels have.
 #[test]
 fn captures_follow_the_pins_of_the_description() {
-    for (chip, second) in [("STM32F407VG", STREAM1), ("STM32F429ZI", STREAM3), ("STM32F479NI", STREAM1)] {
-        let mut board = flown(described(chip), &capture_both_lines(second), Time::from_ms(5));
+    for (chip, second) in [("STM32F407VG", 1), ("STM32F429ZI", 3), ("STM32F479NI", 1)] {
+        let program = [capture(8, [(2, 0, RING1), (3, second, RING2)]), SLEEP.to_vec()].concat();
+        let mut board = flown(on(chip, &program), Time::from_ms(5));
         for (side, us) in [(Side::Can1, [6_000, 6_001]), (Side::Can2, [6_010, 6_090])] {
             let edges = us.map(Time::from_us).into_iter().zip([false, true]);
             board.run_until(Time::from_us(us[1] + 1)).unwrap();
@@ -101,8 +56,7 @@ fn core_goes_on_while_the_other_bank_is_erased() {
         ("STM32F427VG", 11, true),
     ] {
         let program = [
-            store(FLASH_KEYR, 0x4567_0123),
-            store(FLASH_KEYR, 0xCDEF_89AB),
+            unlock(),
             store(FLASH_CR, 1 << 16 | 0b10 << 8 | snb << 3 | 1 << 1),
             store(RAM, 1),
             wait_for_clear(FLASH_SR, BSY),
@@ -110,7 +64,7 @@ fn core_goes_on_while_the_other_bank_is_erased() {
             STOP.to_vec(),
         ]
         .concat();
-        let mut board = flown(described(chip), &program, Time::from_ms(100));
+        let mut board = flown(on(chip, &program), Time::from_ms(100));
         let before = u32::from_le_bytes([0xA5; 4]);
         assert_eq!(words(&board, RAM), [if waits { before } else { 1 }], "{chip}: sector code {snb:X}h");
         board.run_until(Time::from_ms(1_001)).unwrap();
@@ -127,9 +81,7 @@ fn sram_ends_where_the_part_ends_it() {
         let handler = [copy(0xE000_ED38, RAM), STOP.to_vec()].concat();
         let program = [store(0xE000_ED24, 1 << 17), store(end - 4, 7), store(end, 7), STOP.to_vec()].concat();
         let config = BoardConfig { model: described(chip), ..board("test", image(&program, &handler)) };
-        let mut board = EmulatedBoard::new(config, 0);
-        board.power(true);
-        board.run_until(Time::from_us(50)).unwrap();
+        let board = flown(config, Time::from_us(50));
         assert_eq!((words(&board, end - 4), words(&board, RAM)), ([7], [end]), "{chip}: BFAR");
         assert_eq!(board.state(), &State::Running);
     }
@@ -146,10 +98,7 @@ fn peripherals_of_other_parts_stop_the_board_with_their_names() {
         ("STM32F469NI", 0x4001_6C00, "DSI + 0h"),
     ] {
         let program = [copy(address, RAM), STOP.to_vec()].concat();
-        let config = BoardConfig { model: described(chip), ..board("test", image(&program, &STOP)) };
-        let mut board = EmulatedBoard::new(config, 0);
-        board.power(true);
-        let error = board.run_until(Time::from_us(50)).unwrap_err();
+        let error = refused(on(chip, &program), Time::from_us(50));
         assert_eq!((error.address, error.refusal), (address, Refusal::Unmodelled), "{chip}");
         assert!(error.to_string().contains(name), "{error}");
     }
@@ -165,7 +114,7 @@ fn identity_is_that_of_the_part() {
         ("STM32F469NE", 0x434, 512),
     ] {
         let program = [copy(0xE004_2000, RAM), copy(0x1FFF_7A20, RAM + 4), STOP.to_vec()].concat();
-        let board = flown(described(chip), &program, Time::from_us(50));
+        let board = flown(on(chip, &program), Time::from_us(50));
         let [idcode, size] = words(&board, RAM);
         assert_eq!((idcode & 0xFFF, size >> 16), (device, kib), "{chip}");
     }

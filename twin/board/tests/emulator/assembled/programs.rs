@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
+use can_wire::frame::WireFrame;
+use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings};
+use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings, State};
 use twin::crystal::Crystal;
+use twin::guest::GuestEvent;
 use twin::image::Image;
 use twin::model::Model;
+use twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig, WireRecord};
 
 pub const RAM: u32 = 0x2000_0000;
 const FLASH: u32 = 0x0800_0000;
@@ -74,14 +78,76 @@ pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
     }
 }
 
+/// A board that has just got power.
+pub fn powered(config: BoardConfig) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(config, 0);
+    board.power(true);
+    board
+}
+
+/// A board that has run until `until`.
+pub fn flown(config: BoardConfig, until: Time) -> EmulatedBoard {
+    let mut board = powered(config);
+    board.run_until(until).unwrap();
+    board
+}
+
+/// The access before `until` that stops a board.
+#[track_caller]
+pub fn refused(config: BoardConfig, until: Time) -> AccessError {
+    let name = config.name.clone();
+    let mut board = powered(config);
+    let error = board.run_until(until).expect_err(&name);
+    assert_eq!(*board.state(), State::Refused(error.clone()));
+    error
+}
+
+/// Boards on their wires; the first one is `BoardId(0)`.
+pub fn spacecraft<const N: usize>(boards: [BoardConfig; N]) -> Spacecraft {
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    for board in boards {
+        spacecraft.add_board(board);
+    }
+    spacecraft
+}
+
+pub fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {
+    let bytes = board.read_memory(address, 4 * N).unwrap();
+    std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
+}
+
+pub fn word(board: &EmulatedBoard, address: u32) -> u32 {
+    let [word] = words(board, address);
+    word
+}
+
 pub const FLASH_ACR: u32 = 0x4002_3C00;
+pub const FLASH_KEYR: u32 = FLASH_ACR + 0x04;
+pub const FLASH_SR: u32 = FLASH_ACR + 0x0C;
+pub const FLASH_CR: u32 = FLASH_ACR + 0x10;
+/// Bit of FLASH_SR.
+pub const BSY: u16 = 16;
+/// PSIZE in FLASH_CR: words.
+pub const X32: u32 = 0b10 << 8;
+/// Sector 11 of flash, the last of 1 MiB.
+pub const SECTOR: u32 = 0x080E_0000;
+/// Value of FLASH_CR that erases it.
+pub const ERASE: u32 = 1 << 16 | X32 | 11 << 3 | 1 << 1;
 pub const RCC: u32 = 0x4002_3800;
+pub const GPIOA: u32 = 0x4002_0000;
 pub const GPIOB: u32 = 0x4002_0400;
 pub const TIM2: u32 = 0x4000_0000;
+pub const TIM3: u32 = 0x4000_0400;
+pub const TIM5: u32 = 0x4000_0C00;
+pub const DMA1: u32 = 0x4002_6000;
+pub const IWDG: u32 = 0x4000_3000;
 pub const SYST_CSR: u32 = 0xE000_E010;
 pub const SYST_RVR: u32 = 0xE000_E014;
 pub const SYST_CVR: u32 = 0xE000_E018;
 pub const NVIC_ISER0: u32 = 0xE000_E100;
+pub const DEMCR: u32 = 0xE000_EDFC;
+pub const DWT_CTRL: u32 = 0xE000_1000;
+pub const CYCCNT: u32 = 0xE000_1004;
 
 /// HSE 12 MHz: 168 MHz.
 pub fn run_at_168_mhz() -> Vec<u16> {
@@ -103,6 +169,11 @@ pub fn run_at_168_mhz_from(hse_mhz: u32) -> Vec<u16> {
     .concat()
 }
 
+/// Opens the lock of flash.
+pub fn unlock() -> Vec<u16> {
+    [store(FLASH_KEYR, 0x4567_0123), store(FLASH_KEYR, 0xCDEF_89AB)].concat()
+}
+
 /// Spins until a bit is set: `r0 = address; LDR r1, [r0]; LSLS r1, r1, #(31 - bit); BPL .-4`.
 pub fn wait_for(address: u32, bit: u16) -> Vec<u16> {
     [&load(0, address)[..], &[0x6801, (31 - bit) << 6 | 1 << 3 | 1, 0xD5FC]].concat()
@@ -111,6 +182,46 @@ pub fn wait_for(address: u32, bit: u16) -> Vec<u16> {
 /// Spins until a bit is clear.
 pub fn wait_for_clear(address: u32, bit: u16) -> Vec<u16> {
     [&load(0, address)[..], &[0x6801, (31 - bit) << 6 | 1 << 3 | 1, 0xD4FC]].concat()
+}
+
+/// A line that TIM5 captures: its channel and pin of port A, 0 to 3; its stream of DMA1; its ring of four words.
+pub type Line = (u32, u32, u32);
+
+/// Captures both edges of two lines at 84 MHz, each by its stream on channel 6. The stream interrupts at the end of its ring and at
+/// a bus error.
+pub fn capture(hse_mhz: u32, lines: [Line; 2]) -> Vec<u16> {
+    let bits = |bits: u32, per_channel: u32| {
+        lines.iter().fold(0, |all, (channel, ..)| all | bits << (per_channel * channel))
+    };
+    let stream = |(channel, stream, ring): Line| {
+        let base = DMA1 + 0x10 + 0x18 * stream;
+        // CHSEL 6, MSIZE and PSIZE word, MINC, CIRC, TCIE, TEIE; then EN.
+        let cr = 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 2;
+        [
+            store(base + 0x08, TIM5 + 0x34 + 4 * channel),
+            store(base + 0x0C, ring),
+            store(base + 0x04, 4),
+            store(base + 0x14, 0),
+            store(base, cr),
+            store(base, cr | 1),
+        ]
+        .concat()
+    };
+    let modes = bits(1, 8);
+    [
+        run_at_168_mhz_from(hse_mhz),
+        store(RCC + 0x30, 1 << 21 | 1 << 0),
+        store(RCC + 0x40, 1 << 3),
+        store(GPIOA + 0x20, bits(2, 4)),
+        store(GPIOA, 0xA800_0000 | bits(2, 2)),
+        store(TIM5 + 0x18, modes & 0xFFFF),
+        store(TIM5 + 0x1C, modes >> 16),
+        store(TIM5 + 0x20, bits(0xB, 4)),
+        store(TIM5 + 0x0C, bits(1 << 9, 1)),
+        lines.map(stream).concat(),
+        store(TIM5, 1),
+    ]
+    .concat()
 }
 
 pub const CAN1: u32 = 0x4000_6400;
@@ -149,6 +260,20 @@ pub fn start_both_controllers(pins: &[u16]) -> Vec<u16> {
 pub fn join(can: u32, btr: u32) -> Vec<u16> {
     [store(can, 1), wait_for(can + 4, 0), store(can + 0x1C, btr), store(can, 0), wait_for_clear(can + 4, 0)]
         .concat()
+}
+
+/// What a guest heard and sent since the last call.
+pub fn heard(spacecraft: &mut Spacecraft, guest: GuestId) -> Vec<GuestEvent> {
+    spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect()
+}
+
+/// Frames that completed: bus, frame, sender.
+pub fn completed(records: &[WireRecord]) -> Vec<(Bus, WireFrame, usize)> {
+    let completed = |record: &WireRecord| match &record.record {
+        Observation::Completed { trace, .. } => Some((record.bus, trace.frame, trace.transmitter)),
+        _ => None,
+    };
+    records.iter().filter_map(completed).collect()
 }
 
 /// Requests a frame of four bytes from mailbox 0 and waits for its completion.

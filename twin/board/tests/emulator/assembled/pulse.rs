@@ -7,8 +7,6 @@ use twin::crystal::Crystal;
 use twin::mmio::Refusal;
 use twin::pin::Pin;
 
-const TIM3: u32 = 0x4000_0400;
-const TIM5: u32 = 0x4000_0C00;
 const PULSE: Pin = Pin::new('B', 1);
 
 /// A pulse of 840 counts, 10 us, a millisecond after the start of TIM5.
@@ -34,8 +32,7 @@ fn pulser() -> Vec<u16> {
 }
 
 fn edges(config: BoardConfig, quantum: Time) -> (EmulatedBoard, Vec<Edge>) {
-    let mut board = EmulatedBoard::new(config, 0);
-    board.power(true);
+    let mut board = powered(config);
     let mut now = board.now();
     while now < Time::from_ms(8) {
         now += quantum;
@@ -79,7 +76,6 @@ fn edges_have_fractions_of_a_tick() {
 /// A pulse of TIM5 itself, at PA2, whose level the program sees.
 #[test]
 fn tim5_drives_its_own_pins() {
-    const GPIOA: u32 = 0x4002_0000;
     let program = [
         run_at_168_mhz(),
         store(RCC + 0x30, 1),
@@ -106,8 +102,6 @@ fn tim5_drives_its_own_pins() {
 fn a_trigger_from_elsewhere_is_refused() {
     // ITR0 of TIM3 is TIM1.
     let program = [store(RCC + 0x40, 1 << 1), store(TIM3 + 0x08, 0b110)].concat();
-    let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
-    board.power(true);
-    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    let error = refused(board("lost", image(&program, &STOP)), Time::from_us(50));
     assert_eq!((error.address, error.refusal), (TIM3 + 0x08, Refusal::Unmodelled));
 }

@@ -2,12 +2,8 @@
 
 use super::programs::*;
 use can_wire::time::Time;
-use twin::board::Registers;
-use twin::board::{Counters, EmulatedBoard};
+use twin::board::{Counters, Registers};
 
-const DEMCR: u32 = 0xE000_EDFC;
-const DWT_CTRL: u32 = 0xE000_1000;
-const CYCCNT: u32 = 0xE000_1004;
 const END: Time = Time::from_ms(3);
 
 /// `LDR r1, [r7]; ADDS r1, #1; STR r1, [r7]; BX lr`: a handler that counts interrupts at the address in r7.
@@ -15,8 +11,7 @@ const COUNT: [u16; 4] = [0x6839, 0x3101, 0x6039, 0x4770];
 
 /// Registers, counters, time and RAM of a board at `END`, run in stretches of `stretch_ns` nanoseconds.
 fn spun(program: &[u16], stretch_ns: u64) -> (Registers, Counters, Time, Vec<u8>) {
-    let mut board = EmulatedBoard::new(board("spins", image(program, &COUNT)), 0);
-    board.power(true);
+    let mut board = powered(board("spins", image(program, &COUNT)));
     let mut until = Time::ZERO;
     while until < END {
         until = (until + Time::from_ns(stretch_ns)).min(END);
@@ -50,9 +45,7 @@ fn skipped_turns_are_those_that_were_executed() {
 /// Given a loop of one branch, which takes 3 cycles (DDI 0439 table 3-1: 1 + P), at 16 MHz, then a millisecond is 5,333 turns.
 #[test]
 fn turns_of_a_millisecond_are_counted() {
-    let mut board = EmulatedBoard::new(board("spins", image(&STOP, &STOP)), 0);
-    board.power(true);
-    board.run_until(Time::from_ms(1)).unwrap();
+    let mut board = flown(board("spins", image(&STOP, &STOP)), Time::from_ms(1));
     let before = board.counters();
     board.run_until(Time::from_ms(2)).unwrap();
     let after = board.counters();
@@ -76,10 +69,7 @@ fn cycle_counter_counts_skipped_turns() {
         store(SYST_CSR, 7),
         STOP.to_vec(),
     ];
-    let mut board = EmulatedBoard::new(board("spins", image(&program.concat(), &handler)), 0);
-    board.power(true);
-    board.run_until(Time::from_ms(2)).unwrap();
-    let counted = u32::from_le_bytes(board.read_memory(RAM, 4).unwrap().try_into().unwrap());
+    let counted = word(&flown(board("spins", image(&program.concat(), &handler)), Time::from_ms(2)), RAM);
     // 10,000 cycles of SysTick, between the two stores some instructions, then the exception's entry.
     assert!((10_000..10_100).contains(&counted), "{counted}");
 }

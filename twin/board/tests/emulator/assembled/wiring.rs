@@ -11,11 +11,13 @@ use twin::guest::GuestEvent;
 use twin::image::{Image, Symbol};
 use twin::model::{CanPins, Model, Oscillator, Part};
 use twin::pin::Pin;
-use twin::spacecraft::{BoardId, Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
+use twin::spacecraft::{Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
 
 use super::programs::*;
 
 const WORD: u32 = 0x1122_3344;
+/// CAN1 at the transceiver of the nominal bus.
+const NOMINAL: [Pin; 2] = [Pin::new('B', 8), Pin::new('B', 9)];
 
 /// Gives pins alternate function 9.
 fn can_pins(pins: &[Pin]) -> Vec<u16> {
@@ -48,19 +50,11 @@ fn frame() -> WireFrame {
 }
 
 /// What a guest on each of the first two buses hears of one board in 5 ms, and the board's log.
-fn heard(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
-    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    spacecraft.add_board(board);
+fn heard_of(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
+    let mut spacecraft = spacecraft([board]);
     let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 1.0));
     spacecraft.run_until(Time::from_ms(5)).unwrap();
-    let heard =
-        guests.map(|guest| spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect());
-    (heard, spacecraft.take_logs())
-}
-
-fn word(spacecraft: &Spacecraft, board: BoardId) -> u32 {
-    let bytes = spacecraft.board(board).read_memory(RAM, 4).unwrap();
-    u32::from_le_bytes(bytes.try_into().unwrap())
+    (guests.map(|guest| heard(&mut spacecraft, guest)), spacecraft.take_logs())
 }
 
 /// Pins and the smallest package that has them (DS8626 table 9).
@@ -78,7 +72,7 @@ fn can_leads_to_its_bus_behind_every_pair_of_its_pins() {
     ] {
         let mut model = Model { part: Part::named(part).unwrap(), ..Model::shipped("pyboard-v11") };
         model.pins.can[usize::from(can == CAN2)] = CanPins { rx: pins[0], tx: pins[1] };
-        let (heard, log) = heard(BoardConfig { model, ..sender(can, &pins) });
+        let (heard, log) = heard_of(BoardConfig { model, ..sender(can, &pins) });
         let received = vec![GuestEvent::Received(frame())];
         let expected = if can == CAN1 { [received, vec![]] } else { [vec![], received] };
         assert_eq!(heard, expected, "{pins:?}");
@@ -106,7 +100,7 @@ fn a_controller_that_reaches_no_bus_is_told_with_the_reason() {
             "the board's wiring has no bus behind its transceiver",
         ),
     ] {
-        let (heard, log) = heard(board);
+        let (heard, log) = heard_of(board);
         assert_eq!(heard, [vec![], vec![]], "{reason}");
         let log: Vec<_> = log.into_iter().map(|line| line.text).collect();
         assert_eq!(log, [format!("twin: CAN1 takes part in no bus: {reason}")]);
@@ -153,11 +147,8 @@ fn a_controller_at_other_pins_is_among_the_warnings() {
 
 /// A program that captures at PA0 and PA1, makes its pulse at PB1, and joins the nominal bus.
 fn stamping() -> Vec<u16> {
-    const GPIOA: u32 = 0x4002_0000;
-    const TIM3: u32 = 0x4000_0400;
-    const TIM5: u32 = 0x4000_0C00;
     [
-        start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])),
+        start_both_controllers(&can_pins(&NOMINAL)),
         store(RCC + 0x30, 0b11),
         store(RCC + 0x40, 1 << 25 | 1 << 26 | 1 << 3 | 1 << 1),
         store(GPIOA + 0x20, 0x22),
@@ -200,11 +191,7 @@ fn wires_to_pins_that_the_program_does_not_use_are_warned_of() {
     {
         assert_eq!(warnings(&stamping(), capture, pulse, wires), [""; 0], "{capture:?} {pulse:?}");
     }
-    let plain = [
-        start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])),
-        join(CAN1, MEGABIT),
-        SLEEP.to_vec(),
-    ];
+    let plain = [start_both_controllers(&can_pins(&NOMINAL)), join(CAN1, MEGABIT), SLEEP.to_vec()];
     assert_eq!(warnings(&plain.concat(), Some([2, 3]), wrong, true), [""; 0]);
 }
 
@@ -226,7 +213,7 @@ fn both_controllers_of_a_board_may_share_a_bus() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let board = spacecraft.add_board(BoardConfig { fittings, ..board("both", image(&program, &STOP)) });
     spacecraft.run_until(Time::from_ms(5)).unwrap();
-    assert_eq!(word(&spacecraft, board), WORD);
+    assert_eq!(word(spacecraft.board(board), RAM), WORD);
     assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Nominal, 0)));
     assert_eq!(spacecraft.place(board, Side::Can2), Some((Bus::Nominal, 1)));
 }
@@ -238,7 +225,7 @@ fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
     let switch = Pin::new('C', 0);
     let fittings = Fittings { transceiver_switch: Some(switch), ..Fittings::default() };
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    let sender = sender(CAN1, &[Pin::new('B', 8), Pin::new('B', 9)]);
+    let sender = sender(CAN1, &NOMINAL);
     let board = spacecraft.add_board(BoardConfig { fittings, ..sender });
     let guest = spacecraft.add_guest(Bus::Redundant, 1.0);
     spacecraft.run_until(Time::from_ms(5)).unwrap();
@@ -249,8 +236,7 @@ fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
     spacecraft.schedule(Time::ZERO, board, Event::Drive(switch, Some(true)));
     spacecraft.run_until(Time::from_ms(10)).unwrap();
     assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Redundant, 0)));
-    let heard: Vec<_> = spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect();
-    assert_eq!(heard, [GuestEvent::Received(frame())]);
+    assert_eq!(heard(&mut spacecraft, guest), [GuestEvent::Received(frame())]);
     assert_eq!(spacecraft.wire(Bus::Redundant).error_counters(0).transmit, 127);
 }
 
@@ -260,9 +246,7 @@ fn boards_talk_on_the_network_that_their_wiring_names() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let pairs = [(Bus::Third, 0xAAAA), (Bus::Fourth, 0xBBBB)].map(|(bus, sent)| {
         let fittings = Fittings { wiring: Wiring { can1: Some(bus), can2: None }, ..Fittings::default() };
-        let on_can1 =
-            [start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])), join(CAN1, MEGABIT)]
-                .concat();
+        let on_can1 = [start_both_controllers(&can_pins(&NOMINAL)), join(CAN1, MEGABIT)].concat();
         let ear = [&on_can1[..], &receive(CAN1, RAM), &SLEEP].concat();
         let mouth = [&on_can1[..], &send(CAN1, 0x123, sent), &SLEEP].concat();
         let mut add = |name, program: &[u16]| {
@@ -273,7 +257,7 @@ fn boards_talk_on_the_network_that_their_wiring_names() {
     });
     spacecraft.run_until(Time::from_ms(5)).unwrap();
     for (ear, sent) in pairs {
-        assert_eq!(word(&spacecraft, ear), sent);
+        assert_eq!(word(spacecraft.board(ear), RAM), sent);
     }
 }
 
@@ -284,7 +268,7 @@ fn a_guest_has_a_bit_rate_of_its_own() {
     const QUARTER: u32 = 2 << 20 | 9 << 16 | 11;
     let timing = BitTiming::new(Quantum::new(96, 1), 10, 3, 1);
     for (btr, reaches) in [(QUARTER, true), (MEGABIT, false)] {
-        let pins = can_pins(&[Pin::new('B', 8), Pin::new('B', 9)]);
+        let pins = can_pins(&NOMINAL);
         let program =
             [start_both_controllers(&pins), join(CAN1, btr), receive(CAN1, RAM), SLEEP.to_vec()].concat();
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
@@ -292,8 +276,7 @@ fn a_guest_has_a_bit_rate_of_its_own() {
         let guest = spacecraft.add_guest_at(Bus::Nominal, 1.0, timing);
         spacecraft.inject(guest, Time::from_ms(4), frame());
         spacecraft.run_until(Time::from_ms(8)).unwrap();
-        let sent =
-            spacecraft.take_heard(guest).into_iter().any(|(_, event)| event == GuestEvent::Sent(frame()));
-        assert_eq!((sent, word(&spacecraft, board) == WORD), (reaches, reaches), "BTR {btr:08X}h");
+        let sent = heard(&mut spacecraft, guest).contains(&GuestEvent::Sent(frame()));
+        assert_eq!((sent, word(spacecraft.board(board), RAM) == WORD), (reaches, reaches), "BTR {btr:08X}h");
     }
 }

@@ -7,8 +7,7 @@ use super::bench::*;
 
 fn occupied() -> Bench {
     let mut bench = Bench::normal();
-    bench.send(empty());
-    bench.pass(bits(5));
+    bench.occupy();
     bench
 }
 
@@ -51,10 +50,12 @@ fn abort_of_successful_transmission_waits_for_its_end() {
     bench.request(0, 0x080);
     bench.pass(bits(1));
     bench.write(TSR, ABRQ);
-    bench.pass(Time(bits(EMPTY_BITS - 1).0 - 1));
-    assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), ABRQ);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), TME0 | RQCP | TXOK);
+    bench.changes_after(
+        bits(EMPTY_BITS - 1),
+        |bench| bench.read(TSR) & (TME0 | ABRQ | STATUS),
+        ABRQ,
+        TME0 | RQCP | TXOK,
+    );
     assert_eq!(bench.stats().aborted, 0);
     assert_eq!(bench.received_by(PEER), [empty()]);
 }
@@ -125,27 +126,19 @@ fn an_abort_counts_from_its_own_instant() {
     bench.complete(0);
     assert_eq!(bench.status(0), RQCP | TXOK);
 
-    // The bus becomes free at the instant of the abort: too late to begin.
-    let mut bench = Bench::normal();
-    let free = bench.now + bits(EMPTY_BITS + 3);
-    bench.send(empty());
-    bench.pass(bits(EMPTY_BITS - 5));
-    bench.request_at(bench.now + bits(1), 0, 0x100);
-    bench.write_at(free, TSR, ABRQ);
-    bench.pass(bits(20));
-    assert_eq!(bench.status(0), RQCP);
-    bench.calm();
-    assert_eq!(bench.received_by(PEER), []);
-
-    // One tick later it has begun.
-    let mut bench = Bench::normal();
-    let free = bench.now + bits(EMPTY_BITS + 3);
-    bench.send(empty());
-    bench.pass(bits(EMPTY_BITS - 5));
-    bench.request_at(bench.now + bits(1), 0, 0x100);
-    bench.write_at(free + Time(1), TSR, ABRQ);
-    bench.complete(0);
-    assert_eq!(bench.status(0), RQCP | TXOK);
+    // The bus becomes free at the instant of the abort: too late to begin. One tick later it has begun.
+    for (late, status, received) in [(Time(0), RQCP, vec![]), (Time(1), RQCP | TXOK, vec![frame(0x100)])] {
+        let mut bench = Bench::normal();
+        let free = bench.now + bits(EMPTY_BITS + 3);
+        bench.send(empty());
+        bench.pass(bits(EMPTY_BITS - 5));
+        bench.request_at(bench.now + bits(1), 0, 0x100);
+        bench.write_at(free + late, TSR, ABRQ);
+        bench.pass(bits(20));
+        bench.complete(0);
+        bench.calm();
+        assert_eq!((bench.status(0), bench.received_by(PEER)), (status, received), "{late:?}");
+    }
 }
 
 #[test]
@@ -159,9 +152,7 @@ fn an_abort_without_a_request_has_no_effect() {
 #[test]
 fn an_abort_in_bus_off_and_in_initialisation_is_immediate() {
     let mut bench = Bench::normal();
-    bench.short(true);
-    bench.request(0, 0x100);
-    bench.until("bus-off", |bench| bench.flags() & 0b100 != 0);
+    bench.enter_bus_off();
     bench.write(TSR, ABRQ);
     bench.pass(Time(1));
     assert_eq!(bench.status(0) & (RQCP | TXOK | ABRQ), RQCP);
@@ -178,8 +169,7 @@ fn a_mailbox_is_free_again_after_an_abort() {
     bench.request(0, 0x100);
     bench.write(TSR, ABRQ);
     bench.pass(bits(1));
-    bench.request(0, 0x101);
-    bench.complete(0);
+    bench.transmit(0x101);
     assert_eq!(bench.status(0), RQCP | TXOK);
     assert_eq!(bench.received_by(PEER), [frame(0x101)]);
 }

@@ -1,10 +1,8 @@
 //! Both controllers of a chip on one wire, next to plain stations.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::fmt::Debug;
 
-use can_wire::controller::Controllers;
-use can_wire::controller::{Attachment, Controller, NodeIndex, WireEvent};
+use can_wire::controller::{Controller, Controllers, NodeIndex};
 use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
@@ -46,6 +44,7 @@ pub const INAK: u32 = 1 << 0;
 pub const SLAK: u32 = 1 << 1;
 pub const ERRI: u32 = 1 << 2;
 pub const WKUI: u32 = 1 << 3;
+pub const TXM: u32 = 1 << 8;
 
 /// Of mailbox 0; those of the others sit 8 and 16 higher.
 pub const RQCP: u32 = 1 << 0;
@@ -55,6 +54,11 @@ pub const TERR: u32 = 1 << 3;
 pub const STATUS: u32 = RQCP | TXOK | ALST | TERR;
 pub const ABRQ: u32 = 1 << 7;
 pub const TME0: u32 = 1 << 26;
+
+pub const BOFF: u32 = 1 << 2;
+
+/// Of RF0R and RF1R.
+pub const RFOM: u32 = 1 << 5;
 
 pub const LBKM: u32 = 1 << 30;
 pub const SILM: u32 = 1 << 31;
@@ -93,47 +97,17 @@ pub fn empty() -> WireFrame {
     frame(0x080)
 }
 
-/// A controller behind its pins.
-struct Pins {
-    pair: Rc<RefCell<BxcanPair>>,
-    side: Side,
-}
-
-impl Controller for Pins {
-    fn attachment(&self) -> Option<Attachment> {
-        self.pair.borrow_mut().line(self.side).attachment()
-    }
-
-    fn request_at(&self) -> Option<Time> {
-        self.pair.borrow_mut().line(self.side).request_at()
-    }
-
-    fn contend(&self, at: Time) -> Option<WireFrame> {
-        self.pair.borrow_mut().line(self.side).contend(at)
-    }
-
-    fn on_wire(&mut self, at: Time, event: &WireEvent) {
-        self.pair.borrow_mut().line(self.side).on_wire(at, event);
-    }
-
-    fn watches_line(&self) -> bool {
-        self.pair.borrow_mut().line(self.side).watches_line()
-    }
-
-    fn on_line(&mut self, changes: &[(Time, bool)]) {
-        self.pair.borrow_mut().line(self.side).on_line(changes);
-    }
-}
-
+/// The controllers and the stations, in the order of the wire.
 struct OnWire {
-    pins: [Pins; 2],
+    pair: BxcanPair,
     stations: Vec<Station>,
 }
 
 impl Controllers for OnWire {
     fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller)) {
         match node {
-            CAN1 | CAN2 => visit(&mut self.pins[node]),
+            CAN1 => visit(&mut self.pair.line(Side::Can1)),
+            CAN2 => visit(&mut self.pair.line(Side::Can2)),
             _ => visit(&mut self.stations[node - PEER]),
         }
     }
@@ -141,7 +115,6 @@ impl Controllers for OnWire {
 
 /// A chip on its wire; `now` is how far both have come.
 pub struct Bench {
-    pair: Rc<RefCell<BxcanPair>>,
     nodes: OnWire,
     pub wire: Wire,
     pub now: Time,
@@ -150,13 +123,11 @@ pub struct Bench {
 impl Bench {
     /// After reset: asleep.
     pub fn asleep(stations: Vec<Station>) -> Self {
-        let pair = Rc::new(RefCell::new(BxcanPair::new(pclk())));
         let mut wire = Wire::new(WireConfig::default());
         (0..PEER + stations.len()).for_each(|_| {
             wire.attach(0.0);
         });
-        let pins = [Side::Can1, Side::Can2].map(|side| Pins { pair: Rc::clone(&pair), side });
-        Bench { pair, nodes: OnWire { pins, stations }, wire, now: Time::ZERO }
+        Bench { nodes: OnWire { pair: BxcanPair::new(pclk()), stations }, wire, now: Time::ZERO }
     }
 
     /// CAN1 in initialisation, BTR set to 1 Mbit/s and `btr_bits`; every identifier will go to FIFO 0.
@@ -171,12 +142,22 @@ impl Bench {
         bench
     }
 
+    /// CAN1 asleep after initialisation, with these bits in MCR beside SLEEP; wake-up interrupts enabled.
+    pub fn sent_to_sleep(mcr: u32) -> Self {
+        let mut bench = Bench::initialising(vec![Station::default(), Station::default()], 0);
+        bench.write(IER, 1 << 16);
+        bench.write(MCR, SLEEP | mcr);
+        bench.pass(bits(20));
+        assert_eq!(bench.mode(), SLAK);
+        bench
+    }
+
     /// CAN1 in normal mode with these bits in MCR.
     pub fn with(stations: Vec<Station>, mcr: u32, btr_bits: u32) -> Self {
         let mut bench = Bench::initialising(stations, btr_bits);
         bench.write(MCR, mcr);
         bench.pass(bits(11));
-        assert_eq!(bench.read(MSR) & (INAK | SLAK), 0, "normal mode");
+        assert_eq!(bench.mode(), 0, "normal mode");
         bench
     }
 
@@ -198,12 +179,12 @@ impl Bench {
         assert_eq!(self.read(BASE2 + MSR) & (INAK | SLAK), 0, "normal mode");
     }
 
-    pub fn pair(&self) -> std::cell::RefMut<'_, BxcanPair> {
-        self.pair.borrow_mut()
+    pub fn pair(&mut self) -> &mut BxcanPair {
+        &mut self.nodes.pair
     }
 
     pub fn read(&self, offset: u32) -> u32 {
-        self.pair.borrow().read(offset).expect("a register")
+        self.nodes.pair.read(offset).expect("a register")
     }
 
     pub fn write(&mut self, offset: u32, value: u32) {
@@ -212,17 +193,24 @@ impl Bench {
 
     /// The CPU has run ahead of the wire, to `at`.
     pub fn write_at(&mut self, at: Time, offset: u32, value: u32) {
-        self.pair.borrow_mut().write(offset, value, at).expect("a register");
+        self.nodes.pair.write(offset, value, at).expect("a register");
+    }
+
+    /// Every identifier goes to this FIFO from now on.
+    pub fn assign_to_fifo(&mut self, fifo: u32) {
+        self.write(FMR, 1 | 14 << 8);
+        self.write(FFA1R, fifo);
+        self.write(FMR, 14 << 8);
     }
 
     /// Interrupt lines of CAN1.
     pub fn irq(&self) -> IrqLines {
-        self.pair.borrow().irq(Side::Can1)
+        self.nodes.pair.irq(Side::Can1)
     }
 
     /// Statistics of CAN1.
     pub fn stats(&self) -> Stats {
-        self.pair.borrow().stats(Side::Can1)
+        self.nodes.pair.stats(Side::Can1)
     }
 
     pub fn station(&mut self, node: NodeIndex) -> &mut Station {
@@ -254,20 +242,42 @@ impl Bench {
     /// One quantum, as a board does it.
     fn step(&mut self, until: Time) {
         let requests = self.nodes.stations.iter().filter_map(Controller::request_at);
-        let own = self.pair.borrow().next_event();
+        let own = self.nodes.pair.next_event();
         let known = requests.chain(self.wire.next_event()).chain(own).filter(|&at| at > self.now).min();
         self.now = until.min(self.now + Time::from_us(20)).min(known.unwrap_or(until));
         self.wire.advance(self.now, &mut self.nodes);
-        let mut pair = self.pair.borrow_mut();
+        let pair = &mut self.nodes.pair;
         for (side, node) in [(Side::Can1, CAN1), (Side::Can2, CAN2)] {
             pair.hear(side, if self.wire.is_idle(node) { Activity::Idle } else { Activity::Busy });
         }
         pair.poll(self.now);
     }
 
+    /// Lets `span` pass: `value` goes from `before` to `after` in its last tick.
+    #[track_caller]
+    pub fn changes_after<T: PartialEq + Debug>(
+        &mut self,
+        span: Time,
+        value: impl Fn(&Bench) -> T,
+        before: T,
+        after: T,
+    ) {
+        self.pass(Time(span.0 - 1));
+        assert_eq!(value(self), before, "a tick before the change");
+        self.pass(Time(1));
+        assert_eq!(value(self), after, "at the change");
+    }
+
     /// Fills mailbox `n` with a standard data frame without data and requests it.
     pub fn request(&mut self, n: u32, id: u32) {
         self.request_at(self.now, n, id);
+    }
+
+    /// Fills mailbox `n` with TIR, TDTR, TDLR and TDHR, TIR last.
+    pub fn fill(&mut self, n: u32, [tir, tdtr, low, high]: [u32; 4]) {
+        for (word, value) in [(4, tdtr), (8, low), (12, high), (0, tir)] {
+            self.write(TIR0 + 16 * n + word, value);
+        }
     }
 
     pub fn request_at(&mut self, at: Time, n: u32, id: u32) {
@@ -285,6 +295,12 @@ impl Bench {
         self.until("RQCP", |bench| bench.status(n) & RQCP != 0);
     }
 
+    /// Sends a standard data frame without data from mailbox 0.
+    pub fn transmit(&mut self, id: u32) {
+        self.request(0, id);
+        self.complete(0);
+    }
+
     /// Hands PEER a frame, to be sent as soon as the bus is free.
     pub fn send(&mut self, frame: WireFrame) {
         let now = self.now;
@@ -295,6 +311,22 @@ impl Bench {
     pub fn deliver(&mut self, frame: WireFrame) {
         self.send(frame);
         self.until("the end of a frame", |bench| bench.nodes.stations[0].queue.is_empty());
+    }
+
+    /// Holds the bus with a frame of PEER, so that what is requested now contends at its end.
+    pub fn occupy(&mut self) {
+        self.send(empty());
+        self.pass(bits(1));
+    }
+
+    /// Identifiers in FIFO 0, taken out one by one.
+    pub fn drain(&mut self) -> Vec<u32> {
+        let mut ids = Vec::new();
+        while self.read(RF0R) & 0b11 != 0 {
+            ids.push(self.read(RIR0) >> 21);
+            self.write(RF0R, RFOM);
+        }
+        ids
     }
 
     /// Lets error frames and intermission end.
@@ -325,11 +357,23 @@ impl Bench {
         self.fault(Fault::Short { position_m: 0.0, level });
     }
 
+    /// Bus-off at this instant with 100h in mailbox 0, by a bus that stays recessive.
+    pub fn enter_bus_off(&mut self) {
+        self.short(true);
+        self.request(0, 0x100);
+        self.until("bus-off", |bench| bench.flags() & BOFF != 0);
+    }
+
     /// A station starts anew, with error counters of zero.
     pub fn renew(&mut self, node: NodeIndex) {
         let attachment = self.station(node).attachment.as_mut().expect("takes part");
         attachment.power_cycle += 1;
         self.pass(bits(12));
+    }
+
+    /// INAK and SLAK.
+    pub fn mode(&self) -> u32 {
+        self.read(MSR) & (INAK | SLAK)
     }
 
     pub fn tec(&self) -> u32 {

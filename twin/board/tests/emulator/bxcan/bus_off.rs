@@ -1,30 +1,26 @@
 //! Bus-off and the way back: RM0090 32.7.6, 32.9.2 (MCR, ESR).
 
+use can_wire::fault::Fault;
 use can_wire::time::Time;
 
 use super::bench::*;
 
-const BOFF: u32 = 0b100;
 /// 128 sequences of 11 recessive bits.
 const RECOVERY: u64 = 128 * 11;
 
-/// Bus-off with one pending mailbox, at this instant, by a bus that stays recessive.
+/// Bus-off with one pending mailbox, at this instant, on a bus that works again.
 fn bus_off(mcr: u32) -> Bench {
     let mut bench = Bench::normal_with(mcr, 0);
-    bench.short(true);
-    bench.request(0, 0x100);
-    bench.until("bus-off", |bench| bench.flags() & BOFF != 0);
-    bench.fault(can_wire::fault::Fault::ClearShorts);
+    bench.enter_bus_off();
+    bench.fault(Fault::ClearShorts);
     bench
 }
 
 #[test]
 fn abom_recovers_after_128_times_11_recessive_bits() {
     let mut bench = bus_off(ABOM);
-    bench.pass(Time(bits(RECOVERY).0 - 1));
-    assert_eq!(bench.flags(), 0b111);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(ESR) & 0xFFFF_0007, 0, "error active, counters zero");
+    bench.changes_after(bits(RECOVERY), Bench::flags, 0b111, 0);
+    assert_eq!((bench.tec(), bench.rec()), (0, 0));
 }
 
 #[test]
@@ -52,19 +48,14 @@ fn without_abom_recovery_waits_for_inrq_set_and_cleared() {
     bench.pass(Time::from_ms(10));
     bench.write(MCR, INRQ);
     bench.pass(Time(1));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
+    assert_eq!(bench.mode(), INAK);
     bench.pass(Time::from_ms(10));
     assert_eq!(bench.flags(), 0b111, "initialisation does not hear the line");
     bench.write(MCR, 0);
-    bench.pass(Time(bits(11).0 - 1));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(MSR) & INAK, 0, "normal mode after 11 bits");
+    bench.changes_after(bits(11), Bench::mode, INAK, 0);
     assert_eq!(bench.flags(), 0b111, "but still bus-off");
-    bench.pass(Time(bits(RECOVERY - 11).0 - 1));
-    assert_eq!(bench.flags(), 0b111);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(ESR) & 0xFFFF_0007, 0);
+    bench.changes_after(bits(RECOVERY - 11), Bench::flags, 0b111, 0);
+    assert_eq!((bench.tec(), bench.rec()), (0, 0));
     bench.complete(0);
     assert_eq!(bench.received_by(PEER), [frame(0x100)]);
 }
@@ -98,7 +89,7 @@ fn a_bus_shorted_dominant_ends_no_bus_off() {
     bench.short(false);
     bench.pass(Time::from_ms(100));
     assert_eq!(bench.flags(), 0b111);
-    bench.fault(can_wire::fault::Fault::ClearShorts);
+    bench.fault(Fault::ClearShorts);
     bench.pass(bits(700));
     assert_eq!(bench.flags(), 0b111, "the sequences before it count, but not yet enough");
     bench.pass(bits(30));
@@ -109,12 +100,10 @@ fn a_bus_shorted_dominant_ends_no_bus_off() {
 fn bus_off_and_its_end_interrupt_once() {
     let mut bench = Bench::normal_with(ABOM, 0);
     bench.write(IER, 1 << 10 | 1 << 15);
-    bench.short(true);
-    bench.request(0, 0x100);
-    bench.until("bus-off", |bench| bench.flags() & BOFF != 0);
+    bench.enter_bus_off();
     assert!(bench.irq().sce);
     bench.write(MSR, ERRI);
-    bench.fault(can_wire::fault::Fault::ClearShorts);
+    bench.fault(Fault::ClearShorts);
     bench.until("recovery", |bench| bench.flags() & BOFF == 0);
     assert!(!bench.irq().sce, "leaving bus-off is no error condition");
 }
@@ -126,9 +115,7 @@ fn a_slow_crystal_does_not_drift_by_rounding() {
     bench.pair().set_pclk(twin::bxcan::PclkTick::new(8_000_800, 1_000_000));
     bench.write(MCR, ABOM);
     bench.pass(bits(20));
-    bench.short(true);
-    bench.request(0, 0x100);
-    bench.until("bus-off", |bench| bench.flags() & BOFF != 0);
+    bench.enter_bus_off();
     bench.pass(Time(473_134));
     assert_eq!(bench.flags(), 0b111);
     bench.pass(Time(2));
@@ -144,7 +131,7 @@ fn each_bus_off_without_abom_needs_its_own_request() {
     bench.until("recovery", |bench| bench.flags() == 0);
     bench.short(true);
     bench.until("bus-off", |bench| bench.flags() & BOFF != 0);
-    bench.fault(can_wire::fault::Fault::ClearShorts);
+    bench.fault(Fault::ClearShorts);
     bench.pass(Time::from_ms(10));
     assert_eq!(bench.flags(), 0b111);
 }
@@ -156,12 +143,9 @@ fn initialisation_during_recovery_begins_it_anew() {
     bench.pass(bits(RECOVERY - 10));
     bench.write(MCR, INRQ | ABOM);
     bench.pass(bits(100));
-    assert_eq!((bench.read(MSR) & INAK, bench.flags()), (INAK, 0b111));
+    assert_eq!((bench.mode(), bench.flags()), (INAK, 0b111));
     bench.write(MCR, ABOM);
-    bench.pass(Time(bits(RECOVERY).0 - 1));
-    assert_eq!(bench.flags(), 0b111);
-    bench.pass(Time(1));
-    assert_eq!(bench.flags(), 0);
+    bench.changes_after(bits(RECOVERY), Bench::flags, 0b111, 0);
 }
 
 #[test]
@@ -172,7 +156,6 @@ fn a_reset_ends_bus_off() {
     bench.write(MCR, INRQ);
     bench.write(MCR, 0);
     bench.pass(bits(11));
-    bench.request(0, 0x101);
-    bench.complete(0);
+    bench.transmit(0x101);
     assert_eq!((bench.status(0), bench.tec()), (RQCP | TXOK, 0));
 }

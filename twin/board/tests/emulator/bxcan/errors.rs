@@ -72,8 +72,7 @@ fn software_sets_lec_to_7_and_nothing_else() {
     bench.deliver(empty());
     assert_eq!(bench.lec(), 0, "received");
     bench.write(ESR, 0x70);
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     assert_eq!(bench.lec(), 0, "sent");
 }
 
@@ -95,8 +94,7 @@ fn transmit_errors_count_8_and_successes_1() {
     bench.complete(0);
     assert_eq!(bench.tec(), 7);
     for expected in [6, 5, 4, 3, 2, 1, 0, 0] {
-        bench.request(0, 0x100);
-        bench.complete(0);
+        bench.transmit(0x100);
         assert_eq!(bench.tec(), expected, "not below zero");
     }
 }
@@ -130,8 +128,7 @@ fn flags_go_with_the_counters() {
     bench.complete(0);
     assert_eq!((bench.tec(), bench.flags()), (127, 0b001), "error active again");
     for _ in 0..32 {
-        bench.request(0, 0x100);
-        bench.complete(0);
+        bench.transmit(0x100);
     }
     assert_eq!((bench.tec(), bench.flags()), (95, 0));
 }

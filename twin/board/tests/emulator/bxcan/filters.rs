@@ -50,8 +50,8 @@ impl Filters {
 }
 
 /// Which FIFO of CAN1 took the frame, and its filter match index.
-fn admitted(bench: &mut Bench, frame: WireFrame) -> Option<(usize, u32)> {
-    bench.deliver(frame);
+fn admitted(bench: &mut Bench, sent: WireFrame) -> Option<(usize, u32)> {
+    bench.deliver(sent);
     for (fifo, (rfr, rir)) in [(RF0R, RIR0), (RF1R, RIR1)].into_iter().enumerate() {
         if bench.read(rfr) & 0b11 != 0 {
             let index = bench.read(rir + 4) >> 8 & 0xFF;
@@ -60,10 +60,6 @@ fn admitted(bench: &mut Bench, frame: WireFrame) -> Option<(usize, u32)> {
         }
     }
     None
-}
-
-fn standard(id: u16) -> WireFrame {
-    WireFrame::standard(id, &[])
 }
 
 fn wide(id: u32) -> u32 {
@@ -80,7 +76,7 @@ const NO: u32 = 0x7FF << 5 | 0x7FF << 21;
 #[test]
 fn no_active_bank_admits_nothing() {
     let mut bench = Filters::none().done(28);
-    assert_eq!(admitted(&mut bench, standard(1)), None);
+    assert_eq!(admitted(&mut bench, frame(1)), None);
     assert_eq!(bench.stats().rejected, 1);
 }
 
@@ -92,84 +88,65 @@ fn each_scale_and_mode_compares_its_bits() {
         .bank(2, 0, LIST, HALF, [half(0x300) | half(0x301) << 16, half(0x302) | half(0x303) << 16])
         .bank(3, 0, MASK, HALF, [half(0x400) | (half(0x7F0) | 0x18) << 16, half(0x500) | half(0x7FF) << 16])
         .done(28);
-    let extended = |id| WireFrame { id: WireId::Extended(id), ..standard(0) };
-    let remote = |id| WireFrame { remote: true, ..standard(id) };
+    let extended = |id| WireFrame { id: WireId::Extended(id), ..frame(0) };
+    let remote = |id| WireFrame { remote: true, ..frame(id) };
     let cases = [
-        (standard(0x100), Some(0)),
+        (frame(0x100), Some(0)),
         (remote(0x100), None),
         (extended(0x1234_5678), Some(1)),
         (extended(0x1234_5679), None),
-        (standard(0x20F), Some(2)),
-        (standard(0x210), None),
+        (frame(0x20F), Some(2)),
+        (frame(0x210), None),
         (remote(0x200), None),
-        (standard(0x300), Some(3)),
-        (standard(0x301), Some(4)),
-        (standard(0x302), Some(5)),
-        (standard(0x303), Some(6)),
-        (standard(0x304), None),
-        (standard(0x40A), Some(7)),
+        (frame(0x300), Some(3)),
+        (frame(0x301), Some(4)),
+        (frame(0x302), Some(5)),
+        (frame(0x303), Some(6)),
+        (frame(0x304), None),
+        (frame(0x40A), Some(7)),
         (remote(0x400), None),
-        (standard(0x500), Some(8)),
+        (frame(0x500), Some(8)),
         // Filter 8's mask leaves RTR, IDE and the extension open.
         (remote(0x500), Some(8)),
         (extended(0x500 << 18 | 0x2_0000), Some(8)),
-        (standard(0x501), None),
+        (frame(0x501), None),
     ];
-    for (frame, index) in cases {
-        assert_eq!(admitted(&mut bench, frame), index.map(|index| (0, index)), "{frame:?}");
+    for (sent, index) in cases {
+        assert_eq!(admitted(&mut bench, sent), index.map(|index| (0, index)), "{sent:?}");
     }
 }
 
 /// The manual's own example, "Example of filter numbering".
 #[test]
 fn numbers_count_per_fifo_and_include_inactive_banks() {
-    let unused = [NO, NO];
-    let build = |bank: u32| {
-        let words = |n: u32, scale: u32| match scale {
-            _ if n != bank => unused,
-            WIDE => [wide(0x055), 0xFFFF_FFFE],
-            _ => [half(0x055) | 0xFFFF << 16, NO],
-        };
-        // Bank, FIFO, mode, scale.
-        let rows = [
-            (0, 0, LIST, WIDE),
-            (1, 0, MASK, WIDE),
-            (2, 1, MASK, HALF),
-            (3, 0, LIST, HALF),
-            (4, 1, LIST, WIDE),
-            (5, 0, LIST, WIDE),
-            (6, 0, MASK, HALF),
-            (7, 1, MASK, HALF),
-            (8, 1, MASK, HALF),
-            (9, 0, LIST, WIDE),
-            (10, 1, LIST, HALF),
-            (11, 1, LIST, WIDE),
-            (12, 1, MASK, WIDE),
-            (13, 0, MASK, WIDE),
-        ];
-        let filters = rows.into_iter().fold(Filters::none(), |filters, (n, fifo, mode, scale)| {
-            filters.bank(n, fifo, mode, scale, words(n, scale))
-        });
-        filters.inactive(5).inactive(7).inactive(10).done(28)
-    };
-    let expected = [
-        (0, Some((0, 0))),
-        (1, Some((0, 2))),
-        (2, Some((1, 0))),
-        (3, Some((0, 3))),
-        (4, Some((1, 2))),
-        (5, None),
-        (6, Some((0, 9))),
-        (7, None),
-        (8, Some((1, 6))),
-        (9, Some((0, 11))),
-        (10, None),
-        (11, Some((1, 12))),
-        (12, Some((1, 14))),
-        (13, Some((0, 13))),
+    // Bank, FIFO, mode, scale, and where the frame that this bank alone admits goes. Banks 5, 7 and 10 are inactive.
+    let rows = [
+        (0, 0, LIST, WIDE, Some((0, 0))),
+        (1, 0, MASK, WIDE, Some((0, 2))),
+        (2, 1, MASK, HALF, Some((1, 0))),
+        (3, 0, LIST, HALF, Some((0, 3))),
+        (4, 1, LIST, WIDE, Some((1, 2))),
+        (5, 0, LIST, WIDE, None),
+        (6, 0, MASK, HALF, Some((0, 9))),
+        (7, 1, MASK, HALF, None),
+        (8, 1, MASK, HALF, Some((1, 6))),
+        (9, 0, LIST, WIDE, Some((0, 11))),
+        (10, 1, LIST, HALF, None),
+        (11, 1, LIST, WIDE, Some((1, 12))),
+        (12, 1, MASK, WIDE, Some((1, 14))),
+        (13, 0, MASK, WIDE, Some((0, 13))),
     ];
-    for (bank, filter) in expected {
-        assert_eq!(admitted(&mut build(bank), standard(0x055)), filter, "bank {bank}");
+    for (bank, .., expected) in rows {
+        let filters = rows.into_iter().fold(Filters::none(), |filters, (n, fifo, mode, scale, _)| {
+            let words = match scale {
+                _ if n != bank => [NO, NO],
+                WIDE => [wide(0x055), 0xFFFF_FFFE],
+                _ => [half(0x055) | 0xFFFF << 16, NO],
+            };
+            filters.bank(n, fifo, mode, scale, words)
+        });
+        let mut bench = filters.inactive(5).inactive(7).inactive(10).done(28);
+        assert_eq!(admitted(&mut bench, frame(0x055)), expected, "bank {bank}");
     }
 }
 
@@ -184,12 +161,12 @@ fn wide_goes_before_half_list_before_mask_then_the_lower_number() {
             .bank(3, 1, LIST, WIDE, [NO, wide(id)])
             .bank(4, 1, LIST, WIDE, [wide(id), wide(id)])
     };
-    let frame = standard(0x155);
+    let sent = frame(0x155);
     // FIFO 1: bank 1 holds 0..=3, bank 3 4 and 5, bank 4 6 and 7. FIFO 0: bank 0 holds 0 and 1, bank 2 has 2.
-    assert_eq!(admitted(&mut all().done(28), frame), Some((1, 5)));
-    assert_eq!(admitted(&mut all().inactive(3).done(28), frame), Some((1, 6)));
-    assert_eq!(admitted(&mut all().inactive(3).inactive(4).done(28), frame), Some((0, 2)));
-    assert_eq!(admitted(&mut all().inactive(3).inactive(4).inactive(2).done(28), frame), Some((1, 0)));
+    assert_eq!(admitted(&mut all().done(28), sent), Some((1, 5)));
+    assert_eq!(admitted(&mut all().inactive(3).done(28), sent), Some((1, 6)));
+    assert_eq!(admitted(&mut all().inactive(3).inactive(4).done(28), sent), Some((0, 2)));
+    assert_eq!(admitted(&mut all().inactive(3).inactive(4).inactive(2).done(28), sent), Some((1, 0)));
 }
 
 #[test]
@@ -201,24 +178,24 @@ fn can2sb_splits_the_banks() {
             .done(can2sb)
     };
     let mut bench = build(14);
-    assert_eq!(admitted(&mut bench, standard(0x100)), Some((0, 0)));
-    assert_eq!(admitted(&mut bench, standard(0x200)), None);
+    assert_eq!(admitted(&mut bench, frame(0x100)), Some((0, 0)));
+    assert_eq!(admitted(&mut bench, frame(0x200)), None);
     bench.start_can2();
-    [0x100, 0x200].into_iter().for_each(|id| bench.deliver(standard(id)));
+    [0x100, 0x200].into_iter().for_each(|id| bench.deliver(frame(id)));
     assert_eq!(bench.read(BASE2 + RF0R), 1);
     assert_eq!(bench.read(BASE2 + RIR0), wide(0x200));
     // Bank 0 holds one filter, the 13 idle banks after it (16-bit mask at reset) two each.
-    assert_eq!(admitted(&mut build(28), standard(0x200)), Some((0, 1 + 13 * 2)), "28: all to CAN1");
-    assert_eq!(admitted(&mut build(0), standard(0x100)), None, "0: none to CAN1");
+    assert_eq!(admitted(&mut build(28), frame(0x200)), Some((0, 1 + 13 * 2)), "28: all to CAN1");
+    assert_eq!(admitted(&mut build(0), frame(0x100)), None, "0: none to CAN1");
 }
 
 #[test]
 fn finit_stops_reception() {
     let mut bench = Bench::normal();
     bench.write(FMR, 1 | 14 << 8);
-    assert_eq!(admitted(&mut bench, standard(1)), None);
+    assert_eq!(admitted(&mut bench, frame(1)), None);
     bench.write(FMR, 14 << 8);
-    assert_eq!(admitted(&mut bench, standard(1)), Some((0, 0)));
+    assert_eq!(admitted(&mut bench, frame(1)), Some((0, 0)));
 }
 
 /// Given FINIT that is set and cleared while a frame is on the wire, the frame is acknowledged and lost, and the next one is
@@ -235,7 +212,7 @@ fn finit_in_the_middle_of_a_frame_loses_it() {
         bench.pass(bits(100 - clear));
         assert_eq!(bench.read(RF0R) & 0b11, received, "FINIT from bit {set} to bit {clear}");
         assert_eq!(bench.wire.counters().ack_errors, 0);
-        assert_eq!(admitted(&mut bench, standard(1)), Some((0, 0)));
+        assert_eq!(admitted(&mut bench, frame(1)), Some((0, 0)));
     }
 }
 
@@ -260,9 +237,9 @@ fn filter_registers_are_protected() {
 fn a_frame_that_no_filter_admits_is_acknowledged() {
     let mut bench = Bench::with(vec![can_wire::station::Station::default()], 0, 0);
     bench.write(FA1R, 0);
-    let foreign = WireFrame { id: WireId::Extended(0x1234_5678), remote: true, ..standard(0) };
-    for frame in [standard(0x123), foreign] {
-        bench.deliver(frame);
+    let foreign = WireFrame { id: WireId::Extended(0x1234_5678), remote: true, ..frame(0) };
+    for sent in [frame(0x123), foreign] {
+        bench.deliver(sent);
     }
     assert_eq!((bench.stats().rejected, bench.wire.counters().ack_errors), (2, 0));
     assert_eq!(bench.read(ESR), 0);
@@ -272,7 +249,7 @@ fn a_frame_that_no_filter_admits_is_acknowledged() {
 fn a_bank_takes_and_gives_up_its_part_while_the_bus_runs() {
     let mut bench = Bench::normal();
     bench.write(FA1R, 0);
-    assert_eq!(admitted(&mut bench, standard(1)), None);
+    assert_eq!(admitted(&mut bench, frame(1)), None);
     bench.write(FA1R, 1);
-    assert_eq!(admitted(&mut bench, standard(1)), Some((0, 0)));
+    assert_eq!(admitted(&mut bench, frame(1)), Some((0, 0)));
 }

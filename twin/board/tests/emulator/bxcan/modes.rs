@@ -41,24 +41,24 @@ fn reserved_and_unaligned_offsets_are_refused() {
 fn inrq_in_sleep_is_acknowledged_while_sleep_is_set() {
     let mut bench = Bench::asleep(vec![]);
     bench.write(MCR, INRQ | SLEEP);
-    assert_eq!(bench.read(MSR) & 0b11, INAK, "INAK set, SLAK cleared");
+    assert_eq!(bench.mode(), INAK, "INAK set, SLAK cleared");
     bench.write(BTR, BTR_1M);
     assert_eq!(bench.read(BTR), BTR_1M, "writable in initialisation");
     bench.write(MCR, INRQ);
-    assert_eq!(bench.read(MSR) & 0b11, INAK, "clearing SLEEP changes nothing");
+    assert_eq!(bench.mode(), INAK, "clearing SLEEP changes nothing");
     bench.write(MCR, SLEEP);
-    assert_eq!(bench.read(MSR) & 0b11, SLAK, "back to sleep at once");
+    assert_eq!(bench.mode(), SLAK, "back to sleep at once");
 }
 
 #[test]
-fn leaving_initialisation_takes_eleven_recessive_bits() {
-    let mut bench = Bench::initialising(vec![Station::default()], 0);
-    bench.pass(Time::from_us(100));
-    bench.write(MCR, 0);
-    bench.pass(Time(bits(11).0 - 1));
-    assert_eq!(bench.read(MSR) & 0b11, INAK);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(MSR) & 0b11, 0);
+fn normal_mode_is_entered_after_eleven_recessive_bits() {
+    let mut initialising = Bench::initialising(vec![Station::default()], 0);
+    initialising.pass(Time::from_us(100));
+    // From Initialisation, and from Sleep.
+    for (mut bench, before) in [(initialising, INAK), (Bench::sent_to_sleep(0), SLAK)] {
+        bench.write(MCR, 0);
+        bench.changes_after(bits(11), Bench::mode, before, 0);
+    }
 }
 
 /// Off its pins a controller hears recessive bits.
@@ -88,8 +88,6 @@ fn alone(mcr: u32) -> BxcanPair {
 /// Its pins go elsewhere in mid-frame: the attempt has failed, the request waits, and Initialisation can be entered.
 #[test]
 fn a_controller_that_loses_its_bus_in_mid_frame_goes_on() {
-    const TXM: u32 = 1 << 8;
-    const TME0: u32 = 1 << 26;
     let mut pair = alone(0);
     pair.hear(Side::Can1, Activity::Idle);
     pair.poll(bits(120));
@@ -139,8 +137,6 @@ fn a_request_without_a_bus_ends_in_bus_off() {
 /// RM0090 32.7.6: 128 times 11 recessive bits, from bus-off on, also where nothing is connected.
 #[test]
 fn bus_off_without_a_bus_ends_1408_bits_after_it_began() {
-    const ABOM: u32 = 1 << 6;
-    const BOFF: u32 = 1 << 2;
     let mut pair = alone(ABOM);
     let off = ErrorCounters { transmit: 256, receive: 0 };
     pair.line(Side::Can1).on_wire(bits(200), &WireEvent::Counters(off));
@@ -160,10 +156,7 @@ fn a_frame_under_way_delays_synchronisation() {
     bench.pass(bits(20));
     bench.write(MCR, 0);
     // Acknowledge delimiter, EOF and intermission are 11 bits.
-    bench.pass(Time(bits(EMPTY_BITS + 3 - 20).0 - 1));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(MSR) & INAK, 0);
+    bench.changes_after(bits(EMPTY_BITS + 3 - 20), Bench::mode, INAK, 0);
     bench.until("the next frame", |bench| bench.read(RF0R) == 1);
     assert_eq!(bench.read(RIR0), 0x123 << 21, "and only the next");
 }
@@ -175,24 +168,24 @@ fn ten_recessive_bits_are_not_enough() {
     bench.write(MCR, 0);
     bench.pass(bits(10));
     bench.dominant_pulse(1);
-    bench.pass(Time(bits(12).0 - 1));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(MSR) & INAK, 0, "11 bits after the pulse");
+    // 11 bits after the pulse.
+    bench.changes_after(bits(12), Bench::mode, INAK, 0);
 }
 
 #[test]
-fn a_bus_shorted_dominant_lets_nobody_out_of_initialisation() {
-    let mut bench = Bench::initialising(vec![Station::default()], 0);
-    bench.short(false);
-    bench.write(MCR, 0);
-    bench.pass(Time::from_ms(100));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.fault(Fault::ClearShorts);
-    bench.pass(Time(bits(11).0 - 1));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.pass(bits(1));
-    assert_eq!(bench.read(MSR) & INAK, 0);
+fn a_bus_shorted_dominant_keeps_a_controller_off_the_bus() {
+    let initialising = Bench::initialising(vec![Station::default()], 0);
+    for (mut bench, before) in [(initialising, INAK), (Bench::sent_to_sleep(0), SLAK)] {
+        bench.short(false);
+        bench.write(MCR, 0);
+        bench.pass(Time::from_ms(100));
+        assert_eq!(bench.mode(), before);
+        bench.fault(Fault::ClearShorts);
+        bench.pass(Time(bits(11).0 - 1));
+        assert_eq!(bench.mode(), before);
+        bench.pass(bits(1));
+        assert_eq!(bench.mode(), 0);
+    }
 }
 
 #[test]
@@ -202,25 +195,25 @@ fn initialisation_can_be_asked_for_again_before_it_was_left() {
     bench.pass(bits(5));
     bench.write(MCR, INRQ);
     bench.pass(bits(100));
-    assert_eq!(bench.read(MSR) & 0b11, INAK);
+    assert_eq!(bench.mode(), INAK);
     bench.write(MCR, 0);
-    bench.pass(Time(bits(11).0 - 1));
-    assert_eq!(bench.read(MSR) & 0b11, INAK, "all 11 bits anew");
-    bench.pass(Time(1));
-    assert_eq!(bench.read(MSR) & 0b11, 0);
+    // All 11 bits anew.
+    bench.changes_after(bits(11), Bench::mode, INAK, 0);
 }
 
 #[test]
-fn initialisation_waits_for_the_frame_on_the_wire() {
-    let mut bench = Bench::normal();
-    bench.request(0, 0x080);
-    bench.pass(bits(10));
-    bench.write(MCR, INRQ);
-    bench.pass(bits(EMPTY_BITS - 11));
-    assert_eq!(bench.read(MSR) & 0x101, 0x100, "still transmitter (TXM), no INAK");
-    bench.pass(bits(4));
-    assert_eq!(bench.read(MSR) & 0x101, INAK);
-    assert_eq!(bench.status(0), RQCP | TXOK);
+fn a_change_of_mode_waits_for_the_frame_on_the_wire() {
+    for (request, acknowledgement) in [(INRQ, INAK), (SLEEP, SLAK)] {
+        let mut bench = Bench::normal();
+        bench.request(0, 0x080);
+        bench.pass(bits(10));
+        bench.write(MCR, request);
+        bench.pass(bits(EMPTY_BITS - 11));
+        assert_eq!(bench.read(MSR) & (TXM | INAK | SLAK), TXM, "MCR {request:X}h: still transmitter");
+        bench.pass(bits(4));
+        assert_eq!(bench.read(MSR) & (TXM | INAK | SLAK), acknowledgement, "MCR {request:X}h");
+        assert_eq!(bench.status(0), RQCP | TXOK, "MCR {request:X}h");
+    }
 }
 
 #[test]
@@ -241,7 +234,7 @@ fn initialisation_of_an_idle_controller_is_immediate() {
     let mut bench = Bench::normal();
     bench.write(MCR, INRQ);
     bench.pass(bits(1));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
+    assert_eq!(bench.mode(), INAK);
     bench.deliver(empty());
     assert_eq!(bench.read(RF0R), 0, "deaf");
     assert_eq!(bench.received_by(OTHER), [empty()]);
@@ -256,27 +249,22 @@ fn a_request_for_initialisation_can_be_taken_back() {
     bench.pass(bits(10));
     bench.write(MCR, 0);
     bench.calm();
-    assert_eq!((bench.read(MSR) & 0b11, bench.read(RF0R)), (0, 1));
-    bench.request(0, 0x100);
-    bench.complete(0);
+    assert_eq!((bench.mode(), bench.read(RF0R)), (0, 1));
+    bench.transmit(0x100);
     assert_eq!(bench.status(0), RQCP | TXOK);
 }
 
 #[test]
 fn no_frame_starts_after_the_request_for_initialisation() {
-    let mut bench = Bench::normal();
-    let start = bench.now;
-    bench.request_at(start + Time::from_us(5), 0, 0x123);
-    bench.write_at(start + Time::from_us(5), MCR, INRQ);
-    bench.pass(Time::from_ms(1));
-    assert_eq!((bench.read(MSR) & INAK, bench.received_by(PEER)), (INAK, vec![]));
-    // The same requests, but the frame had begun.
-    let mut bench = Bench::normal();
-    let start = bench.now;
-    bench.request_at(start + Time::from_us(4), 0, 0x123);
-    bench.write_at(start + Time::from_us(5), MCR, INRQ);
-    bench.pass(Time::from_ms(1));
-    assert_eq!((bench.read(MSR) & INAK, bench.received_by(PEER)), (INAK, vec![frame(0x123)]));
+    // At 4 us the frame had begun.
+    for (us, received) in [(5, vec![]), (4, vec![frame(0x123)])] {
+        let mut bench = Bench::normal();
+        let start = bench.now;
+        bench.request_at(start + Time::from_us(us), 0, 0x123);
+        bench.write_at(start + Time::from_us(5), MCR, INRQ);
+        bench.pass(Time::from_ms(1));
+        assert_eq!((bench.mode(), bench.received_by(PEER)), (INAK, received), "requested at {us} us");
+    }
 }
 
 #[test]
@@ -286,7 +274,7 @@ fn failed_attempt_ends_activity_that_initialisation_waits_for() {
     bench.pass(bits(10));
     bench.write(MCR, INRQ);
     bench.pass(bits(100));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
+    assert_eq!(bench.mode(), INAK);
     assert_eq!(bench.wire.counters().ack_errors, 1, "no second attempt");
     assert_eq!(bench.status(0) & RQCP, 0, "still pending");
 }
@@ -301,9 +289,8 @@ fn error_counters_survive_initialisation() {
     bench.pass(bits(60));
     bench.write(MCR, 0);
     bench.pass(bits(11));
-    assert_eq!((bench.read(MSR) & INAK, bench.tec()), (0, 7));
-    bench.request(0, 0x100);
-    bench.complete(0);
+    assert_eq!((bench.mode(), bench.tec()), (0, 7));
+    bench.transmit(0x100);
     assert_eq!(bench.tec(), 6);
 }
 
@@ -313,12 +300,9 @@ fn initialisation_left_once_acknowledged_synchronises_anew() {
     let mut bench = Bench::normal();
     bench.write(MCR, INRQ);
     bench.pass(bits(20));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
+    assert_eq!(bench.mode(), INAK);
     bench.write(MCR, 0);
-    bench.pass(Time(bits(11).0 - 1));
-    assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(MSR) & INAK, 0);
+    bench.changes_after(bits(11), Bench::mode, INAK, 0);
     bench.deliver(empty());
     assert_eq!(bench.read(RF0R), 1);
 }
@@ -329,7 +313,7 @@ fn master_reset_returns_to_sleep() {
     bench.deliver(empty());
     bench.write(MCR, 1 << 15);
     assert_eq!(bench.read(MCR), 0x0001_0002);
-    assert_eq!(bench.read(MSR) & 0b11, SLAK);
+    assert_eq!(bench.mode(), SLAK);
     assert_eq!(bench.read(RF0R), 0);
     assert_eq!(bench.read(BTR), BTR_1M);
     assert_eq!(bench.stats().discarded, 1);
@@ -347,14 +331,13 @@ fn a_reset_breaks_off_the_frame_on_the_wire() {
         }
         bench.write(MCR, INRQ);
         bench.write(MCR, 0);
-        bench.until("normal mode", |bench| bench.read(MSR) & 0b11 == 0);
+        bench.until("normal mode", |bench| bench.mode() == 0);
         bench.calm();
         assert_eq!((bench.received_by(PEER), bench.read(ESR)), (vec![], 0));
         assert_eq!(bench.read(TSR), 0x1C00_0000, "nothing is pending");
         bench.deliver(frame(0x123));
         assert_eq!((bench.read(RIR0), bench.read(ESR)), (0x123 << 21, 0));
-        bench.request(0, 0x100);
-        bench.complete(0);
+        bench.transmit(0x100);
         assert_eq!(bench.received_by(PEER), [frame(0x100)]);
     }
 }
@@ -396,7 +379,7 @@ fn the_controllers_are_independent() {
     assert_eq!((bench.read(RF0R), bench.read(BASE2 + RF0R)), (1, 0), "no filter of CAN2");
     bench.pair().reset(Side::Can2);
     assert_eq!(bench.read(BASE2 + MSR) & 0b11, SLAK);
-    assert_eq!(bench.read(MSR) & 0b11, 0);
+    assert_eq!(bench.mode(), 0);
     assert_eq!(bench.read(FA1R), 1, "the filters are CAN1's");
     bench.pair().reset(Side::Can1);
     assert_eq!(bench.read(FMR), 0x2A1C_0E01);

@@ -9,17 +9,6 @@ use super::bench::*;
 
 const FULL: u32 = 1 << 3;
 const FOVR: u32 = 1 << 4;
-const RFOM: u32 = 1 << 5;
-
-/// Identifiers in FIFO 0, taken out one by one.
-fn drain(bench: &mut Bench) -> Vec<u32> {
-    let mut ids = Vec::new();
-    while bench.read(RF0R) & 0b11 != 0 {
-        ids.push(bench.read(RIR0) >> 21);
-        bench.write(RF0R, RFOM);
-    }
-    ids
-}
 
 #[test]
 fn the_output_mailbox_shows_the_frame() {
@@ -53,10 +42,7 @@ fn a_dlc_beyond_eight_carries_eight_bytes() {
 fn a_frame_is_valid_at_the_last_but_one_bit_of_eof() {
     let mut bench = Bench::normal();
     bench.send(empty());
-    bench.pass(Time(bits(EMPTY_BITS - 1).0 - 1));
-    assert_eq!(bench.read(RF0R), 0);
-    bench.pass(Time(1));
-    assert_eq!(bench.read(RF0R), 1);
+    bench.changes_after(bits(EMPTY_BITS - 1), |bench| bench.read(RF0R), 0, 1);
 }
 
 #[test]
@@ -65,7 +51,7 @@ fn an_error_in_the_last_but_one_bit_of_eof_discards_the_frame() {
     bench.flip(CAN1, Field::Eof(5));
     bench.deliver(empty());
     bench.calm();
-    assert_eq!(drain(&mut bench), [0x080], "only the repetition");
+    assert_eq!(bench.drain(), [0x080], "only the repetition");
     // Its error flag struck the last bit of the others: valid for a receiver, not for the transmitter.
     assert_eq!(bench.received_by(OTHER).len(), 2);
 }
@@ -76,7 +62,7 @@ fn a_dominant_last_bit_of_eof_is_no_error_for_a_receiver() {
     bench.flip(CAN1, Field::Eof(6));
     bench.deliver(empty());
     bench.calm();
-    assert_eq!(drain(&mut bench), [0x080]);
+    assert_eq!(bench.drain(), [0x080]);
     assert_eq!(bench.read(ESR), 0, "an overload frame");
 }
 
@@ -86,7 +72,7 @@ fn repetition_after_dominant_last_eof_bit_is_received_again() {
     bench.flip(PEER, Field::Eof(6));
     bench.deliver(empty());
     bench.calm();
-    assert_eq!(drain(&mut bench), [0x080, 0x080]);
+    assert_eq!(bench.drain(), [0x080, 0x080]);
 }
 
 #[test]
@@ -98,7 +84,7 @@ fn three_messages_fill_the_fifo() {
     }
     bench.write(RF0R, FULL);
     assert_eq!(bench.read(RF0R), 3, "FULL is cleared by software");
-    assert_eq!(drain(&mut bench), [1, 2, 3]);
+    assert_eq!(bench.drain(), [1, 2, 3]);
     bench.write(RF0R, RFOM);
     assert_eq!(bench.read(RF0R), 0, "releasing an empty FIFO has no effect");
     let stats = bench.stats();
@@ -138,7 +124,7 @@ fn overrun_replaces_the_newest_or_drops_the_new() {
         assert_eq!(bench.stats().overruns, [Overrun { at, fifo: 0, lost: frame(lost) }]);
         bench.write(RF0R, FOVR);
         assert_eq!(bench.read(RF0R), 3 | FULL);
-        assert_eq!(drain(&mut bench), kept);
+        assert_eq!(bench.drain(), kept);
     }
 }
 
@@ -147,7 +133,7 @@ fn a_frame_lost_in_a_full_fifo_was_acknowledged() {
     let mut bench = Bench::with(vec![Default::default()], RFLM, 0);
     (1..=5).for_each(|id| bench.deliver(frame(id)));
     assert_eq!(bench.wire.counters().ack_errors, 0);
-    assert_eq!((bench.lec(), drain(&mut bench)), (0, vec![1, 2, 3]));
+    assert_eq!((bench.lec(), bench.drain()), (0, vec![1, 2, 3]));
 }
 
 #[test]
@@ -172,44 +158,33 @@ fn a_release_after_the_frame_does_not_save_it() {
     }
 }
 
+/// FMPIE, FFIE and FOVIE of FIFO 0; those of FIFO 1 sit three higher.
 #[test]
-fn each_cause_drives_its_interrupt() {
-    for (enable, frames) in [(1 << 1, 1), (1 << 2, 3), (1 << 3, 4)] {
-        let mut bench = Bench::normal();
-        bench.write(IER, enable);
-        (1..frames).for_each(|id| bench.deliver(frame(id)));
-        assert_eq!(bench.irq(), IrqLines::default());
-        bench.deliver(frame(9));
-        assert_eq!(bench.irq(), IrqLines { rx0: true, ..IrqLines::default() });
-        assert_eq!(bench.pair().irq(Side::Can2), IrqLines::default());
-    }
-}
-
-#[test]
-fn fifo_1_has_its_own_registers_and_interrupts() {
-    for (enable, frames) in [(1 << 4, 1), (1 << 5, 3), (1 << 6, 4)] {
-        let mut bench = Bench::normal();
-        bench.write(FMR, 1 | 14 << 8);
-        bench.write(FFA1R, 1);
-        bench.write(FMR, 14 << 8);
-        bench.write(IER, enable);
-        (1..frames).for_each(|id| bench.deliver(frame(id)));
-        assert_eq!(bench.irq(), IrqLines::default());
-        bench.deliver(frame(0x42));
-        assert_eq!((bench.read(RF0R), bench.read(RF1R) & 0b11), (0, u32::from(frames.min(3))));
-        assert_eq!(bench.irq(), IrqLines { rx1: true, ..IrqLines::default() });
-        bench.write(RF1R, FULL | FOVR);
-        (0..3).for_each(|_| bench.write(RF1R, RFOM));
-        assert_eq!((bench.read(RF1R), bench.irq()), (0, IrqLines::default()));
+fn each_cause_drives_the_interrupt_of_its_fifo() {
+    for (fifo, own, other) in [(0, RF0R, RF1R), (1, RF1R, RF0R)] {
+        for (enable, frames) in [(1 << 1, 1), (1 << 2, 3), (1 << 3, 4)] {
+            let mut bench = Bench::normal();
+            bench.assign_to_fifo(fifo);
+            bench.write(IER, enable << (3 * fifo));
+            (1..frames).for_each(|id| bench.deliver(frame(id)));
+            assert_eq!(bench.irq(), IrqLines::default());
+            bench.deliver(frame(0x42));
+            let pending = u32::from(frames.min(3));
+            assert_eq!((bench.read(other), bench.read(own) & 0b11), (0, pending), "FIFO {fifo}");
+            let raised = IrqLines { rx0: fifo == 0, rx1: fifo == 1, ..IrqLines::default() };
+            assert_eq!(bench.irq(), raised, "FIFO {fifo}, {frames} frames");
+            assert_eq!(bench.pair().irq(Side::Can2), IrqLines::default());
+            bench.write(own, FULL | FOVR);
+            (0..3).for_each(|_| bench.write(own, RFOM));
+            assert_eq!((bench.read(own), bench.irq()), (0, IrqLines::default()), "FIFO {fifo}");
+        }
     }
 }
 
 #[test]
 fn fifo_1_shows_its_own_message() {
     let mut bench = Bench::normal();
-    bench.write(FMR, 1 | 14 << 8);
-    bench.write(FFA1R, 1);
-    bench.write(FMR, 14 << 8);
+    bench.assign_to_fifo(1);
     bench.deliver(frame(0x42));
     assert_eq!((bench.read(RIR1), bench.read(RIR0)), (0x42 << 21, 0));
 }
@@ -221,10 +196,7 @@ fn ttcm_gives_no_stamps() {
     bench.pass(Time::from_ms(1));
     bench.deliver(empty());
     assert_eq!(bench.read(RIR0 + 4) >> 16, 0, "TIME of what is received");
-    bench.write(TIR0 + 4, 8 | 1 << 8);
-    bench.write(TIR0 + 8, 0x4433_2211);
-    bench.write(TIR0 + 12, 0x8877_6655);
-    bench.write(TIR0, 0x155 << 21 | 1);
+    bench.fill(0, [0x155 << 21 | 1, 8 | 1 << 8, 0x4433_2211, 0x8877_6655]);
     bench.complete(0);
     assert_eq!(bench.read(TIR0 + 4) >> 16, 0, "TIME of what is sent");
     let expected = WireFrame::standard(0x155, &[0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88]);

@@ -7,12 +7,6 @@ use can_wire::time::Time;
 
 use super::bench::*;
 
-/// Holds the bus with a frame of PEER, so that what is requested now contends at its end.
-fn occupy(bench: &mut Bench) {
-    bench.send(empty());
-    bench.pass(bits(1));
-}
-
 /// Identifiers that PEER has received.
 fn heard(bench: &Bench) -> Vec<WireId> {
     bench.received_by(PEER).iter().map(|frame| frame.id).collect()
@@ -25,15 +19,9 @@ fn standard(ids: &[u16]) -> Vec<WireId> {
 #[test]
 fn a_mailbox_becomes_the_frame_that_it_describes() {
     let mut bench = Bench::normal();
-    bench.write(TIR0 + 4, 5);
-    bench.write(TIR0 + 8, 0x4433_2211);
-    bench.write(TIR0 + 12, 0x8877_6655);
-    bench.write(TIR0, 0x155 << 21 | 1);
-    bench.write(TIR0 + 16 + 4, 15);
-    bench.write(TIR0 + 16, 0x1234_5678 << 3 | 0b111);
-    bench.write(TIR0 + 32 + 4, 2);
-    bench.write(TIR0 + 32 + 8, 0xFFFF_2211);
-    bench.write(TIR0 + 32, 0x1234_5679 << 3 | 0b101);
+    bench.fill(0, [0x155 << 21 | 1, 5, 0x4433_2211, 0x8877_6655]);
+    bench.fill(1, [0x1234_5678 << 3 | 0b111, 15, 0, 0]);
+    bench.fill(2, [0x1234_5679 << 3 | 0b101, 2, 0xFFFF_2211, 0]);
     (0..3).for_each(|n| bench.complete(n));
     let extended = |id| WireId::Extended(id);
     let expected = [
@@ -49,10 +37,7 @@ fn a_mailbox_becomes_the_frame_that_it_describes() {
 fn a_dlc_beyond_eight_sends_eight_bytes() {
     for dlc in 9..=15 {
         let mut bench = Bench::normal();
-        bench.write(TIR0 + 4, dlc);
-        bench.write(TIR0 + 8, 0x4433_2211);
-        bench.write(TIR0 + 12, 0x8877_6655);
-        bench.write(TIR0, 0x155 << 21 | 1);
+        bench.fill(0, [0x155 << 21 | 1, dlc, 0x4433_2211, 0x8877_6655]);
         bench.complete(0);
         let bytes = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88];
         assert_eq!(
@@ -118,8 +103,7 @@ fn an_error_in_the_last_bit_of_eof_sends_the_frame_twice() {
 #[test]
 fn a_new_request_clears_the_old_result() {
     let mut bench = Bench::normal();
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     bench.request(0, 0x100);
     assert_eq!(bench.read(TSR) & (TME0 | STATUS), 0);
 }
@@ -169,15 +153,14 @@ fn txfp_keeps_the_order_after_a_lost_arbitration() {
     bench.request(2, 0x300);
     bench.send(empty());
     bench.until("ALST", |bench| bench.status(2) & ALST != 0);
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     assert_eq!(heard(&bench), standard(&[0x300, 0x100]));
 }
 
 #[test]
 fn code_and_low_name_the_next_free_and_the_lowest_priority() {
     let mut bench = Bench::normal();
-    occupy(&mut bench);
+    bench.occupy();
     let code = |bench: &Bench| bench.read(TSR) >> 24 & 0b11;
     let low = |bench: &Bench| bench.read(TSR) >> 29;
     assert_eq!((code(&bench), low(&bench)), (0, 0));
@@ -192,7 +175,7 @@ fn code_and_low_name_the_next_free_and_the_lowest_priority() {
 #[test]
 fn an_occupied_mailbox_is_write_protected() {
     let mut bench = Bench::normal();
-    occupy(&mut bench);
+    bench.occupy();
     bench.request(0, 0x100);
     for word in [0, 4, 8, 12] {
         bench.write(TIR0 + word, 0xFFFF_FFFF);
@@ -248,16 +231,14 @@ fn single_shot_gives_up_after_an_error() {
     assert_eq!(heard(&bench), []);
     // A missing acknowledgement is an error, too.
     let mut bench = Bench::with(vec![], NART, 0);
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     assert_eq!((bench.status(0), bench.lec(), bench.tec()), (RQCP | TERR, 3, 8));
 }
 
 #[test]
 fn single_shot_succeeds_like_any_other() {
     let mut bench = Bench::normal_with(NART, 0);
-    bench.request(0, 0x100);
-    bench.complete(0);
+    bench.transmit(0x100);
     assert_eq!(bench.status(0), RQCP | TXOK);
 }
 
@@ -298,10 +279,7 @@ fn a_request_before_synchronisation_waits_for_it() {
     bench.request(0, 0x080);
     bench.pass(bits(50));
     bench.write(MCR, 0);
-    bench.pass(Time(bits(11 + EMPTY_BITS).0 - 1));
-    assert_eq!(bench.status(0), 0);
-    bench.pass(Time(1));
-    assert_eq!(bench.status(0), RQCP | TXOK);
+    bench.changes_after(bits(11 + EMPTY_BITS), |bench| bench.status(0), 0, RQCP | TXOK);
 }
 
 /// An error passive transmitter waits 8 bits more (ISO 11898-1, 10.4.6): another node overtakes it.
