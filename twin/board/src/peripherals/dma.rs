@@ -28,7 +28,6 @@ const PFCTRL: u32 = 1 << 5;
 /// DIR: from memory, and between memories.
 const FROM_MEMORY: u32 = 1 << 6;
 const BETWEEN_MEMORIES: u32 = 1 << 7;
-/// Cycles of HCLK for an item from memory to memory: arbitration and access at each port (AN4031 2.2 has such figures for
 const CIRC: u32 = 1 << 8;
 const PINC: u32 = 1 << 9;
 const MINC: u32 = 1 << 10;
