@@ -100,7 +100,7 @@ fn a_request_of_its_code_alone_is_answered() {
     let codes: Vec<&[u8]> = answers.map(|seen| &seen.data()[..2]).collect();
     assert_eq!(codes, [[0x02, 0x01]; 7]);
     flight.fly_to(2_200);
-    assert_eq!(flight.sent(3, Bus::Nominal, 0x083).count(), 0, "no emergency");
+    assert_eq!(flight.emergencies(3, ms(0)).count(), 0);
     assert_eq!(telemetry(&flight, 3, 0x0120), [0; 6], "nothing malformed");
     flight.assert_nothing_lost();
 }
