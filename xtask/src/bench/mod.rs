@@ -222,7 +222,7 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
         };
     }
     let broken = areas.iter().flat_map(|(area, rows)| {
-        let broken = rows.iter().filter(|row| row.holds() == Some(false));
+        let broken = rows.iter().filter(|row| row.holds == Some(false));
         broken.map(move |row| format!("{area}.{}", row.name))
     });
     let broken: Vec<String> = broken.collect();

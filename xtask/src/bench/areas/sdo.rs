@@ -17,14 +17,10 @@ use ecss_can::types::{Address, Duration, Instant};
 use twin::guest::GuestEvent;
 use twin::spacecraft::Bus;
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area =
-    Area { name: "sdo", about: "block transfers of 20 kB against the wire limit", needs: &[], measure };
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
@@ -53,7 +49,7 @@ const TARGET: f64 = 95.0;
 const SEGMENT: usize = 7;
 const SUB_BLOCK: usize = 127;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut random = fastrand::Rng::with_seed(1);
     let data: Vec<u8> = std::iter::repeat_with(|| random.u8(..)).take(BYTES).collect();
     let mut link = Link { rig: Rig::new(context, Profile::Standard, SLAVE)? };

@@ -12,16 +12,12 @@ use can_wire::time::Time;
 use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
 use crate::bench::sweep::{BREAK, sweep};
 use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Stamps;
-
-pub const AREA: Area =
-    Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], measure };
 
 /// SYNCs that are followed.
 const SYNCS: u32 = 200;
@@ -38,7 +34,7 @@ const SYNC: (u16, &[u8]) = (0x080, &[]);
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rig = Rig::with_flash(context, Profile::Standard, SLAVE, FlashTiming::Ideal)?;
     let mut at = rig.spacecraft.now();
     let mut cycles = Vec::new();

@@ -10,20 +10,12 @@ use can_wire::time::Time;
 use firmware_images::Images;
 use twin::pulses::Errors;
 
-use super::Area;
 use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most_left_ns};
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 use crate::bench::update;
 use demo::stamps::StampErrors;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area = Area {
-    name: "time",
-    about: "clocks of three slaves against the master's, five seeds of 60 s",
-    needs: &[],
-    measure,
-};
 
 const SEEDS: u64 = 5;
 const SECOND: Time = Time::from_ms(1_000);
@@ -93,7 +85,7 @@ const fn scenario(sync_ms: u64, load: f64, are_wired: bool, corrected: bool) -> 
 const SWITCHES: [(&str, u64); 2] = [("sync_1", 1_000), ("sync_10", 100)];
 
 /// An update of the clock, the floors, then each case and each switch.
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = update::rows(context)?;
     rows.extend([
         Row::lower("floor_capture", CAPTURE_NS, "ns"),
@@ -146,8 +138,7 @@ impl Outcome {
 
     fn rows(&self, &Case { name, rms, most, .. }: &Case) -> Vec<Row> {
         let bounded = |what: &str, value: f64, bound: Option<f64>| {
-            let row = Row::lower(format!("{what}_{name}"), value, "ns");
-            bound.map_or(row.clone(), |bound| row.within(bound))
+            Row::lower(format!("{what}_{name}"), value, "ns").within_any(bound)
         };
         let found = self.slaves.iter().map(|errors| errors.samples.len() as u64).min().unwrap_or_default();
         let unpaired: u64 = self.slaves.iter().map(|errors| errors.unpaired).sum();
