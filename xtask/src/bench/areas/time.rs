@@ -159,28 +159,17 @@ impl Outcome {
     }
 }
 
-/// Flies seeds, as many at once as the computer has processors. The results are in the order of the seeds.
+/// Flies all seeds at once. The results are in their order.
 pub(super) fn in_all_seeds<T: Send>(
     seeds: u64,
     fly: impl Fn(u64) -> anyhow::Result<T> + Sync,
 ) -> anyhow::Result<Vec<T>> {
-    let at_once = thread::available_parallelism().map_or(1, |count| count.get() as u64);
-    let of_thread = |first: u64| {
-        (first..seeds)
-            .step_by(at_once as usize)
-            .map(|seed| Ok((seed, fly(seed)?)))
-            .collect::<anyhow::Result<Vec<_>>>()
-    };
-    let mut results = Vec::new();
+    let fly = &fly;
     thread::scope(|scope| {
-        let threads: Vec<_> = (0..at_once).map(|first| scope.spawn(move || of_thread(first))).collect();
-        for thread in threads {
-            results.extend(thread.join().map_err(|_| anyhow::anyhow!("a flight panicked"))??);
-        }
-        anyhow::Ok(())
-    })?;
-    results.sort_by_key(|(seed, _)| *seed);
-    Ok(results.into_iter().map(|(_, result)| result).collect())
+        let flights: Vec<_> = (0..seeds).map(|seed| scope.spawn(move || fly(seed))).collect();
+        let ends = flights.into_iter().map(|flight| flight.join());
+        ends.map(|end| end.map_err(|_| anyhow::anyhow!("a flight panicked"))?).collect()
+    })
 }
 
 /// Flies until [`SPAN`] is over.
