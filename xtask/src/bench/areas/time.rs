@@ -47,34 +47,18 @@ struct Case {
 }
 
 const CASES: [Case; 7] = [
-    Case {
-        name: "sync_1_load_30",
-        scenario: scenario(1_000, 0.30, true, true),
-        rms: Some(100.0),
-        most: Some(250.0),
-    },
-    Case {
-        name: "sync_1_load_90",
-        scenario: scenario(1_000, 0.90, true, true),
-        rms: Some(100.0),
-        most: Some(250.0),
-    },
-    Case { name: "sync_10_load_30", scenario: scenario(100, 0.30, true, true), rms: Some(40.0), most: None },
-    Case { name: "sync_10_load_90", scenario: scenario(100, 0.90, true, true), rms: Some(40.0), most: None },
-    Case {
-        name: "without_wires_load_30",
-        scenario: scenario(1_000, 0.30, false, true),
-        rms: None,
-        most: Some(5_000.0),
-    },
-    Case {
-        name: "without_wires_load_90",
-        scenario: scenario(1_000, 0.90, false, true),
-        rms: None,
-        most: Some(5_000.0),
-    },
-    Case { name: "uncorrected_load_30", scenario: scenario(1_000, 0.30, true, false), rms: None, most: None },
+    case("sync_1_load_30", scenario(1_000, 0.30, true, true), Some(100.0), Some(250.0)),
+    case("sync_1_load_90", scenario(1_000, 0.90, true, true), Some(100.0), Some(250.0)),
+    case("sync_10_load_30", scenario(100, 0.30, true, true), Some(40.0), None),
+    case("sync_10_load_90", scenario(100, 0.90, true, true), Some(40.0), None),
+    case("without_wires_load_30", scenario(1_000, 0.30, false, true), None, Some(5_000.0)),
+    case("without_wires_load_90", scenario(1_000, 0.90, false, true), None, Some(5_000.0)),
+    case("uncorrected_load_30", scenario(1_000, 0.30, true, false), None, None),
 ];
+
+const fn case(name: &'static str, scenario: Scenario, rms: Option<f64>, most: Option<f64>) -> Case {
+    Case { name, scenario, rms, most }
+}
 
 const fn scenario(sync_ms: u64, load: f64, are_wired: bool, corrected: bool) -> Scenario {
     let wires = if are_wired { Wires::All } else { Wires::None };
