@@ -67,18 +67,14 @@ pub const MIXED_CUT: Time = ms(2_013);
 
 /// A master, two full slaves, and two minimal ones: one on both buses, one with this board on one bus at a time (Figure A-6).
 pub fn mixed(selective: &'static str) -> Recording {
-    let mut flight = librecube(&[
+    let flight = librecube(&[
         MASTER_SETUP,
         MASTER_AND_THREE[1],
         MASTER_AND_THREE[2],
         BoardSetup { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
         BoardSetup { node: SELECTIVE, board: selective, ..MASTER_AND_THREE[3] },
     ]);
-    flight.fly(MIXED_CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(15_500);
-    flight.assert_nothing_lost();
-    flight.seen
+    flight.cut_next_to_master(MIXED_CUT, 15_500)
 }
 
 /// Those on both buses follow at the first message of the master there, the selective one after Ttoggle consumer times of 2.5 s.

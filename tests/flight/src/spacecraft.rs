@@ -332,6 +332,13 @@ impl Flight {
         Flight::of(setups, |setup| setup.with(images))
     }
 
+    /// Boards with the images of profile `librecube`, and a foreign controller on `bus`, behind them.
+    pub fn with_guest(setups: &[BoardSetup], bus: Bus) -> (Flight, GuestId) {
+        let mut flight = Flight::new(setups);
+        let guest = flight.twin.add_guest(bus, 30.0);
+        (flight, guest)
+    }
+
     /// With `fittings` of each node.
     pub fn fitted(setups: &[BoardSetup], fittings: impl Fn(u8) -> Fittings) -> Flight {
         Flight::of(setups, |setup| BoardConfig { fittings: fittings(setup.node), ..setup.config() })
@@ -379,6 +386,15 @@ impl Flight {
             }
             self.seen.records.push(wire);
         }
+    }
+
+    /// Flies until the nominal bus breaks next to the master at `cut`, and on to `end_ms`. Nothing may be lost.
+    pub fn cut_next_to_master(mut self, cut: Time, end_ms: u64) -> Recording {
+        self.fly(cut);
+        self.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        self.fly_to(end_ms);
+        self.assert_nothing_lost();
+        self.seen
     }
 
     /// Flies in small steps until a frame completes for which `what` holds, which it returns.

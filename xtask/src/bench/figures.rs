@@ -20,6 +20,7 @@ use std::fs;
 use anyhow::{Context, bail};
 use serde::Deserialize;
 
+use super::page::rewrite;
 use super::stored::Stored;
 use super::table::grouped;
 use crate::compliance;
@@ -149,13 +150,7 @@ fn with_figures(page: &str, figures: &Figures) -> anyhow::Result<String> {
 /// When a page cannot be read or written, or names a figure that is not stored.
 pub fn update(stored: &Stored) -> anyhow::Result<()> {
     let figures = Figures::with(stored)?;
-    for page in PAGES {
-        let path = project::path(page);
-        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {page}"))?;
-        let text = with_figures(&text, &figures).with_context(|| format!("cannot update {page}"))?;
-        fs::write(&path, text).with_context(|| format!("cannot write {page}"))?;
-    }
-    Ok(())
+    PAGES.iter().try_for_each(|page| rewrite(page, |text| with_figures(text, &figures)))
 }
 
 #[cfg(test)]

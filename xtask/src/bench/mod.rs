@@ -204,7 +204,7 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
         let commit = commit();
         areas.iter().try_for_each(|(area, rows)| stored.replace(area, rows, compiler, &commit))?;
         stored.write(&path)?;
-        page::update(&page::path(), &stored)?;
+        page::update(&stored)?;
         return figures::update(&stored);
     }
     if output.check {

@@ -16,14 +16,8 @@ const TOLERANCE: Time = Time::from_ms(625);
 const CUT: Time = Time::from_ms(2013);
 
 /// The nominal bus breaks next to the master, shortly before commands are due.
-static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(15_500);
-    flight.assert_nothing_lost();
-    flight.seen
-});
+static FLIGHT: LazyLock<Recording> =
+    LazyLock::new(|| Flight::new(&MASTER_AND_THREE).cut_next_to_master(CUT, 15_500));
 
 /// When the master began its first frame on the redundant bus.
 fn detection(recording: &Recording) -> Time {

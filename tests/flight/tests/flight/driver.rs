@@ -63,8 +63,7 @@ fn a_cut_costs_a_handful_of_error_interrupts() {
 /// COB-IDs, and the commands to each slave in theirs.
 #[test]
 fn sync_overtakes_commands_that_wait() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(5100);
     let first = flight.sent(MASTER, Bus::Nominal, 0x080).last().unwrap().end;
     let due = first + ms(5000);
@@ -104,8 +103,7 @@ fn sync_overtakes_commands_that_wait() {
 /// before it starts, while it is on the wire, or just too late. What counts as sent is what went out.
 #[test]
 fn frame_aborted_as_it_goes_out_is_reported_as_it_really_ended() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..2]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..2], Bus::Nominal);
     flight.fly_to(1000);
     flood(&mut flight, guest, ms(1000), 0x010, 11);
     flight.fly_to(1010);

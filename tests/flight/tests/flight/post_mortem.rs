@@ -118,8 +118,7 @@ fn hung_task_is_recorded_and_reported() {
 /// Given a slave, when its program is at an instruction that is none, then the record has its address; it is in the dictionary.
 #[test]
 fn fault_is_recorded_and_reported() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(FLOWN_MS);
     let task = tasks(&flight, RESET_SLAVE)[2];
     let ended = end_program(&mut flight, RESET_SLAVE, task, &halfwords(&UNDEFINED));

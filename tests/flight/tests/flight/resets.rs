@@ -97,8 +97,7 @@ fn commanded(command: u8) -> (Flight, Time, Vec<u8>) {
 
 /// The same with any frame of a foreign controller.
 fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.twin.inject(guest, ms(1050), frame);
     flight.fly_to(1800);
     let sent = flight.first_after(ms(1050), |seen| seen.sender == guest.node).unwrap().end;

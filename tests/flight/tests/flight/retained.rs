@@ -13,8 +13,7 @@ const SLAVE: u8 = 3;
 /// The master has left the nominal bus, cut next to it at 1000 ms, and slaves 2 and 3 with it; a guest on the redundant
 /// one.
 fn on_redundant(until_ms: u64) -> (Flight, GuestId) {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Redundant, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Redundant);
     flight.fly_to(1000);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(until_ms);
@@ -119,8 +118,7 @@ fn load_clears_the_bus_that_was_kept() {
 fn a_bdefault_written_is_gone_after_a_reset_unless_saved() {
     for (is_saved, expected) in [(false, Bus::Nominal), (true, Bus::Redundant)] {
         for loses_power in [false, true] {
-            let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-            let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+            let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
             flight.fly_to(1045);
             write(&mut flight, guest, 0x2000, 1, &[1]);
             if is_saved {

@@ -67,8 +67,7 @@ fn a_slave_reset_on_the_bus_left_is_configured_again() {
 /// Then the log of the master names error, letter, object, found and expected value, and slave 3 is not started.
 #[test]
 fn a_failed_boot_up_is_logged_with_its_object() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(1_045);
     let expect_5016 = WireFrame::standard(0x601, &[0x23, 0x86, 0x1F, 3, 0x16, 0x50, 0, 0]);
     flight.twin.inject(guest, ms(1_045), expect_5016);

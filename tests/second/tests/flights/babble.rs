@@ -73,8 +73,7 @@ fn slaves_leave_a_bus_on_which_resets_are_babbled() {
 /// Verifies: ECSS 6.5.1a.4
 #[test]
 fn every_reset_after_a_pause_is_obeyed_without_a_master() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[1..2]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[1..2], Bus::Nominal);
     flight.fly_to(1000);
     // The pause counts from the boot, some milliseconds after the reset.
     let period = 2 * CONSUMER_MS + 20;
@@ -93,8 +92,7 @@ fn every_reset_after_a_pause_is_obeyed_without_a_master() {
 /// Verifies: ECSS 6.5.1a.4
 #[test]
 fn a_heartbeat_of_the_master_makes_resets_count_again() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[1..2]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[1..2], Bus::Nominal);
     let reset = WireFrame::standard(0x000, &[0x81, 2]);
     for at in [500, 600, 700, 800, 900, 1300] {
         flight.twin.inject(guest, ms(at), reset);

@@ -11,8 +11,7 @@ const SLAVE: u8 = 2;
 
 /// Slave 2 alone, Operational at 1 s. A guest starts it, sends the master's heartbeat every 250 ms, and these SDO requests.
 fn flown(until: u64, requests: &[(u64, [u8; 8])]) -> Flight {
-    let mut flight = Flight::new(&[MASTER_AND_THREE[1]]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&[MASTER_AND_THREE[1]], Bus::Nominal);
     let heartbeats = (100..until).step_by(250).map(|at| (at, WireFrame::standard(0x701, &[OPERATIONAL])));
     let requests =
         requests.iter().map(|(at, data)| (*at, WireFrame::standard(0x600 + u16::from(SLAVE), data)));

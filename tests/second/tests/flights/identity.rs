@@ -104,8 +104,7 @@ fn a_board_is_who_straps_and_store_agree_on_or_silent() {
 /// Verifies: ECSS 6.10g, 6.10j
 #[test]
 fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     set_maintenance(&mut flight, 3, true);
     // A master that starts everyone, resets everyone, and is lost: nothing of it is for a board in maintenance mode.
     flight.twin.inject(guest, ms(700), WireFrame::standard(0x000, &[0x01, 0]));
@@ -150,8 +149,8 @@ fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
 #[test]
 fn a_board_of_the_other_model_has_maintenance_mode_too() {
     let nucleo = BoardSetup { board: NUCLEO_F446RE, ..setup(3) };
-    let mut flight = Flight::new(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) =
+        Flight::with_guest(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo], Bus::Nominal);
     flight.emulated_mut(3).drive(Pin::new('A', 4), Some(false));
     flight.fly_to(500);
     assert_eq!(flight.driven(3, ms(0)), 0, "{}", flight.log(3));
@@ -162,8 +161,7 @@ fn a_board_of_the_other_model_has_maintenance_mode_too() {
 /// Verifies: ECSS 6.10g
 #[test]
 fn no_node_id_is_stored_outside_of_maintenance_mode() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(1000);
     // 08000022h, also in Pre-operational.
     for command in [0x01, 0x80] {
@@ -181,8 +179,7 @@ fn no_node_id_is_stored_outside_of_maintenance_mode() {
 /// Verifies: ECSS 6.10g, 6.10k
 #[test]
 fn a_reset_by_command_takes_no_strap_that_changed_in_flight() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(1000);
     for straps in [Some(3), Some(5), None] {
         // The last one: 3, and maintenance mode.

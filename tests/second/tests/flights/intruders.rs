@@ -29,8 +29,7 @@ fn after_fail_over() -> (Flight, GuestId) {
 }
 
 fn fail_over() -> (Flight, GuestId) {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(2000);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(3000);
@@ -79,8 +78,7 @@ fn intruder_heartbeat_on_left_bus_costs_one_period() {
 #[test]
 fn intruder_heartbeat_before_the_cut_costs_one_period() {
     for period in [10, 50, 240] {
-        let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-        let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+        let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
         babble(&mut flight, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [1001, 7001]);
         flight.fly_to(2000);
         flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
@@ -137,8 +135,7 @@ fn intruder_heartbeat_on_idle_bus_costs_one_period() {
 /// Verifies: ECSS 8.3.3g, 8.3.3h
 #[test]
 fn babbled_command_does_not_hold_up_a_search() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(2013);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     let last = flight.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
@@ -156,8 +153,7 @@ fn babbled_command_does_not_hold_up_a_search() {
 /// Verifies: ECSS 8.3.3e
 #[test]
 fn emcy_of_a_missed_master_precedes_the_switch() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     // SDO download of 2000h sub 2, Ttoggle.
     let write = WireFrame::standard(0x604, &[0x2F, 0x00, 0x20, 2, 1, 0, 0, 0]);
     flight.twin.inject(guest, ms(1060), write);
@@ -181,8 +177,7 @@ fn emcy_of_a_missed_master_precedes_the_switch() {
 /// Verifies: ECSS 8.2.3a
 #[test]
 fn application_of_a_selective_slave_chooses_the_bus() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     for (at, id) in [(1060, 0x304), (1063, 0x302)] {
         let select_redundant = WireFrame::standard(id, &[0x04, 0, 1, 0, 0, 0, 0, 0x77]);
         flight.twin.inject(guest, ms(at), select_redundant);

@@ -17,14 +17,7 @@ const SETUPS: [BoardSetup; 4] = [
 ];
 
 /// The nominal bus breaks next to the master; slave 4 has to search for it.
-static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = Flight::new(&SETUPS);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(15_500);
-    flight.assert_nothing_lost();
-    flight.seen
-});
+static FLIGHT: LazyLock<Recording> = LazyLock::new(|| Flight::new(&SETUPS).cut_next_to_master(CUT, 15_500));
 
 /// The straps of both models number their slaves, and both boot on the default bus.
 #[test]

@@ -64,14 +64,7 @@ const CUT: Time = Time::from_ms(2_013);
 /// Ttoggle consumer times.
 const TOGGLING: Time = Time::from_ms(500);
 
-static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = flight();
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(5_000);
-    flight.assert_nothing_lost();
-    flight.seen
-});
+static FLIGHT: LazyLock<Recording> = LazyLock::new(|| flight().cut_next_to_master(CUT, 5_000));
 
 /// From the last heartbeat of the master on the nominal bus to the first one of a slave on the redundant bus.
 fn search(recording: &Recording, node: u8) -> Time {

@@ -72,8 +72,7 @@ fn log_index(flight: &Flight, node: u8) -> u32 {
 #[test]
 fn pulled_probe_stops_no_board() {
     const BUFFER: u32 = 1024;
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(1_000);
     [1, 2].into_iter().for_each(|node| flight.emulated_mut(node).pull_probe());
     // The master logs each emergency, the slave each telemetry request with a code that it does not know.
