@@ -152,7 +152,11 @@ mod tests {
             (false, &both, None, Some("pyboard-v11")),
             (false, &both, Some(&nucleo), Some("nucleo-f446re")),
         ] {
-            assert_eq!(feature("heater", &choice(is_fixed, features), board), Ok(expected), "{features:?}");
+            assert_eq!(
+                feature("heater", &choice(is_fixed, features), board),
+                Ok(expected),
+                "{features:?} {board:?}"
+            );
         }
         let error =
             feature("heater", &choice(false, &["pyboard-v11"]), Some(&nucleo)).unwrap_err().to_string();

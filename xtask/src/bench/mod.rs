@@ -26,6 +26,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use console::style;
 
+pub use self::areas::clock_errors;
 use self::areas::{ALL, Area};
 use self::context::{Context, FLOWN};
 use self::row::Row;
@@ -36,7 +37,6 @@ use firmware_images::support::misuse::Misuse;
 use firmware_images::support::needs::{Need, provide};
 use firmware_images::support::output::{line, note, text, warn};
 use firmware_images::support::project;
-use twin::pulses::Errors;
 
 /// Name of the command.
 const COMMAND: &str = "bench";
@@ -119,14 +119,6 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let context = Context::default();
     let measured = measure(COMMAND, &context, &areas, &options.output)?;
     judge(&measured, &options.output)
-}
-
-/// Errors of three clocks from 30 s to 60 s of a run with SYNC at 1 Hz, a pulse every 10 ms.
-///
-/// # Errors
-/// When the images cannot be built or run.
-pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
-    areas::clock_errors(&Context::default())
 }
 
 /// The area `size` alone, then the biggest symbols.

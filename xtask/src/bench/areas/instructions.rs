@@ -31,7 +31,7 @@ const SCENARIOS: [(&str, Option<u64>); 13] = [
 ];
 
 pub fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
-    let program = callgrind::build_benchmark("ecss-can", "instructions")?;
+    let program = callgrind::build(&["--package", "ecss-can", "--bench", "instructions"], "release")?;
     SCENARIOS.into_iter().map(|(scenario, target)| row(&program, scenario, target)).collect()
 }
 

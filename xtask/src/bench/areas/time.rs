@@ -168,9 +168,12 @@ fn compared(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Ou
     Ok(Outcome { slaves: flight.errors(from, to), stamps: flight.stamps(), steps })
 }
 
-/// Errors of the first flight of the first case.
-pub fn clock_errors(context: &Context) -> anyhow::Result<[Errors; 3]> {
-    let images = context.images(&FLOWN, Profile::Standard)?;
+/// Errors of the three clocks in the first flight of the first case.
+///
+/// # Errors
+/// When the images cannot be built or run.
+pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
+    let images = Context::default().images(&FLOWN, Profile::Standard)?;
     Ok(compared(&images, CASES[0].scenario, 0)?.slaves)
 }
 

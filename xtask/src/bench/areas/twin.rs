@@ -41,7 +41,8 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 
 fn host_instructions(context: &Context) -> anyhow::Result<f64> {
     let images = context.images(&FLOWN, Profile::Librecube)?;
-    let program = callgrind::build_example("demo", "flight")?;
+    // As `cargo test` has it.
+    let program = callgrind::build(&["--package", "demo", "--example", "flight"], "dev")?;
     let files = [&images.master, &images.slave].map(|path| path.display().to_string());
     let fly = |seconds: u64| -> anyhow::Result<(u64, u64)> {
         let seconds = seconds.to_string();
