@@ -81,10 +81,6 @@ struct Output {
     #[arg(long)]
     store: bool,
 
-    /// Print the rows of this run as JSON, not as a table
-    #[arg(long)]
-    json: bool,
-
     /// Where the rows of this run go [default: target/bench/summary.json of the project]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -129,7 +125,7 @@ pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
     let context = Context::default();
     let areas: Vec<_> = ALL.iter().filter(|area| area.name == "size").collect();
     let measured = measure("sizes", &context, &areas, &options.output)?;
-    if !options.output.json && options.symbols > 0 {
+    if options.symbols > 0 {
         text(areas::biggest_symbols(&context, options.symbols)?)?;
     }
     judge(&measured, &options.output)
@@ -157,19 +153,13 @@ fn measure(
     for area in areas {
         note(format_args!("{} {}: {}", style("measuring").dim().for_stderr(), area.name, area.about));
         let rows = (area.measure)(context)?;
-        if !output.json {
-            table::lines(area.name, &rows).iter().try_for_each(line)?;
-        }
+        table::lines(area.name, &rows).iter().try_for_each(line)?;
         measured.areas.push((area.name.to_owned(), rows));
     }
     let json = serde_json::to_string_pretty(&stored::as_json(&measured)?)?;
     fs::write(&out, format!("{json}\n")).with_context(|| format!("cannot write {}", out.display()))?;
-    if output.json {
-        line(json)?;
-    } else {
-        let compiler = &measured.compiler;
-        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&out)))?;
-    }
+    let compiler = &measured.compiler;
+    line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&out)))?;
     Ok(measured)
 }
 

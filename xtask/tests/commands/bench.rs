@@ -11,7 +11,7 @@ fn rows(out: &Path) -> Value {
 }
 
 #[test]
-fn figures_repeat_on_stdout_and_in_the_summary() {
+fn figures_repeat_in_the_summary() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let out = here.path().join("new/summary.json");
     let irq = ["bench", "--only", "irq", "--out", out.to_str().expect("UTF-8")];
@@ -22,8 +22,6 @@ fn figures_repeat_on_stdout_and_in_the_summary() {
     let compiler = first["toolchain"]["value"].as_str();
     assert!(compiler.is_some_and(|compiler| compiler.starts_with("rustc ")), "{first}");
 
-    let (_, stdout, _) = XTASK.run(&[&irq[..], &["--json"]].concat());
+    assert_eq!(XTASK.run(&irq).0, 0);
     assert_eq!(rows(&out), first, "the same figures");
-    let printed: Value = serde_json::from_str(&stdout).expect("JSON on stdout");
-    assert_eq!(printed, first);
 }
