@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn package_is_built_for_the_board_of_its_manifest_or_of_one_feature() {
+    fn package_is_built_for_the_board_of_manifest_or_feature() {
         let nucleo = Board::shipped("nucleo-f446re");
         let both = ["nucleo-f446re", "pyboard-v11"];
         for (is_fixed, features, board, expected) in [

@@ -69,6 +69,7 @@ fn a_slave_that_starts_again_is_taken_back() {
         (vec![(1000, Event::Reset)], 1000),
         (vec![(1000, Event::Power(false)), (1500, Event::Power(true))], 1500),
     ] {
+        println!("{events:?}");
         let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
         let board = flight.board(3);
         for (at, event) in &events {
@@ -116,6 +117,7 @@ fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
 #[test]
 fn reset_node_resets_the_chip_and_reset_communication_does_not() {
     for (command, chip_resets, within_ms) in [(0x81, 1, 10), (0x82, 0, 1)] {
+        println!("{command:02X}h");
         let (flight, sent, states) = commanded(command);
         for text in ["reset by the master", "slave 3 starts"].into_iter().filter(|_| chip_resets == 1) {
             flight.assert_said(3, text, sent);
@@ -148,6 +150,7 @@ fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
 #[test]
 fn a_slave_that_a_foreign_command_stopped_is_started() {
     for (command, state) in [(0x02, STOPPED), (0x80, PRE_OPERATIONAL)] {
+        println!("{command:02X}h");
         let (flight, sent, states) = commanded(command);
         assert_eq!(states[..2], [state, OPERATIONAL], "{command:02X}h: {states:?}");
         let start = flight.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).unwrap();

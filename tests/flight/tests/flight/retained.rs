@@ -84,6 +84,7 @@ fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
 fn a_slave_without_power_starts_on_the_bus_it_found() {
     // The change of the bus is 1 s old, then 3 s: a consumer time without contradiction.
     for (until_ms, expected) in [(2000, Bus::Nominal), (4000, Bus::Redundant)] {
+        println!("without power at {until_ms} ms");
         let (mut flight, _) = on_redundant(until_ms);
         assert_eq!(boots_on(&mut flight, true), Some(expected), "{until_ms} ms\n{}", flight.log(SLAVE));
         flight.assert_operational([SLAVE], Bus::Redundant);

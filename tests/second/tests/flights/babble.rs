@@ -35,6 +35,7 @@ fn refusals(flight: &Flight, node: u8, from: Time) -> Vec<u8> {
 #[test]
 fn slaves_leave_a_bus_on_which_resets_are_babbled() {
     for command in [0x81, 0x82] {
+        println!("{command:02X}h");
         let mut flight = Flight::new(&MASTER_AND_THREE);
         babble(&mut flight, command, 1000, 19_000);
         flight.fly_to(1000);

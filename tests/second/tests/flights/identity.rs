@@ -182,6 +182,7 @@ fn a_reset_by_command_takes_no_strap_that_changed_in_flight() {
     let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(1000);
     for straps in [Some(3), Some(5), None] {
+        println!("straps {straps:?}");
         // The last one: 3, and maintenance mode.
         set_maintenance(&mut flight, 3, straps.is_none());
         strap(&mut flight, 3, straps.or(Some(3)));

@@ -45,6 +45,7 @@ fn emergencies(flight: &Flight, node: u8, code: [u8; 2]) -> Vec<(Bus, Time)> {
 
 /// What the slaves made of an intruder: executed commands before it, nodes 2 and 3.
 fn assert_cost_one_period(flight: &mut Flight, before: [u32; 2], bus: Bus, period: u64) {
+    println!("every {period} ms");
     flight.assert_operational([2, 3], bus);
     for (node, before) in [2, 3].into_iter().zip(before) {
         // Commands come every 100 ms: of 40, those of one heartbeat period (250 ms) may be lost.

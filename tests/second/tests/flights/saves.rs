@@ -61,6 +61,7 @@ impl Loaded {
 #[test]
 fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
     for speed in [FlashSpeed::Typical, FlashSpeed::Slowest] {
+        println!("{speed:?}");
         let mut loaded = Loaded::new(speed);
         let from = loaded.flight.end;
         for node in NODES {

@@ -120,6 +120,7 @@ fn flash_accelerator_is_on_after_the_start() {
 #[test]
 fn wait_states_cost_cycles_and_the_accelerator_saves_them() {
     let cycles = |timing: FlashTiming| {
+        println!("{timing:?}");
         let fittings = Fittings { flash_timing: timing, ..Fittings::default() };
         let mut flight = Flight::fitted(&MASTER_AND_THREE, |_| fittings);
         flight.fly_to(1_000);
