@@ -142,18 +142,22 @@ mod tests {
     }
 
     #[test]
-    fn package_with_its_board_in_the_manifest_needs_no_feature() {
-        assert_eq!(feature("heater", &choice(true, &[]), None), Ok(None));
-        assert_eq!(feature("heater", &choice(true, &["pyboard-v11"]), None), Ok(None));
-        assert_eq!(feature("heater", &choice(false, &["fast"]), None), Ok(None));
-    }
-
-    #[test]
-    fn package_with_boards_as_features_is_built_for_one() {
+    fn package_is_built_for_the_board_of_manifest_or_feature() {
         let nucleo = Board::shipped("nucleo-f446re");
-        let both = choice(false, &["nucleo-f446re", "pyboard-v11"]);
-        assert_eq!(feature("heater", &both, None), Ok(Some("pyboard-v11")));
-        assert_eq!(feature("heater", &both, Some(&nucleo)), Ok(Some("nucleo-f446re")));
+        let both = ["nucleo-f446re", "pyboard-v11"];
+        for (is_fixed, features, board, expected) in [
+            (true, &[][..], None, None),
+            (true, &["pyboard-v11"], None, None),
+            (false, &["fast"], None, None),
+            (false, &both, None, Some("pyboard-v11")),
+            (false, &both, Some(&nucleo), Some("nucleo-f446re")),
+        ] {
+            assert_eq!(
+                feature("heater", &choice(is_fixed, features), board),
+                Ok(expected),
+                "{features:?} {board:?}"
+            );
+        }
         let error =
             feature("heater", &choice(false, &["pyboard-v11"]), Some(&nucleo)).unwrap_err().to_string();
         assert!(error.ends_with("has no dependency nucleo-f446re; allowed are pyboard-v11"), "{error}");

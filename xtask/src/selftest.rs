@@ -2,16 +2,14 @@
 
 use std::ffi::OsString;
 use std::path::Path;
-use std::sync::Arc;
 
-use anyhow::Context;
 use can_wire::time::Time;
 use clap::Args;
 use firmware_images::support::board::{Board, help};
+use firmware_images::support::fleet;
 use firmware_images::support::output::{self, Silently};
 use twin::board::{BoardConfig, Fittings};
 use twin::crystal::Crystal;
-use twin::image::Image;
 use twin::rtt::Level;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
@@ -62,8 +60,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 
 /// Prints what the image says on an emulated board.
 fn fly(board: &Board, image: &Path) -> anyhow::Result<()> {
-    let elf = std::fs::read(image).with_context(|| format!("cannot read {}", image.display()))?;
-    let image = Arc::new(Image::parse(&elf).with_context(|| format!("{} is no image", image.display()))?);
+    let image = fleet::image(image)?;
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     spacecraft.add_board(BoardConfig {
         name: "selftest".to_owned(),

@@ -1,5 +1,6 @@
 //! Minimal slaves (ECSS 9) and the shipped master.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
 
 use can_wire::time::Time;
@@ -55,18 +56,10 @@ pub fn librecube(setups: &[BoardSetup]) -> Flight {
     Flight::of(setups, |setup| minimal(setup, setup.config(), &minimal_image(setup.board, "librecube")))
 }
 
-/// Frames of `node` on either bus after `from`.
-fn of(flight: &Recording, node: u8, from: Time) -> impl Iterator<Item = &Seen> {
-    let sender = flight.board(node).0;
-    flight.frames.iter().filter(move |seen| seen.sender == sender && seen.end > from)
-}
-
 /// COB-IDs that `node` has sent.
 pub fn ids_of(flight: &Recording, node: u8) -> Vec<u16> {
-    let mut ids: Vec<u16> = of(flight, node, Time::ZERO).map(|seen| seen.id().unwrap()).collect();
-    ids.sort_unstable();
-    ids.dedup();
-    ids
+    let ids: BTreeSet<u16> = flight.of(node).map(|seen| seen.id().unwrap()).collect();
+    ids.into_iter().collect()
 }
 
 /// When the nominal bus breaks next to the master in [`mixed`].
@@ -74,18 +67,14 @@ pub const MIXED_CUT: Time = ms(2_013);
 
 /// A master, two full slaves, and two minimal ones: one on both buses, one with this board on one bus at a time (Figure A-6).
 pub fn mixed(selective: &'static str) -> Recording {
-    let mut flight = librecube(&[
+    let flight = librecube(&[
         MASTER_SETUP,
         MASTER_AND_THREE[1],
         MASTER_AND_THREE[2],
         BoardSetup { node: MINIMAL, position_m: 15.0, power_on_ms: 170, ..MASTER_AND_THREE[2] },
         BoardSetup { node: SELECTIVE, board: selective, ..MASTER_AND_THREE[3] },
     ]);
-    flight.fly(MIXED_CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(15_500);
-    flight.assert_nothing_lost();
-    flight.seen
+    flight.cut_next_to_master(MIXED_CUT, 15_500)
 }
 
 /// Those on both buses follow at the first message of the master there, the selective one after Ttoggle consumer times of 2.5 s.
@@ -101,7 +90,5 @@ pub fn assert_slaves_followed(mixed: &Recording) {
     let (found, _) = mixed.heartbeats(SELECTIVE, Bus::Redundant)[0];
     let taken = found.since(last);
     assert!(about(ms(12_500), ms(625)).contains(&taken), "{} us", taken.as_us());
-    for node in [MASTER, 2, 3, MINIMAL, SELECTIVE] {
-        assert!(mixed.is_operational(node, Bus::Redundant), "node {node}\n{}", mixed.log(node));
-    }
+    mixed.assert_operational([MASTER, 2, 3, MINIMAL, SELECTIVE], Bus::Redundant);
 }

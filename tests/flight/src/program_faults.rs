@@ -28,7 +28,7 @@ const WORDS: u32 = CODE + 0x40;
 /// # Panics
 /// When there is no memory.
 pub fn word_at(flight: &Flight, node: u8, address: u32) -> u32 {
-    let bytes = flight.twin.board(flight.board(node)).read_memory(address, 4).unwrap();
+    let bytes = flight.emulated(node).read_memory(address, 4).unwrap();
     u32::from_le_bytes(bytes.try_into().unwrap())
 }
 
@@ -46,7 +46,7 @@ pub struct Task {
 /// # Panics
 /// When the image has no such list.
 pub fn tasks(flight: &Flight, node: u8) -> Vec<Task> {
-    let list = flight.twin.board(flight.board(node)).symbol("boards_stm32f4::supervisor::TASK_LIST").unwrap();
+    let list = flight.emulated(node).symbol("boards_stm32f4::supervisor::TASK_LIST").unwrap();
     let words: Vec<u32> = (0..list.size / 4).map(|n| word_at(flight, node, list.address + 4 * n)).collect();
     let is_ram = |word: &u32| word >> 24 == 0x20;
     let is_name =
@@ -57,6 +57,14 @@ pub fn tasks(flight: &Flight, node: u8) -> Vec<Task> {
         Task { header, name: *name }
     });
     tasks.collect()
+}
+
+/// The task whose name begins with these four characters.
+///
+/// # Panics
+/// When there is none.
+pub fn task_named(flight: &Flight, node: u8, name: &[u8; 4]) -> Task {
+    tasks(flight, node).into_iter().find(|task| task.name.to_le_bytes() == *name).unwrap()
 }
 
 /// The place in the header of a task that holds the function that polls it: the only address of code there.
@@ -78,7 +86,7 @@ pub fn halfwords(code: &[u16]) -> Vec<u8> {
 
 /// Resets of a board by its program or its watchdog.
 pub fn resets(flight: &Flight, node: u8) -> u64 {
-    let counters = flight.twin.board(flight.board(node)).counters();
+    let counters = flight.emulated(node).counters();
     counters.system_resets + counters.watchdog_resets
 }
 
@@ -87,10 +95,9 @@ pub fn resets(flight: &Flight, node: u8) -> u64 {
 /// # Panics
 /// When it is not reset within 5 s.
 pub fn end_program(flight: &mut Flight, node: u8, task: Task, code: &[u8]) -> Time {
-    let id = flight.board(node);
     let before = resets(flight, node);
     let at = poll_function(flight, node, task);
-    let board = flight.twin.board_mut(id);
+    let board = flight.emulated_mut(node);
     // A minimal slave has no record, and notes no task: the word goes to the end of its RAM.
     let running = board
         .symbol("boards_stm32f4::post_mortem::record::RUNNING")

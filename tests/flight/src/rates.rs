@@ -26,13 +26,11 @@ pub fn assert_flies(kbit: u64) {
     let images = at(kbit, "standard");
     let mut flight = Flight::with(&MASTER_AND_THREE[..3], &images);
     flight.fly(CUT);
+    flight.assert_operational([2, 3], Bus::Nominal);
     for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
         // A command each period, since the slave is operational.
         assert!(flight.executed(node) >= 7, "node {node}: {}", flight.executed(node));
-        let stamped = flight.twin.board(flight.board(node));
-        let bytes = stamped.read_memory(stamped.symbol("DIAGNOSTICS").unwrap().address + 4 * 8, 4).unwrap();
-        let stamps = u32::from_le_bytes(bytes.try_into().unwrap());
+        let stamps = flight.diagnostics(node).stamps.captured;
         assert!(stamps >= 7, "node {node} stamped {stamps} SYNCs");
     }
     // Without data, 44 bits and what is stuffed into 34 of them.
@@ -50,8 +48,8 @@ pub fn assert_flies(kbit: u64) {
     let bound = PERIOD + ms(5) + bits(kbit, 16 * (135 + 20) + 350);
     let taken = first.start.since(CUT);
     assert!(taken < bound, "{} us of {}", taken.as_us(), bound.as_us());
+    flight.assert_operational([2, 3], Bus::Redundant);
     for (node, before) in [2, 3].into_iter().zip(before) {
-        assert!(flight.is_operational(node, Bus::Redundant), "node {node}\n{}", flight.log(node));
         assert!(flight.executed(node) >= before + 7, "node {node}");
     }
     flight.assert_nothing_lost();
@@ -62,12 +60,12 @@ pub fn assert_flies(kbit: u64) {
 pub fn assert_carries_a_slave(kbit: u64) {
     let mut flight = Flight::with(&MASTER_AND_THREE[..2], &at(kbit, "librecube"));
     flight.fly_to(2_000);
-    assert!(flight.is_operational(2, Bus::Nominal), "{}", flight.log(2));
+    flight.assert_operational([2], Bus::Nominal);
     assert!(flight.executed(2) >= 10, "{}", flight.executed(2));
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     let before = flight.executed(2);
     flight.fly_to(4_000);
-    assert!(flight.is_operational(2, Bus::Redundant), "{}", flight.log(2));
+    flight.assert_operational([2], Bus::Redundant);
     assert!(flight.executed(2) >= before + 10, "{}", flight.executed(2));
     flight.assert_nothing_lost();
 }

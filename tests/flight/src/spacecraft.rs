@@ -8,12 +8,14 @@ use std::sync::{Arc, LazyLock, Mutex};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings, State};
+use firmware_images::support::counters::Counters;
+use firmware_images::support::diagnostics::Diagnostics;
+use twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
 use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
 use twin::pin::Pin;
-use twin::spacecraft::{BoardId, Bus, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
+use twin::spacecraft::{BoardId, Bus, GuestId, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
 
 pub const MASTER: u8 = 1;
 
@@ -50,6 +52,26 @@ pub fn parsed(path: &Path) -> Arc<Image> {
     PARSED.lock().unwrap().entry(path.to_owned()).or_insert_with(parse).clone()
 }
 
+/// A board with this program, without straps, at the left end of both wires, powered from the start.
+pub fn bare(board: &str, image: Arc<Image>) -> BoardConfig {
+    BoardConfig {
+        name: "bare".to_owned(),
+        model: Model::shipped(board),
+        image,
+        straps: Vec::new(),
+        crystal: Crystal::ppm(0.0),
+        position_m: 0.0,
+        power_on_at: Time::ZERO,
+        fittings: Fittings::default(),
+    }
+}
+
+/// Words of a variable of the image that a board runs.
+pub fn words<const N: usize>(board: &EmulatedBoard, variable: &str) -> [u32; N] {
+    let bytes = board.read_memory(board.symbol(variable).unwrap().address, 4 * N).unwrap();
+    std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
+}
+
 /// One board of a test.
 #[derive(Clone, Copy, Debug)]
 pub struct BoardSetup {
@@ -77,22 +99,16 @@ impl BoardSetup {
         })
     }
 
-    /// What is emulated.
-    pub fn model(self) -> Model {
-        Model::shipped(self.board)
-    }
-
     /// With these images.
     pub fn with(self, [master, slave]: &Images) -> BoardConfig {
+        let image = if self.node == MASTER { master } else { slave };
         BoardConfig {
             name: format!("node {}", self.node),
-            model: self.model(),
-            image: if self.node == MASTER { master } else { slave }.clone(),
             straps: self.straps(),
             crystal: Crystal::ppm(self.ppm),
             position_m: self.position_m,
             power_on_at: ms(self.power_on_ms),
-            fittings: Fittings::default(),
+            ..bare(self.board, image.clone())
         }
     }
 
@@ -187,8 +203,18 @@ impl Recording {
 
     /// Data frames of one identifier that `node` sent on `bus`.
     pub fn sent(&self, node: u8, bus: Bus, id: u16) -> impl Iterator<Item = &Seen> {
+        self.of(node).filter(move |seen| seen.bus == bus && seen.id() == Some(id))
+    }
+
+    /// Frames that `node` sent on either bus.
+    pub fn of(&self, node: u8) -> impl DoubleEndedIterator<Item = &Seen> {
         let sender = self.board(node).0;
-        self.on(bus).filter(move |seen| seen.sender == sender && seen.id() == Some(id))
+        self.frames.iter().filter(move |seen| seen.sender == sender)
+    }
+
+    /// Data frames of one identifier on either bus, of any sender.
+    pub fn with_id(&self, id: u16) -> impl DoubleEndedIterator<Item = &Seen> {
+        self.frames.iter().filter(move |seen| seen.id() == Some(id))
     }
 
     /// Frames that completed on `bus`.
@@ -214,12 +240,51 @@ impl Recording {
 
     /// Whether the last thing that `node` said of itself, on either bus, was "operational" on `bus`, and that just now.
     pub fn is_operational(&self, node: u8, bus: Bus) -> bool {
-        let sender = self.board(node).0;
         let id = 0x700 + u16::from(node);
-        let last = self.frames.iter().rfind(|seen| seen.sender == sender && seen.id() == Some(id));
-        last.is_some_and(|seen| {
+        self.of(node).rfind(|seen| seen.id() == Some(id)).is_some_and(|seen| {
             seen.bus == bus && seen.data() == [OPERATIONAL] && self.end.since(seen.end) < ms(300)
         })
+    }
+
+    /// These nodes are operational on `bus`.
+    #[track_caller]
+    pub fn assert_operational(&self, nodes: impl IntoIterator<Item = u8>, bus: Bus) {
+        for node in nodes {
+            assert!(
+                self.is_operational(node, bus),
+                "node {node} at {:?} on {bus:?}\n{}",
+                self.end,
+                self.log(node)
+            );
+        }
+    }
+
+    /// These nodes said in no heartbeat after `from` that they are pre-operational.
+    #[track_caller]
+    pub fn assert_kept_running(&self, nodes: impl IntoIterator<Item = u8>, from: Time) {
+        for node in nodes {
+            assert!(!self.fell_back(node, from), "node {node} after {from:?}\n{}", self.log(node));
+        }
+    }
+
+    /// `node` neither sent nor tried to send anything after `from`, and acknowledged nothing.
+    #[track_caller]
+    pub fn assert_absent(&self, node: u8, from: Time) {
+        let took_part = |seen: &&Seen| seen.end > from && seen.reached.contains(&node);
+        assert_eq!(self.frames.iter().find(took_part), None, "node {node} acknowledges");
+        assert_eq!(self.driven(node, from), 0, "node {node} sends\n{}", self.log(node));
+    }
+
+    /// How often `node` began to send after `from`: frames and attempts on both buses.
+    pub fn driven(&self, node: u8, from: Time) -> usize {
+        let attempts = Bus::ALL.into_iter().flat_map(|bus| self.attempts(node, bus));
+        self.of(node).filter(|seen| seen.start > from).count() + attempts.filter(|at| *at > from).count()
+    }
+
+    /// Data of the emergencies of `node` after `from`, on either bus. One is announced again to a master that the node finds.
+    pub fn emergencies(&self, node: u8, from: Time) -> impl Iterator<Item = &[u8]> {
+        let id = Some(0x080 + u16::from(node));
+        self.of(node).filter(move |seen| seen.id() == id && seen.end > from).map(Seen::data)
     }
 
     /// Whether `node` said "pre-operational" in a heartbeat after `from`, on either bus.
@@ -241,6 +306,13 @@ impl Recording {
         line.map(|log| log.at)
     }
 
+    /// `node` said something that contains `text` after `from`: when it did so first.
+    #[track_caller]
+    pub fn assert_said(&self, node: u8, text: &str, from: Time) -> Time {
+        self.said(node, text, from)
+            .unwrap_or_else(|| panic!("node {node} has not said {text:?}, but\n{}", self.log(node)))
+    }
+
     /// Everything that `node` said, for messages of failed tests.
     pub fn log(&self, node: u8) -> String {
         let board = self.board(node);
@@ -258,6 +330,13 @@ impl Flight {
     /// Boards with these images.
     pub fn with(setups: &[BoardSetup], images: &Images) -> Flight {
         Flight::of(setups, |setup| setup.with(images))
+    }
+
+    /// Boards with the images of profile `librecube`, and a foreign controller on `bus`, behind them.
+    pub fn with_guest(setups: &[BoardSetup], bus: Bus) -> (Flight, GuestId) {
+        let mut flight = Flight::new(setups);
+        let guest = flight.twin.add_guest(bus, 30.0);
+        (flight, guest)
     }
 
     /// With `fittings` of each node.
@@ -293,11 +372,8 @@ impl Flight {
         self.seen.logs.extend(self.twin.take_logs());
         for wire in self.twin.take_frames() {
             if let Observation::Completed { trace, receivers, .. } = &wire.record {
-                let mut reached: Vec<u8> = receivers
-                    .iter()
-                    .filter_map(|(index, _)| self.setups.get(*index))
-                    .map(|setup| setup.node)
-                    .collect();
+                let boards = receivers.iter().filter_map(|(index, _)| self.setups.get(*index));
+                let mut reached: Vec<u8> = boards.map(|setup| setup.node).collect();
                 reached.sort_unstable();
                 self.seen.frames.push(Seen {
                     bus: wire.bus,
@@ -310,6 +386,15 @@ impl Flight {
             }
             self.seen.records.push(wire);
         }
+    }
+
+    /// Flies until the nominal bus breaks next to the master at `cut`, and on to `end_ms`. Nothing may be lost.
+    pub fn cut_next_to_master(mut self, cut: Time, end_ms: u64) -> Recording {
+        self.fly(cut);
+        self.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        self.fly_to(end_ms);
+        self.assert_nothing_lost();
+        self.seen
     }
 
     /// Flies in small steps until a frame completes for which `what` holds, which it returns.
@@ -328,61 +413,62 @@ impl Flight {
         panic!("nothing like that happened until {} us", self.end.as_us())
     }
 
-    /// Frames that passed the filters of `node` since its last reset and that its node never handled.
-    pub fn lost_frames(&self, node: u8) -> u64 {
-        let admitted = self.twin.board(self.board(node)).admitted();
-        let [nominal, redundant] = self.diagnostics(node, 1);
-        admitted - u64::from(nominal) - u64::from(redundant)
+    /// Answer of `node` to an SDO request that a guest sends now.
+    pub fn ask(&mut self, guest: GuestId, node: u8, request: [u8; 8]) -> [u8; 8] {
+        self.twin.inject(guest, self.end, WireFrame::standard(0x600 + u16::from(node), &request));
+        let id = Some(0x580 + u16::from(node));
+        let answer = self.fly_until(|seen| seen.bus == guest.bus && seen.id() == id);
+        answer.data().try_into().unwrap()
     }
 
-    /// Interrupts of both controllers of `node` since its last reset: results, received frames, changes of error state.
-    pub fn interrupts(&self, node: u8) -> [u32; 3] {
-        self.diagnostics(node, 5)
+    /// The emulated board of `node`.
+    pub fn emulated(&self, node: u8) -> &EmulatedBoard {
+        self.twin.board(self.board(node))
+    }
+
+    /// The same, to be changed.
+    pub fn emulated_mut(&mut self, node: u8) -> &mut EmulatedBoard {
+        let board = self.board(node);
+        self.twin.board_mut(board)
+    }
+
+    /// Resets `node` by its pin.
+    pub fn reset(&mut self, node: u8) {
+        let board = self.board(node);
+        self.twin.reset(board);
+    }
+
+    /// Frames that passed the filters of `node` since its last reset and that its node never handled.
+    pub fn lost_frames(&self, node: u8) -> u64 {
+        self.emulated(node).admitted() - self.diagnostics(node).frames()
+    }
+
+    /// What the image of `node` counted since its last reset.
+    pub fn diagnostics(&self, node: u8) -> Diagnostics {
+        Diagnostics::read(self.emulated(node)).unwrap()
     }
 
     /// Commands that `node` executed since its last reset, or that the application of the master sent.
     pub fn executed(&self, node: u8) -> u32 {
-        self.application(node)[0]
+        self.counters(node).commands
     }
 
     /// Commands that slave `node` dropped as repeats since its last reset.
     pub fn repeats(&self, node: u8) -> u32 {
-        self.application(node)[4]
+        self.counters(node).repeats
     }
 
-    /// Words of the counters that the image of `node` exports, from the `first` on.
-    fn diagnostics<const N: usize>(&self, node: u8, first: usize) -> [u32; N] {
-        let [magic] = self.words(node, "DIAGNOSTICS", 0);
-        assert_eq!(magic, u32::from_le_bytes(*b"ECAN"));
-        self.words(node, "DIAGNOSTICS", first)
-    }
-
-    /// What the application of `node` counts: commands, requests, replies, skipped turns, repeats.
-    fn application(&self, node: u8) -> [u32; 5] {
-        self.words(node, "mission::counters::COUNTERS", 0)
-    }
-
-    /// Words of a variable, from the `first` on.
-    fn words<const N: usize>(&self, node: u8, variable: &str, first: usize) -> [u32; N] {
-        let board = self.twin.board(self.board(node));
-        let symbol = board.symbol(variable).unwrap();
-        let bytes = board.read_memory(symbol.address + 4 * first as u32, 4 * N).unwrap();
-        std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
+    fn counters(&self, node: u8) -> Counters {
+        Counters::read(self.emulated(node)).unwrap().unwrap()
     }
 
     /// No board panicked, locked up, stands still, or was reset by its program.
     pub fn assert_sound(&self) {
         for (id, board) in self.twin.boards() {
-            let name = &board.config().name;
+            let (name, log) = (&board.config().name, self.log(self.setups[id.0].node));
             let counters = board.counters();
-            assert_eq!(*board.state(), State::Running, "{name}\n{}", self.log(self.setups[id.0].node));
-            assert_eq!(
-                (counters.panics, counters.lockups),
-                (0, 0),
-                "{name}\n{}",
-                self.log(self.setups[id.0].node)
-            );
-            assert_eq!(counters.malformed_logs, 0, "{name}");
+            let faults = (counters.panics, counters.lockups, counters.malformed_logs);
+            assert_eq!((board.state(), faults), (&State::Running, (0, 0, 0)), "{name}\n{log}");
         }
     }
 
@@ -409,6 +495,16 @@ pub fn telemetry(flight: &Flight, node: u8, code: u16) -> Vec<u8> {
     let replies = flight.sent(node, Bus::Nominal, 0x380 + u16::from(node));
     let last = replies.filter(|seen| seen.data()[..2] == code.to_le_bytes()).last();
     last.unwrap().data()[2..].to_vec()
+}
+
+/// The next telemetry request after `from` for which `is_asked` holds reaches `node` on `bus` and is answered there within 2 ms.
+pub fn assert_replies(flight: &Recording, node: u8, bus: Bus, from: Time, is_asked: impl Fn(&[u8]) -> bool) {
+    let [request, reply] = [0x400, 0x380].map(|function| Some(function + u16::from(node)));
+    let request = flight.first_after(from, |seen| seen.id() == request && is_asked(seen.data())).unwrap();
+    let reply = flight.first_after(request.end, |seen| seen.id() == reply).unwrap();
+    assert_eq!((request.bus, reply.bus), (bus, bus), "node {node}");
+    assert!(reply.end < request.end + ms(2), "node {node} at {} us", request.end.as_us());
+    assert_eq!(reply.data()[..2], request.data()[..2], "node {node}");
 }
 
 /// Milliseconds as a time.

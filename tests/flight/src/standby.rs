@@ -61,10 +61,3 @@ pub fn heartbeats(flight: &Recording, board: BoardId) -> Vec<(Time, Time, Bus)> 
 pub fn is_active(flight: &Recording, board: BoardId) -> bool {
     heartbeats(flight, board).last().is_some_and(|(_, end, _)| flight.end.since(*end) < ms(110))
 }
-
-/// Everything that a board put on a wire, whole or not, after `from`.
-pub fn drove(flight: &Recording, node: u8, from: Time) -> usize {
-    let frames = flight.frames.iter().filter(|seen| seen.sender == flight.board(node).0 && seen.start > from);
-    frames.count()
-        + Bus::ALL.into_iter().flat_map(|bus| flight.attempts(node, bus)).filter(|at| *at > from).count()
-}

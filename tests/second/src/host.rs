@@ -17,6 +17,20 @@ const UNTIL_IT_IS_HEARD: Span = Span::from_secs(60);
 /// Bytes that the application gives or takes at once.
 const CHUNK: usize = 50;
 
+/// Gives bytes to a download.
+pub fn push(client: &mut Client, rest: &mut &[u8]) {
+    let pushed = client.push(rest.get(..CHUNK).unwrap_or(rest));
+    *rest = rest.get(pushed..).unwrap_or_default();
+}
+
+/// Takes bytes of an upload; how many.
+pub fn pull(client: &mut Client, value: &mut Vec<u8>) -> usize {
+    let mut part = [0; CHUNK];
+    let pulled = client.pull(&mut part);
+    value.extend(part.iter().take(pulled));
+    pulled
+}
+
 /// The client of one server.
 pub struct Host {
     channel: Channel,
@@ -54,10 +68,7 @@ impl Host {
     ) -> anyhow::Result<Result<usize, Error>> {
         self.client.start_download(at, value.len(), mode);
         let mut rest = value;
-        self.transfer(|client| {
-            let pushed = client.push(rest.get(..CHUNK).unwrap_or(rest));
-            rest = rest.get(pushed..).unwrap_or_default();
-        })
+        self.transfer(|client| push(client, &mut rest))
     }
 
     /// Reads a value of at most `most` bytes.
@@ -67,17 +78,9 @@ impl Host {
     pub fn upload(&mut self, at: Address, most: usize, mode: Mode) -> anyhow::Result<Result<Vec<u8>, Error>> {
         self.client.start_upload(at, most, mode);
         let mut value = Vec::new();
-        let mut pull = |client: &mut Client| {
-            let mut part = [0; CHUNK];
-            let pulled = client.pull(&mut part);
-            value.extend(part.iter().take(pulled));
-            pulled
-        };
-        let outcome = self.transfer(|client| {
-            pull(client);
-        })?;
+        let outcome = self.transfer(|client| _ = pull(client, &mut value))?;
         // What came last is still there.
-        while pull(&mut self.client) > 0 {}
+        while pull(&mut self.client, &mut value) > 0 {}
         if let Ok(size) = outcome {
             ensure!(value.len() == size, "{} bytes of {size}", value.len());
         }

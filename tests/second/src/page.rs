@@ -100,12 +100,14 @@ pub struct Folder {
     here: PathBuf,
     /// Searched for programs before PATH.
     tools: Option<PathBuf>,
+    /// By the last commands.
+    printed: String,
 }
 
 impl Folder {
     /// The folder `top`, with the programs of PATH.
     pub fn new(top: &Path) -> Folder {
-        Folder { top: top.into(), here: top.into(), tools: None }
+        Folder { top: top.into(), here: top.into(), tools: None, printed: String::new() }
     }
 
     /// Searches the folder `tools` for programs before PATH.
@@ -119,10 +121,31 @@ impl Folder {
     /// # Errors
     /// When the link cannot be made.
     #[cfg(unix)]
-    pub fn keep_target(&self, name: &str) -> anyhow::Result<()> {
+    fn keep_target(&self, name: &str) -> anyhow::Result<()> {
         let target = root()?.join("target/page");
         fs::create_dir_all(&target)?;
         std::os::unix::fs::symlink(target, self.top.join(name).join("target"))?;
+        Ok(())
+    }
+
+    /// Follows a step but for [`Step::Background`]: writes a file, runs commands, or compares what those before it printed. Keeps what is
+    /// compiled for the package that `cargo new` makes.
+    ///
+    /// # Errors
+    /// When a file cannot be written, a command fails, or prints something else.
+    #[cfg(unix)]
+    pub fn follow(&mut self, step: &Step) -> anyhow::Result<()> {
+        match step {
+            Step::File(path, text) => self.write(path, text)?,
+            Step::Run(commands) => {
+                self.printed = self.run(commands)?;
+                if commands.starts_with("cargo new") {
+                    self.keep_target("heater")?;
+                }
+            }
+            Step::Output(expected) => ensure!(self.printed.ends_with(expected), "{}", self.printed),
+            Step::Background(command) => bail!("the command goes on running: {command}"),
+        }
         Ok(())
     }
 
@@ -141,7 +164,7 @@ impl Folder {
     ///
     /// # Errors
     /// When one of them fails.
-    pub fn run(&mut self, commands: &str) -> anyhow::Result<String> {
+    fn run(&mut self, commands: &str) -> anyhow::Result<String> {
         let note = self.top.join(".here");
         let script = format!("set -e\n{commands}\npwd > '{}'\n", note.display());
         let output = self.shell(&script).output().context("cannot run sh")?;

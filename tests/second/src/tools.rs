@@ -17,6 +17,25 @@ pub fn workspace() -> PathBuf {
     firmware_images::support::project::path("")
 }
 
+/// Files below `folder` with this extension, without build results and hidden folders, each with its text.
+///
+/// # Panics
+/// When one cannot be read.
+pub fn files(folder: &Path, extension: &str) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            found.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|found| found == extension) {
+            let text = std::fs::read_to_string(&path).expect("a text");
+            found.push((path, text));
+        }
+    }
+    found
+}
+
 /// Makes sure that these are installed.
 ///
 /// # Errors

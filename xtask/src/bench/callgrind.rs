@@ -11,23 +11,11 @@ use firmware_images::support::project;
 /// Where its programs are built: apart from all else, so that no flags of others reach them.
 const TARGET_DIR: &str = "target/bench/build";
 
-/// Builds a benchmark of a package of the workspace as `--release` has it; returns its program.
+/// Builds the program that these arguments of cargo choose, in a profile; returns its path.
 ///
 /// # Errors
-/// When the package does not compile.
-pub fn build_benchmark(package: &str, bench: &str) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package, "--bench", bench], "release")
-}
-
-/// Builds an example of a package of the workspace as `cargo test` has it; returns its program.
-///
-/// # Errors
-/// When the example does not compile.
-pub fn build_example(package: &str, example: &str) -> anyhow::Result<PathBuf> {
-    compile(&["--package", package, "--example", example], "dev")
-}
-
-fn compile(what: &[&str], profile: &str) -> anyhow::Result<PathBuf> {
+/// When it does not compile.
+pub fn build(what: &[&str], profile: &str) -> anyhow::Result<PathBuf> {
     let mut cargo = Command::new("cargo");
     cargo.current_dir(project::path("")).args(["build", "--locked", "--quiet", "--profile", profile]);
     cargo.args(["--message-format", "json-render-diagnostics", "--target-dir", TARGET_DIR]).args(what);

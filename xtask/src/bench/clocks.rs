@@ -23,7 +23,7 @@ use ecss_can::types::Address;
 use firmware_images::Images;
 use firmware_images::support::fleet;
 
-use crate::bench::context::FLOWN;
+use crate::bench::context::{FLOWN, board};
 
 /// Node-ID (1 is the master), metres, parts per million, parts per million per second.
 const BOARDS: [(u8, f64, f64, f64); 4] =
@@ -164,10 +164,6 @@ impl Flight {
             let spread = TRANSCEIVER_NS - TRANSCEIVER_SPREAD_NS..=TRANSCEIVER_NS + TRANSCEIVER_SPREAD_NS;
             let transceiver = Some(Transceiver::with_loop(random.u32(spread)));
             spacecraft.add_board(BoardConfig {
-                name: format!("node {node}"),
-                model: FLOWN.model(),
-                image: if node == 1 { &master } else { &slave }.clone(),
-                straps: FLOWN.straps(node),
                 crystal: Crystal {
                     white_ppb: WHITE_PPB,
                     walk_ppb: WALK_PPB,
@@ -181,6 +177,7 @@ impl Flight {
                     transceiver,
                     ..Fittings::default()
                 },
+                ..board(node, if node == 1 { &master } else { &slave })
             });
         }
         let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, scenario.load, seed, CONFIGURED);
@@ -294,21 +291,20 @@ impl Flight {
         let ([low, high], [a, b, c, d]) = (address.index.to_le_bytes(), value.to_le_bytes());
         let request = [command, low, high, address.sub, a, b, c, d];
         let response = WireId::Standard(0x580 + u16::from(node));
-        let start = self.trial.spacecraft().now();
-        self.trial.spacecraft().take_heard(self.client);
         let request = WireFrame::standard(0x600 + u16::from(node), &request);
+        let start = self.now();
+        self.trial.spacecraft().take_heard(self.client);
         self.trial.spacecraft().inject(self.client, start, request);
-        while self.trial.spacecraft().now() < start + PATIENCE {
-            let next = self.trial.spacecraft().now() + Time::from_ms(1);
+        while self.now() < start + PATIENCE {
+            let next = self.now() + Time::from_ms(1);
             self.run_until(next)?;
-            let heard = self.trial.spacecraft().take_heard(self.client).into_iter();
-            let answers = heard.filter_map(|(_, event)| match event {
-                GuestEvent::Received(frame) if frame.id == response => Some(frame.data),
-                _ => None,
-            });
-            let mut answers = answers.filter(|data| data[1..4] == request.data[1..4]);
-            if let Some(data) = answers.next() {
-                return Ok(data);
+            for (_, event) in self.trial.spacecraft().take_heard(self.client) {
+                if let GuestEvent::Received(frame) = event
+                    && frame.id == response
+                    && frame.data[1..4] == request.data[1..4]
+                {
+                    return Ok(frame.data);
+                }
             }
         }
         Err(anyhow::anyhow!("no answer within {} us", PATIENCE.as_us()))

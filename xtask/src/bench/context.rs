@@ -2,10 +2,13 @@
 
 use std::cell::{OnceCell, RefCell};
 use std::ops::ControlFlow;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use can_wire::time::Time;
 use firmware_images::{Images, LOG};
+use twin::board::{BoardConfig, Fittings};
+use twin::crystal::Crystal;
+use twin::image::Image;
 
 use demo::flight::Flight;
 use demo::mission;
@@ -15,6 +18,20 @@ use firmware_images::support::fleet;
 
 /// The board that flies on the twin.
 pub static FLOWN: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
+
+/// The board of a node with this image: straps of the node, a perfect crystal, at 0 m, powered from the start.
+pub fn board(node: u8, image: &Arc<Image>) -> BoardConfig {
+    BoardConfig {
+        name: format!("node {node}"),
+        model: FLOWN.model(),
+        image: image.clone(),
+        straps: FLOWN.straps(node),
+        crystal: Crystal::ppm(0.0),
+        position_m: 0.0,
+        power_on_at: Time::ZERO,
+        fittings: Fittings::default(),
+    }
+}
 
 /// Handed to every area.
 #[derive(Default)]

@@ -17,9 +17,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use serde::Deserialize;
 
+use super::page::rewrite;
 use super::stored::Stored;
 use super::table::grouped;
 use crate::compliance;
@@ -63,23 +64,17 @@ impl Figures {
     /// When a file cannot be read.
     pub fn with(stored: &Stored) -> anyhow::Result<Figures> {
         let mut all = BTreeMap::new();
-        for (name, row) in stored.rows() {
-            if let (Some(value), Some(unit)) = (row["value"].as_f64(), row["unit"].as_str()) {
-                all.insert(name.to_owned(), (value, unit.to_owned()));
-            }
-        }
+        all.extend(stored.rows().filter_map(|(name, row)| {
+            Some((name.to_owned(), (row["value"].as_f64()?, row["unit"].as_str()?.to_owned())))
+        }));
         let read = |path: &str| {
             fs::read_to_string(project::path(path)).with_context(|| format!("cannot read {path}"))
         };
-        all.extend(
-            results(&read("xtask/bench/results.json")?)?
-                .into_iter()
-                .map(|(name, entry)| (name, (entry.value, entry.unit))),
-        );
-        let requirements = compliance::numbers().map(|(name, number)| {
+        let results = results(&read("xtask/bench/results.json")?)?;
+        all.extend(results.into_iter().map(|(name, entry)| (name, (entry.value, entry.unit))));
+        all.extend(compliance::numbers().map(|(name, number)| {
             (format!("requirements.{name}"), (number as f64, "requirements".to_owned()))
-        });
-        all.extend(requirements);
+        }));
         all.extend(searches(&read("tests/search/states.txt")?)?);
         Ok(Figures { all })
     }
@@ -94,10 +89,9 @@ impl Figures {
             .with_context(|| format!("'{form}' is not unit and decimals, as in 'KiB.1'"))?;
         let decimals: usize =
             decimals.parse().with_context(|| format!("'{decimals}' is no number of decimals"))?;
-        let value = value
-            / scale(unit, wanted)
-                .with_context(|| format!("'{name}' has the unit '{unit}', not '{wanted}'"))?;
-        Ok(grouped(&format!("{value:.decimals$}"), ','))
+        let scale =
+            scale(unit, wanted).with_context(|| format!("'{name}' has the unit '{unit}', not '{wanted}'"))?;
+        Ok(grouped(&format!("{:.decimals$}", value / scale), ','))
     }
 }
 
@@ -135,36 +129,19 @@ fn searches(text: &str) -> anyhow::Result<Vec<(String, Figure)>> {
     text.lines().map(search).collect()
 }
 
-/// A piece of a page.
-enum Piece<'a> {
-    Text(&'a str),
-    Figure(&'a str),
-}
-
-/// Splits a page at its figures.
-fn pieces(page: &str) -> anyhow::Result<Vec<Piece<'_>>> {
-    let (mut all, mut rest) = (Vec::new(), page);
+/// The page with all of its figures as they are stored.
+fn with_figures(page: &str, figures: &Figures) -> anyhow::Result<String> {
+    let (mut text, mut rest) = (String::new(), page);
     while let Some((before, marked)) = rest.split_once(START) {
         let marker = marked.lines().next().unwrap_or_default();
         let (marker, _) = marker
             .split_once(START_ENDS)
             .with_context(|| format!("no '{START_ENDS}' follows '{START}{marker}'"))?;
-        let (_, after) =
-            marked.split_once(END).ok_or_else(|| anyhow!("no '{END}' follows '{START}{marker}'"))?;
-        all.extend([Piece::Text(before), Piece::Figure(marker)]);
-        rest = after;
+        (_, rest) =
+            marked.split_once(END).with_context(|| format!("no '{END}' follows '{START}{marker}'"))?;
+        text.extend([before, START, marker, START_ENDS, &figures.text(marker)?, END]);
     }
-    all.push(Piece::Text(rest));
-    Ok(all)
-}
-
-/// The page with all of its figures as they are stored.
-fn with_figures(page: &str, figures: &Figures) -> anyhow::Result<String> {
-    let piece = |piece: Piece| match piece {
-        Piece::Text(text) => Ok(text.to_owned()),
-        Piece::Figure(marker) => Ok(format!("{START}{marker}{START_ENDS}{}{END}", figures.text(marker)?)),
-    };
-    pieces(page)?.into_iter().map(piece).collect()
+    Ok(text + rest)
 }
 
 /// Writes the figures of all pages anew.
@@ -173,13 +150,7 @@ fn with_figures(page: &str, figures: &Figures) -> anyhow::Result<String> {
 /// When a page cannot be read or written, or names a figure that is not stored.
 pub fn update(stored: &Stored) -> anyhow::Result<()> {
     let figures = Figures::with(stored)?;
-    for page in PAGES {
-        let path = project::path(page);
-        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {page}"))?;
-        let text = with_figures(&text, &figures).with_context(|| format!("cannot update {page}"))?;
-        fs::write(&path, text).with_context(|| format!("cannot write {page}"))?;
-    }
-    Ok(())
+    PAGES.iter().try_for_each(|page| rewrite(page, |text| with_figures(text, &figures)))
 }
 
 #[cfg(test)]
@@ -231,30 +202,21 @@ mod tests {
         Figures { all: all.map(|(name, figure)| (name.to_owned(), figure)).into() }
     }
 
-    /// Numbers with a unit that stand outside of figures and code.
+    /// Numbers with a unit that stand outside of figures and code. The words of a figure begin with its marker.
     fn loose(page: &str) -> Vec<String> {
-        let text: String = pieces(page)
-            .unwrap()
-            .into_iter()
-            .map(|piece| if let Piece::Text(text) = piece { text } else { "figure" })
-            .collect();
-        let prose = text.lines().filter(|line| !line.starts_with("    "));
+        let is_number = |word: &str| {
+            word.starts_with(|letter: char| letter.is_ascii_digit())
+                && !word.contains(|letter: char| letter.is_alphabetic())
+        };
         let mut found = Vec::new();
-        for line in prose {
+        for line in page.lines().filter(|line| !line.starts_with("    ")) {
             let plain: String = line.split('`').step_by(2).collect();
             let words: Vec<&str> = plain
                 .split_whitespace()
                 .map(|word| word.trim_matches(|letter: char| !letter.is_alphanumeric() && letter != '%'))
                 .collect();
-            let is_number = |word: &str| {
-                word.starts_with(|letter: char| letter.is_ascii_digit())
-                    && !word.contains(|letter: char| letter.is_alphabetic())
-            };
-            for pair in words.windows(2) {
-                if is_number(pair[0]) && UNITS.contains(&pair[1]) {
-                    found.push(pair.join(" "));
-                }
-            }
+            let pairs = words.windows(2).filter(|pair| is_number(pair[0]) && UNITS.contains(&pair[1]));
+            found.extend(pairs.map(|pair| pair.join(" ")));
         }
         found
     }

@@ -26,6 +26,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use console::style;
 
+pub use self::areas::clock_errors;
 use self::areas::{ALL, Area};
 use self::context::{Context, FLOWN};
 use self::row::Row;
@@ -36,7 +37,6 @@ use firmware_images::support::misuse::Misuse;
 use firmware_images::support::needs::{Need, provide};
 use firmware_images::support::output::{line, note, text, warn};
 use firmware_images::support::project;
-use twin::pulses::Errors;
 
 /// Name of the command.
 const COMMAND: &str = "bench";
@@ -81,10 +81,6 @@ struct Output {
     #[arg(long)]
     store: bool,
 
-    /// Print the rows of this run as JSON, not as a table
-    #[arg(long)]
-    json: bool,
-
     /// Where the rows of this run go [default: target/bench/summary.json of the project]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -121,14 +117,6 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     judge(&measured, &options.output)
 }
 
-/// Errors of three clocks from 30 s to 60 s of a run with SYNC at 1 Hz, a pulse every 10 ms.
-///
-/// # Errors
-/// When the images cannot be built or run.
-pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
-    areas::clock_errors(&Context::default())
-}
-
 /// The area `size` alone, then the biggest symbols.
 ///
 /// # Errors
@@ -137,7 +125,7 @@ pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
     let context = Context::default();
     let areas: Vec<_> = ALL.iter().filter(|area| area.name == "size").collect();
     let measured = measure("sizes", &context, &areas, &options.output)?;
-    if !options.output.json && options.symbols > 0 {
+    if options.symbols > 0 {
         text(areas::biggest_symbols(&context, options.symbols)?)?;
     }
     judge(&measured, &options.output)
@@ -165,19 +153,13 @@ fn measure(
     for area in areas {
         note(format_args!("{} {}: {}", style("measuring").dim().for_stderr(), area.name, area.about));
         let rows = (area.measure)(context)?;
-        if !output.json {
-            table::lines(area.name, &rows).iter().try_for_each(line)?;
-        }
+        table::lines(area.name, &rows).iter().try_for_each(line)?;
         measured.areas.push((area.name.to_owned(), rows));
     }
     let json = serde_json::to_string_pretty(&stored::as_json(&measured)?)?;
     fs::write(&out, format!("{json}\n")).with_context(|| format!("cannot write {}", out.display()))?;
-    if output.json {
-        line(json)?;
-    } else {
-        let compiler = &measured.compiler;
-        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&out)))?;
-    }
+    let compiler = &measured.compiler;
+    line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&out)))?;
     Ok(measured)
 }
 
@@ -204,7 +186,7 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
         let commit = commit();
         areas.iter().try_for_each(|(area, rows)| stored.replace(area, rows, compiler, &commit))?;
         stored.write(&path)?;
-        page::update(&page::path(), &stored)?;
+        page::update(&stored)?;
         return figures::update(&stored);
     }
     if output.check {
@@ -222,7 +204,7 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
         };
     }
     let broken = areas.iter().flat_map(|(area, rows)| {
-        let broken = rows.iter().filter(|row| row.holds() == Some(false));
+        let broken = rows.iter().filter(|row| row.holds == Some(false));
         broken.map(move |row| format!("{area}.{}", row.name))
     });
     let broken: Vec<String> = broken.collect();

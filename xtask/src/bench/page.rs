@@ -12,7 +12,6 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde_json::Value;
@@ -25,19 +24,26 @@ const START: &str = "<!-- rows: ";
 const START_ENDS: &str = " -->";
 const END: &str = "<!-- end of rows -->";
 
-/// Path of the page.
-pub fn path() -> PathBuf {
-    project::path("docs/performance.md")
-}
+/// Path of the page from the root of the project.
+const PAGE: &str = "docs/performance.md";
 
-/// Writes the tables of the page at `path` anew.
+/// Writes the tables of the page anew.
 ///
 /// # Errors
 /// When it cannot be read or written, or as [`with_tables`].
-pub fn update(path: &Path, stored: &Stored) -> anyhow::Result<()> {
-    let page = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let page = with_tables(&page, stored).with_context(|| format!("cannot update {}", path.display()))?;
-    fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))
+pub fn update(stored: &Stored) -> anyhow::Result<()> {
+    rewrite(PAGE, |page| with_tables(page, stored))
+}
+
+/// Writes a page of the project anew.
+///
+/// # Errors
+/// When it cannot be read or written, and those of `change`.
+pub fn rewrite(page: &str, change: impl FnOnce(&str) -> anyhow::Result<String>) -> anyhow::Result<()> {
+    let path = project::path(page);
+    let text = fs::read_to_string(&path).with_context(|| format!("cannot read {page}"))?;
+    let text = change(&text).with_context(|| format!("cannot update {page}"))?;
+    fs::write(&path, text).with_context(|| format!("cannot write {page}"))
 }
 
 /// Returns the page with tables of these rows.
@@ -164,7 +170,7 @@ Text
     #[test]
     fn page_is_as_stored() {
         let stored = Stored::read(&crate::bench::stored::path()).unwrap();
-        let page = fs::read_to_string(path()).unwrap();
+        let page = fs::read_to_string(project::path(PAGE)).unwrap();
         let expected = with_tables(&page, &stored).unwrap();
         let differs = page.lines().zip(expected.lines()).find(|(page, expected)| page != expected);
         assert!(
@@ -176,7 +182,7 @@ Text
     #[test]
     fn row_with_a_target_is_in_one_table_of_the_page() {
         let stored = Stored::read(&crate::bench::stored::path()).unwrap();
-        let page = fs::read_to_string(path()).unwrap();
+        let page = fs::read_to_string(project::path(PAGE)).unwrap();
         let patterns: Vec<_> = page.lines().filter_map(patterns).flat_map(str::split_whitespace).collect();
         for (name, _) in stored.rows().filter(|(_, row)| row.get("target").is_some()) {
             assert_eq!(patterns.iter().filter(|pattern| is_match(pattern, name)).count(), 1, "{name}");

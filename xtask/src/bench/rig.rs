@@ -7,10 +7,9 @@ use anyhow::Context as _;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
-use twin::crystal::Crystal;
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
-use super::context::{Context, FLOWN};
+use super::context::{Context, FLOWN, board};
 use firmware_images::support::board::Profile;
 use firmware_images::support::counters::Counters;
 use firmware_images::support::diagnostics::Diagnostics;
@@ -73,14 +72,9 @@ impl Rig {
         let images = context.images(&FLOWN, profile)?;
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         let slave = spacecraft.add_board(BoardConfig {
-            name: format!("node {node}"),
-            image: fleet::image(&images.slave)?,
-            model: FLOWN.model(),
-            straps: FLOWN.straps(node),
-            crystal: Crystal::ppm(0.0),
             position_m: SLAVE_AT_M,
-            power_on_at: Time::ZERO,
             fittings: Fittings { flash_timing, ..Fittings::default() },
+            ..board(node, &fleet::image(&images.slave)?)
         });
         let masters = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
         let client = spacecraft.add_guest(Bus::Nominal, 0.0);

@@ -1,12 +1,13 @@
 //! One figure of the benchmarks: its name, value, unit and what it should be.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::Number;
 
 /// A figure. Its area stands before its name in the summary: `load.frames`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Within its area. It is not written with the row, but is the key of it.
+    #[serde(skip)]
     pub name: String,
     /// What was measured.
     pub value: Number,
@@ -15,8 +16,13 @@ pub struct Row {
     /// Which way is progress.
     pub better: Better,
     /// The bound that the value must not pass, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<Number>,
+    /// Whether the target is met, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub holds: Option<bool>,
     /// Differs from run to run: made of wall-clock times.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub noisy: bool,
 }
 
@@ -33,8 +39,8 @@ pub enum Better {
 impl Row {
     /// A figure that should be small.
     pub fn lower(name: impl Into<String>, value: impl Figure, unit: &'static str) -> Row {
-        let better = Better::Lower;
-        Row { name: name.into(), value: value.number(), unit, better, target: None, noisy: false }
+        let (name, value, better) = (name.into(), value.number(), Better::Lower);
+        Row { name, value, unit, better, target: None, holds: None, noisy: false }
     }
 
     /// A figure that should be large.
@@ -44,21 +50,25 @@ impl Row {
 
     /// With a bound: the value may reach it and not pass it.
     pub fn within(self, target: impl Figure) -> Row {
-        Row { target: Some(target.number()), ..self }
+        let target = target.number();
+        let holds = self.value.as_f64().zip(target.as_f64()).map(|(value, target)| match self.better {
+            Better::Lower => value <= target,
+            Better::Higher => value >= target,
+        });
+        Row { target: Some(target), holds, ..self }
+    }
+
+    /// With a bound, if there is one.
+    pub fn within_any(self, target: Option<impl Figure>) -> Row {
+        match target {
+            Some(target) => self.within(target),
+            None => self,
+        }
     }
 
     /// Made of wall-clock times.
     pub fn noisy(self) -> Row {
         Row { noisy: true, ..self }
-    }
-
-    /// Whether the target is met; `None` without one.
-    pub fn holds(&self) -> Option<bool> {
-        let (value, target) = (self.value.as_f64()?, self.target.as_ref()?.as_f64()?);
-        Some(match self.better {
-            Better::Lower => value <= target,
-            Better::Higher => value >= target,
-        })
     }
 }
 
@@ -81,26 +91,6 @@ impl Figure for f64 {
     }
 }
 
-impl Serialize for Row {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Fields<'a> {
-            value: &'a Number,
-            unit: &'a str,
-            #[serde(skip_serializing_if = "Option::is_none")]
-            target: &'a Option<Number>,
-            better: Better,
-            #[serde(skip_serializing_if = "Option::is_none")]
-            holds: Option<bool>,
-            #[serde(skip_serializing_if = "std::ops::Not::not")]
-            noisy: bool,
-        }
-        let Row { value, unit, better, target, noisy, .. } = self;
-        Fields { value, unit, target, better: *better, holds: self.holds(), noisy: *noisy }
-            .serialize(serializer)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -120,10 +110,10 @@ mod tests {
 
     #[test]
     fn a_target_may_be_reached_and_not_passed() {
-        let lower = |value: u64| Row::lower("x", value, "bytes").within(10).holds();
+        let lower = |value: u64| Row::lower("x", value, "bytes").within(10).holds;
         assert_eq!([lower(9), lower(10), lower(11)], [Some(true), Some(true), Some(false)]);
-        let higher = |value: f64| Row::higher("x", value, "percent").within(95.0).holds();
+        let higher = |value: f64| Row::higher("x", value, "percent").within(95.0).holds;
         assert_eq!([higher(94.9), higher(95.0), higher(99.0)], [Some(false), Some(true), Some(true)]);
-        assert_eq!(Row::lower("x", 1, "bytes").holds(), None);
+        assert_eq!(Row::lower("x", 1, "bytes").holds, None);
     }
 }

@@ -96,7 +96,7 @@ impl Stored {
             let mut value = serde_json::to_value(row)?;
             let stored = before.get(&key).unwrap_or(&Value::Null);
             if let Some(reason) = stored.get("reason")
-                && row.holds() == Some(false)
+                && row.holds == Some(false)
             {
                 value["reason"] = reason.clone();
             }
@@ -111,13 +111,10 @@ impl Stored {
 
     /// Compares the rows of an area with the stored ones. Returns a sentence for each difference that counts.
     pub fn findings(&self, area: &str, rows: &[Row]) -> Vec<String> {
-        let key = |row: &Row| format!("{area}.{}", row.name);
-        let mut findings: Vec<String> =
-            rows.iter().filter_map(|row| self.finding(area, &key(row), row)).collect();
-        let measured: Vec<String> = rows.iter().map(key).collect();
+        let measured: Vec<String> = rows.iter().map(|row| format!("{area}.{}", row.name)).collect();
+        let differing = measured.iter().zip(rows).filter_map(|(key, row)| self.finding(area, key, row));
         let missing = self.rows.keys().filter(|key| is_of(area, key) && !measured.contains(key));
-        findings.extend(missing.map(|key| format!("{key} is stored but was not measured")));
-        findings
+        differing.chain(missing.map(|key| format!("{key} is stored but was not measured"))).collect()
     }
 
     fn finding(&self, area: &str, key: &str, row: &Row) -> Option<String> {
@@ -127,23 +124,19 @@ impl Stored {
         };
         let (now, before) = (value.as_f64()?, stored.get("value")?.as_f64()?);
         let target = row.target.as_ref().map(ToString::to_string).unwrap_or_default();
-        if row.holds() == Some(false) {
-            if stored.get("holds").and_then(Value::as_bool) == Some(true) {
+        if row.holds == Some(false) {
+            if stored["holds"] == true {
                 return Some(format!("{key} is {value} {unit}: its target {target} held before"));
             }
-            if stored.get("reason").and_then(Value::as_str).is_none_or(str::is_empty) {
+            if reason(stored).is_none() {
                 return Some(format!(
                     "{key} is {value} {unit}: its target {target} does not hold, without a reason"
                 ));
             }
         }
-        if is_ratcheted(area, row)
-            && let Some(worse) = worse_than_best(key, stored, row)
-        {
-            return Some(worse);
-        }
+        let worse = is_ratcheted(area, row).then(|| worse_than_best(key, stored, row)).flatten();
         let differs = !row.noisy && (now - before).abs() > TOLERANCE * before.abs();
-        differs.then(|| format!("{key} is {value} {unit}: {before} is stored"))
+        worse.or_else(|| differs.then(|| format!("{key} is {value} {unit}: {before} is stored")))
     }
 }
 
@@ -181,6 +174,11 @@ fn is_worse(row: &Row, now: f64, other: f64) -> bool {
     loss(row, now, other) > TOLERANCE * other.abs()
 }
 
+/// The reason that stands beside a value, if there is one.
+fn reason(value: &Value) -> Option<&str> {
+    value["reason"].as_str().filter(|reason| !reason.is_empty())
+}
+
 /// The number `value` within a field of a stored row.
 fn value_of(stored: &Value, field: &str) -> Option<f64> {
     stored.get(field)?.get("value")?.as_f64()
@@ -212,8 +210,7 @@ fn worse_than_best(key: &str, stored: &Value, row: &Row) -> Option<String> {
     if !is_worse(row, now, best) {
         return None;
     }
-    let reason = stored.get(ACCEPTED).and_then(|accepted| accepted.get("reason")).and_then(Value::as_str);
-    let accepted = value_of(stored, ACCEPTED).filter(|_| reason.is_some_and(|reason| !reason.is_empty()));
+    let accepted = value_of(stored, ACCEPTED).filter(|_| reason(&stored[ACCEPTED]).is_some());
     if accepted.is_some_and(|accepted| !is_worse(row, now, accepted)) {
         return None;
     }
@@ -235,6 +232,7 @@ mod tests {
     use super::*;
 
     const AREA: &str = "rx";
+    const KEY: &str = "rx.latency";
 
     fn row(value: u64) -> Row {
         Row::lower("latency", value, "model_cycles").within(1_500)
@@ -248,40 +246,37 @@ mod tests {
 
     fn with_reason(row: Row) -> Stored {
         let mut stored = stored(row);
-        stored.rows.get_mut("rx.latency").unwrap()["reason"] = "the heartbeat comes first".into();
+        stored.rows.get_mut(KEY).unwrap()["reason"] = "the heartbeat comes first".into();
         stored
     }
 
     #[test]
-    fn equal_rows_have_no_finding() {
-        assert_eq!(stored(row(1_000)).findings(AREA, &[row(1_000)]), [""; 0]);
-        assert_eq!(stored(row(1_000)).findings(AREA, &[row(1_030)]), [""; 0], "3 % are allowed");
-        assert_eq!(with_reason(row(2_000)).findings(AREA, &[row(2_000)]), [""; 0]);
-    }
-
-    #[test]
-    fn value_that_differs_is_found() {
+    fn rows_that_differ_or_miss_their_target_are_found() {
+        let noisy = |value| row(value).noisy();
+        for (stored, measured, expected) in [
+            (stored(row(1_000)), row(1_000), None),
+            (stored(row(1_000)), row(1_030), None),
+            (stored(row(1_000)), row(969), Some("is 969 model_cycles: 1000 is stored")),
+            (with_reason(row(2_000)), row(2_000), None),
+            (stored(row(1_490)), row(1_501), Some("is 1501 model_cycles: its target 1500 held before")),
+            (
+                stored(row(2_000)),
+                row(2_000),
+                Some("is 2000 model_cycles: its target 1500 does not hold, without a reason"),
+            ),
+            // Noise may differ, but holds its target.
+            (stored(noisy(1_000)), noisy(1_500), None),
+            (stored(noisy(1_000)), noisy(1_501), Some("is 1501 model_cycles: its target 1500 held before")),
+        ] {
+            let expected: Vec<_> = expected.iter().map(|text| format!("{KEY} {text}")).collect();
+            assert_eq!(stored.findings(AREA, std::slice::from_ref(&measured)), expected, "{measured:?}");
+        }
         let mut others = Stored::default();
         others.replace("irq", &[row(1_000)], "rustc 1", "c0ffee").unwrap();
         for value in [969, 1_031] {
             let expected = format!("irq.latency is {value} model_cycles: 1000 is stored");
             assert_eq!(others.findings("irq", &[row(value)]), [expected]);
         }
-        let better = stored(row(1_000)).findings(AREA, &[row(969)]);
-        assert_eq!(better, ["rx.latency is 969 model_cycles: 1000 is stored"]);
-    }
-
-    #[test]
-    fn target_that_held_before_is_found() {
-        let findings = stored(row(1_490)).findings(AREA, &[row(1_501)]);
-        assert_eq!(findings, ["rx.latency is 1501 model_cycles: its target 1500 held before"]);
-    }
-
-    #[test]
-    fn target_without_a_reason_is_found() {
-        let findings = stored(row(2_000)).findings(AREA, &[row(2_000)]);
-        let expected = "rx.latency is 2000 model_cycles: its target 1500 does not hold, without a reason";
-        assert_eq!(findings, [expected]);
     }
 
     #[test]
@@ -299,15 +294,7 @@ mod tests {
         assert_eq!(rows.findings(AREA, &[row(1_900)]), [""; 0]);
         assert_eq!(rows.compiler(), Some("rustc 2"));
         rows.replace(AREA, &[row(1_400)], "rustc 2", "c0ffee").unwrap();
-        assert!(rows.rows["rx.latency"].get("reason").is_none());
-    }
-
-    #[test]
-    fn noisy_row_may_differ_but_holds_its_target() {
-        let stored = stored(row(1_000).noisy());
-        assert_eq!(stored.findings(AREA, &[row(1_500).noisy()]), [""; 0]);
-        let findings = stored.findings(AREA, &[row(1_501).noisy()]);
-        assert_eq!(findings, ["rx.latency is 1501 model_cycles: its target 1500 held before"]);
+        assert!(rows.rows[KEY].get("reason").is_none());
     }
 
     /// Rows that were stored one after the other by one compiler, on the commits 0, 1, ...
@@ -321,7 +308,7 @@ mod tests {
 
     /// The same row with an accepted value.
     fn accepting(mut stored: Stored, value: u64, reason: &str) -> Stored {
-        stored.rows.get_mut("rx.latency").unwrap()[ACCEPTED] = json!({ "value": value, "reason": reason });
+        stored.rows.get_mut(KEY).unwrap()[ACCEPTED] = json!({ "value": value, "reason": reason });
         stored
     }
 
@@ -356,8 +343,8 @@ mod tests {
             [(1_230, Some(1_200.0)), (1_100, Some(1_100.0)), (1_110, Some(1_100.0)), (1_020, None)]
         {
             rows.replace(AREA, &[row(value)], "rustc 1", "7").unwrap();
-            assert_eq!(value_of(&rows.rows["rx.latency"], ACCEPTED), accepted, "{value}");
-            assert_eq!(value_of(&rows.rows["rx.latency"], BEST), Some(1_000.0));
+            assert_eq!(value_of(&rows.rows[KEY], ACCEPTED), accepted, "{value}");
+            assert_eq!(value_of(&rows.rows[KEY], BEST), Some(1_000.0));
         }
     }
 
@@ -365,19 +352,17 @@ mod tests {
     fn best_values_of_another_compiler_are_dropped() {
         let mut rows = accepting(history(&[row(1_000), row(1_200)]), 1_200, "a feature");
         rows.replace("irq", &[row(1)], "rustc 2", "7").unwrap();
-        assert!(
-            rows.rows["rx.latency"].get(BEST).is_none() && rows.rows["rx.latency"].get(ACCEPTED).is_none()
-        );
+        assert_eq!([BEST, ACCEPTED].map(|field| rows.rows[KEY].get(field)), [None; 2]);
         assert_eq!(rows.findings(AREA, &[row(1_200)]), [""; 0]);
         rows.replace(AREA, &[row(1_300)], "rustc 2", "8").unwrap();
-        assert_eq!(rows.rows["rx.latency"][BEST], json!({ "value": 1_300, "commit": "8" }));
+        assert_eq!(rows.rows[KEY][BEST], json!({ "value": 1_300, "commit": "8" }));
     }
 
     #[test]
     fn best_of_a_row_of_high_values_is_the_highest() {
         let share = |value: u64| Row::higher("latency", value, "percent");
         let rows = history(&[share(90), share(100), share(98)]);
-        assert_eq!(rows.rows["rx.latency"][BEST], json!({ "value": 100, "commit": "1" }));
+        assert_eq!(rows.rows[KEY][BEST], json!({ "value": 100, "commit": "1" }));
         assert_eq!(rows.findings(AREA, &[share(97)]), [""; 0]);
         assert_eq!(rows.findings(AREA, &[share(96)]).len(), 1);
     }

@@ -15,7 +15,7 @@ fn line(area: &str, row: &Row) -> String {
         let bound = if row.better == Better::Lower { "at most" } else { "at least" };
         format!("{bound} {}", number(target))
     });
-    let verdict = match row.holds() {
+    let verdict = match row.holds {
         Some(true) => style("holds").green().to_string(),
         Some(false) => style("DOES NOT HOLD").red().bold().to_string(),
         None if row.noisy => "noisy".into(),

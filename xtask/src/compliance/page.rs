@@ -100,7 +100,7 @@ pub fn write(
             "| {} | {} | {} | {} | {} | {} | {} | {} |",
             row.id,
             row.text,
-            row.who,
+            format!("{:?}", row.who).to_lowercase(),
             tests.join("<br>"),
             ours(Kind::Reading),
             ours(Kind::Extension),

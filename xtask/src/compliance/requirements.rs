@@ -1,7 +1,5 @@
 //! The two tables of the standard that we answer, and how we interpret it, as rows.
 
-use std::fmt;
-
 use serde::Deserialize;
 
 /// A requirement of ECSS-E-ST-50-15C.
@@ -75,17 +73,6 @@ pub enum Who {
     Integrator,
     /// Nobody: a clause of the standard, named in the remark, permits it.
     Tailored,
-}
-
-impl fmt::Display for Who {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Who::Software => "software",
-            Who::Board => "board",
-            Who::Integrator => "integrator",
-            Who::Tailored => "tailored",
-        })
-    }
 }
 
 /// A section of CiA 301 in Table 11-1 of the standard.

@@ -8,7 +8,7 @@ use anyhow::Context;
 use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
 
 /// What a doc comment says is verified, and by what.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tag {
     /// From the root of the repository.
     pub file: String,
@@ -79,17 +79,17 @@ pub fn read(text: &str, reading: &Reading) -> anyhow::Result<Source> {
         text.parse().map_err(|error| anyhow::anyhow!("{error}")).with_context(|| reading.file.clone())?;
     let mut reader = Reader::default();
     reader.read(tokens);
-    let mut tags = reader.tags;
     // A comment that is no doc comment is not among the tokens.
-    let documented: Vec<usize> =
-        tags.iter().flat_map(|tag| tag.lines.clone()).chain(reader.module_lines).collect();
     for (line, text) in (1..).zip(text.lines()) {
-        if is_tag_comment(text) && !documented.contains(&line) {
-            tags.push(Found { lines: vec![line], ids: ids(text), ..Found::default() });
+        if is_tag_comment(text) && !reader.documented.contains(&line) {
+            reader.tags.push(Tag { line, ids: ids(text), ..Tag::default() });
         }
     }
-    let tags = tags.into_iter().map(|found| found.tag(reading)).collect();
-    Ok(Source { tags, modules: reader.modules })
+    for tag in &mut reader.tags {
+        tag.file.clone_from(&reading.file);
+        tag.runs &= reading.is_tested;
+    }
+    Ok(Source { tags: reader.tags, modules: reader.modules })
 }
 
 fn is_tag_comment(line: &str) -> bool {
@@ -103,37 +103,14 @@ const MARK: &str = "Verifies:";
 const SLIP: &str = "Notices:";
 
 #[derive(Default)]
-struct Found {
-    lines: Vec<usize>,
-    function: String,
-    is_test: bool,
-    ids: Vec<String>,
-    of_module: Vec<String>,
-    noticed: Vec<String>,
-}
-
-impl Found {
-    fn tag(self, reading: &Reading) -> Tag {
-        Tag {
-            file: reading.file.clone(),
-            line: self.lines.first().copied().unwrap_or(0),
-            runs: self.is_test && reading.is_tested && !self.function.is_empty(),
-            function: self.function,
-            ids: self.ids,
-            of_module: self.of_module,
-            noticed: self.noticed,
-        }
-    }
-}
-
-#[derive(Default)]
 struct Reader {
-    tags: Vec<Found>,
+    tags: Vec<Tag>,
     modules: Vec<Module>,
     around: Vec<String>,
     /// Requirements that the modules around name in their own comments.
     of_modules: Vec<String>,
-    module_lines: Vec<usize>,
+    /// Lines of doc comments with tags.
+    documented: Vec<usize>,
 }
 
 /// Attributes before an item.
@@ -204,8 +181,8 @@ impl Reader {
         }
         self.tag(attributes, String::new());
         self.of_modules.truncate(outer);
-        let has_tests = self.tags.iter().skip(tags).any(|tag| tag.is_test);
-        self.module_lines.extend(&own.lines);
+        let has_tests = self.tags[tags..].iter().any(|tag| tag.runs);
+        self.documented.extend(&own.lines);
         if !own.lines.is_empty() && !has_tests {
             self.tag(Attributes { is_test: false, ..own }, String::new());
         }
@@ -217,7 +194,10 @@ impl Reader {
         if lines.is_empty() && of_module.is_empty() {
             return;
         }
-        self.tags.push(Found { lines, function, is_test: is_test && !is_ignored, ids, of_module, noticed });
+        let line = lines.first().copied().unwrap_or(0);
+        let runs = is_test && !is_ignored && !function.is_empty();
+        self.documented.extend(lines);
+        self.tags.push(Tag { line, function, runs, ids, of_module, noticed, ..Tag::default() });
     }
 }
 

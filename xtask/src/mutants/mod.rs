@@ -85,41 +85,17 @@ pub struct Options {
     source: Source,
 }
 
-/// Code that has the mutants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Subject {
-    Protocol,
-    Applications,
-    Redundancy,
-}
-
-impl Subject {
-    /// What found the mutants of the first step, if there are two.
-    const fn first_finder(self) -> Option<&'static str> {
-        match self {
-            Subject::Protocol => Some("by the tests by clause"),
-            Subject::Applications => None,
-            Subject::Redundancy => Some("with one fault"),
-        }
-    }
-}
+/// Configurations whose tests meet the mutants: the first one all, each other one those that were missed before it.
+type Steps = &'static [&'static str];
 
 impl Options {
-    fn subject(&self) -> Subject {
+    /// The steps, and what found the mutants of the first one, if there are two.
+    fn steps(&self) -> (Steps, Option<&'static str>) {
         match self {
-            Options { applications: true, .. } => Subject::Applications,
-            Options { redundancy: true, .. } => Subject::Redundancy,
-            _ => Subject::Protocol,
-        }
-    }
-
-    /// Configurations whose tests meet the mutants: the first one all, each other one those that were missed before it.
-    fn steps(&self) -> &'static [&'static str] {
-        match self.subject() {
-            Subject::Applications => &[APPLICATIONS],
-            Subject::Redundancy => &[ONE_FAULT, TWO_FAULTS],
-            Subject::Protocol if self.by_clause => &[CLAUSES],
-            Subject::Protocol => &[CLAUSES, ALL],
+            Options { applications: true, .. } => (&[APPLICATIONS], None),
+            Options { redundancy: true, .. } => (&[ONE_FAULT, TWO_FAULTS], Some("with one fault")),
+            Options { by_clause: true, .. } => (&[CLAUSES], Some("by the tests by clause")),
+            _ => (&[CLAUSES, ALL], Some("by the tests by clause")),
         }
     }
 }
@@ -137,7 +113,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         };
     }
     let program = MUTANTS.find(&options.source)?;
-    let list = cargo_mutants(&program, options.steps()[0]).arg("--list").output().with_context(cannot_run)?;
+    let (steps, finder) = options.steps();
+    let list = cargo_mutants(&program, steps[0]).arg("--list").output().with_context(cannot_run)?;
     ensure!(list.status.success(), "cargo mutants --list failed:\n{}", String::from_utf8_lossy(&list.stderr));
     let list = String::from_utf8(list.stdout).context("the list of mutants")?;
     let all: Vec<_> = list.lines().filter_map(Mutant::read).collect();
@@ -146,8 +123,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         return sample.iter().try_for_each(|mutant| output::line(mutant.name));
     }
     output::note(format_args!("{} of {} mutants, seed {}", sample.len(), all.len(), options.seed));
-    let outcome = try_all(&program, &sample, options)?;
-    report(&outcome, sample.len(), options.subject())?;
+    let outcome = try_all(&program, &sample, steps, &options.out)?;
+    report(&outcome, sample.len(), finder)?;
     let ((found, viable), at_least) = (outcome.share(), options.at_least);
     ensure!(
         found * 100 >= viable * usize::from(at_least),
@@ -157,14 +134,13 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 }
 
 /// Runs the tests of the first step against these mutants, and those of each other step against the missed ones.
-fn try_all(program: &Path, sample: &[Mutant<'_>], options: &Options) -> anyhow::Result<Outcome> {
-    let (first, others) = options.steps().split_first().context("a step")?;
-    let mut outcome = attempt(program, sample, first, &options.out)?;
-    for config in others {
+fn try_all(program: &Path, sample: &[Mutant<'_>], steps: Steps, out: &Path) -> anyhow::Result<Outcome> {
+    let mut outcome = attempt(program, sample, steps[0], out)?;
+    for config in &steps[1..] {
         let is_missed = |mutant: &&Mutant<'_>| outcome.missed.iter().any(|name| name == mutant.name);
         let missed: Vec<Mutant<'_>> = sample.iter().filter(is_missed).copied().collect();
         if !missed.is_empty() {
-            outcome = outcome.after(attempt(program, &missed, config, &options.out)?);
+            outcome = outcome.after(attempt(program, &missed, config, out)?);
         }
     }
     Ok(outcome)
@@ -211,13 +187,12 @@ fn cannot_run() -> String {
 ///
 /// # Errors
 /// When some of the sample were not tried.
-fn report(outcome: &Outcome, sampled: usize, subject: Subject) -> anyhow::Result<()> {
+fn report(outcome: &Outcome, sampled: usize, finder: Option<&str>) -> anyhow::Result<()> {
     for name in &outcome.missed {
         output::line(format_args!("missed: {name}"))?;
     }
     let (found, viable) = outcome.share();
     let [endless, unviable] = [&outcome.timeout, &outcome.unviable].map(Vec::len);
-    let finder = subject.first_finder();
     let by_first = finder.map_or(String::new(), |finder| format!(" {} of them {finder},", outcome.by_first));
     output::line(format_args!(
         "{found} of {viable} mutants caught,{by_first} {endless} by a test that did not end; {unviable} more do not compile"

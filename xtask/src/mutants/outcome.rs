@@ -33,9 +33,8 @@ impl Outcome {
             let text =
                 fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
             let names = sample.iter().map(|mutant| mutant.name);
-            anyhow::Ok(
-                names.filter(|name| text.lines().any(|line| line == *name)).map(str::to_owned).collect(),
-            )
+            let listed = names.filter(|name| text.lines().any(|line| line == *name));
+            anyhow::Ok(listed.map(str::to_owned).collect())
         };
         let (caught, timeout): (Vec<_>, Vec<_>) = (list("caught.txt")?, list("timeout.txt")?);
         let by_first = caught.len() + timeout.len();

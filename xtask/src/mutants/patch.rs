@@ -12,6 +12,7 @@
 //! The command must fail on the patched code, and its output must contain the text of `Finds`: a command that fails for another
 //! reason has not found the defect.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -47,23 +48,23 @@ impl Head {
     /// # Errors
     /// The first line that is wrong, or the first key that is missing.
     pub fn parse(text: &str) -> Result<Head, String> {
-        let mut values: [Option<&str>; KEYS.len()] = [None; KEYS.len()];
+        let mut values = BTreeMap::new();
         let is_diff = |line: &&str| line.starts_with("diff --git ") || line.starts_with("--- ");
         for line in text.lines().take_while(|line| !is_diff(line)).filter(|line| !line.trim().is_empty()) {
-            let entry = line.split_once(": ");
-            let place = entry.and_then(|(key, _)| KEYS.iter().position(|known| *known == key));
-            let (Some(place), Some((key, value))) = (place, entry) else {
-                return Err(format!("{line:?} is not allowed before the diff; allowed are {}", allowed()));
-            };
-            if values[place].replace(value.trim()).is_some() {
+            let entry = line.split_once(": ").filter(|(key, _)| KEYS.contains(key));
+            let (key, value) = entry.ok_or_else(|| {
+                format!("{line:?} is not allowed before the diff; allowed are {}", allowed())
+            })?;
+            if values.insert(key, value.trim()).is_some() {
                 return Err(format!("two lines \"{key}: ...\"; allowed is one"));
             }
         }
-        let value = |place: usize| {
-            let found = values[place].filter(|value| !value.is_empty());
-            found.ok_or_else(|| format!("no line \"{}: ...\" before the diff", KEYS[place]))
+        let value = |key| {
+            let found = values.get(key).filter(|value| !value.is_empty());
+            found.copied().ok_or_else(|| format!("no line \"{key}: ...\" before the diff"))
         };
-        let (rule, defect, command, finds) = (value(0)?, value(1)?, value(2)?, value(3)?);
+        let [rule, defect, command, finds] = KEYS.map(value);
+        let (rule, defect, command, finds) = (rule?, defect?, command?, finds?);
         let mut words = command.split_whitespace().map(str::to_owned);
         if words.next().as_deref() != Some("cargo") {
             return Err(format!("the command {command:?} does not begin with \"cargo\""));
@@ -108,11 +109,8 @@ impl Patch {
             git.env("GIT_CEILING_DIRECTORIES", above);
         }
         let output = git.output().context("cannot run git")?;
-        Ok(if output.status.success() {
-            Ok(())
-        } else {
-            Err(String::from_utf8_lossy(&output.stderr).trim().to_owned())
-        })
+        let complaint = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+        Ok(if output.status.success() { Ok(()) } else { Err(complaint) })
     }
 }
 

@@ -22,27 +22,23 @@ const SHOWN: usize = 20;
 /// [`Misuse`] that names the first patch whose head is wrong or that does not apply.
 pub fn read(files: &[PathBuf]) -> anyhow::Result<Vec<Patch>> {
     let root = project::path("").canonicalize().context("the folder of the project")?;
-    let all: Vec<PathBuf>;
+    let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard", "*.patch"];
     let files = if files.is_empty() {
-        let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard", "*.patch"];
         let known = copy::git(&root, &[], &list)?;
+        let known = known.split_terminator('\0').map(|file| root.join(file));
         // A file that was deleted is known until the deletion is committed.
-        all =
-            known.split_terminator('\0').map(|file| root.join(file)).filter(|file| file.is_file()).collect();
-        &all
+        known.filter(|file| file.is_file()).collect()
     } else {
-        files
+        files.to_vec()
     };
     let refuse = |text: String| Misuse::of(COMMAND, format!("--patch {text}"));
-    let mut patches = Vec::new();
-    for file in files {
+    let read = |file: &PathBuf| {
         let patch = Patch::read(file).map_err(refuse)?;
-        patch
-            .apply(&root, &["--check"])?
-            .map_err(|error| refuse(format!("{}: does not apply: {error}", file.display())))?;
-        patches.push(patch);
-    }
-    Ok(patches)
+        let outcome = patch.apply(&root, &["--check"])?;
+        outcome.map_err(|error| refuse(format!("{}: does not apply: {error}", file.display())))?;
+        Ok(patch)
+    };
+    files.iter().map(read).collect()
 }
 
 /// Prints name and command of each patch.

@@ -1,18 +1,9 @@
 //! `bench` through the command line: its file, and that figures repeat.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
 use serde_json::Value;
+use std::path::Path;
 
-fn bench(out: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(["bench", "--out"])
-        .arg(out)
-        .args(arguments)
-        .output()
-        .expect("xtask starts")
-}
+use crate::XTASK;
 
 fn rows(out: &Path) -> Value {
     let text = std::fs::read_to_string(out).expect("the summary is written");
@@ -20,23 +11,17 @@ fn rows(out: &Path) -> Value {
 }
 
 #[test]
-fn figures_repeat_on_stdout_and_in_the_summary() {
+fn figures_repeat_in_the_summary() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let out = here.path().join("new/summary.json");
-    assert!(bench(&out, &["--only", "irq"]).status.success());
+    let irq = ["bench", "--only", "irq", "--out", out.to_str().expect("UTF-8")];
+    assert_eq!(XTASK.run(&irq).0, 0);
     let first = rows(&out);
     let row = &first["irq.cut_bus"];
-    assert_eq!(
-        (row["unit"].as_str(), row["better"].as_str()),
-        (Some("interrupts_per_second"), Some("lower"))
-    );
-    assert!(
-        first["toolchain"]["value"].as_str().is_some_and(|compiler| compiler.starts_with("rustc ")),
-        "{first}"
-    );
+    assert_eq!([&row["unit"], &row["better"]], ["interrupts_per_second", "lower"]);
+    let compiler = first["toolchain"]["value"].as_str();
+    assert!(compiler.is_some_and(|compiler| compiler.starts_with("rustc ")), "{first}");
 
-    let again = bench(&out, &["--only", "irq", "--json"]);
+    assert_eq!(XTASK.run(&irq).0, 0);
     assert_eq!(rows(&out), first, "the same figures");
-    let printed: Value = serde_json::from_slice(&again.stdout).expect("JSON on stdout");
-    assert_eq!(printed, first);
 }

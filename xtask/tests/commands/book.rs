@@ -1,12 +1,11 @@
 //! The pages of docs/ as a book: every page is in its contents, none is too long, and the README shows code that is tested.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
-use crate::docs::{documents, read, root};
+use crate::docs::{documents, read, root, text};
 
 /// Pages that commands write.
 const GENERATED: [&str; 2] = ["docs/compliance.md", "docs/performance.md"];
@@ -23,10 +22,6 @@ fn words(text: &str) -> usize {
         }
     }
     count
-}
-
-fn text(path: &str) -> String {
-    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
 /// Path from the root of the repository.

@@ -3,28 +3,28 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
+use cargo_metadata::{Metadata, MetadataCommand};
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
-use serde_json::Value;
+use second::tools::files;
 
 pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned()
 }
 
+/// A file of the repository, by its path from the root.
+pub fn text(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// The packages of this workspace.
+pub fn metadata() -> Metadata {
+    MetadataCommand::new().current_dir(root()).no_deps().exec().expect("cargo knows its packages")
+}
+
 /// Markdown files below `folder`, without build results and hidden folders.
 pub fn documents(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-        if path.is_dir() && name != "target" && !name.starts_with('.') {
-            found.extend(documents(&path));
-        } else if path.extension().is_some_and(|extension| extension == "md") {
-            found.push(path);
-        }
-    }
-    found
+    files(folder, "md").into_iter().map(|(path, _)| path).collect()
 }
 
 /// What a document refers to, and what others may refer to in it.
@@ -168,23 +168,14 @@ fn every_decision_is_in_the_index_and_has_its_parts() {
 #[test]
 fn crates_named_unlike_their_folders_have_a_reason() {
     let root = root();
-    let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--locked", "--no-deps"])
-        .current_dir(&root)
-        .output()
-        .expect("cargo starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let packages = metadata["packages"].as_array().expect("a list").iter().map(|package| {
-        let manifest = Path::new(package["manifest_path"].as_str().expect("a path"));
-        let folder =
-            manifest.parent().expect("a folder").strip_prefix(&root).expect("a folder of this workspace");
-        (folder.to_string_lossy().into_owned(), package["name"].as_str().expect("a name").to_owned())
+    let packages = metadata().packages.into_iter().map(|package| {
+        let folder = package.manifest_path.parent().expect("a folder").strip_prefix(&root);
+        (folder.expect("a folder of this workspace").to_string(), package.name.to_string())
     });
     let differing: BTreeSet<_> =
         packages.filter(|(folder, name)| folder.rsplit('/').next() != Some(name.as_str())).collect();
-    let text = fs::read_to_string(root.join("CONTRIBUTING.md")).expect("a text");
-    let (_, table) = text.split_once("## Folders and crates").expect("the heading of the table");
+    let contributing = text("CONTRIBUTING.md");
+    let (_, table) = contributing.split_once("## Folders and crates").expect("the heading of the table");
     let listed: BTreeSet<_> = read(table)
         .codes
         .chunks(2)

@@ -1,7 +1,6 @@
 //! A board whose crate is in another folder: the shipped images are built for it and flashed to it.
 
 use std::fs;
-use std::process::Output;
 
 use second::programs::boards::elsewhere;
 
@@ -14,20 +13,11 @@ fn board() -> String {
     elsewhere(env!("CARGO_TARGET_TMPDIR"))
 }
 
-fn output(arguments: &[&str]) -> Output {
-    XTASK.command(arguments).output().expect("xtask starts")
-}
-
-fn text(output: &Output) -> String {
-    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr].concat()).into_owned()
-}
-
 /// Given the crate of a board elsewhere, then `firmware` prints where its images are: in a folder that no board of this project has.
 #[test]
 fn firmware_is_built_for_a_board_elsewhere() {
-    let output = output(&["firmware", "--profile", "standard", "--board", &board()]);
-    assert!(output.status.success(), "{}", text(&output));
-    let lines = String::from_utf8(output.stdout).expect("UTF-8");
+    let (code, lines, stderr) = XTASK.run(&["firmware", "--profile", "standard", "--board", &board()]);
+    assert_eq!(code, 0, "{stderr}");
     for (line, image) in lines.lines().zip(["master", "slave", "minimal"]) {
         assert!(line.starts_with(image) && line.ends_with(&format!("/{image}")), "{lines}");
         assert!(line.contains("/firmware/moved-") && line.contains("-standard/"), "{lines}");
@@ -37,8 +27,8 @@ fn firmware_is_built_for_a_board_elsewhere() {
 
 #[test]
 fn self_test_flies_on_a_board_elsewhere() {
-    let output = output(&["selftest", "--twin", "--board", &board()]);
-    assert!(output.status.success(), "{}", text(&output));
+    let (code, stdout, stderr) = XTASK.run(&["selftest", "--twin", "--board", &board()]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
 }
 
 #[cfg(unix)]
@@ -48,7 +38,7 @@ fn image_for_a_board_elsewhere_is_handed_to_probe_rs() {
     let written = fake_probe_rs(here.path());
     let arguments = ["--profile", "standard", "--board", &board()];
     let output = run("slave", &arguments, &path(Some(here.path())));
-    assert_eq!(output.status.code(), Some(7), "the exit code of probe-rs: {}", text(&output));
+    assert_eq!(output.status.code(), Some(7), "the exit code of probe-rs: {output:?}");
     let said = fs::read_to_string(&written).expect("probe-rs was called");
     assert!(said.starts_with("run\n--chip\nSTM32F405RG\n") && said.contains("/moved-"), "{said}");
 }
@@ -74,8 +64,6 @@ fn package_with_a_board_in_its_manifest_takes_no_other() {
         ),
         (["--package", "cooler", "--board", "nucleo-f446re"], &["'cooler'", "allowed are heater"]),
     ] {
-        let output = output(&[&["firmware", "--manifest-path", manifest], &arguments[..]].concat());
-        assert_eq!(output.status.code(), Some(2), "{}", text(&output));
-        assert!(said.iter().all(|part| text(&output).contains(part)), "{}", text(&output));
+        XTASK.refuses(&[&["firmware", "--manifest-path", manifest], &arguments[..]].concat(), said);
     }
 }

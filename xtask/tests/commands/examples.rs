@@ -1,14 +1,12 @@
 //! The examples stay as short as they promise to be.
 
-use std::fs;
-use std::path::PathBuf;
+use crate::docs::text;
 
 /// Lines of an example, comments included.
 const MOST: usize = 99;
 
 fn lines(path: &str) -> usize {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned();
-    fs::read_to_string(root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}")).lines().count()
+    text(path).lines().count()
 }
 
 #[test]

@@ -3,15 +3,15 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::XTASK;
+use crate::fake::{fake, path_without};
 
 /// PATH without any probe-rs, `first` before all.
 pub fn path(first: Option<&Path>) -> OsString {
-    let all = std::env::var_os("PATH").expect("PATH");
-    let others = std::env::split_paths(&all).filter(|folder| !folder.join("probe-rs").exists());
-    std::env::join_paths(first.map(Path::to_owned).into_iter().chain(others)).expect("folders")
+    path_without("probe-rs", first)
 }
 
 /// Runs `cargo NAME` as its alias does.
@@ -19,24 +19,12 @@ pub fn run(name: &str, arguments: &[&str], path: &OsString) -> Output {
     let (package, alias) = second::programs::alias(name);
     assert_eq!(package, "xtask", "cargo {name}");
     assert!(!alias.is_empty(), "cargo {name} names no command");
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(alias)
-        .args(arguments)
-        .env("PATH", path)
-        .output()
-        .expect("xtask starts")
+    XTASK.command(&[]).args(alias).args(arguments).env("PATH", path).output().expect("xtask starts")
 }
 
-/// A probe-rs that writes its arguments to a file beside it, one a line, and fails with code 7.
+/// A probe-rs that writes its arguments to a file, which is returned, and fails with code 7.
 pub fn fake_probe_rs(folder: &Path) -> PathBuf {
-    let (program, arguments) = (folder.join("probe-rs"), folder.join("arguments"));
-    let script = format!(
-        "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" > {}\nexit 7\n",
-        arguments.display()
-    );
-    fs::write(&program, script).expect("a file");
-    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
-    arguments
+    fake(folder, "probe-rs", 7)
 }
 
 #[test]

@@ -2,37 +2,22 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::XTASK;
+use crate::fake::{fake, path_without};
 
 /// PATH has `first` and no other cargo-deny.
 fn run(first: &Path, arguments: &[&str]) -> Output {
-    let all = std::env::var_os("PATH").expect("PATH");
-    let others = std::env::split_paths(&all).filter(|folder| !folder.join("cargo-deny").exists());
-    let path = std::env::join_paths(std::iter::once(first.to_owned()).chain(others)).expect("folders");
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .arg("licences")
-        .args(arguments)
-        .env("PATH", path)
-        .output()
-        .expect("xtask starts")
+    let mut licences = XTASK.command(&["licences"]);
+    licences.args(arguments).env("PATH", path_without("cargo-deny", Some(first)));
+    licences.output().expect("xtask starts")
 }
 
-/// A program that writes arguments to a file beside it and ends with this code; asked for its version it ends well.
-fn fake(folder: &Path, name: &str, code: i32) {
-    let (program, arguments) = (folder.join(name), folder.join("arguments"));
-    let script = format!(
-        "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\necho \"$@\" > {}\nexit {code}\n",
-        arguments.display()
-    );
-    fs::create_dir_all(folder).expect("a folder");
-    fs::write(&program, script).expect("a file");
-    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
-}
-
+/// How a program was called, on one line.
 fn arguments(folder: &Path) -> String {
-    fs::read_to_string(folder.join("arguments")).expect("it was called")
+    fs::read_to_string(folder.join("arguments")).expect("it was called").replace('\n', " ")
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod docs;
 mod elsewhere;
 mod endings;
 mod examples;
+mod fake;
 mod flash;
 mod licences;
 mod mutants;

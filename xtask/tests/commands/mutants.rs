@@ -2,9 +2,17 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::{Command, Output};
+
+use crate::XTASK;
+use crate::docs::{metadata, root};
+use crate::fake::{path_without, script};
+
+/// Configurations of cargo-mutants: those of the first step, and those of a second one or of the only one.
+const CONFIGURATIONS: [&[&str]; 2] = [
+    &["mutants.toml", "mutants-redundancy.toml"],
+    &["mutants-all.toml", "mutants-applications.toml", "mutants-redundancy-two-faults.toml"],
+];
 
 const LIST: &str = "shared/src/lib.rs:1:1: replace one -> u8 with 0\n\
     shared/src/lib.rs:2:1: replace two -> u8 with 0\nshared/src/lib.rs:2:9: delete ! in two\n";
@@ -14,15 +22,12 @@ const LIST: &str = "shared/src/lib.rs:1:1: replace one -> u8 with 0\n\
 fn fake(folder: &Path, caught: [&str; 2]) {
     let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("a file");
     write("list", LIST);
-    write("mutants.toml", caught[0]);
-    write("mutants-all.toml", caught[1]);
-    write("mutants-applications.toml", caught[1]);
-    write("mutants-redundancy.toml", caught[0]);
-    write("mutants-redundancy-two-faults.toml", caught[1]);
+    for (names, caught) in CONFIGURATIONS.iter().zip(caught) {
+        names.iter().for_each(|name| write(name, caught));
+    }
     let here = folder.display();
-    let script = format!(
-        r#"#!/bin/sh
-[ "$1" = mutants ] || exit 1
+    let text = format!(
+        r#"[ "$1" = mutants ] || exit 1
 [ "$2" = --version ] && exit 0
 config=$(basename "$3")
 [ "$4" = --list ] && exec cat {here}/list
@@ -35,95 +40,73 @@ grep -vxFf caught.txt {here}/list > missed.txt
 exit 2
 "#
     );
-    write("cargo-mutants", &script);
-    let permissions = fs::Permissions::from_mode(0o755);
-    fs::set_permissions(folder.join("cargo-mutants"), permissions).expect("executable");
+    script(&folder.join("cargo-mutants"), &text);
 }
 
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let all = std::env::var_os("PATH").expect("PATH");
-    let path = std::env::join_paths(std::iter::once(folder.to_owned()).chain(std::env::split_paths(&all)));
-    Command::new(env!("CARGO_BIN_EXE_xtask"))
-        .args(["mutants", "--out", folder.to_str().expect("UTF-8")])
-        .args(arguments)
-        .env("PATH", path.expect("folders"))
-        .output()
-        .expect("xtask starts")
+/// Runs with that program. Returns exit code, stdout and stderr.
+fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let mut mutants = XTASK.command(&["mutants", "--out", folder.to_str().expect("UTF-8")]);
+    let path = path_without("cargo-mutants", Some(folder));
+    let output = mutants.args(arguments).env("PATH", path).output().expect("xtask starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
+/// Given mutants of the protocol, of the applications and of the redundancy, then those that the tests of the first step miss meet those of
+/// the second one, if there is one, and both are counted. Two of three are caught.
 #[test]
-fn what_the_tests_by_clause_miss_meets_all_tests() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let lines: Vec<&str> = LIST.lines().collect();
-    fake(here.path(), [&format!("{}\n", lines[0]), &format!("{}\n", lines[2])]);
-    let output = run(here.path(), &["--at-least", "66"]);
-    let expected = format!(
-        "missed: {}\n2 of 3 mutants caught, 1 of them by the tests by clause, 0 by a test that did not end; 0 more do not \
-         compile\n",
-        lines[1]
-    );
-    assert_eq!((stdout(&output), output.status.code()), (expected, Some(0)));
-    let calls = fs::read_to_string(here.path().join("arguments")).expect("it was called");
-    let calls: Vec<&str> = calls.lines().collect();
-    assert_eq!(calls.len(), 2);
-    assert!(calls[0].contains(".cargo/mutants.toml") && calls[1].contains(".cargo/mutants-all.toml"));
-    assert!(
-        calls[0].contains("with 0$") && calls[0].contains("replace one") && !calls[1].contains("replace one")
-    );
+fn mutants_meet_the_tests_of_their_steps() {
+    let [one, two, three] = [0, 1, 2].map(|nth| LIST.lines().nth(nth).expect("a mutant"));
+    let both = format!("{one}\n{three}");
+    for (options, caught, by_first, calls) in [
+        (
+            &[][..],
+            [one, three],
+            " 1 of them by the tests by clause,",
+            &["mutants.toml", "mutants-all.toml"][..],
+        ),
+        (&["--by-clause"], [&both, ""], " 2 of them by the tests by clause,", &["mutants.toml"]),
+        (&["--applications"], ["", &both], "", &["mutants-applications.toml"]),
+        (
+            &["--redundancy"],
+            [one, three],
+            " 1 of them with one fault,",
+            &["mutants-redundancy.toml", "mutants-redundancy-two-faults.toml"],
+        ),
+    ] {
+        let here = tempfile::tempdir().expect("a temporary directory");
+        fake(here.path(), caught.map(|names| format!("{names}\n")).each_ref().map(String::as_str));
+        let (code, stdout, stderr) = run(here.path(), &[options, &["--at-least", "66"]].concat());
+        let expected = format!(
+            "missed: {two}\n2 of 3 mutants caught,{by_first} 0 by a test that did not end; 0 more do not compile\n"
+        );
+        assert_eq!((stdout, code), (expected, Some(0)), "{options:?}: {stderr}");
 
-    let output = run(here.path(), &["--by-clause", "--at-least", "33"]);
-    assert!(stdout(&output).contains("1 of 3 mutants caught"), "{}", stdout(&output));
-    assert_eq!(output.status.code(), Some(0));
+        let called = fs::read_to_string(here.path().join("arguments")).expect("it was called");
+        let called: Vec<&str> = called.lines().collect();
+        assert_eq!(called.len(), calls.len(), "{options:?}: {called:?}");
+        for (called, config) in called.iter().zip(calls) {
+            assert!(called.contains(&format!(".cargo/{config}")), "{options:?}: {called}");
+            // Tests of other packages than the mutated one have no baseline.
+            assert_eq!(
+                called.contains("--baseline skip"),
+                *config != "mutants.toml",
+                "{options:?}: {called}"
+            );
+        }
+        assert!(called[0].contains("with 0$") && called[0].contains("replace one"), "{options:?}");
+        assert!(called[1..].iter().all(|call| !call.contains("replace one")), "{options:?}: it is caught");
 
-    let output = run(here.path(), &["--at-least", "67"]);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert!(stderr.contains("fewer than 67 percent"), "{stderr}");
-}
-
-/// Given mutants of the applications, then their own tests alone run against each, and the tests by clause are not mentioned.
-#[test]
-fn mutants_of_applications_meet_their_own_tests() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let lines: Vec<&str> = LIST.lines().collect();
-    fake(here.path(), ["", &format!("{}\n{}\n", lines[0], lines[2])]);
-    let output = run(here.path(), &["--applications", "--at-least", "66"]);
-    let expected = format!(
-        "missed: {}\n2 of 3 mutants caught, 0 by a test that did not end; 0 more do not compile\n",
-        lines[1]
-    );
-    assert_eq!((stdout(&output), output.status.code()), (expected, Some(0)));
-    let calls = fs::read_to_string(here.path().join("arguments")).expect("it was called");
-    assert_eq!(calls.lines().count(), 1);
-    assert!(
-        calls.contains(".cargo/mutants-applications.toml") && calls.contains("--baseline skip"),
-        "{calls}"
-    );
-    let output = run(here.path(), &["--applications", "--at-least", "67"]);
-    assert_eq!(output.status.code(), Some(1));
-    let output = run(here.path(), &["--applications", "--by-clause"]);
-    assert_eq!(output.status.code(), Some(2), "the applications have no tests by clause");
-}
-
-/// Given mutants of the machines of redundancy, then the model meets each with one fault, and the missed ones with two.
-#[test]
-fn mutants_of_the_redundancy_meet_the_model_alone() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    let lines: Vec<&str> = LIST.lines().collect();
-    fake(here.path(), [&format!("{}\n", lines[0]), &format!("{}\n", lines[2])]);
-    let output = run(here.path(), &["--redundancy", "--at-least", "66"]);
-    let expected = format!(
-        "missed: {}\n2 of 3 mutants caught, 1 of them with one fault, 0 by a test that did not end; 0 more do not compile\n",
-        lines[1]
-    );
-    assert_eq!((stdout(&output), output.status.code()), (expected, Some(0)));
-    for other in ["--applications", "--by-clause"] {
-        let output = run(here.path(), &["--redundancy", other]);
-        assert_eq!(output.status.code(), Some(2), "{other}");
+        let (code, _, stderr) = run(here.path(), &[options, &["--at-least", "67"]].concat());
+        assert_eq!(code, Some(1), "{options:?}: {stderr}");
+        assert!(stderr.contains("fewer than 67 percent"), "{options:?}: {stderr}");
+    }
+    for options in [
+        ["--applications", "--by-clause"],
+        ["--redundancy", "--by-clause"],
+        ["--redundancy", "--applications"],
+    ] {
+        XTASK.refuses(&[&["mutants"], &options[..]].concat(), &options);
     }
 }
 
@@ -131,7 +114,7 @@ fn mutants_of_the_redundancy_meet_the_model_alone() {
 fn one_seed_draws_one_sample() {
     let here = tempfile::tempdir().expect("a temporary directory");
     fake(here.path(), ["", ""]);
-    let list = |arguments: &[&str]| stdout(&run(here.path(), &[&["--list"], arguments].concat()));
+    let list = |arguments: &[&str]| run(here.path(), &[&["--list"], arguments].concat()).1;
     let all = list(&[]);
     let mut sorted: Vec<&str> = all.lines().collect();
     sorted.sort_unstable();
@@ -146,15 +129,10 @@ fn one_seed_draws_one_sample() {
 
 #[test]
 fn wrong_numbers_are_refused() {
-    let here = tempfile::tempdir().expect("a temporary directory");
-    fake(here.path(), ["", ""]);
     for (option, value, expected) in
         [("--sample", "0", "'0'"), ("--at-least", "101", "'101'"), ("--seed", "x", "'x'")]
     {
-        let output = run(here.path(), &[option, value]);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
-        assert!(stderr.contains(option) && stderr.contains(expected), "{stderr}");
+        XTASK.refuses(&["mutants", option, value], &[option, expected]);
     }
 }
 
@@ -162,33 +140,13 @@ fn wrong_numbers_are_refused() {
 /// count as caught.
 #[test]
 fn packages_that_test_mutants_exist() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
-    let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--format-version", "1"])
-        .current_dir(root)
-        .output();
-    let metadata: serde_json::Value =
-        serde_json::from_slice(&output.expect("cargo runs").stdout).expect("JSON");
-    let known: Vec<&str> = metadata["packages"]
-        .as_array()
-        .expect("packages")
-        .iter()
-        .filter_map(|package| package["name"].as_str())
-        .collect();
-    for name in [
-        "mutants.toml",
-        "mutants-all.toml",
-        "mutants-applications.toml",
-        "mutants-redundancy.toml",
-        "mutants-redundancy-two-faults.toml",
-    ] {
-        let text = fs::read_to_string(root.join(".cargo").join(name)).expect(name);
+    let packages = metadata().packages;
+    for name in CONFIGURATIONS.concat() {
+        let text = fs::read_to_string(root().join(".cargo").join(name)).expect(name);
         let config: toml::Table = text.parse().expect(name);
-        let packages = config["test_package"].as_array().expect("a list");
-        let missing: Vec<_> = packages
-            .iter()
-            .filter(|package| !known.iter().any(|one| package.as_str() == Some(one)))
-            .collect();
-        assert!(!packages.is_empty() && missing.is_empty(), "{name}: {missing:?}");
+        let tested = config["test_package"].as_array().expect("a list");
+        let is_known =
+            |name: &&toml::Value| packages.iter().any(|package| name.as_str() == Some(package.name.as_str()));
+        assert!(!tested.is_empty() && tested.iter().all(|name| is_known(&name)), "{name}: {tested:?}");
     }
 }

@@ -1,19 +1,11 @@
 //! `cargo xtask selftest`: on the emulated board, and with a probe-rs that only writes down how it was called.
 
-use std::process::Command;
-
-fn selftest() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
-    command.arg("selftest");
-    command
-}
+use crate::XTASK;
 
 #[test]
 fn emulated_board_prints_each_check() {
-    let output = selftest().args(["--twin", "--board", "nucleo-f446re"]).output().expect("xtask starts");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    let stdout = String::from_utf8(output.stdout).expect("UTF-8");
+    let (code, stdout, stderr) = XTASK.run(&["selftest", "--twin", "--board", "nucleo-f446re"]);
+    assert_eq!(code, 0, "{stderr}");
     let lines: Vec<&str> = stdout.lines().collect();
     assert!(lines.contains(&"1 clock: good"), "{stdout}");
     assert!(lines.contains(&"9 straps: good"), "{stdout}");
@@ -22,10 +14,7 @@ fn emulated_board_prints_each_check() {
 
 #[test]
 fn arguments_of_probe_rs_are_refused_on_the_emulated_board() {
-    let output = selftest().args(["--twin", "--", "--probe", "1234:5678"]).output().expect("xtask starts");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(stderr.contains("--twin"), "{stderr}");
+    XTASK.refuses(&["selftest", "--twin", "--", "--probe", "1234:5678"], &["--twin"]);
 }
 
 /// Given a probe-rs in PATH, then it gets the chip, the image and the arguments, and its exit code is passed on.
@@ -37,7 +26,7 @@ fn image_is_handed_to_probe_rs() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let written = fake_probe_rs(here.path());
     let path = path(Some(here.path()));
-    let status = selftest().args(["--", "--probe", "1234:5678"]).env("PATH", path).status();
+    let status = XTASK.command(&["selftest", "--", "--probe", "1234:5678"]).env("PATH", path).status();
     assert_eq!(status.expect("xtask starts").code(), Some(7));
     let told = std::fs::read_to_string(written).expect("probe-rs was called");
     let words: Vec<&str> = told.lines().collect();

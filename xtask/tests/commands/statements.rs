@@ -1,13 +1,12 @@
 //! Each promise of README, limits and SECURITY has a line in docs/statements.md, with a test, a row or a page that holds it.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+use second::tools::files;
 use serde_json::Value;
 
-use crate::docs::root;
+use crate::docs::{root, text};
 
 /// Headings of docs/statements.md and the pages whose promises follow.
 const PAGES: [(&str, &str); 3] =
@@ -89,22 +88,17 @@ fn faults(section: &str, statements: &Page, page: &Page) -> Vec<String> {
 }
 
 /// Names of the functions in the sources below `folder`.
-fn functions(folder: &Path, found: &mut BTreeSet<String>) {
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() && !path.ends_with("target") {
-            functions(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            let text = fs::read_to_string(&path).expect("a text");
-            let names = text.split("fn ").skip(1).filter_map(|after| after.split(['(', '<']).next());
-            found.extend(names.map(str::to_owned));
-        }
-    }
+fn functions(folder: &str) -> Vec<String> {
+    let sources = files(&root().join(folder), "rs").into_iter();
+    let names = |(_, text): (_, String)| -> Vec<String> {
+        let names = text.split("fn ").skip(1).filter_map(|after| after.split(['(', '<']).next());
+        names.map(str::to_owned).collect()
+    };
+    sources.flat_map(names).collect()
 }
 
 #[test]
 fn each_promise_has_a_statement() {
-    let text = |path: &str| fs::read_to_string(root().join(path)).expect("a page");
     let statements = read(&text("docs/statements.md"));
     for (section, path) in PAGES {
         assert_eq!(faults(section, &statements, &read(&text(path))), [""; 0], "{path}");
@@ -113,12 +107,9 @@ fn each_promise_has_a_statement() {
 
 #[test]
 fn each_statement_is_held_by_what_is_there() {
-    let text = |path: &str| fs::read_to_string(root().join(path)).expect("a file");
     let rows: Value = serde_json::from_str(&text("xtask/bench/stored.json")).expect("rows");
-    let mut tests = BTreeSet::new();
-    for folder in ["shared", "boards", "firmware", "twin", "tools", "tests", "xtask"] {
-        functions(&root().join(folder), &mut tests);
-    }
+    let folders = ["shared", "boards", "firmware", "twin", "tools", "tests", "xtask"];
+    let tests: BTreeSet<String> = folders.into_iter().flat_map(functions).collect();
     for (_, cells) in read(&text("docs/statements.md")).items {
         let [statement, holder] = &cells[..] else { panic!("two cells: {cells:?}") };
         assert!(!plain(&holder.text).is_empty(), "nothing holds: {}", statement.text);

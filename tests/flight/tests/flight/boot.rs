@@ -1,31 +1,23 @@
 //! The slave image alone on a board: it loads, runs and logs.
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings, State};
-use twin::crystal::Crystal;
-use twin::model::Model;
+use twin::board::{BoardConfig, State};
 use twin::pin::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
-use flight::{PYBOARD_V11, parsed};
+use flight::{PYBOARD_V11, bare, parsed};
 
 /// Verifies: ECSS 6.10e
 #[test]
 fn the_slave_image_boots_and_logs() {
     let images = firmware_images::build("pyboard-v11", "librecube").unwrap();
-    let image = parsed(&images.slave);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let id = spacecraft.add_board(BoardConfig {
-        name: "slave 2".to_owned(),
-        model: Model::shipped(PYBOARD_V11),
-        image,
         // Node-ID 2 and odd parity: bit 1 closed to ground, nothing else.
         straps: vec![(Pin::new('A', 3), false)],
-        crystal: Crystal::ppm(0.0),
-        position_m: 0.0,
         power_on_at: Time::from_ms(10),
-        fittings: Fittings::default(),
+        ..bare(PYBOARD_V11, parsed(&images.slave))
     });
     spacecraft.run_until(Time::from_ms(200)).unwrap();
 

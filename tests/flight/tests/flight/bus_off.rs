@@ -30,16 +30,13 @@ fn deaf_for(duration: Time) -> (Flight, Time) {
 #[test]
 fn the_master_recovers_from_bus_off_and_keeps_its_slaves() {
     let (mut flight, last) = deaf_for(ms(2));
-    let off = flight.said(1, "Nominal: error BusOff", last).unwrap_or_else(|| panic!("{}", flight.log(1)));
-    let back = flight.said(1, "Nominal: error Active", off).unwrap_or_else(|| panic!("{}", flight.log(1)));
-    let pause = ms(10);
-    let recovered = pause + Time::from_us(RECOVERY_US);
+    let off = flight.assert_said(1, "Nominal: error BusOff", last);
+    let back = flight.assert_said(1, "Nominal: error Active", off);
+    let recovered = ms(10) + Time::from_us(RECOVERY_US);
     // Slaves may talk meanwhile, and the driver looks every millisecond.
     assert!((recovered..recovered + ms(3)).contains(&back.since(off)), "{} us", back.since(off).as_us());
-    for node in [2, 3, 4] {
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
-        assert!(!flight.fell_back(node, last), "node {node}\n{}", flight.log(node));
-    }
+    flight.assert_operational([2, 3, 4], Bus::Nominal);
+    flight.assert_kept_running([2, 3, 4], last);
     assert!(flight.said(1, "active bus", last).is_none(), "{}", flight.log(1));
     flight.assert_nothing_lost();
 }
@@ -70,9 +67,7 @@ fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
         assert!(pair[1].0.since(pair[0].0) > ms(10), "{changes:?}");
     }
     assert!(flight.said(1, "active bus", last).is_none(), "{}", flight.log(1));
-    for node in [2, 3, 4] {
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
-    }
+    flight.assert_operational([2, 3, 4], Bus::Nominal);
     flight.assert_nothing_lost();
 }
 
@@ -82,14 +77,11 @@ fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
 #[test]
 fn a_bus_that_the_master_cannot_stay_on_is_left() {
     let (mut flight, last) = deaf_for(ms(100));
-    let failed = flight.said(1, "Nominal failed: bus-off too often", last);
-    let failed = failed.unwrap_or_else(|| panic!("{}", flight.log(1)));
+    let failed = flight.assert_said(1, "Nominal failed: bus-off too often", last);
     let off = changes(&flight).into_iter().filter(|(at, off)| *off && *at <= failed).count();
     assert_eq!(off, 4, "{}", flight.log(1));
-    assert!(flight.said(1, "active bus: Redundant", last).unwrap() < failed + ms(1), "{}", flight.log(1));
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Redundant), "node {node}\n{}", flight.log(node));
-        assert!(!flight.fell_back(node, last), "node {node}\n{}", flight.log(node));
-    }
+    assert!(flight.assert_said(1, "active bus: Redundant", last) < failed + ms(1), "{}", flight.log(1));
+    flight.assert_operational([2, 3], Bus::Redundant);
+    flight.assert_kept_running([2, 3], last);
     flight.assert_nothing_lost();
 }

@@ -16,14 +16,8 @@ const TOLERANCE: Time = Time::from_ms(625);
 const CUT: Time = Time::from_ms(2013);
 
 /// The nominal bus breaks next to the master, shortly before commands are due.
-static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(15_500);
-    flight.assert_nothing_lost();
-    flight.seen
-});
+static FLIGHT: LazyLock<Recording> =
+    LazyLock::new(|| Flight::new(&MASTER_AND_THREE).cut_next_to_master(CUT, 15_500));
 
 /// When the master began its first frame on the redundant bus.
 fn detection(recording: &Recording) -> Time {
@@ -43,7 +37,7 @@ fn the_master_changes_the_bus_when_its_own_is_cut() {
     assert!(told < detection + ms(1));
     // The attempt under way ends; then the cut bus is left alone.
     assert!(FLIGHT.attempts(1, Bus::Nominal).all(|at| at < detection + ms(1)));
-    assert!(!FLIGHT.on(Bus::Nominal).any(|seen| seen.sender == 0 && seen.end > CUT));
+    assert!(!FLIGHT.of(MASTER).any(|seen| seen.bus == Bus::Nominal && seen.end > CUT));
 }
 
 /// Verifies: ECSS 8.3.3b, 8.3.3g
@@ -57,7 +51,7 @@ fn detection_does_not_depend_on_the_moment_of_the_cut() {
         flight.fly_to(cut + 600);
         let taken = detection(&flight).since(ms(cut));
         assert!(taken < DETECTION, "cut at {cut} ms: {} us", taken.as_us());
-        assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
+        flight.assert_operational([2, 3], Bus::Redundant);
         flight.assert_nothing_lost();
     }
 }
@@ -88,13 +82,10 @@ fn commands_flow_within_10_ms_of_the_detection() {
     });
     assert!(command.unwrap().end < detection + ms(10), "{} us", command.unwrap().end.as_us());
     for node in [2_u8, 3] {
-        let flow: Vec<Time> = FLIGHT
-            .sent(MASTER, Bus::Redundant, 0x300 + u16::from(node))
-            .chain(FLIGHT.sent(MASTER, Bus::Redundant, 0x400 + u16::from(node)))
-            .map(|seen| seen.end)
-            .collect();
+        let sent = |function| FLIGHT.sent(MASTER, Bus::Redundant, function + u16::from(node)).count() as u64;
+        let flow = sent(0x300) + sent(0x400);
         let expected = 2 * (FLIGHT.end.since(detection).as_us() / 100_000);
-        assert!((flow.len() as u64).abs_diff(expected) <= 2, "node {node}: {} of {expected}", flow.len());
+        assert!(flow.abs_diff(expected) <= 2, "node {node}: {flow} of {expected}");
     }
 }
 
@@ -174,17 +165,15 @@ fn both_buses_cut_and_restored() {
     restore_both(&mut flight);
     flight.fly_to(5400);
     let active = active_bus(&flight);
+    flight.assert_operational([2, 3], active);
     for node in [2, 3] {
-        assert!(flight.is_operational(node, active), "node {node}\n{}", flight.log(node));
         let started =
             flight.heartbeats(node, active).into_iter().find(|(at, s)| *at > ms(5000) && *s == OPERATIONAL);
         assert!(started.unwrap().0 < ms(5010), "node {node}: {} us", started.unwrap().0.as_us());
     }
     // Slave 4 hears one bus, and changes it at its time.
     flight.fly(last_heard + TOGGLING + TOLERANCE);
-    for node in [2, 3, 4] {
-        assert!(flight.is_operational(node, active), "node {node}\n{}", flight.log(node));
-    }
+    flight.assert_operational([2, 3, 4], active);
     assert_eq!(active_bus(&flight), active, "the master does not go to and fro");
     flight.assert_nothing_lost();
 }
@@ -201,11 +190,9 @@ fn an_outage_shorter_than_the_consumer_time_costs_no_state() {
     restore_both(&mut flight);
     flight.fly_to(3000);
     let active = active_bus(&flight);
-    for node in [2, 3] {
-        assert!(!flight.fell_back(node, ms(300)), "node {node}\n{}", flight.log(node));
-        assert!(flight.is_operational(node, active), "node {node}");
-        assert_fresh_commands(&flight, node, ms(1000), ms(2200));
-    }
+    flight.assert_kept_running([2, 3], ms(300));
+    flight.assert_operational([2, 3], active);
+    assert_fresh_commands(&flight, ms(1000), ms(2200));
     // One heartbeat may have waited when the cuts healed, the next one is due within a period.
     let after: Vec<Time> =
         flight.heartbeats(MASTER, active).into_iter().map(|(at, _)| at).filter(|at| *at > ms(2200)).collect();
@@ -214,20 +201,19 @@ fn an_outage_shorter_than_the_consumer_time_costs_no_state() {
     flight.assert_nothing_lost();
 }
 
-/// Every command that sets a value carries the number of its turn, and turns come every 100 ms: a command that waited
-/// longer than that would carry too small a number.
-fn assert_fresh_commands(flight: &Flight, node: u8, before: Time, after: Time) {
-    let turns = flight.frames.iter().filter_map(|seen| {
-        let value = seen.data().get(2..6).filter(|_| seen.data()[..2] == [2, 0])?;
-        let turn = u32::from_le_bytes(value.try_into().unwrap());
-        (seen.id() == Some(0x300 + u16::from(node))).then_some((seen.end, u64::from(turn)))
-    });
-    let turns: Vec<(Time, u64)> = turns.collect();
-    let (first_at, first) = turns[0];
-    assert!(first_at < before && turns.iter().any(|(at, _)| *at > after));
-    for (at, turn) in turns {
-        let due = first_at + ms(100 * (turn - first));
-        assert!(at < due + ms(101), "node {node}, turn {turn}: {} us late", at.since(due).as_us());
+/// Every command that sets a value carries the number of its turn, and turns come every 100 ms: a command to slaves 2 and 3 that
+/// waited longer than that would carry too small a number.
+fn assert_fresh_commands(flight: &Flight, before: Time, after: Time) {
+    for id in [0x302, 0x303] {
+        let sets = flight.with_id(id).filter(|seen| seen.data()[..2] == [2, 0]);
+        let turn = |seen: &Seen| u64::from(u32::from_le_bytes(seen.data()[2..6].try_into().unwrap()));
+        let turns: Vec<(Time, u64)> = sets.map(|seen| (seen.end, turn(seen))).collect();
+        let (first_at, first) = turns[0];
+        assert!(first_at < before && turns.iter().any(|(at, _)| *at > after));
+        for (at, turn) in turns {
+            let due = first_at + ms(100 * (turn - first));
+            assert!(at < due + ms(101), "{id:03X}h, turn {turn}: {} us late", at.since(due).as_us());
+        }
     }
 }
 
@@ -242,15 +228,14 @@ fn nothing_stale_comes_from_the_master_when_a_cut_heals() {
     assert!(flight.attempts(1, Bus::Nominal).count() > 16, "frames were pending on the cut bus");
     flight.twin.wire_mut(Bus::Nominal).restore_all();
     flight.fly_to(2200);
-    let on_the_old_bus = |seen: &&Seen| seen.sender == 0 && seen.end > ms(1000);
-    assert_eq!(flight.on(Bus::Nominal).filter(on_the_old_bus).count(), 0);
+    assert!(!flight.of(MASTER).any(|seen| seen.bus == Bus::Nominal && seen.end > ms(1000)));
     assert!(flight.attempts(1, Bus::Nominal).all(|at| at < detection + ms(1)));
     for node in [2, 3] {
         let left = flight.heartbeats(node, Bus::Nominal);
         assert!(left.iter().all(|(at, _)| *at < detection + ms(1)), "nobody was called back");
-        assert!(flight.is_operational(node, Bus::Redundant));
-        assert_fresh_commands(&flight, node, ms(1000), ms(1400));
     }
+    flight.assert_operational([2, 3], Bus::Redundant);
+    assert_fresh_commands(&flight, ms(1000), ms(1400));
     flight.assert_nothing_lost();
 }
 
@@ -261,8 +246,7 @@ fn a_cut_that_heals_before_it_is_detected_changes_nothing() {
     flight.fly_to(1000);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     while flight.attempts(1, Bus::Nominal).filter(|at| *at > ms(1000)).count() < 3 {
-        let next = flight.end + Time::from_us(10);
-        flight.fly(next);
+        flight.fly(flight.end + Time::from_us(10));
     }
     flight.twin.wire_mut(Bus::Nominal).restore_all();
     let healed = flight.end;
@@ -270,9 +254,8 @@ fn a_cut_that_heals_before_it_is_detected_changes_nothing() {
     assert_eq!(flight.on(Bus::Redundant).count(), 0);
     let next = flight.first_after(healed, |seen| seen.sender == 0).unwrap();
     assert!(next.end < healed + ms(1), "the frame that waited");
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Nominal) && !flight.fell_back(node, ms(300)));
-    }
+    flight.assert_operational([2, 3], Bus::Nominal);
+    flight.assert_kept_running([2, 3], ms(300));
     flight.assert_nothing_lost();
 }
 

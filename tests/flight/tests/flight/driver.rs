@@ -25,10 +25,10 @@ fn delta(before: [u32; 3], after: [u32; 3]) -> [u32; 3] {
 fn a_lone_transmitter_does_not_interrupt_with_every_attempt() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..1]);
     flight.fly_to(1000);
-    let before = flight.interrupts(MASTER);
+    let before = flight.diagnostics(MASTER).interrupts;
     let attempts_before = flight.attempts(MASTER, Bus::Nominal).count();
     flight.fly_to(3000);
-    let [results, received, errors] = delta(before, flight.interrupts(MASTER));
+    let [results, received, errors] = delta(before, flight.diagnostics(MASTER).interrupts);
     let attempts = flight.attempts(MASTER, Bus::Nominal).count() - attempts_before;
     assert!(attempts > 10_000, "{attempts}");
     // 4 heartbeats a second, and a SYNC and a spacecraft time now and then.
@@ -42,15 +42,14 @@ fn a_lone_transmitter_does_not_interrupt_with_every_attempt() {
 fn a_cut_costs_a_handful_of_error_interrupts() {
     let mut flight = Flight::new(&MASTER_AND_THREE);
     flight.fly_to(2013);
-    let before = [1, 2, 3, 4].map(|node| flight.interrupts(node));
+    let before = [1, 2, 3, 4].map(|node| flight.diagnostics(node).interrupts);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(4013);
     for (node, before) in (1..).zip(before) {
-        let [results, received, errors] = delta(before, flight.interrupts(node));
+        let [results, received, errors] = delta(before, flight.diagnostics(node).interrupts);
         assert!(errors <= 4, "node {node}: {errors} error interrupts");
-        let sender = flight.board(node).0;
         let since = |seen: &&Seen| seen.end > ms(2013);
-        let sent = flight.frames.iter().filter(since).filter(|seen| seen.sender == sender).count();
+        let sent = flight.of(node).filter(since).count();
         let heard = flight.frames.iter().filter(since).filter(|seen| seen.reached.contains(&node)).count();
         // Those that went out and those that were given up: of the frames of a second some expire.
         assert!((results as usize) < sent + 50, "node {node}: {results} results of {sent} frames");
@@ -64,8 +63,7 @@ fn a_cut_costs_a_handful_of_error_interrupts() {
 /// COB-IDs, and the commands to each slave in theirs.
 #[test]
 fn sync_overtakes_commands_that_wait() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(5100);
     let first = flight.sent(MASTER, Bus::Nominal, 0x080).last().unwrap().end;
     let due = first + ms(5000);
@@ -73,25 +71,19 @@ fn sync_overtakes_commands_that_wait() {
     flood(&mut flight, guest, due.since(ms(40)), 0x0C0, frames);
     flight.fly(due + ms(400));
 
-    let flood: Vec<&Seen> = flight.on(Bus::Nominal).filter(|seen| seen.id() == Some(0x0C0)).collect();
+    let flood: Vec<&Seen> = flight.with_id(0x0C0).collect();
     let (begin, end) = (flood[0].start, flood[frames - 1].end);
     assert!(begin < due && end > due + ms(1));
-    let during: Vec<u16> = flight
-        .on(Bus::Nominal)
-        .filter(|seen| seen.sender == 0 && seen.start > begin && seen.end < end)
-        .filter_map(|seen| seen.id())
-        .collect();
-    assert_eq!(during, [0x080], "nothing else of the master gets through");
+    let ids_of_master = |from: Time, until: Time| -> Vec<u16> {
+        let sent = flight.of(MASTER).filter(|seen| seen.bus == Bus::Nominal);
+        sent.filter(|seen| seen.start > from && seen.end < until).filter_map(Seen::id).collect()
+    };
+    assert_eq!(ids_of_master(begin, end), [0x080], "nothing else of the master gets through");
     let sync = flight.sent(MASTER, Bus::Nominal, 0x080).find(|seen| seen.end > begin).unwrap().end;
     // One frame of the guest may be on the wire, and its crystal is another one.
     assert!(sync < due + LONGEST_FRAME + ms(1), "{} us late", sync.since(due).as_us());
 
-    let after = end + Time::from_us(1_000);
-    let waited: Vec<u16> = flight
-        .on(Bus::Nominal)
-        .filter(|seen| seen.sender == 0 && seen.start > end && seen.end < after)
-        .filter_map(|seen| seen.id())
-        .collect();
+    let waited = ids_of_master(end, end + ms(1));
     // What was in a mailbox already goes before what was queued behind it.
     let of = |function| waited.iter().filter(move |id| **id & 0x780 == function);
     assert!(waited.len() > 2 && waited.iter().min() == waited.first(), "{waited:03X?}");
@@ -111,13 +103,11 @@ fn sync_overtakes_commands_that_wait() {
 /// before it starts, while it is on the wire, or just too late. What counts as sent is what went out.
 #[test]
 fn frame_aborted_as_it_goes_out_is_reported_as_it_really_ended() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..2]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..2], Bus::Nominal);
     flight.fly_to(1000);
     flood(&mut flight, guest, ms(1000), 0x010, 11);
     flight.fly_to(1010);
-    let ends: Vec<Time> =
-        flight.on(Bus::Nominal).filter(|seen| seen.id() == Some(0x010)).map(|seen| seen.end).collect();
+    let ends: Vec<Time> = flight.with_id(0x010).map(|seen| seen.end).collect();
     let in_100_ms = 1_000_000 / ends[10].since(ends[0]).as_us() as usize;
 
     let (mut in_time, mut too_late) = (0, 0);
@@ -143,15 +133,12 @@ fn frame_aborted_as_it_goes_out_is_reported_as_it_really_ended() {
     let replies = flight.sent(2, Bus::Nominal, 0x382).filter(|seen| seen.data()[..2] == [0x10, 0x01]);
     let reply = replies.last().unwrap();
     let request = flight.sent(MASTER, Bus::Nominal, 0x402).filter(|seen| seen.end < reply.start).last();
-    let sender = flight.board(2).0;
     let asked = request.unwrap().end;
-    let sent = flight.frames.iter().filter(|seen| seen.sender == sender && seen.end < asked).count();
+    let sent = flight.of(2).filter(|seen| seen.end < asked).count();
     let [a, b, c] = reply.data()[5..8] else { unreachable!() };
     assert_eq!(u32::from_le_bytes([a, b, c, 0]) as usize, sent);
-    let [lost, malformed, failed] = [2, 4, 6].map(|at| {
-        let data = telemetry(&flight, 2, 0x0120);
-        u16::from_le_bytes([data[at - 2], data[at - 1]])
-    });
+    let data = telemetry(&flight, 2, 0x0120);
+    let [lost, malformed, failed] = [0, 2, 4].map(|at| u16::from_le_bytes([data[at], data[at + 1]]));
     assert_eq!((lost, malformed), (0, 0));
     assert!(failed >= too_late, "{failed} failed, {too_late} answers too late");
     flight.assert_nothing_lost();

@@ -37,8 +37,8 @@ fn undisturbed(bus: Bus, frames: &[WireFrame]) -> (Flight, GuestId) {
     assert_eq!(sent.iter().map(|seen| seen.frame).collect::<Vec<_>>(), frames);
     let everybody: &[u8] = if bus == Bus::Nominal { &[1, 2, 3, 4] } else { &[1, 2, 3] };
     assert!(sent.iter().all(|seen| seen.reached == everybody), "{sent:?}");
+    flight.assert_operational([2, 3, 4], Bus::Nominal);
     for node in [2, 3, 4] {
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
         let states = flight.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(300));
         let ends: Vec<Time> = states.clone().map(|(at, _)| at).collect();
         assert!(states.into_iter().all(|(_, state)| state == OPERATIONAL), "node {node}");
@@ -77,7 +77,7 @@ fn foreign_and_remote_frames_are_acknowledged_and_filtered() {
     for bus in Bus::ALL {
         let (flight, _) = undisturbed(bus, &frames);
         let side = if bus == Bus::Nominal { Side::Can1 } else { Side::Can2 };
-        let stats = flight.twin.board(flight.board(3)).can_stats(side);
+        let stats = flight.emulated(3).can_stats(side);
         assert!(stats.rejected >= frames.len() as u64, "{stats:?}");
         for node in [2, 3, 4] {
             assert_eq!(malformed(&flight, node, bus), 0, "they never reach the software");
@@ -166,8 +166,8 @@ fn unknown_commands_are_declined() {
         WireFrame::standard(0x403, &[0x55, 0x44, 0, 0, 0, 0, 0, 0]),
     ];
     let (flight, _) = undisturbed(Bus::Nominal, &frames);
-    assert!(flight.said(3, "unknown command 6677h", ms(FROM_MS)).is_some(), "{}", flight.log(3));
-    assert!(flight.said(3, "unknown telemetry request 4455h", ms(FROM_MS)).is_some(), "{}", flight.log(3));
+    flight.assert_said(3, "unknown command 6677h", ms(FROM_MS));
+    flight.assert_said(3, "unknown telemetry request 4455h", ms(FROM_MS));
     assert_eq!(malformed(&flight, 3, Bus::Nominal), 0);
 }
 
@@ -181,7 +181,7 @@ fn a_data_length_code_above_8_is_8_bytes() {
     let foreign = WireFrame::standard(0x080, &[]);
     let time = WireFrame { dlc: 9, ..WireFrame::standard(0x181, &[0, 0, 0x80, 0xE8, 3, 0, 0, 0]) };
     let (mut flight, _) = undisturbed(Bus::Nominal, &[value, foreign, time]);
-    assert!(flight.said(3, "unknown command 0002h", ms(FROM_MS)).is_some(), "{}", flight.log(3));
+    flight.assert_said(3, "unknown command 0002h", ms(FROM_MS));
     let set = flight.on(Bus::Nominal).find(|seen| seen.frame == foreign).unwrap().end;
     flight.fly_to(5100);
     let sync = flight.sent(MASTER, Bus::Nominal, 0x080).next().unwrap().end;

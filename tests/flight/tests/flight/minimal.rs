@@ -15,7 +15,7 @@ static MIXED: LazyLock<Recording> = LazyLock::new(|| mixed(PYBOARD_V11));
 /// Verifies: ECSS 9.4.7.1b, 7.2.3f, 9.4.7.1a, 11.1c
 #[test]
 fn nobody_sends_the_time_stamp_object() {
-    assert!(!MIXED.frames.iter().any(|seen| seen.id() == Some(0x100)));
+    assert_eq!(MIXED.with_id(0x100).count(), 0);
 }
 
 /// Verifies: ECSS 8.3.3b, 8.3.3e.2, 8.3.3g, 9.4.9.1.1a
@@ -27,13 +27,11 @@ fn full_and_minimal_slaves_follow_the_master_to_the_other_bus() {
 /// The profile names slave 6: it is not asked who it is. Slave 5, which it does not name, is asked once, and does not answer.
 #[test]
 fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
-    let asked = |node: u16| MIXED.frames.iter().filter(|seen| seen.id() == Some(0x600 + node)).count();
-    assert_eq!(asked(SELECTIVE.into()), 0);
-    assert!(asked(MINIMAL.into()) > 0);
+    let number = |id: u16| MIXED.with_id(id).count();
+    assert_eq!(number(0x600 + u16::from(SELECTIVE)), 0);
+    assert!(number(0x600 + u16::from(MINIMAL)) > 0);
     assert_eq!(MIXED.said(MASTER, "node 6 does not answer", Time::ZERO), None);
-    for answer in [0x585, 0x586] {
-        assert!(!MIXED.frames.iter().any(|seen| seen.id() == Some(answer)));
-    }
+    assert_eq!([0x585, 0x586].map(number), [0, 0], "answers");
 }
 
 /// In profile `librecube` a minimal slave has the time (ECSS 7.1, 7.2.3): SYNC comes every 5 s, the spacecraft time every 10 s. At the
@@ -43,10 +41,9 @@ fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
 #[test]
 fn minimal_slave_sends_its_local_time_with_sync() {
     let units = |data: &[u8]| data.iter().rev().fold(0_i64, |units, byte| units << 8 | i64::from(*byte));
-    let set =
-        MIXED.frames.iter().filter(|seen| seen.id() == Some(0x181)).map(|seen| seen.end).collect::<Vec<_>>();
-    let last = MIXED.frames.iter().rfind(|seen| seen.id() == Some(0x080)).unwrap();
-    assert!(last.end > set[0] + ms(4_000), "{set:?}");
+    let set = MIXED.with_id(0x181).next().unwrap().end;
+    let last = MIXED.with_id(0x080).next_back().unwrap();
+    assert!(last.end > set + ms(4_000), "{set:?}");
     let time = |id| MIXED.first_after(last.end, |seen| seen.id() == Some(id)).unwrap();
     let (full, minimal) = (time(0x182), time(0x180 + u16::from(MINIMAL)));
     assert!(minimal.end.since(last.end) < TELEMETRY_DELAY + QUEUEING);
@@ -62,33 +59,24 @@ fn minimal_slave_sends_its_local_time_with_sync() {
 #[test]
 fn each_slave_with_a_clock_sends_one_local_time_pdo() {
     let slaves = [2, 3, MINIMAL, SELECTIVE];
-    let syncs: Vec<Time> =
-        MIXED.frames.iter().filter(|seen| seen.id() == Some(0x080)).map(|seen| seen.end).collect();
     let mut number = 0;
-    for sync in syncs.iter().filter(|sync| **sync > ms(500)) {
-        let until = *sync + ms(4_000);
-        let after = |seen: &&Seen| seen.start >= *sync && seen.end < until;
-        let times: Vec<&Seen> = MIXED
-            .frames
-            .iter()
-            .filter(after)
-            .filter(|seen| matches!(seen.id(), Some(0x182..0x200)))
-            .collect();
+    for sync in MIXED.with_id(0x080).map(|seen| seen.end).filter(|sync| *sync > ms(500)) {
+        let after = |seen: &&Seen| seen.start >= sync && seen.end < sync + ms(4_000);
+        let is_time = |seen: &&Seen| matches!(seen.id(), Some(0x182..0x200));
+        let times: Vec<&Seen> = MIXED.frames.iter().filter(after).filter(is_time).collect();
         for node in slaves {
             let own: Vec<_> =
                 times.iter().filter(|seen| seen.id() == Some(0x180 + u16::from(node))).collect();
             // The selective slave needs 12.5 s to the other bus.
-            if node == SELECTIVE && *sync > MIXED_CUT && own.is_empty() {
+            if node == SELECTIVE && sync > MIXED_CUT && own.is_empty() {
                 continue;
             }
             assert_eq!(own.len(), 1, "node {node} after the SYNC at {} us", sync.as_us());
             assert_eq!(own[0].sender, MIXED.board(node).0);
             number += 1;
         }
-        let nobody = times
-            .iter()
-            .filter(|seen| !slaves.iter().any(|node| seen.id() == Some(0x180 + u16::from(*node))));
-        assert_eq!(nobody.count(), 0);
+        let of_slaves = slaves.map(|node| Some(0x180 + u16::from(node)));
+        assert!(times.iter().all(|seen| of_slaves.contains(&seen.id())));
     }
     assert!(number >= 7, "{number}");
 }
@@ -98,16 +86,7 @@ fn each_slave_with_a_clock_sends_one_local_time_pdo() {
 fn full_and_minimal_slaves_get_commands_and_reply_on_both_buses() {
     for node in [2, 3, MINIMAL, SELECTIVE] {
         for (bus, from) in [(Bus::Nominal, ms(600)), (Bus::Redundant, ms(14_900))] {
-            let request = MIXED
-                .first_after(from, |seen| {
-                    seen.id() == Some(0x400 + u16::from(node)) && seen.data()[..2] == [3, 1]
-                })
-                .unwrap();
-            let reply =
-                MIXED.first_after(request.end, |seen| seen.id() == Some(0x380 + u16::from(node))).unwrap();
-            assert_eq!((request.bus, reply.bus), (bus, bus), "node {node}");
-            assert!(reply.end < request.end + ms(2), "node {node} at {} us", request.end.as_us());
-            assert_eq!(reply.data()[..2], [3, 1]);
+            assert_replies(&MIXED, node, bus, from, |data| data[..2] == [3, 1]);
         }
     }
 }

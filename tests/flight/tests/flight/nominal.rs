@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use twin::spacecraft::{Bus, WireRecord};
 
 use flight::*;
 
@@ -41,8 +41,7 @@ fn by_crystal(node: u8, nominal: Time) -> Time {
 #[test]
 fn every_node_begins_with_boot_up_message_on_default_bus() {
     for setup in MASTER_AND_THREE {
-        let sender = FLIGHT.board(setup.node).0;
-        let first = FLIGHT.frames.iter().find(|seen| seen.sender == sender).unwrap();
+        let first = FLIGHT.of(setup.node).next().unwrap();
         assert_eq!((first.bus, first.id()), (Bus::Nominal, Some(0x700 + u16::from(setup.node))));
         assert_eq!(first.data(), [BOOT_UP]);
     }
@@ -83,12 +82,8 @@ fn heartbeats_come_every_250_ms_by_the_crystal_of_their_node() {
         let steady: Vec<Time> = heartbeats.iter().map(|(at, _)| *at).filter(|at| *at > ms(300)).collect();
         assert!(steady.len() >= 79, "node {}: {} heartbeats", setup.node, steady.len());
         for gap in gaps(&steady) {
-            assert!(
-                about(ms(250), HEARTBEAT_QUEUEING).contains(&gap),
-                "node {}: {} us",
-                setup.node,
-                gap.as_us()
-            );
+            let is_steady = about(ms(250), HEARTBEAT_QUEUEING).contains(&gap);
+            assert!(is_steady, "node {}: {} us", setup.node, gap.as_us());
         }
         let periods = steady.len() as u64 - 1;
         let lasted = steady[steady.len() - 1].since(steady[0]);
@@ -108,11 +103,7 @@ fn a_sync_every_5_s_and_a_spacecraft_time_every_10_s() {
     for (id, period, count) in [(SYNC, 5000, 4), (SPACECRAFT_TIME, 10_000, 2)] {
         let ends: Vec<Time> = FLIGHT.sent(MASTER, Bus::Nominal, id).map(|seen| seen.end).collect();
         assert_eq!(ends.len(), count, "{id:03X}h");
-        assert_eq!(
-            FLIGHT.frames.iter().filter(|seen| seen.id() == Some(id)).count(),
-            count,
-            "no other producer"
-        );
+        assert_eq!(FLIGHT.with_id(id).count(), count, "no other producer");
         for gap in gaps(&ends) {
             let expected = by_crystal(MASTER, ms(period));
             assert!(about(expected, QUEUEING).contains(&gap), "{id:03X}h: {} us", gap.as_us());
@@ -123,9 +114,8 @@ fn a_sync_every_5_s_and_a_spacecraft_time_every_10_s() {
 /// A SCET in a frame, microseconds: fine time (2^-24 s), then coarse time, little-endian (ECSS Figure 7-1).
 fn scet_us(octets: &[u8]) -> u64 {
     assert_eq!(octets.len(), 7);
-    let fine = u64::from(u32::from_le_bytes([octets[0], octets[1], octets[2], 0]));
-    let coarse = u64::from(u32::from_le_bytes([octets[3], octets[4], octets[5], octets[6]]));
-    coarse * 1_000_000 + ((fine * 1_000_000) >> 24)
+    let (fine, coarse) = octets.split_at(3);
+    number(coarse) * 1_000_000 + ((number(fine) * 1_000_000) >> 24)
 }
 
 /// Verifies: ECSS 6.9e
@@ -222,9 +212,8 @@ fn every_command_is_executed() {
 #[test]
 fn the_frames_told_are_those_on_the_wire() {
     for node in SLAVES {
-        let sender = FLIGHT.board(node).0;
         for (asked, reply) in replies(node, 0x0110) {
-            let sent = FLIGHT.frames.iter().filter(|seen| seen.sender == sender && seen.end < asked).count();
+            let sent = FLIGHT.of(node).filter(|seen| seen.end < asked).count();
             assert_eq!(number(&reply[3..6]), sent as u64, "node {node} at {} us", asked.as_us());
         }
     }
@@ -239,10 +228,8 @@ fn no_slave_sees_an_error_or_loses_a_frame() {
             }
         }
     }
-    let destroyed = FLIGHT
-        .records
-        .iter()
-        .filter(|wire| matches!(wire.record, Observation::Destroyed { .. }) && wire.at > ms(72));
+    let is_destroyed = |wire: &&WireRecord| matches!(wire.record, Observation::Destroyed { .. });
+    let destroyed = FLIGHT.records.iter().filter(is_destroyed).filter(|wire| wire.at > ms(72));
     assert_eq!(destroyed.count(), 0, "with two nodes on the bus every frame is acknowledged");
 }
 

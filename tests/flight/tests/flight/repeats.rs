@@ -62,8 +62,7 @@ fn a_command_repeated_after_its_eof_is_executed_once() {
 /// Then it is dropped, and a command with the next sequence is executed.
 #[test]
 fn a_repeat_on_the_other_bus_is_dropped() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Redundant, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Redundant);
     flight.fly_to(1000);
     let command = flight.fly_until(|seen| seen.id() == Some(COMMAND_TO_TWO));
     let mut next = command.frame;
@@ -91,8 +90,7 @@ fn a_repeat_on_the_other_bus_is_dropped() {
 #[test]
 fn a_request_of_its_code_alone_is_answered() {
     const VALUE: [u8; 8] = [0x02, 0x01, 0, 0, 0, 0, 0, 0];
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(1_045);
     for (bytes, at_ms) in (2..=8).zip((1_045..).step_by(3)) {
         flight.twin.inject(guest, ms(at_ms), WireFrame::standard(0x403, &VALUE[..bytes]));
@@ -102,7 +100,7 @@ fn a_request_of_its_code_alone_is_answered() {
     let codes: Vec<&[u8]> = answers.map(|seen| &seen.data()[..2]).collect();
     assert_eq!(codes, [[0x02, 0x01]; 7]);
     flight.fly_to(2_200);
-    assert_eq!(flight.sent(3, Bus::Nominal, 0x083).count(), 0, "no emergency");
+    assert_eq!(flight.emergencies(3, ms(0)).count(), 0);
     assert_eq!(telemetry(&flight, 3, 0x0120), [0; 6], "nothing malformed");
     flight.assert_nothing_lost();
 }

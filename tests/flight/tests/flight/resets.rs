@@ -23,15 +23,14 @@ fn longest_pause(flight: &Flight, node: u8, bus: Bus, from: Time) -> Time {
 fn the_master_is_reset_and_its_slaves_fly_on() {
     let mut flight = Flight::new(&MASTER_AND_THREE);
     flight.fly_to(1000);
-    let master = flight.board(MASTER);
-    flight.twin.reset(master);
+    flight.reset(MASTER);
     flight.fly_to(2500);
     let booted = boot_up(&flight, MASTER, Bus::Nominal, ms(1000)).unwrap();
     // Its program starts after 6.9 ms, its node is Operational 3.0 ms later.
     assert!(booted < ms(1011), "{} us", booted.as_us());
+    flight.assert_kept_running([2, 3, 4], ms(300));
+    flight.assert_operational([2, 3, 4], Bus::Nominal);
     for node in [2, 3, 4] {
-        assert!(!flight.fell_back(node, ms(300)), "node {node}\n{}", flight.log(node));
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
         // The master knows no slave until its next heartbeat.
         let pause = longest_pause(&flight, node, Bus::Nominal, ms(900));
         assert!(pause < ms(100 + 10 + 250 + 100), "node {node}: {} us", pause.as_us());
@@ -47,10 +46,9 @@ fn master_reset_takes_it_and_its_slaves_to_the_default_bus() {
     flight.fly_to(1000);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(1500);
-    assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
+    flight.assert_operational([2, 3], Bus::Redundant);
     flight.twin.wire_mut(Bus::Nominal).restore_all();
-    let master = flight.board(MASTER);
-    flight.twin.reset(master);
+    flight.reset(MASTER);
     flight.fly_to(2500);
     let booted = boot_up(&flight, MASTER, Bus::Nominal, ms(1500)).unwrap();
     for node in [2, 3] {
@@ -58,10 +56,10 @@ fn master_reset_takes_it_and_its_slaves_to_the_default_bus() {
             flight.heartbeats(node, Bus::Nominal).into_iter().find(|(at, _)| *at > booted).unwrap();
         assert_eq!(followed.1, OPERATIONAL);
         assert!(followed.0 < booted + ms(1), "node {node}: {} us", followed.0.as_us());
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
         let commands = flight.sent(MASTER, Bus::Nominal, 0x300 + u16::from(node));
         assert!(commands.filter(|seen| seen.end > booted).count() >= 8, "node {node}");
     }
+    flight.assert_operational([2, 3], Bus::Nominal);
     flight.assert_sound();
 }
 
@@ -74,6 +72,7 @@ fn a_slave_that_starts_again_is_taken_back() {
         (vec![(1000, Event::Reset)], 1000),
         (vec![(1000, Event::Power(false)), (1500, Event::Power(true))], 1500),
     ] {
+        println!("{events:?}");
         let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
         let board = flight.board(3);
         for (at, event) in &events {
@@ -86,9 +85,9 @@ fn a_slave_that_starts_again_is_taken_back() {
         let states: Vec<u8> = said.map(|(_, state)| state).collect();
         assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{events:?}");
         assert!(states[1..].iter().all(|state| *state == OPERATIONAL), "{events:?}");
-        assert!(flight.is_operational(3, Bus::Nominal), "{events:?}");
+        flight.assert_operational([3], Bus::Nominal);
         assert!(longest_pause(&flight, 3, Bus::Nominal, booted) < ms(110), "{events:?}");
-        assert!(!flight.fell_back(2, ms(300)), "nothing happened to the other one");
+        flight.assert_kept_running([2], ms(300));
         assert!(longest_pause(&flight, 2, Bus::Nominal, ms(300)) < ms(101), "{events:?}");
         assert_eq!(flight.on(Bus::Redundant).count(), 0, "{events:?}");
         flight.assert_sound();
@@ -102,42 +101,35 @@ fn commanded(command: u8) -> (Flight, Time, Vec<u8>) {
 
 /// The same with any frame of a foreign controller.
 fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.twin.inject(guest, ms(1050), frame);
     flight.fly_to(1800);
     let sent = flight.first_after(ms(1050), |seen| seen.sender == guest.node).unwrap().end;
     let said = flight.heartbeats(3, Bus::Nominal).into_iter().filter(|(at, _)| *at > sent);
     let states = said.map(|(_, state)| state).collect();
-    for node in [2, 4] {
-        assert!(!flight.fell_back(node, ms(300)) && flight.is_operational(node, Bus::Nominal), "node {node}");
-    }
+    flight.assert_kept_running([2, 4], ms(300));
+    flight.assert_operational([2, 4], Bus::Nominal);
     flight.assert_sound();
     (flight, sent, states)
 }
 
-/// Verifies: ECSS 6.5.1a.4, 6.5.3a
+/// Reset Node resets the chip, Reset Communication starts the node over without that.
+///
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.5.3a
 #[test]
-fn reset_node_resets_the_chip() {
-    let (flight, sent, states) = commanded(0x81);
-    assert!(flight.said(3, "reset by the master", sent).is_some(), "{}", flight.log(3));
-    assert!(flight.said(3, "slave 3 starts", sent).is_some(), "{}", flight.log(3));
-    assert_eq!(flight.twin.board(flight.board(3)).counters().system_resets, 1);
-    assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{states:?}");
-    let booted = boot_up(&flight, 3, Bus::Nominal, sent).unwrap();
-    assert!(booted < sent + ms(10), "{} us", booted.since(sent).as_us());
-    assert!(flight.is_operational(3, Bus::Nominal));
-}
-
-/// Verifies: ECSS 6.5.1a.5, 6.5.3a
-#[test]
-fn reset_communication_starts_over_without_resetting_the_chip() {
-    let (flight, sent, states) = commanded(0x82);
-    assert_eq!(flight.twin.board(flight.board(3)).counters().system_resets, 0);
-    assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{states:?}");
-    let booted = boot_up(&flight, 3, Bus::Nominal, sent).unwrap();
-    assert!(booted < sent + ms(1), "{} us", booted.since(sent).as_us());
-    assert!(flight.is_operational(3, Bus::Nominal));
+fn reset_node_resets_the_chip_and_reset_communication_does_not() {
+    for (command, chip_resets, within_ms) in [(0x81, 1, 10), (0x82, 0, 1)] {
+        println!("{command:02X}h");
+        let (flight, sent, states) = commanded(command);
+        for text in ["reset by the master", "slave 3 starts"].into_iter().filter(|_| chip_resets == 1) {
+            flight.assert_said(3, text, sent);
+        }
+        assert_eq!(flight.emulated(3).counters().system_resets, chip_resets, "{command:02X}h");
+        assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{command:02X}h: {states:?}");
+        let booted = boot_up(&flight, 3, Bus::Nominal, sent).unwrap();
+        assert!(booted < sent + ms(within_ms), "{command:02X}h: {} us", booted.since(sent).as_us());
+        flight.assert_operational([3], Bus::Nominal);
+    }
 }
 
 /// A client of the master has it stop node 3 (1F82h: 4).
@@ -153,24 +145,22 @@ fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
     assert_eq!(commands.count(), 0, "the master commands slaves that are operational");
 }
 
-/// Nobody who may have stopped it: the master starts it again.
+/// Nobody who may have stopped it, or made it wait: the master starts it again.
 ///
 /// Verifies: ECSS 6.5.1a.1, 6.5.1a.2
-#[test]
-fn a_slave_that_a_foreign_command_stopped_is_started() {
-    let (flight, sent, states) = commanded(0x02);
-    assert_eq!(states[..2], [STOPPED, OPERATIONAL], "{states:?}");
-    assert!(flight.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).is_some());
-    assert!(flight.is_operational(3, Bus::Nominal));
-}
-
 /// Verifies: ECSS 6.5.1a.1
 /// Verifies: ECSS 6.5.1a.3
 /// Verifies: ECSS 8.3.3f
 #[test]
-fn a_slave_that_says_pre_operational_is_started() {
-    let (flight, sent, states) = commanded(0x80);
-    assert_eq!(states[..2], [PRE_OPERATIONAL, OPERATIONAL], "{states:?}");
-    let start = flight.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).unwrap();
-    assert!(start.sender == 0 && start.end < sent + ms(1));
+fn a_slave_that_a_foreign_command_stopped_is_started() {
+    for (command, state) in [(0x02, STOPPED), (0x80, PRE_OPERATIONAL)] {
+        println!("{command:02X}h");
+        let (flight, sent, states) = commanded(command);
+        assert_eq!(states[..2], [state, OPERATIONAL], "{command:02X}h: {states:?}");
+        let start = flight.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).unwrap();
+        // Who waits is started at once.
+        let is_prompt = state == STOPPED || (start.sender == 0 && start.end < sent + ms(1));
+        assert!(is_prompt, "{command:02X}h: {start:?}");
+        flight.assert_operational([3], Bus::Nominal);
+    }
 }

@@ -24,11 +24,10 @@ fn of_two_boards_powered_together_prime_is_active_other_silent() {
     let first = heartbeats(&TAKEOVER, BoardId(0))[0].1;
     assert!(about(ms(720), ms(30)).contains(&first), "{} us", first.as_us());
     assert!(heartbeats(&TAKEOVER, BoardId(1)).iter().all(|(start, ..)| *start > ms(3_000)));
-    let early = TAKEOVER.frames.iter().filter(|seen| seen.sender == 1 && seen.end < ms(3_000));
-    assert_eq!(early.count(), 0, "no frame");
-    let attempts = Bus::ALL.into_iter().flat_map(|bus| TAKEOVER.attempts(SECOND, bus));
-    assert_eq!(attempts.filter(|at| *at < ms(3_000)).count(), 0, "nor an attempt");
-    assert!(TAKEOVER.said(SECOND, "Standby (MasterHeard)", Time::ZERO).is_some(), "{}", TAKEOVER.log(SECOND));
+    assert!(!TAKEOVER.of(SECOND).any(|seen| seen.end < ms(3_000)), "no frame");
+    let mut attempts = Bus::ALL.into_iter().flat_map(|bus| TAKEOVER.attempts(SECOND, bus));
+    assert!(!attempts.any(|at| at < ms(3_000)), "nor an attempt");
+    TAKEOVER.assert_said(SECOND, "Standby (MasterHeard)", Time::ZERO);
 }
 
 /// Given a standby, when the active master loses its power, then the standby is active within its consumer time and 10 ms. Slaves,
@@ -42,8 +41,8 @@ fn a_standby_takes_over_within_its_consumer_time() {
     let taken = start.since(last);
     assert!(taken < ms(410), "{} us", taken.as_us());
     assert_eq!(bus, Bus::Nominal);
-    for node in [2, 3] {
-        assert!(TAKEOVER.is_operational(node, Bus::Nominal), "{node}");
+    TAKEOVER.assert_operational([2, 3], Bus::Nominal);
+    for node in [2_u8, 3] {
         let id = 0x700 + u16::from(node);
         let runs = TAKEOVER.first_after(start, |seen| seen.id() == Some(id) && seen.data() == [OPERATIONAL]);
         let runs = runs.unwrap().end.since(start);
@@ -52,7 +51,7 @@ fn a_standby_takes_over_within_its_consumer_time() {
         let flows = command.unwrap().end.since(start);
         assert!(flows < ms(1_000), "{} us", flows.as_us());
     }
-    let mut nmt = TAKEOVER.frames.iter().filter(|seen| seen.id() == Some(0) && seen.start > ms(3_000));
+    let mut nmt = TAKEOVER.with_id(0).filter(|seen| seen.start > ms(3_000));
     assert!(nmt.all(|seen| seen.data()[0] == 1), "start, and no reset");
 }
 
@@ -64,14 +63,12 @@ fn a_new_master_checks_the_configuration_after_the_takeover() {
     let start = heartbeats(&TAKEOVER, BoardId(1))[0].0;
     for node in [2_u8, 3] {
         let stamp = |seen: &&Seen| seen.data()[..3] == [0x40, 0x20, 0x10];
-        let asked: Vec<Time> = TAKEOVER
-            .sent(SECOND, Bus::Nominal, 0x600 + u16::from(node))
-            .filter(stamp)
-            .map(|seen| seen.start)
-            .collect();
-        assert!(!asked.is_empty() && asked.iter().all(|at| *at > start), "{node}");
-        let written = TAKEOVER.sent(SECOND, Bus::Nominal, 0x600 + u16::from(node));
-        assert_eq!(written.filter(|seen| seen.data()[0] & 0xE0 == 0x20).count(), 0, "nothing was wrong");
+        let sent = || TAKEOVER.sent(SECOND, Bus::Nominal, 0x600 + u16::from(node));
+        assert!(
+            sent().any(|seen| stamp(&seen)) && sent().filter(stamp).all(|seen| seen.start > start),
+            "{node}"
+        );
+        assert!(!sent().any(|seen| seen.data()[0] & 0xE0 == 0x20), "nothing was wrong");
     }
 }
 
@@ -87,12 +84,9 @@ fn a_board_that_comes_back_stays_standby() {
     flight.twin.power(BoardId(0), true);
     flight.fly_to(7_000);
     assert!(is_active(&flight, BoardId(1)) && !is_active(&flight, BoardId(0)));
-    assert_eq!(drove(&flight, PRIME, ms(4_000)), 0);
-    assert!(
-        [2, 3]
-            .into_iter()
-            .all(|node| flight.is_operational(node, Bus::Nominal) && !flight.fell_back(node, ms(3_500)))
-    );
+    assert_eq!(flight.driven(PRIME, ms(4_000)), 0);
+    flight.assert_operational([2, 3], Bus::Nominal);
+    flight.assert_kept_running([2, 3], ms(3_500));
 }
 
 /// Verifies: ECSS 8.1a
@@ -101,7 +95,7 @@ fn a_prime_board_that_is_late_is_the_standby() {
     let mut flight = flight(&[BoardSetup { power_on_ms: 900, ..ALL[0] }, ALL[1], ALL[2], ALL[3]]);
     flight.fly_to(4_000);
     assert!(is_active(&flight, BoardId(1)));
-    assert_eq!(drove(&flight, PRIME, Time::ZERO), 0);
+    assert_eq!(flight.driven(PRIME, Time::ZERO), 0);
 }
 
 /// Both buses are cut between prime and everybody else: the other board takes over. When they are healed both are active, and
@@ -115,17 +109,15 @@ fn of_two_active_masters_the_one_without_slaves_yields() {
     Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).cut(BETWEEN_MASTERS_M));
     flight.fly_to(6_000);
     assert!(is_active(&flight, BoardId(1)));
-    assert!(
-        Bus::ALL.into_iter().flat_map(|bus| flight.attempts(PRIME, bus)).any(|at| at > ms(5_800)),
-        "active too"
-    );
+    let tries = |bus| flight.attempts(PRIME, bus).any(|at| at > ms(5_800));
+    assert!(Bus::ALL.into_iter().any(tries), "active too");
     Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).restore(BETWEEN_MASTERS_M));
     flight.fly_to(6_200);
-    assert!(flight.said(PRIME, "Standby (Yielded)", ms(6_000)).is_some(), "{}", flight.log(PRIME));
+    flight.assert_said(PRIME, "Standby (Yielded)", ms(6_000));
     assert_eq!(flight.said(SECOND, "Standby", ms(6_000)), None);
     flight.fly_to(7_000);
-    assert_eq!(drove(&flight, PRIME, ms(6_200)), 0);
-    assert!([2, 3].into_iter().all(|node| flight.is_operational(node, Bus::Nominal)));
+    assert_eq!(flight.driven(PRIME, ms(6_200)), 0);
+    flight.assert_operational([2, 3], Bus::Nominal);
 }
 
 /// Given two masters and no slave, when one is active, then the other one acknowledges nothing, and hears it all the same: it
@@ -139,9 +131,9 @@ fn a_standby_acknowledges_nothing() {
     flight.fly_to(5_000);
     assert_eq!(flight.frames.len(), 0, "nobody acknowledges");
     assert!(flight.attempts(PRIME, Bus::Nominal).count() > 0);
-    assert!(flight.said(SECOND, "Standby (MasterHeard)", Time::ZERO).is_some());
+    flight.assert_said(SECOND, "Standby (MasterHeard)", Time::ZERO);
     flight.fly_to(6_500);
-    assert_eq!(drove(&flight, SECOND, Time::ZERO), 0, "{}", flight.log(SECOND));
+    assert_eq!(flight.driven(SECOND, Time::ZERO), 0, "{}", flight.log(SECOND));
     assert!(is_active(&flight, BoardId(0)) && flight.said(PRIME, "Standby", Time::ZERO).is_none());
     assert!([Bus::Nominal, Bus::Redundant].into_iter().any(|bus| flight.is_operational(2, bus)));
 }

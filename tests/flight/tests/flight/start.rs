@@ -18,21 +18,16 @@ fn slave_with_wrong_strap_parity_is_silent_and_logs_it() {
     let mute = BoardSetup { parity: false, ..setup(3, 20) };
     let mut flight = Flight::new(&[setup(1, 40), mute, setup(2, 600)]);
     flight.fly_to(590);
-    assert!(flight.said(3, "staying silent", ms(20)).is_some(), "{}", flight.log(3));
+    flight.assert_said(3, "staying silent", ms(20));
     assert_eq!(flight.frames, [], "nobody acknowledges the master");
     assert!(flight.attempts(1, Bus::Nominal).count() > 1000, "though it tries");
-    assert!(flight.said(1, "Nominal: error Passive", ms(40)).is_some(), "{}", flight.log(1));
+    flight.assert_said(1, "Nominal: error Passive", ms(40));
 
     flight.fly_to(1000);
-    assert!(flight.is_operational(2, Bus::Nominal), "with another slave the master flies");
-    assert!(flight.frames.iter().all(|seen| !seen.reached.contains(&3)));
-    let board = flight.board(3);
-    assert!(flight.frames.iter().all(|seen| seen.sender != board.0));
-    for bus in Bus::ALL {
-        assert_eq!(flight.attempts(3, bus).count(), 0);
-    }
+    flight.assert_operational([2], Bus::Nominal);
+    flight.assert_absent(3, ms(0));
     for side in [Side::Can1, Side::Can2] {
-        assert_eq!(flight.twin.board(board).can_stats(side).stored, [0, 0]);
+        assert_eq!(flight.emulated(3).can_stats(side).stored, [0, 0]);
     }
     flight.assert_sound();
 }
@@ -46,18 +41,17 @@ fn a_lone_slave_waits_for_its_master() {
     let mut flight = Flight::new(&[setup(1, 3000), setup(3, 20)]);
     flight.fly_to(2990);
     assert_eq!(flight.frames, []);
-    assert!(flight.said(3, "Nominal: error Passive", ms(20)).is_some(), "{}", flight.log(3));
+    flight.assert_said(3, "Nominal: error Passive", ms(20));
     flight.fly_to(3300);
     let operational = flight.heartbeats(3, Bus::Nominal).into_iter().find(|(_, state)| *state == OPERATIONAL);
     let (at, _) = operational.unwrap();
     assert!(at < ms(3025), "{} us", at.as_us());
-    assert!(flight.is_operational(3, Bus::Nominal));
+    flight.assert_operational([3], Bus::Nominal);
     let heartbeats = flight.heartbeats(3, Bus::Nominal);
     // Of all that waited, one message is left.
     assert_eq!(heartbeats.iter().filter(|(_, state)| *state == BOOT_UP).count(), 1, "{heartbeats:?}");
     assert!(heartbeats.iter().all(|(_, state)| *state != PRE_OPERATIONAL), "{heartbeats:?}");
-    let slave = flight.board(3).0;
-    let first = flight.on(Bus::Nominal).find(|seen| seen.sender == slave).unwrap();
+    let first = flight.of(3).find(|seen| seen.bus == Bus::Nominal).unwrap();
     assert_eq!((first.id(), first.data()), (Some(0x703), &[BOOT_UP][..]));
     flight.assert_nothing_lost();
 }
@@ -93,8 +87,8 @@ fn slaves_waiting_together_are_started_when_the_master_comes() {
         let operational = flight.heartbeats(node, Bus::Nominal).into_iter().find(|(_, s)| *s == OPERATIONAL);
         // Its next heartbeat tells the master that it waits.
         assert!(operational.unwrap().0 < ms(3265), "node {node}");
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
     }
+    flight.assert_operational([2, 3, 4], Bus::Nominal);
     assert_eq!(flight.on(Bus::Redundant).count(), 0);
     flight.assert_nothing_lost();
 }
@@ -118,16 +112,17 @@ fn slaves_that_search_already_find_a_late_master() {
         assert!(first > moved && first < ms(12_573), "acknowledged as soon as both are there");
         assert_eq!(state, PRE_OPERATIONAL);
     }
-    assert!(flight.is_operational(2, Bus::Nominal), "parallel access\n{}", flight.log(2));
+    // Parallel access.
+    flight.assert_operational([2], Bus::Nominal);
     let joined = flight.heartbeats(2, Bus::Nominal).into_iter().find(|(at, _)| *at > ms(13_000)).unwrap();
     assert!(joined.0 < ms(13_015), "{} us", joined.0.as_us());
     assert!(!flight.is_operational(4, Bus::Nominal), "selective access, on the other bus");
 
     flight.fly_to(25_400);
-    assert!(flight.is_operational(4, Bus::Nominal), "{}", flight.log(4));
+    flight.assert_operational([4], Bus::Nominal);
     let returned = flight.heartbeats(4, Bus::Nominal).into_iter().find(|(at, _)| *at > ms(13_000)).unwrap();
     assert!(about(ms(25_060), ms(12)).contains(&returned.0), "{} us", returned.0.as_us());
-    assert_eq!(flight.frames.iter().filter(|seen| seen.bus == Bus::Redundant && seen.sender == 0).count(), 0);
+    assert!(!flight.of(MASTER).any(|seen| seen.bus == Bus::Redundant));
     flight.assert_nothing_lost();
 }
 
@@ -140,8 +135,8 @@ fn a_master_that_waits_for_its_slaves_stays_on_the_default_bus() {
         let heartbeats = flight.heartbeats(node, Bus::Nominal);
         assert_eq!((heartbeats[0].1, heartbeats[1].1), (BOOT_UP, OPERATIONAL), "node {node}");
         assert!(heartbeats[1].0 < ms(5170), "node {node}: {} us", heartbeats[1].0.as_us());
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}");
     }
+    flight.assert_operational([2, 3, 4], Bus::Nominal);
     assert_eq!(flight.on(Bus::Redundant).count(), 0);
     assert_eq!(flight.attempts(1, Bus::Redundant).count(), 0);
     assert!(flight.said(1, "active bus", ms(0)).is_none(), "{}", flight.log(1));

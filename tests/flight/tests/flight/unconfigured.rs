@@ -33,14 +33,12 @@ fn stamped(seen: &Seen) -> Option<(u8, u32)> {
 fn a_slave_reset_on_the_bus_left_is_configured_again() {
     let mut flight = Flight::new(&MASTER_AND_THREE);
     flight.fly(CUT);
-    assert!(
-        requests(&flight, Bus::Nominal, ms(0)).iter().any(|seen| seen.data()[..5] == WRITE_ERROR_BEHAVIOUR)
-    );
+    let is_configured = |seen: &&Seen| seen.data()[..5] == WRITE_ERROR_BEHAVIOUR;
+    assert!(requests(&flight, Bus::Nominal, ms(0)).iter().any(is_configured));
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    let slave = flight.board(SLAVE);
-    flight.twin.reset(slave);
+    flight.reset(SLAVE);
     flight.fly(CUT + ms(1_500));
-    assert!(flight.said(SLAVE, "slave 2 starts", CUT).is_some());
+    flight.assert_said(SLAVE, "slave 2 starts", CUT);
     let reached_master = |seen: &&Seen| seen.reached.contains(&MASTER) && seen.end > CUT;
     assert_eq!(flight.sent(SLAVE, Bus::Nominal, 0x702).filter(reached_master).count(), 0, "unheard");
 
@@ -53,13 +51,13 @@ fn a_slave_reset_on_the_bus_left_is_configured_again() {
     let asked = requests(&flight, Bus::Redundant, CUT);
     let read = asked.iter().find(|seen| seen.data()[..4] == [0x40, 0x20, 0x10, 1]).unwrap();
     assert!(read.start > waits && read.end < stopped, "1020h is read while it runs");
-    let written = asked.iter().find(|seen| seen.data()[..5] == WRITE_ERROR_BEHAVIOUR).unwrap();
+    let written = asked.iter().find(|seen| is_configured(seen)).unwrap();
     assert!(written.start > stopped && written.end < runs_again, "configured while it waits");
     let stamps: Vec<(u8, u32)> = asked.iter().filter_map(|seen| stamped(seen)).collect();
     assert_eq!(stamps, [(1, 12_321), (2, 43_200_000)]);
     let told = "slave 2: configuration lost, 1020h sub 1 is 00000000h, expected 00003021h";
-    assert!(flight.said(MASTER, told, CUT).is_some(), "{}", flight.log(MASTER));
-    assert!(flight.is_operational(SLAVE, Bus::Redundant));
+    flight.assert_said(MASTER, told, CUT);
+    flight.assert_operational([SLAVE], Bus::Redundant);
     // The other slave with parallel access followed. The master reads its error register and no other object.
     let asked = flight.sent(MASTER, Bus::Redundant, 0x603);
     assert!(asked.map(Seen::data).all(|data| data[..4] == [0x40, 0x01, 0x10, 0]));
@@ -71,17 +69,15 @@ fn a_slave_reset_on_the_bus_left_is_configured_again() {
 /// Then the log of the master names error, letter, object, found and expected value, and slave 3 is not started.
 #[test]
 fn a_failed_boot_up_is_logged_with_its_object() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(1_045);
     let expect_5016 = WireFrame::standard(0x601, &[0x23, 0x86, 0x1F, 3, 0x16, 0x50, 0, 0]);
     flight.twin.inject(guest, ms(1_045), expect_5016);
     flight.fly_to(1_050);
-    let slave = flight.board(3);
-    flight.twin.reset(slave);
+    flight.reset(3);
     flight.fly_to(1_700);
     let told = "slave 3: boot-up failed, error M (Product): 1018h sub 2 is 00005015h, expected 00005016h";
-    assert!(flight.said(MASTER, told, ms(1_050)).is_some(), "{}", flight.log(MASTER));
+    flight.assert_said(MASTER, told, ms(1_050));
     assert!(!flight.is_operational(3, Bus::Nominal) && flight.is_operational(2, Bus::Nominal));
     assert!(flight.said(MASTER, "mandatory", ms(0)).is_none(), "no slave of this profile is mandatory");
 }

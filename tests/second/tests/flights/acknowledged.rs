@@ -44,8 +44,7 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
         let cut = flight.fly_until(|seen| seen.id() == Some(REQUEST_2)).end;
         flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
         while flight.attempts(1, Bus::Nominal).filter(|at| *at > cut).count() < 17 {
-            let next = flight.end + Time::from_us(10);
-            flight.fly(next);
+            flight.fly(flight.end + Time::from_us(10));
         }
         let first = acknowledge(&mut flight, guest, SYNC);
         for n in 0..80 {
@@ -56,14 +55,11 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
         flight.fly(first + Time::from_us(after_us));
         let last = acknowledge(&mut flight, guest, EMERGENCY);
         flight.fly(last + ms(10));
-        let isolated = flight.said(1, "Isolated", cut).unwrap();
+        let isolated = flight.assert_said(1, "Isolated", cut);
         let active = flight.said(1, "error Active", first);
         assert!(active.is_none_or(|at| at > isolated), "error passive all the time\n{}", flight.log(1));
-        assert!(
-            last < first + Time::from_us(1_700),
-            "the flight is another one: {} us",
-            last.since(first).as_us()
-        );
+        let apart = last.since(first);
+        assert!(apart < Time::from_us(1_700), "the flight is another one: {} us", apart.as_us());
         assert!(isolated > last + ms(2), "isolated {} us after the emergency", isolated.since(last).as_us());
     }
 }

@@ -26,10 +26,7 @@ fn flown() -> (Flight, GuestId) {
 /// Causes and program counters of the emergencies 6100h of the slave, on whichever bus. One is announced again to the master
 /// that the slave finds.
 fn causes(flight: &Flight) -> Vec<(u8, [u8; 4])> {
-    let of_slave =
-        |seen: &&Seen| seen.sender == flight.board(SLAVE).0 && seen.id() == Some(0x080 + u16::from(SLAVE));
-    let raised =
-        flight.frames.iter().filter(of_slave).map(Seen::data).filter(|data| data[..2] == [0x00, 0x61]);
+    let raised = flight.emergencies(SLAVE, ms(0)).filter(|data| data[..2] == [0x00, 0x61]);
     let mut causes: Vec<_> = raised.map(|data| (data[3], data[4..].try_into().unwrap())).collect();
     causes.dedup();
     causes
@@ -40,10 +37,10 @@ fn causes(flight: &Flight) -> Vec<(u8, [u8; 4])> {
 #[test]
 fn an_image_on_chip_support_alone_flies_and_changes_the_bus() {
     let (mut flight, _) = flown();
-    assert!(flight.is_operational(SLAVE, Bus::Nominal), "{}", flight.log(MASTER));
+    flight.assert_operational([SLAVE], Bus::Nominal);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(3_000);
-    assert!(flight.is_operational(SLAVE, Bus::Redundant), "{}", flight.log(MASTER));
+    flight.assert_operational([SLAVE], Bus::Redundant);
     assert_eq!(flight.log(SLAVE), "");
     assert_eq!(flight.lost_frames(SLAVE), 0);
 }
@@ -53,13 +50,12 @@ fn an_image_on_chip_support_alone_flies_and_changes_the_bus() {
 #[test]
 fn its_own_handlers_end_a_program_that_hangs_or_panics() {
     let (mut flight, client) = flown();
-    let due =
-        tasks(&flight, SLAVE).into_iter().find(|task| task.name == u32::from_le_bytes(*b"due ")).unwrap();
+    let due = task_named(&flight, SLAVE, b"due ");
     end_program(&mut flight, SLAVE, due, &halfwords(&HANG));
     flight.fly(flight.end + ms(1_500));
     // The master has changed the bus meanwhile.
     assert_eq!(causes(&flight), [(LATE_TASK, [0; 4])]);
-    assert!(flight.is_operational(SLAVE, Bus::Redundant), "{}", flight.log(MASTER));
+    flight.assert_operational([SLAVE], Bus::Redundant);
 
     // Brightness 201 of 200.
     let too_bright = WireFrame::standard(0x603, &[0x2F, 0x00, 0x60, 0, 201, 0, 0, 0]);

@@ -3,12 +3,10 @@
 use std::sync::Arc;
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings};
-use twin::crystal::Crystal;
+use twin::board::EmulatedBoard;
 use twin::image::Image;
-use twin::model::Model;
 
-use flight::{PYBOARD_V11, STANDARD};
+use flight::{PYBOARD_V11, STANDARD, bare};
 
 const FLASH: u32 = 0x0800_0000;
 const RAM: u32 = 0x2000_0000;
@@ -54,17 +52,8 @@ fn divided(function: &str, cases: &[[u64; 2]]) -> Vec<[u64; 2]> {
 }
 
 fn run(function: &str, cases: &[[u64; 2]]) -> Vec<[u64; 2]> {
-    let config = BoardConfig {
-        name: "divider".to_owned(),
-        model: Model::shipped(PYBOARD_V11),
-        image: Arc::new(dividing(&STANDARD[1], function, cases)),
-        straps: Vec::new(),
-        crystal: Crystal::ppm(0.0),
-        position_m: 0.0,
-        power_on_at: Time::ZERO,
-        fittings: Fittings::default(),
-    };
-    let mut board = EmulatedBoard::new(config, 0);
+    let image = Arc::new(dividing(&STANDARD[1], function, cases));
+    let mut board = EmulatedBoard::new(bare(PYBOARD_V11, image), 0);
     board.power(true);
     // 64 rounds of 16 cycles at 16 MHz.
     board.run_until(Time::from_us(70 * cases.len() as u64 + 1_000)).unwrap();

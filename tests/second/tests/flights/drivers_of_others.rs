@@ -14,25 +14,12 @@ use twin::pin::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, Wiring};
 
-use flight::parsed;
+use flight::{PYBOARD_V11, bare, parsed};
 
 /// An image of `twin/foreign`, by the feature that chooses it.
 fn image(feature: &str) -> Arc<Image> {
     let built = Package::of_workspace("foreign").build(feature).unwrap();
     parsed(&built[0])
-}
-
-fn board(name: &str, image: &Arc<Image>) -> BoardConfig {
-    BoardConfig {
-        name: name.to_owned(),
-        model: Model::shipped("pyboard-v11"),
-        image: image.clone(),
-        straps: Vec::new(),
-        crystal: Crystal::ppm(0.0),
-        position_m: 0.0,
-        power_on_at: Time::ZERO,
-        fittings: Fittings::default(),
-    }
 }
 
 /// The scenarios of the hardware test suite of `bxcan`, in the order in which the image runs them.
@@ -71,7 +58,7 @@ const SCENARIOS: [&str; 28] = [
 fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
     let wiring = Wiring { can1: Some(Bus::Nominal), can2: Some(Bus::Nominal) };
     let fittings = Fittings { wiring, ..Fittings::default() };
-    let board = board("bxcan", &image("pyboard-v11-bxcan"));
+    let board = bare(PYBOARD_V11, image("pyboard-v11-bxcan"));
     // The program has its controllers at other pins than a pyboard.
     let at = |rx, tx| CanPins { rx, tx };
     let can = [at(Pin::new('A', 11), Pin::new('A', 12)), at(Pin::new('B', 5), Pin::new('B', 6))];
@@ -96,12 +83,12 @@ fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
 fn two_with_embassy(feature: &str) -> Spacecraft {
     let image = image(feature);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    spacecraft.add_board(BoardConfig { crystal: Crystal::ppm(40.0), ..board("asks", &image) });
+    spacecraft.add_board(BoardConfig { crystal: Crystal::ppm(40.0), ..bare(PYBOARD_V11, image.clone()) });
     spacecraft.add_board(BoardConfig {
         crystal: Crystal::ppm(-40.0),
         position_m: 10.0,
         straps: vec![(Pin::new('A', 2), false)],
-        ..board("answers", &image)
+        ..bare(PYBOARD_V11, image)
     });
     spacecraft
 }

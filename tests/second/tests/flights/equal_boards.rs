@@ -9,6 +9,8 @@ use twin::spacecraft::Bus;
 
 /// EMCY code 8150h, CAN-ID collision, as on the wire.
 const COLLISION: [u8; 2] = [0x50, 0x81];
+/// Heartbeat period of profile `standard`.
+const PERIOD_MS: u64 = 100;
 /// Heartbeat periods within which two boards part: 32 bits, and the first heartbeat is on time.
 const PERIODS: u64 = 33;
 /// Pattern of late heartbeats of slave 2: CRC-32C of its unique ID, 0000_0002h, 3430_3546h, 2054_5749h, as a program in another
@@ -18,13 +20,13 @@ const PATTERN_OF_TWO: u32 = 0x5047_A5AD;
 const EQUAL: [usize; 2] = [2, 3];
 
 /// Master, slave 2, and two boards of Node-ID 3 with equal crystals that are powered together. They fly for as many heartbeat
-/// periods (of `period_ms`) as two boards need at most, and five seconds longer.
-fn fly(images: &Images, period_ms: u64, ppm: f64) -> Flight {
+/// periods as two boards need at most, and five seconds longer.
+fn fly(images: &Images, ppm: f64) -> Flight {
     let [master, two, three, _] = MASTER_AND_THREE;
     let three = BoardSetup { ppm, ..three };
     let equal = BoardSetup { position_m: three.position_m + 0.5, ..three };
     let mut flight = Flight::with(&[master, two, three, equal], images);
-    flight.fly_to(three.power_on_ms + PERIODS * period_ms + 5_000);
+    flight.fly_to(three.power_on_ms + PERIODS * PERIOD_MS + 5_000);
     flight
 }
 
@@ -34,20 +36,15 @@ fn of(flight: &Flight, board: usize, id: u16) -> impl Iterator<Item = &Seen> {
 }
 
 /// One of the equal boards reports a collision within 33 heartbeat periods and is silent from then on. The other one goes on.
-fn assert_one_yields(images: &Images, period_ms: u64, ppm: f64) {
-    let flight = fly(images, period_ms, ppm);
+fn assert_one_yields(images: &Images, ppm: f64) {
+    let flight = fly(images, ppm);
     let reports = |board: usize| flight.logs.iter().filter(move |log| log.board.0 == board);
-    let yielded: Vec<(usize, Time)> = EQUAL
-        .into_iter()
-        .filter_map(|board| {
-            let yields = reports(board).find(|log| log.text.contains("yields: true"))?;
-            Some((board, yields.at))
-        })
-        .collect();
+    let yields = |board| Some((board, reports(board).find(|log| log.text.contains("yields: true"))?.at));
+    let yielded: Vec<(usize, Time)> = EQUAL.into_iter().filter_map(yields).collect();
     let &[(silent, at)] = yielded.as_slice() else {
         panic!("one board yields, not {yielded:?}\n{}", flight.log(3));
     };
-    assert!(at < ms(MASTER_AND_THREE[2].power_on_ms + 300 + PERIODS * period_ms), "{} us", at.as_us());
+    assert!(at < ms(MASTER_AND_THREE[2].power_on_ms + 300 + PERIODS * PERIOD_MS), "{} us", at.as_us());
     let emergencies = |board: usize| of(&flight, board, 0x083).filter(|seen| seen.data()[..2] == COLLISION);
     // The other one reports it too where a heartbeat was on its way already.
     assert!((1..=2).contains(&EQUAL.into_iter().flat_map(emergencies).count()));
@@ -56,9 +53,9 @@ fn assert_one_yields(images: &Images, period_ms: u64, ppm: f64) {
     assert_eq!(late.count(), 0, "board {silent} is silent");
     let other = EQUAL[usize::from(silent == EQUAL[0])];
     let beats = of(&flight, other, 0x703).filter(|seen| seen.end > at + ms(100));
-    let [beats, least] = [beats.count() as u64, 5_000 / period_ms - 1];
+    let [beats, least] = [beats.count() as u64, 5_000 / PERIOD_MS - 1];
     assert!(beats >= least, "{beats} heartbeats of board {other} after {} us", at.as_us());
-    assert!(flight.is_operational(2, Bus::Nominal), "{}", flight.log(2));
+    flight.assert_operational([2], Bus::Nominal);
     flight.assert_sound();
 }
 
@@ -68,15 +65,14 @@ fn assert_one_yields(images: &Images, period_ms: u64, ppm: f64) {
 /// Verifies: ECSS 6.10h
 #[test]
 fn one_of_two_equal_boards_yields() {
-    for ppm in [0.0, 48.0] {
-        assert_one_yields(&STANDARD, 100, ppm);
+    for (kbit, ppm) in [(1_000, 0.0), (1_000, 48.0), (125, 48.0)] {
+        println!("{kbit} kbit/s, crystals {ppm} ppm off");
+        assert_one_yields(&images(kbit), ppm);
     }
 }
 
-/// Verifies: ECSS 6.10h
-#[test]
-fn one_of_two_equal_boards_yields_at_125_kbit_per_second() {
-    assert_one_yields(&rates::at(125, "standard"), 100, 48.0);
+fn images(kbit: u64) -> Images {
+    if kbit == 125 { rates::at(125, "standard") } else { STANDARD.clone() }
 }
 
 /// Given a slave, then its heartbeats are late by four of the longest frames where its unique ID has a bit for it, and on the
@@ -84,9 +80,8 @@ fn one_of_two_equal_boards_yields_at_125_kbit_per_second() {
 #[test]
 fn unique_id_makes_heartbeats_late() {
     for (kbit, delay_us) in [(1_000, 540), (125, 4_320)] {
-        let images = if kbit == 125 { rates::at(125, "standard") } else { STANDARD.clone() };
         let setups = [MASTER_AND_THREE[0], BoardSetup { ppm: 0.0, ..MASTER_AND_THREE[1] }];
-        let mut flight = Flight::with(&setups, &images);
+        let mut flight = Flight::with(&setups, &images(kbit));
         flight.fly_to(5_000);
         // The last heartbeats: those before may be announced.
         let beats: Vec<u64> =

@@ -1,7 +1,6 @@
 //! Heartbeats of nodes that do not count: the master reports them, and no node changes its bus.
 
 use can_wire::frame::WireFrame;
-use can_wire::time::Time;
 use twin::spacecraft::Bus;
 
 use flight::*;
@@ -14,7 +13,7 @@ fn master_and_one(images: Option<&Images>) -> Flight {
 
 /// The words that the master spoke on the redundant bus.
 fn strayed(flight: &Flight) -> usize {
-    flight.on(Bus::Redundant).filter(|seen| seen.sender == 0).count()
+    flight.of(MASTER).filter(|seen| seen.bus == Bus::Redundant).count()
 }
 
 /// One heartbeat of a node that does not exist, then silence for longer than the consumer time.
@@ -27,12 +26,12 @@ fn one_heartbeat_of_a_node_that_does_not_exist_moves_nobody() {
             flight.twin.inject(guest, ms(1_050), WireFrame::standard(0x705, &[state]));
             flight.fly_to(until_ms);
             assert_eq!(strayed(&flight), 0, "state {state:02X}h\n{}", flight.log(1));
-            assert!(flight.is_operational(2, Bus::Nominal) && !flight.fell_back(2, ms(300)));
-            let asked = flight
-                .sent(MASTER, Bus::Nominal, 0x605)
-                .filter(|seen| seen.data()[..4] == [0x40, 0, 0x10, 0]);
+            flight.assert_operational([2], Bus::Nominal);
+            flight.assert_kept_running([2], ms(300));
+            let asked = flight.sent(MASTER, Bus::Nominal, 0x605).map(Seen::data);
+            let asked = asked.filter(|data| data[..4] == [0x40, 0, 0x10, 0]);
             assert_eq!(asked.count(), 1, "its device type was asked for once");
-            let told = flight.said(1, "node 5 does not answer", ms(1_050)).unwrap();
+            let told = flight.assert_said(1, "node 5 does not answer", ms(1_050));
             assert!(about(ms(1_550), ms(60)).contains(&told), "{} us", told.as_us());
             flight.assert_nothing_lost();
         }
@@ -50,7 +49,8 @@ fn heartbeats_of_a_foreign_node_on_the_other_bus_move_nobody() {
         }
         flight.fly_to(until_ms);
         assert_eq!(strayed(&flight), 0, "{}", flight.log(1));
-        assert!(flight.is_operational(2, Bus::Nominal) && !flight.fell_back(2, ms(300)));
+        flight.assert_operational([2], Bus::Nominal);
+        flight.assert_kept_running([2], ms(300));
         flight.assert_nothing_lost();
     }
 }
@@ -65,10 +65,9 @@ fn a_foreign_node_is_forgotten_and_asked_again_when_it_returns() {
         flight.twin.inject(guest, ms(at), WireFrame::standard(0x705, &[OPERATIONAL]));
     }
     flight.fly_to(7_000);
-    let asked: Vec<Time> = flight.sent(MASTER, Bus::Nominal, 0x605).map(|seen| seen.end).collect();
-    let asked: Vec<u64> = asked.iter().map(|at| at.as_us() / 100_000).collect();
+    let asked = flight.sent(MASTER, Bus::Nominal, 0x605).map(|seen| seen.end.as_us() / 100_000);
     // The question, and the abort when its 500 ms are over.
-    assert_eq!(asked, [10, 15, 34, 39, 60, 65]);
+    assert_eq!(asked.collect::<Vec<_>>(), [10, 15, 34, 39, 60, 65]);
     let reports = flight.logs.iter().filter(|log| log.text.contains("node 5 does not answer"));
     assert_eq!(reports.count(), 2, "once until it is forgotten");
     assert_eq!(strayed(&flight), 0);

@@ -1,7 +1,7 @@
 //! Copies of a spacecraft in flight.
 
 use can_wire::fault::Fault;
-use twin::board::Counters;
+use twin::board::{BoardConfig, Counters, EmulatedBoard, Registers};
 use twin::crystal::Crystal;
 
 use flight::*;
@@ -19,7 +19,7 @@ const END_MS: u64 = 10_000;
 fn flight() -> Flight {
     let mut flight = Flight::of(&MASTER_AND_THREE, |setup| {
         let drifts = Crystal { drift_ppm_per_s: 0.05, walk_ppb: 2.0, seed: 7, ..Crystal::ppm(setup.ppm) };
-        twin::board::BoardConfig { crystal: drifts, ..setup.with(&STANDARD) }
+        BoardConfig { crystal: drifts, ..setup.with(&STANDARD) }
     });
     let cut = Fault::Cut { position_m: NEXT_TO_MASTER_M };
     flight.twin.wire_mut(Bus::Nominal).schedule(ms(CUT_MS), cut).unwrap();
@@ -27,8 +27,8 @@ fn flight() -> Flight {
 }
 
 /// Counters, core registers and RAM of all boards.
-fn boards(flight: &Flight) -> Vec<(Counters, twin::board::Registers, Vec<u8>)> {
-    let state = |board: &twin::board::EmulatedBoard| {
+fn boards(flight: &Flight) -> Vec<(Counters, Registers, Vec<u8>)> {
+    let state = |board: &EmulatedBoard| {
         (board.counters(), board.registers(), board.read_memory(RAM, RAM_BYTES).unwrap())
     };
     flight.twin.boards().map(|(_, board)| state(board)).collect()
@@ -46,7 +46,8 @@ fn assert_equal(flight: &Flight, reference: &Flight, which: &str) {
 fn copy_and_original_continue_exactly_alike() {
     let mut reference = flight();
     reference.fly_to(END_MS);
-    assert!(reference.said(2, "bus", ms(CUT_MS)).is_some(), "the fail-over is part of the flight");
+    // The fail-over is part of the flight.
+    reference.assert_said(2, "bus", ms(CUT_MS));
 
     let mut original = flight();
     original.fly_to(COPIED_MS);
@@ -67,8 +68,8 @@ fn copies_share_no_state() {
     let mut changed = original.clone();
     let board = changed.board(3);
     changed.twin.power(board, false);
-    changed.twin.board_mut(board).set_temperature(80.0);
-    changed.twin.board_mut(board).write_flash(0x0800_0000, &[0; 512]).unwrap();
+    changed.emulated_mut(3).set_temperature(80.0);
+    changed.emulated_mut(3).write_flash(0x0800_0000, &[0; 512]).unwrap();
     changed.fly_to(END_MS);
     assert!(!changed.is_operational(3, Bus::Redundant));
     original.fly_to(END_MS);

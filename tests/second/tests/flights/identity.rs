@@ -2,7 +2,7 @@
 
 use can_wire::frame::WireFrame;
 use twin::pin::Pin;
-use twin::spacecraft::{Bus, GuestId};
+use twin::spacecraft::Bus;
 
 use flight::*;
 
@@ -29,8 +29,7 @@ fn setup(node: u8) -> BoardSetup {
 
 /// Writes a log with these copies into the flash of a board.
 fn store(flight: &mut Flight, node: u8, copies: &[u16]) {
-    let board = flight.board(node);
-    let board = flight.twin.board_mut(board);
+    let board = flight.emulated_mut(node);
     let at = board.symbol("__store_start").unwrap().address;
     // Fifteen bits, even parity, and the complement of all of them.
     let word = |number: u16| {
@@ -43,7 +42,7 @@ fn store(flight: &mut Flight, node: u8, copies: &[u16]) {
 
 /// The copies in a page of the log in the flash of a board that were not replaced.
 fn stored(flight: &Flight, node: u8, page: u32) -> Vec<u16> {
-    let board = flight.twin.board(flight.board(node));
+    let board = flight.emulated(node);
     let at = board.symbol("__store_start").unwrap().address + page * 128 * 1024;
     let bytes = board.read_memory(at + 8, 64).unwrap();
     let words = bytes.chunks(4).map(|word| u16::from_le_bytes([word[0], word[1]]));
@@ -52,36 +51,14 @@ fn stored(flight: &Flight, node: u8, page: u32) -> Vec<u16> {
 
 /// Ties the straps of a board; `None` leaves all open.
 fn strap(flight: &mut Flight, node: u8, value: Option<u8>) {
-    let board = flight.board(node);
     let bits = value.map_or(0, |id| id | u8::from(id.count_ones() % 2 == 0) << 4);
     for (bit, pin) in STRAPS.into_iter().enumerate() {
-        let level = if bits >> bit & 1 == 1 { Some(false) } else { None };
-        flight.twin.board_mut(board).drive(pin, level);
+        flight.emulated_mut(node).drive(pin, (bits >> bit & 1 == 1).then_some(false));
     }
 }
 
 fn set_maintenance(flight: &mut Flight, node: u8, is_closed: bool) {
-    let board = flight.board(node);
-    flight.twin.board_mut(board).drive(MAINTENANCE, is_closed.then_some(false));
-}
-
-/// Frames and attempts of a board on both buses so far.
-fn sent(flight: &Flight, node: u8) -> usize {
-    let board = flight.board(node);
-    let frames = flight.frames.iter().filter(|seen| seen.sender == board.0).count();
-    frames + Bus::ALL.into_iter().map(|bus| flight.attempts(node, bus).count()).sum::<usize>()
-}
-
-/// Whether a board took part in what happened on a bus since `from`: it received, and so acknowledged.
-fn takes_part(flight: &Flight, node: u8, bus: Bus, from_ms: u64) -> bool {
-    flight.on(bus).any(|seen| seen.end > ms(from_ms) && seen.reached.contains(&node))
-}
-
-/// An answer to an SDO request of a guest on the nominal bus.
-fn ask(flight: &mut Flight, guest: GuestId, node: u8, request: [u8; 8]) -> [u8; 8] {
-    flight.twin.inject(guest, flight.end, WireFrame::standard(0x600 + u16::from(node), &request));
-    let answer = flight.fly_until(|seen| seen.id() == Some(0x580 + u16::from(node)));
-    answer.data().try_into().unwrap()
+    flight.emulated_mut(node).drive(MAINTENANCE, is_closed.then_some(false));
 }
 
 const READ: [u8; 8] = [0x40, 0x46, 0x20, 1, 0, 0, 0, 0];
@@ -110,18 +87,13 @@ fn a_board_is_who_straps_and_store_agree_on_or_silent() {
     strap(&mut flight, 8, None);
     store(&mut flight, 8, &[copies(2)[0], copies(3)[1]]);
     flight.fly_to(1000);
-    for node in [2, 3, 5] {
-        assert!(flight.is_operational(node, Bus::Nominal), "node {node}\n{}", flight.log(node));
-    }
+    flight.assert_operational([2, 3, 5], Bus::Nominal);
     assert_eq!(stored(&flight, 2, 0), copies(2), "nothing is written");
     assert_eq!(stored(&flight, 3, 1), copies(3), "in the other page: three copies again");
     for (node, why) in [(6, "Contradiction"), (8, "Missing")] {
-        assert!(flight.said(node, why, ms(0)).is_some(), "node {node}\n{}", flight.log(node));
-        assert!(flight.said(node, "staying silent", ms(0)).is_some(), "node {node}\n{}", flight.log(node));
-        assert_eq!(sent(&flight, node), 0, "node {node}");
-        for bus in Bus::ALL {
-            assert!(!takes_part(&flight, node, bus, 0), "node {node} acknowledges");
-        }
+        flight.assert_said(node, why, ms(0));
+        flight.assert_said(node, "staying silent", ms(0));
+        flight.assert_absent(node, ms(0));
     }
     flight.assert_sound();
 }
@@ -132,45 +104,43 @@ fn a_board_is_who_straps_and_store_agree_on_or_silent() {
 /// Verifies: ECSS 6.10g, 6.10j
 #[test]
 fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     set_maintenance(&mut flight, 3, true);
     // A master that starts everyone, resets everyone, and is lost: nothing of it is for a board in maintenance mode.
     flight.twin.inject(guest, ms(700), WireFrame::standard(0x000, &[0x01, 0]));
     flight.twin.inject(guest, ms(720), WireFrame::standard(0x000, &[0x82, 0]));
     flight.fly_to(1000);
-    assert_eq!(sent(&flight, 3), 0, "{}", flight.log(3));
-    assert!(takes_part(&flight, 3, Bus::Nominal, 500), "{}", flight.log(3));
-    assert_eq!(ask(&mut flight, guest, 127, READ)[4..], [0; 4], "nothing is stored");
+    assert_eq!(flight.driven(3, ms(0)), 0, "{}", flight.log(3));
+    let acknowledged = flight.on(Bus::Nominal).any(|seen| seen.end > ms(500) && seen.reached.contains(&3));
+    assert!(acknowledged, "{}", flight.log(3));
+    assert_eq!(flight.ask(guest, 127, READ)[4..], [0; 4], "nothing is stored");
     // Not the master's, not without its complement: 06090030h, 08000020h.
-    assert_eq!(ask(&mut flight, guest, 127, storing(1))[4..], [0x30, 0x00, 0x09, 0x06]);
+    assert_eq!(flight.ask(guest, 127, storing(1))[4..], [0x30, 0x00, 0x09, 0x06]);
     let [.., complement, i, d] = storing(7);
     let wrong = [0x23, 0x46, 0x20, 1, 5, complement, i, d];
-    assert_eq!(ask(&mut flight, guest, 127, wrong)[4..], [0x20, 0x00, 0x00, 0x08]);
+    assert_eq!(flight.ask(guest, 127, wrong)[4..], [0x20, 0x00, 0x00, 0x08]);
     assert!(stored(&flight, 3, 0).is_empty());
-    assert_eq!(ask(&mut flight, guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
+    assert_eq!(flight.ask(guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
     assert_eq!(stored(&flight, 3, 0), copies(7));
-    assert_eq!(ask(&mut flight, guest, 127, READ), [0x43, 0x46, 0x20, 1, 7, 0, 0, 0]);
+    assert_eq!(flight.ask(guest, 127, READ), [0x43, 0x46, 0x20, 1, 7, 0, 0, 0]);
 
     // Its straps still say 3.
-    let board = flight.board(3);
     set_maintenance(&mut flight, 3, false);
-    flight.twin.reset(board);
-    let (before, from) = (sent(&flight, 3), flight.end);
+    flight.reset(3);
+    let from = flight.end;
     flight.fly(from + ms(300));
-    assert!(flight.said(3, "Contradiction", from).is_some(), "{}", flight.log(3));
-    assert_eq!(sent(&flight, 3), before);
+    flight.assert_said(3, "Contradiction", from);
+    assert_eq!(flight.driven(3, from), 0);
 
     strap(&mut flight, 3, Some(7));
-    flight.twin.reset(board);
+    flight.reset(3);
     let from = flight.end;
     flight.fly(from + ms(700));
-    let said: Vec<_> =
-        flight.frames.iter().filter(|seen| seen.sender == board.0 && seen.end > from).collect();
-    let last = said.iter().rfind(|seen| seen.id() == Some(0x707)).map(|seen| seen.data()[0]);
+    let said = || flight.of(3).filter(|seen| seen.end > from);
+    let last = said().rfind(|seen| seen.id() == Some(0x707)).map(|seen| seen.data()[0]);
     assert_eq!(last, Some(OPERATIONAL), "{}", flight.log(3));
-    assert!(said.iter().all(|seen| seen.id() != Some(0x703)), "nothing under the old one");
-    assert!(flight.is_operational(2, Bus::Nominal));
+    assert!(said().all(|seen| seen.id() != Some(0x703)), "nothing under the old one");
+    flight.assert_operational([2], Bus::Nominal);
 }
 
 /// Given a NUCLEO-F446RE with its own strap of maintenance mode, when a client stores a Node-ID, then its flash has it.
@@ -179,28 +149,26 @@ fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
 #[test]
 fn a_board_of_the_other_model_has_maintenance_mode_too() {
     let nucleo = BoardSetup { board: NUCLEO_F446RE, ..setup(3) };
-    let mut flight = Flight::new(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
-    let board = flight.board(3);
-    flight.twin.board_mut(board).drive(Pin::new('A', 4), Some(false));
+    let (mut flight, guest) =
+        Flight::with_guest(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo], Bus::Nominal);
+    flight.emulated_mut(3).drive(Pin::new('A', 4), Some(false));
     flight.fly_to(500);
-    assert_eq!(sent(&flight, 3), 0, "{}", flight.log(3));
-    assert_eq!(ask(&mut flight, guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
+    assert_eq!(flight.driven(3, ms(0)), 0, "{}", flight.log(3));
+    assert_eq!(flight.ask(guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
     assert_eq!(stored(&flight, 3, 0), copies(7));
 }
 
 /// Verifies: ECSS 6.10g
 #[test]
 fn no_node_id_is_stored_outside_of_maintenance_mode() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(1000);
     // 08000022h, also in Pre-operational.
     for command in [0x01, 0x80] {
         flight.twin.inject(guest, flight.end, WireFrame::standard(0x000, &[command, 3]));
-        assert_eq!(ask(&mut flight, guest, 3, storing(7)), [0x80, 0x46, 0x20, 1, 0x22, 0x00, 0x00, 0x08]);
+        assert_eq!(flight.ask(guest, 3, storing(7)), [0x80, 0x46, 0x20, 1, 0x22, 0x00, 0x00, 0x08]);
     }
-    assert_eq!(ask(&mut flight, guest, 3, READ)[4..], [0; 4]);
+    assert_eq!(flight.ask(guest, 3, READ)[4..], [0; 4]);
     assert!(stored(&flight, 3, 0).is_empty());
     flight.assert_sound();
 }
@@ -211,27 +179,24 @@ fn no_node_id_is_stored_outside_of_maintenance_mode() {
 /// Verifies: ECSS 6.10g, 6.10k
 #[test]
 fn a_reset_by_command_takes_no_strap_that_changed_in_flight() {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(1000);
     for straps in [Some(3), Some(5), None] {
+        println!("straps {straps:?}");
         // The last one: 3, and maintenance mode.
         set_maintenance(&mut flight, 3, straps.is_none());
         strap(&mut flight, 3, straps.or(Some(3)));
         let from = flight.end;
         flight.twin.inject(guest, from, WireFrame::standard(0x000, &[0x81, 3]));
         flight.fly(from + ms(700));
-        let booted = flight
-            .heartbeats(3, Bus::Nominal)
-            .into_iter()
-            .find(|(at, state)| *at > from && *state == BOOT_UP);
-        assert!(booted.is_some(), "{straps:?}\n{}", flight.log(3));
-        assert!(flight.is_operational(3, Bus::Nominal), "{straps:?}\n{}", flight.log(3));
+        let heartbeats = flight.heartbeats(3, Bus::Nominal);
+        let boots = heartbeats.iter().any(|(at, state)| *at > from && *state == BOOT_UP);
+        assert!(boots, "{straps:?}\n{}", flight.log(3));
+        flight.assert_operational([3], Bus::Nominal);
     }
-    let board = flight.board(3);
-    flight.twin.reset(board);
-    let (before, from) = (sent(&flight, 3), flight.end);
+    flight.reset(3);
+    let from = flight.end;
     flight.fly(from + ms(700));
-    assert_eq!(sent(&flight, 3), before, "{}", flight.log(3));
-    assert_eq!(ask(&mut flight, guest, 127, READ)[..4], [0x43, 0x46, 0x20, 1]);
+    assert_eq!(flight.driven(3, from), 0, "{}", flight.log(3));
+    assert_eq!(flight.ask(guest, 127, READ)[..4], [0x43, 0x46, 0x20, 1]);
 }

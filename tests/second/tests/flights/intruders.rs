@@ -29,26 +29,31 @@ fn after_fail_over() -> (Flight, GuestId) {
 }
 
 fn fail_over() -> (Flight, GuestId) {
-    let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     flight.fly_to(2000);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(3000);
-    assert!([2, 3].into_iter().all(|node| flight.is_operational(node, Bus::Redundant)));
+    flight.assert_operational([2, 3], Bus::Redundant);
     (flight, guest)
 }
 
 /// Emergencies of `node` with this code.
 fn emergencies(flight: &Flight, node: u8, code: [u8; 2]) -> Vec<(Bus, Time)> {
-    let id = 0x080 + u16::from(node);
-    let all = Bus::ALL.into_iter().flat_map(|bus| flight.sent(node, bus, id));
+    let all = flight.of(node).filter(|seen| seen.id() == Some(0x080 + u16::from(node)));
     all.filter(|seen| seen.data()[..2] == code).map(|seen| (seen.bus, seen.end)).collect()
 }
 
-/// Commands come every 100 ms: of 40, those of one heartbeat period (250 ms) may be lost.
-fn assert_at_most_a_period_lost(flight: &Flight, node: u8, executed_before: u32) {
-    let executed = flight.executed(node) - executed_before;
-    assert!(executed >= 40 - 3, "node {node}: {executed} of 40\n{}", flight.log(node));
+/// What the slaves made of an intruder: executed commands before it, nodes 2 and 3.
+fn assert_cost_one_period(flight: &mut Flight, before: [u32; 2], bus: Bus, period: u64) {
+    println!("every {period} ms");
+    flight.assert_operational([2, 3], bus);
+    for (node, before) in [2, 3].into_iter().zip(before) {
+        // Commands come every 100 ms: of 40, those of one heartbeat period (250 ms) may be lost.
+        let executed = flight.executed(node) - before;
+        assert!(executed >= 40 - 3, "node {node}, every {period} ms: {executed} of 40\n{}", flight.log(node));
+        assert_eq!(emergencies(flight, node, COLLISION).len(), 1, "every {period} ms\n{}", flight.log(node));
+    }
+    flight.assert_nothing_lost();
 }
 
 /// Given a master that left the nominal bus, when a node there sends 701h for 4 s, then each slave goes there once at most
@@ -62,14 +67,11 @@ fn intruder_heartbeat_on_left_bus_costs_one_period() {
         let before = [2, 3].map(|node| flight.executed(node));
         babble(&mut flight, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [3001, 7001]);
         flight.fly_to(7010);
-        for (node, before) in [2, 3].into_iter().zip(before) {
-            assert_at_most_a_period_lost(&flight, node, before);
-            assert!(flight.is_operational(node, Bus::Redundant), "{}", flight.log(node));
+        assert_cost_one_period(&mut flight, before, Bus::Redundant, period);
+        for node in [2, 3] {
             let strayed = flight.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(3000));
             assert!(strayed.count() <= 2, "node {node}, every {period} ms");
-            assert_eq!(emergencies(&flight, node, COLLISION).len(), 1, "{}", flight.log(node));
         }
-        flight.assert_nothing_lost();
     }
 }
 
@@ -77,20 +79,14 @@ fn intruder_heartbeat_on_left_bus_costs_one_period() {
 #[test]
 fn intruder_heartbeat_before_the_cut_costs_one_period() {
     for period in [10, 50, 240] {
-        let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
-        let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+        let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
         babble(&mut flight, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [1001, 7001]);
         flight.fly_to(2000);
         flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
         flight.fly_to(2300);
         let before = [2, 3].map(|node| flight.executed(node));
         flight.fly_to(6310);
-        for (node, before) in [2, 3].into_iter().zip(before) {
-            assert_at_most_a_period_lost(&flight, node, before);
-            assert!(flight.is_operational(node, Bus::Redundant), "every {period} ms\n{}", flight.log(node));
-            assert_eq!(emergencies(&flight, node, COLLISION).len(), 1, "{}", flight.log(node));
-        }
-        flight.assert_nothing_lost();
+        assert_cost_one_period(&mut flight, before, Bus::Redundant, period);
     }
 }
 
@@ -104,13 +100,10 @@ fn intruder_command_on_left_bus_moves_no_slave() {
         let before = [2, 3].map(|node| flight.executed(node));
         babble(&mut flight, guest, WireFrame::standard(0x000, &command), 50, [3001, 7001]);
         flight.fly_to(7010);
+        flight.assert_kept_running([2, 3], ms(3000));
         for (node, before) in [2, 3].into_iter().zip(before) {
-            assert!(
-                flight.executed(node) - before >= 39,
-                "{command:02X?}: {}",
-                flight.executed(node) - before
-            );
-            assert!(!flight.fell_back(node, ms(3000)), "{command:02X?}\n{}", flight.log(node));
+            let executed = flight.executed(node) - before;
+            assert!(executed >= 39, "{command:02X?}: {executed}");
             let strayed = flight.heartbeats(node, Bus::Nominal).into_iter().filter(|(at, _)| *at > ms(3000));
             assert_eq!(strayed.count(), 0, "node {node}, {command:02X?}");
         }
@@ -129,14 +122,11 @@ fn intruder_heartbeat_on_idle_bus_costs_one_period() {
         let before = [2, 3].map(|node| flight.executed(node));
         babble(&mut flight, guest, WireFrame::standard(0x701, &[OPERATIONAL]), period, [3001, 7001]);
         flight.fly_to(7010);
-        for (node, before) in [2, 3].into_iter().zip(before) {
-            assert_at_most_a_period_lost(&flight, node, before);
-            assert!(flight.is_operational(node, Bus::Nominal), "{}", flight.log(node));
+        assert_cost_one_period(&mut flight, before, Bus::Nominal, period);
+        for node in [2, 3] {
             let changes = flight.log(node).matches("active bus: ").count();
             assert!(changes <= 4, "power-on, found, followed, taken back\n{}", flight.log(node));
-            assert_eq!(emergencies(&flight, node, COLLISION).len(), 1, "{}", flight.log(node));
         }
-        flight.assert_nothing_lost();
     }
 }
 
@@ -146,8 +136,7 @@ fn intruder_heartbeat_on_idle_bus_costs_one_period() {
 /// Verifies: ECSS 8.3.3g, 8.3.3h
 #[test]
 fn babbled_command_does_not_hold_up_a_search() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(2013);
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     let last = flight.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
@@ -156,7 +145,7 @@ fn babbled_command_does_not_hold_up_a_search() {
     let (toggled, _) = flight.heartbeats(4, Bus::Redundant)[0];
     let taken = toggled.since(last);
     assert!(taken > ms(12_499) && taken < ms(15_000 + 10), "{} us\n{}", taken.as_us(), flight.log(4));
-    assert!(flight.is_operational(4, Bus::Redundant), "{}", flight.log(4));
+    flight.assert_operational([4], Bus::Redundant);
     flight.assert_nothing_lost();
 }
 
@@ -165,8 +154,7 @@ fn babbled_command_does_not_hold_up_a_search() {
 /// Verifies: ECSS 8.3.3e
 #[test]
 fn emcy_of_a_missed_master_precedes_the_switch() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     // SDO download of 2000h sub 2, Ttoggle.
     let write = WireFrame::standard(0x604, &[0x2F, 0x00, 0x20, 2, 1, 0, 0, 0]);
     flight.twin.inject(guest, ms(1060), write);
@@ -190,8 +178,7 @@ fn emcy_of_a_missed_master_precedes_the_switch() {
 /// Verifies: ECSS 8.2.3a
 #[test]
 fn application_of_a_selective_slave_chooses_the_bus() {
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     for (at, id) in [(1060, 0x304), (1063, 0x302)] {
         let select_redundant = WireFrame::standard(id, &[0x04, 0, 1, 0, 0, 0, 0, 0x77]);
         flight.twin.inject(guest, ms(at), select_redundant);
@@ -200,12 +187,13 @@ fn application_of_a_selective_slave_chooses_the_bus() {
     let chosen = flight.first_after(ms(1060), |seen| seen.id() == Some(0x304)).unwrap().end;
     let there = flight.heartbeats(4, Bus::Redundant);
     assert!(there[0].0 < chosen + ms(1) && there[0].1 == PRE_OPERATIONAL, "{there:?}");
-    assert!(flight.said(4, "active bus: Redundant (Selected)", chosen).is_some(), "{}", flight.log(4));
+    flight.assert_said(4, "active bus: Redundant (Selected)", chosen);
     let back = flight.heartbeats(4, Bus::Nominal).into_iter().find(|(at, _)| *at > chosen).unwrap().0;
     assert!(about(ms(12_500), ms(2)).contains(&back.since(chosen)), "{} us", back.since(chosen).as_us());
-    assert!(flight.is_operational(4, Bus::Nominal), "{}", flight.log(4));
-    assert!(flight.said(2, "declined", chosen).is_some(), "{}", flight.log(2));
-    assert!(!flight.fell_back(2, ms(300)) && flight.heartbeats(2, Bus::Redundant).is_empty());
+    flight.assert_operational([4], Bus::Nominal);
+    flight.assert_said(2, "declined", chosen);
+    flight.assert_kept_running([2], ms(300));
+    assert!(flight.heartbeats(2, Bus::Redundant).is_empty());
     flight.assert_nothing_lost();
 }
 
@@ -225,21 +213,11 @@ fn foreign_double_of_a_slave_costs_few_commands() {
         flight.fly_to(8010);
         let executed = flight.executed(2) - before;
         assert!(executed >= 40, "{executed} of 50, every {period} ms\n{}", flight.log(1));
-        let reported: Vec<&[u8]> = flight.sent(MASTER, Bus::Nominal, 0x081).map(|seen| seen.data()).collect();
+        let reported: Vec<&[u8]> = flight.emergencies(MASTER, ms(0)).collect();
         assert_eq!(reported, [[0x50, 0x81, 0x11, 2, 0, 0, 0, 0]], "{}", flight.log(1));
-        assert!(flight.said(1, "two nodes have Node-ID 2", ms(3000)).is_some(), "{}", flight.log(1));
+        flight.assert_said(1, "two nodes have Node-ID 2", ms(3000));
         flight.assert_nothing_lost();
     }
-}
-
-/// Master, slave 2, and two boards with Node-ID 3; the second one is powered at `second_ms`.
-fn two_of_one_node_id(second_ms: u64) -> Flight {
-    let [master, two, three, _] = MASTER_AND_THREE;
-    let second = BoardSetup { ppm: -17.0, position_m: 20.0, power_on_ms: second_ms, ..three };
-    assert_eq!(second.board, PYBOARD_V11);
-    let mut flight = Flight::new(&[master, two, three, second]);
-    flight.fly_to(6000);
-    flight
 }
 
 /// Given two boards with one Node-ID, the one that booted last is silent, and one of them says why.
@@ -248,7 +226,10 @@ fn two_of_one_node_id(second_ms: u64) -> Flight {
 #[test]
 fn second_board_with_a_node_id_yields() {
     for second_ms in [60, 61, 65, 310, 1500] {
-        let flight = two_of_one_node_id(second_ms);
+        let [master, two, three, _] = MASTER_AND_THREE;
+        let second = BoardSetup { ppm: -17.0, position_m: 20.0, power_on_ms: second_ms, ..three };
+        let mut flight = Flight::new(&[master, two, three, second]);
+        flight.fly_to(6000);
         let of = |board: usize, id: u16| {
             flight.on(Bus::Nominal).filter(move |seen| seen.sender == board && seen.id() == Some(id))
         };
@@ -265,12 +246,11 @@ fn second_board_with_a_node_id_yields() {
         assert!(told.any(|seen| seen.data()[..2] == COLLISION), "powered at {second_ms} ms");
         let late = flight.on(Bus::Nominal).filter(|seen| seen.sender == newcomer && seen.end > ms(2000));
         assert_eq!(late.count(), 0, "powered at {second_ms} ms");
-        let destroyed = flight.records.iter().filter(
-            |record| matches!(record.record, Observation::Destroyed { transmitter, .. } if transmitter >= 2),
-        );
-        let destroyed = destroyed.count();
+        let is_lost =
+            |record: &Observation| matches!(record, Observation::Destroyed { transmitter: 2.., .. });
+        let destroyed = flight.records.iter().filter(|record| is_lost(&record.record)).count();
         assert!(destroyed < 20, "{destroyed} destroyed, powered at {second_ms} ms");
-        assert!(flight.is_operational(2, Bus::Nominal));
+        flight.assert_operational([2], Bus::Nominal);
         flight.assert_sound();
     }
 }

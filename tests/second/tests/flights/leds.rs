@@ -19,12 +19,9 @@ fn leds_toggle_with_what_a_slave_hears() {
     let mut flight = minimal::librecube(&SETUPS);
     flight.fly_to(21_500);
     for (setup, sync) in [(SETUPS[1], Pin::new('A', 5)), (SETUPS[2], Pin::new('B', 4))] {
-        let heard = HEARD.map(|id| {
-            let is_heard = |seen: &&Seen| seen.id() == Some(id) && seen.reached.contains(&setup.node);
-            flight.frames.iter().filter(is_heard).count()
-        });
-        let slave = flight.board(setup.node);
-        let changes = flight.twin.board_mut(slave).take_pin_changes();
+        let heard =
+            HEARD.map(|id| flight.with_id(id).filter(|seen| seen.reached.contains(&setup.node)).count());
+        let changes = flight.emulated_mut(setup.node).take_pin_changes();
         let toggled = [Pin::new('B', 14), sync, Pin::new('B', 15)]
             .map(|led| changes.iter().filter(|change| change.pin == led).count());
         assert_eq!(toggled, heard, "node {}", setup.node);
@@ -47,27 +44,24 @@ fn statistics_in_the_log_are_what_the_bus_carried() {
         let line = flight.logs.iter().find(|log| log.board == flight.board(node) && log.text.contains(begin));
         line.unwrap_or_else(|| panic!("nothing of {begin:?} but: {}", flight.log(node)))
     };
-    let carried = |at: Time, ids: &[u16], node| {
-        let is_meant = |seen: &&Seen| {
-            seen.end <= at && seen.id().is_some_and(|id| ids.contains(&id)) && seen.reached.contains(&node)
-        };
-        flight.frames.iter().filter(is_meant).count()
+    let carried = |at: Time, id: u16, node| {
+        flight.with_id(id).filter(|seen| seen.end <= at && seen.reached.contains(&node)).count()
     };
     for node in [2, minimal::SETUP.node] {
         let (line, id) = (line(node, "heard 100 heartbeats"), u16::from(node));
         let found = numbers(&line.text[line.text.find("heard").unwrap()..]);
         // A minimal slave takes no time in profile standard.
-        let times = if node == 2 { carried(line.at, &[0x181], node) } else { 0 };
-        let heard = [carried(line.at, &[0x701], node), carried(line.at, &[0x080], node), times];
+        let times = if node == 2 { carried(line.at, 0x181, node) } else { 0 };
+        let heard = [carried(line.at, 0x701, node), carried(line.at, 0x080, node), times];
         assert_eq!(found[..3], heard, "node {node}: {}", line.text);
-        let (commands, answers) = (carried(line.at, &[0x300 + id], node), carried(line.at, &[0x380 + id], 1));
+        let (commands, answers) = (carried(line.at, 0x300 + id, node), carried(line.at, 0x380 + id, 1));
         assert_eq!((found[3] + found[4], found[5]), (commands, answers), "node {node}: {}", line.text);
         assert!(commands > 50 && answers > 20, "{}", line.text);
     }
     let line = line(1, "sent 100 SYNC");
     let found = numbers(&line.text[line.text.find("sent").unwrap()..]);
     let sent = [(0x080, 2), (0x302, 2), (0x305, 5), (0x402, 2), (0x405, 5)]
-        .map(|(id, node)| carried(line.at, &[id], node));
+        .map(|(id, node)| carried(line.at, id, node));
     // One of each may be on its way.
     assert!(found[0] == sent[0], "{} {sent:?}", line.text);
     assert!((0..=2).contains(&(found[1] - sent[1] - sent[2])), "{} {sent:?}", line.text);
@@ -84,10 +78,8 @@ fn yellow_led_shows_the_bus_of_a_takeover() {
     flight.fly_to(4_000);
     flight.twin.power(flight.board(standby::PRIME), false);
     flight.fly_to(5_000);
-    let second = flight.board(standby::SECOND);
-    let taken = flight.said(standby::SECOND, "Active on Redundant (MasterSilent)", ms(4_000));
-    assert!(taken.is_some(), "{}", flight.log(standby::SECOND));
-    let changes = flight.twin.board_mut(second).take_pin_changes();
+    flight.assert_said(standby::SECOND, "Active on Redundant (MasterSilent)", ms(4_000));
+    let changes = flight.emulated_mut(standby::SECOND).take_pin_changes();
     let yellow = changes.iter().rfind(|change| change.pin == Pin::new('A', 15));
     assert!(yellow.is_some_and(|change| change.high), "{yellow:?}");
 }

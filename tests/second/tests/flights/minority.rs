@@ -27,84 +27,59 @@ fn switches(flight: &Flight) -> Vec<(Time, Bus)> {
     switches.split_off(1)
 }
 
-/// Consumer time 250 ms, Ttoggle 2: slave 4 is on the other bus 500 ms after the cut.
+/// Flies until the nominal bus is cut at this place, and the redundant one, where it is.
+fn cut(mut flight: Flight, nominal_m: f64, redundant_m: Option<f64>) -> Flight {
+    flight.fly(CUT);
+    flight.twin.wire_mut(Bus::Nominal).cut(nominal_m);
+    redundant_m.into_iter().for_each(|place| flight.twin.wire_mut(Bus::Redundant).cut(place));
+    flight
+}
+
+/// Profile `standard`, consumer time 250 ms, Ttoggle 2: slave 4 is on the other bus 500 ms after the cut. Profile `librecube`: it has
+/// selective access and is there 12.5 s after the last heartbeat that it heard. The master stays where all are heard.
 #[test]
 fn a_lost_minority_is_found_on_the_other_bus() {
-    let mut flight = Flight::with(&SPREAD, &STANDARD);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(LEFT_OF_FOUR_M);
-    flight.fly(CUT + ms(1_600));
-    for node in [2, 3, 4] {
-        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
-        assert!(node == 4 || !flight.fell_back(node, CUT));
+    let flights = [(Flight::with(&SPREAD, &STANDARD), 1_600, 12_000), (Flight::new(&SPREAD), 26_000, 27_013)];
+    for (flight, within_ms, end_ms) in flights {
+        let mut flight = cut(flight, LEFT_OF_FOUR_M, None);
+        flight.fly(CUT + ms(within_ms));
+        flight.assert_operational([2, 3, 4], Bus::Redundant);
+        flight.assert_kept_running([2, 3], CUT);
+        flight.fly_to(end_ms);
+        assert_eq!(switches(&flight).len(), 1, "after {end_ms} ms\n{}", flight.log(1));
+        flight.assert_nothing_lost();
     }
-    flight.fly_to(12_000);
-    assert_eq!(switches(&flight).len(), 1, "it stays where all are heard\n{}", flight.log(1));
-    flight.assert_nothing_lost();
 }
 
-/// Slave 4 has selective access: it is on the other bus 12.5 s after the last heartbeat that it heard.
+/// Each bus reaches two of three slaves: one try from each, and no going to and fro. Where the other bus reaches slave 4 alone, the
+/// master is back after the settling time, and does not try again.
 #[test]
-fn a_lost_selective_slave_is_found_on_the_other_bus() {
-    let mut flight = Flight::new(&SPREAD);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(LEFT_OF_FOUR_M);
-    flight.fly(CUT + ms(26_000));
-    for node in [2, 3, 4] {
-        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
-        assert!(node == 4 || !flight.fell_back(node, CUT));
+fn a_bus_that_reaches_no_more_slaves_is_tried_once() {
+    for (place_of_three_m, back_within) in [(8.0, None), (1.0, Some(ms(710)))] {
+        let mut setups = SPREAD;
+        setups[2].position_m = place_of_three_m;
+        let flight = Flight::with(&setups, &STANDARD);
+        let mut flight = cut(flight, LEFT_OF_FOUR_M, Some(LEFT_OF_MASTER_M));
+        flight.fly_to(12_000);
+        let switches = switches(&flight);
+        let buses: Vec<Bus> = switches.iter().map(|(_, bus)| *bus).collect();
+        let expected = [Bus::Redundant, Bus::Nominal];
+        assert_eq!(buses, expected, "slave 3 at {place_of_three_m} m\n{}", flight.log(1));
+        let there = switches[1].0.since(switches[0].0);
+        assert!(back_within.is_none_or(|most| there < most), "{} us", there.as_us());
+        flight.assert_operational([2, 3], Bus::Nominal);
+        flight.assert_nothing_lost();
     }
-    assert_eq!(switches(&flight).len(), 1, "{}", flight.log(1));
-    flight.assert_nothing_lost();
-}
-
-/// Each bus reaches two of three slaves: one try from each, and no going to and fro.
-#[test]
-fn of_two_buses_that_reach_as_many_each_is_tried_once() {
-    let mut flight = Flight::with(&SPREAD, &STANDARD);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(LEFT_OF_FOUR_M);
-    flight.twin.wire_mut(Bus::Redundant).cut(LEFT_OF_MASTER_M);
-    flight.fly_to(12_000);
-    let switches: Vec<Bus> = switches(&flight).into_iter().map(|(_, bus)| bus).collect();
-    assert_eq!(switches, [Bus::Redundant, Bus::Nominal], "{}", flight.log(1));
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Nominal), "{}", flight.log(node));
-    }
-    flight.assert_nothing_lost();
-}
-
-/// The other bus reaches slave 4 alone: the master is back after the settling time, and does not try again.
-#[test]
-fn a_try_that_loses_more_slaves_is_undone_and_not_repeated() {
-    let mut setups = SPREAD;
-    setups[2].position_m = 1.0;
-    let mut flight = Flight::with(&setups, &STANDARD);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(LEFT_OF_FOUR_M);
-    flight.twin.wire_mut(Bus::Redundant).cut(LEFT_OF_MASTER_M);
-    flight.fly_to(12_000);
-    let switches = switches(&flight);
-    let buses: Vec<Bus> = switches.iter().map(|(_, bus)| *bus).collect();
-    assert_eq!(buses, [Bus::Redundant, Bus::Nominal], "{}", flight.log(1));
-    let there = switches[1].0.since(switches[0].0);
-    assert!(there < ms(710), "{} us", there.as_us());
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Nominal), "{}", flight.log(node));
-    }
-    flight.assert_nothing_lost();
 }
 
 /// Cut off from both buses, slave 4 is heard nowhere.
 #[test]
 fn a_slave_that_is_heard_nowhere_moves_nobody() {
-    let mut flight = Flight::with(&SPREAD, &STANDARD);
-    flight.fly(CUT);
-    Bus::ALL.into_iter().for_each(|bus| flight.twin.wire_mut(bus).cut(LEFT_OF_FOUR_M));
+    let flight = Flight::with(&SPREAD, &STANDARD);
+    let mut flight = cut(flight, LEFT_OF_FOUR_M, Some(LEFT_OF_FOUR_M));
     flight.fly_to(12_000);
     assert_eq!(switches(&flight), [], "{}", flight.log(1));
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Nominal) && !flight.fell_back(node, CUT));
-    }
+    flight.assert_operational([2, 3], Bus::Nominal);
+    flight.assert_kept_running([2, 3], CUT);
     flight.assert_nothing_lost();
 }

@@ -17,14 +17,7 @@ const SETUPS: [BoardSetup; 4] = [
 ];
 
 /// The nominal bus breaks next to the master; slave 4 has to search for it.
-static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = Flight::new(&SETUPS);
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(15_500);
-    flight.assert_nothing_lost();
-    flight.seen
-});
+static FLIGHT: LazyLock<Recording> = LazyLock::new(|| Flight::new(&SETUPS).cut_next_to_master(CUT, 15_500));
 
 /// The straps of both models number their slaves, and both boot on the default bus.
 #[test]
@@ -39,25 +32,17 @@ fn boards_of_both_models_boot_and_are_started() {
 
 #[test]
 fn boards_of_both_models_follow_to_the_other_bus() {
-    for setup in SETUPS {
-        assert!(FLIGHT.is_operational(setup.node, Bus::Redundant), "{}", FLIGHT.log(setup.node));
-    }
-    for node in [2, 3] {
-        assert!(!FLIGHT.fell_back(node, ms(300)), "node {node} has parallel access");
-    }
+    FLIGHT.assert_operational(SETUPS.map(|setup| setup.node), Bus::Redundant);
+    // These have parallel access.
+    FLIGHT.assert_kept_running([2, 3], ms(300));
     assert!(FLIGHT.fell_back(4, CUT), "node 4 has selective access");
 }
 
 #[test]
 fn commands_reach_boards_of_both_models_on_both_buses() {
-    for node in [2_u8, 3] {
+    for node in [2, 3] {
         for (bus, from) in [(Bus::Nominal, ms(500)), (Bus::Redundant, CUT + ms(500))] {
-            let request =
-                FLIGHT.first_after(from, |seen| seen.id() == Some(0x400 + u16::from(node))).unwrap();
-            let reply =
-                FLIGHT.first_after(request.end, |seen| seen.id() == Some(0x380 + u16::from(node))).unwrap();
-            assert_eq!((request.bus, reply.bus), (bus, bus), "node {node}");
-            assert!(reply.end < request.end + ms(2), "node {node} at {} us", request.end.as_us());
+            assert_replies(&FLIGHT, node, bus, from, |_| true);
         }
     }
 }
@@ -67,6 +52,6 @@ fn commands_reach_boards_of_both_models_on_both_buses() {
 fn an_f446_without_valid_straps_is_silent() {
     let mut flight = Flight::new(&[SETUPS[0], BoardSetup { parity: false, ..SETUPS[2] }]);
     flight.fly_to(300);
-    assert!(flight.said(3, "staying silent", ms(20)).is_some(), "{}", flight.log(3));
+    flight.assert_said(3, "staying silent", ms(20));
     assert_eq!(flight.frames, [], "nobody acknowledges the master");
 }

@@ -13,6 +13,7 @@ use twin::image::Image;
 use twin::pin::Pin;
 use twin::spacecraft::Bus;
 
+use flight::minimal::minimal_image;
 use flight::*;
 
 const TWO_CONTROLLERS: u8 = 5;
@@ -21,13 +22,11 @@ const ONE_CONTROLLER: [u8; 2] = [6, 7];
 /// The pin that selects the transceiver, on both boards (docs/wiring.md).
 const SWITCH: Pin = Pin::new('B', 13);
 
-fn image(board: &str, profile: &str) -> Arc<Image> {
-    parsed(&firmware_images::build_minimal(board, profile, firmware_images::LOG).unwrap())
-}
-
-static MINIMAL: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "standard"));
-static PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "standard+one-controller"));
-static NUCLEO: LazyLock<Arc<Image>> = LazyLock::new(|| image("nucleo-f446re", "standard+one-controller"));
+static MINIMAL: LazyLock<Arc<Image>> = LazyLock::new(|| minimal_image(PYBOARD_V11, "standard"));
+static PYBOARD: LazyLock<Arc<Image>> =
+    LazyLock::new(|| minimal_image(PYBOARD_V11, "standard+one-controller"));
+static NUCLEO: LazyLock<Arc<Image>> =
+    LazyLock::new(|| minimal_image(NUCLEO_F446RE, "standard+one-controller"));
 
 /// A master, two full slaves, a minimal one, and those with one controller.
 const SETUPS: [BoardSetup; 6] = [
@@ -65,14 +64,7 @@ const CUT: Time = Time::from_ms(2_013);
 /// Ttoggle consumer times.
 const TOGGLING: Time = Time::from_ms(500);
 
-static FLIGHT: LazyLock<Recording> = LazyLock::new(|| {
-    let mut flight = flight();
-    flight.fly(CUT);
-    flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
-    flight.fly_to(5_000);
-    flight.assert_nothing_lost();
-    flight.seen
-});
+static FLIGHT: LazyLock<Recording> = LazyLock::new(|| flight().cut_next_to_master(CUT, 5_000));
 
 /// From the last heartbeat of the master on the nominal bus to the first one of a slave on the redundant bus.
 fn search(recording: &Recording, node: u8) -> Time {
@@ -91,30 +83,18 @@ fn slave_with_one_controller_follows_by_its_search() {
         assert!(FLIGHT.heartbeats(node, Bus::Nominal).len() >= 15);
     }
     assert!(search(&FLIGHT, TWO_CONTROLLERS) < ms(300));
-    for setup in SETUPS {
-        assert!(
-            FLIGHT.is_operational(setup.node, Bus::Redundant),
-            "node {}\n{}",
-            setup.node,
-            FLIGHT.log(setup.node)
-        );
-    }
+    FLIGHT.assert_operational(SETUPS.map(|setup| setup.node), Bus::Redundant);
 }
 
 /// On one bus at a time: what reaches it, and what it sends.
 #[test]
 fn slave_with_one_controller_is_on_one_bus_at_a_time() {
     for node in ONE_CONTROLLER {
-        let sender = FLIGHT.board(node).0;
-        let left = FLIGHT.on(Bus::Redundant).find(|seen| seen.sender == sender).unwrap().start;
-        assert!(
-            FLIGHT
-                .on(Bus::Redundant)
-                .filter(|seen| seen.reached.contains(&node))
-                .all(|seen| seen.end > left - ms(2))
-        );
-        let here = |seen: &&Seen| seen.sender == sender || seen.reached.contains(&node);
-        assert!(FLIGHT.on(Bus::Nominal).filter(here).all(|seen| seen.end < left));
+        let left = FLIGHT.of(node).find(|seen| seen.bus == Bus::Redundant).unwrap().start;
+        let reached = |bus| FLIGHT.on(bus).filter(move |seen| seen.reached.contains(&node));
+        assert!(reached(Bus::Redundant).all(|seen| seen.end > left - ms(2)), "node {node}");
+        let sent = FLIGHT.of(node).filter(|seen| seen.bus == Bus::Nominal);
+        assert!(sent.chain(reached(Bus::Nominal)).all(|seen| seen.end < left), "node {node}");
     }
 }
 
@@ -124,8 +104,7 @@ fn slave_with_one_controller_executes_each_command_once() {
     for node in ONE_CONTROLLER {
         let id = u16::from(node);
         let told = FLIGHT.sent(node, Bus::Redundant, 0x280 + id).last().unwrap();
-        let sync =
-            FLIGHT.frames.iter().rfind(|seen| seen.id() == Some(0x080) && seen.end < told.start).unwrap();
+        let sync = FLIGHT.with_id(0x080).rfind(|seen| seen.end < told.start).unwrap();
         let [a, b, c, d, _] = told.data().try_into().unwrap();
         let commands = |bus| {
             let all = FLIGHT.sent(MASTER, bus, 0x300 + id);
@@ -140,11 +119,10 @@ fn slave_with_one_controller_executes_each_command_once() {
 /// No frame was cut off on either bus, and nobody saw an error but those next to the cut.
 #[test]
 fn switch_disturbs_neither_bus() {
-    let disturbed = FLIGHT.records.iter().filter(|record| {
-        record.at > CUT + ms(300)
-            && matches!(record.record, Observation::Destroyed { .. } | Observation::Error { .. })
-    });
-    assert_eq!(disturbed.collect::<Vec<_>>(), Vec::<&_>::new());
+    let is_error =
+        |record: &Observation| matches!(record, Observation::Destroyed { .. } | Observation::Error { .. });
+    let mut later = FLIGHT.records.iter().filter(|record| record.at > CUT + ms(300));
+    assert_eq!(later.find(|record| is_error(&record.record)), None);
 }
 
 /// Given a nominal bus that is dominant for ever, which lets no controller off, then a slave with one controller finds its master
@@ -159,12 +137,8 @@ fn always_dominant_bus_does_not_keep_one_controller_slave() {
     flight.assert_sound();
     for node in ONE_CONTROLLER {
         let taken = search(&flight, node);
-        assert!(
-            (TOGGLING + ms(50)..TOGGLING + ms(80)).contains(&taken),
-            "node {node}: {} us\n{}",
-            taken.as_us(),
-            flight.log(node)
-        );
-        assert!(flight.is_operational(node, Bus::Redundant), "{}", flight.log(node));
+        let is_late = (TOGGLING + ms(50)..TOGGLING + ms(80)).contains(&taken);
+        assert!(is_late, "node {node}: {} us\n{}", taken.as_us(), flight.log(node));
     }
+    flight.assert_operational(ONE_CONTROLLER, Bus::Redundant);
 }

@@ -3,12 +3,11 @@
 //! The program is `pulse` of `firmware/checks`: a pulse every millisecond and 37/256 µs. Beside it no task runs.
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Edge, EmulatedBoard, Fittings};
+use twin::board::{BoardConfig, Edge, EmulatedBoard};
 use twin::crystal::Crystal;
-use twin::model::Model;
 use twin::pin::Pin;
 
-use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, parsed};
+use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed, words};
 
 const PIN: Pin = Pin::new('B', 1);
 /// Between two pulses, in units of 2^-8 µs.
@@ -25,24 +24,13 @@ struct Flown {
 
 fn flown(name: &str, ppm: f64) -> Flown {
     let elf = firmware_images::build_check(name, "pulse").unwrap();
-    let config = BoardConfig {
-        name: "pulsing".to_owned(),
-        model: Model::shipped(name),
-        image: parsed(&elf),
-        straps: Vec::new(),
-        crystal: Crystal::ppm(ppm),
-        position_m: 0.0,
-        power_on_at: Time::ZERO,
-        fittings: Fittings::default(),
-    };
+    let config = BoardConfig { crystal: Crystal::ppm(ppm), ..bare(name, parsed(&elf)) };
     let mut board = EmulatedBoard::new(config, 0);
     board.power(true);
     board.run_until(Time::from_ms(400)).unwrap();
-    let bytes = board.read_memory(board.symbol("REPORT").unwrap().address, 16).unwrap();
-    let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
-    let first = u64::from(word(0)) | u64::from(word(1)) << 32;
+    let [low, high, made, refused] = words(&board, "REPORT");
     let edges = board.take_edges();
-    Flown { board, edges, first, made: word(2), refused: word(3) }
+    Flown { board, edges, first: u64::from(low) | u64::from(high) << 32, made, refused }
 }
 
 /// Given instants at all fractions of a microsecond, when the driver is asked for them, then each edge is at the nearest count

@@ -4,10 +4,22 @@ use twin::spacecraft::BoardId;
 
 use flight::*;
 
-/// Commands to `node` on both buses and of all masters.
-fn commands(flight: &Flight, node: u8) -> Vec<&Seen> {
-    flight.frames.iter().filter(|seen| seen.id() == Some(0x300 + u16::from(node))).collect()
+/// Flies on for a second. The next command to slave 15 comes from board `sender` and is equal to the first one; each command is executed.
+fn assert_none_lost(flight: &mut Flight, first: &Seen, sender: usize) {
+    flight.fly(first.end + ms(1_000));
+    let sent: Vec<&Seen> = flight.with_id(COMMAND).collect();
+    assert_eq!(
+        (sent[1].sender, sent[1].frame),
+        (sender, first.frame),
+        "the first command again, byte by byte"
+    );
+    assert!(sent.len() >= 8, "{} commands", sent.len());
+    flight.fly(flight.end + ms(5));
+    assert_eq!((flight.executed(15) as usize, flight.repeats(15)), (flight.with_id(COMMAND).count(), 0));
 }
+
+/// Commands to slave 15.
+const COMMAND: u16 = 0x30F;
 
 /// Slave 15 has its turn just before the end of the master's period: the first command of a master can follow that of its
 /// predecessor by less than a lifetime.
@@ -19,15 +31,9 @@ const LAST: BoardSetup = BoardSetup { node: 15, ..MASTER_AND_THREE[2] };
 #[test]
 fn a_master_reset_after_its_first_command_loses_none() {
     let mut flight = Flight::with(&[MASTER_AND_THREE[0], LAST], &STANDARD);
-    let first = flight.fly_until(|seen| seen.id() == Some(0x30F));
-    let master = flight.board(MASTER);
-    flight.twin.reset(master);
-    flight.fly(first.end + ms(1_000));
-    let sent = commands(&flight, 15);
-    assert_eq!(sent[1].frame, first.frame, "the first command again, byte by byte");
-    assert!(sent.len() >= 8, "{} commands", sent.len());
-    flight.fly(flight.end + ms(5));
-    assert_eq!((flight.executed(15) as usize, flight.repeats(15)), (commands(&flight, 15).len(), 0));
+    let first = flight.fly_until(|seen| seen.id() == Some(COMMAND));
+    flight.reset(MASTER);
+    assert_none_lost(&mut flight, &first, 0);
     flight.assert_sound();
 }
 
@@ -38,13 +44,8 @@ fn a_master_reset_after_its_first_command_loses_none() {
 fn another_master_loses_no_command() {
     let spare = BoardSetup { power_on_ms: 3_600_000, ppm: -7.0, position_m: 6.0, ..MASTER_AND_THREE[0] };
     let mut flight = Flight::with(&[MASTER_AND_THREE[0], LAST, spare], &STANDARD);
-    let first = flight.fly_until(|seen| seen.id() == Some(0x30F));
+    let first = flight.fly_until(|seen| seen.id() == Some(COMMAND));
     flight.twin.power(BoardId(0), false);
     flight.twin.power(BoardId(2), true);
-    flight.fly(first.end + ms(1_000));
-    let sent = commands(&flight, 15);
-    assert_eq!((sent[1].sender, sent[1].frame), (2, first.frame), "of another master, byte by byte");
-    assert!(sent.len() >= 8, "{} commands", sent.len());
-    flight.fly(flight.end + ms(5));
-    assert_eq!((flight.executed(15) as usize, flight.repeats(15)), (commands(&flight, 15).len(), 0));
+    assert_none_lost(&mut flight, &first, 2);
 }

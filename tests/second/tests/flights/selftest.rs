@@ -1,19 +1,15 @@
 //! The self-test of the boards: all is well, and each fault once by its name.
 
-use std::sync::Arc;
-
 use can_wire::fault::Fault;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, State};
+use twin::board::{BoardConfig, Defect, Fittings, State};
 use twin::bxcan::StuckBits;
 use twin::crystal::Crystal;
-use twin::image::Image;
-use twin::model::Model;
 use twin::pin::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
 
-use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, parsed};
+use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed};
 
 const BOARDS: [&str; 3] = [PYBOARD_V11, NUCLEO_F446RE, STM32F4DISCOVERY];
 
@@ -24,11 +20,6 @@ fn pins(name: &str) -> (Pin, Pin) {
         NUCLEO_F446RE => (Pin::new('C', 1), Pin::new('A', 5)),
         _ => (Pin::new('E', 8), Pin::new('D', 12)),
     }
-}
-
-/// The self-test for a board.
-fn image(board: &str) -> Arc<Image> {
-    parsed(&firmware_images::build_check(board, "selftest").unwrap())
 }
 
 /// What a flight showed.
@@ -43,37 +34,38 @@ struct Flown {
     is_lit: bool,
 }
 
-/// Flies the self-test on one board that hangs alone on both buses, for `ms`.
-fn flown(name: &str, fittings: Fittings, has_straps: bool, faults: &[(Bus, Fault)], ms: u64) -> Flown {
-    broken(name, fittings, has_straps, faults, |_| {}, ms)
-}
-
-/// As [`flown`], of a board that `wreck` has broken before.
-fn broken(
-    name: &str,
+/// What is wrong with a board, and with the buses on which it hangs alone.
+struct Bench<'a> {
     fittings: Fittings,
     has_straps: bool,
-    faults: &[(Bus, Fault)],
-    wreck: impl FnOnce(&mut EmulatedBoard),
-    ms: u64,
-) -> Flown {
-    let image = image(name);
+    faults: &'a [(Bus, Fault)],
+    defect: Option<Defect>,
+    option_bytes: Option<u32>,
+}
+
+/// Nothing is wrong.
+fn sound() -> Bench<'static> {
+    let fittings = Fittings::default();
+    Bench { fittings, has_straps: true, faults: &[], defect: None, option_bytes: None }
+}
+
+/// Flies the self-test on a board for `ms`.
+fn flown(name: &str, bench: &Bench<'_>, ms: u64) -> Flown {
+    let image = parsed(&firmware_images::build_check(name, "selftest").unwrap());
     let (strap, led) = pins(name);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    for (bus, fault) in faults {
+    for (bus, fault) in bench.faults {
         spacecraft.wire_mut(*bus).schedule(Time::ZERO, *fault).unwrap();
     }
     let id = spacecraft.add_board(BoardConfig {
-        name: "bare".to_owned(),
-        model: Model::shipped(name),
-        image,
-        straps: has_straps.then_some((strap, false)).into_iter().collect(),
+        straps: bench.has_straps.then_some((strap, false)).into_iter().collect(),
         crystal: Crystal::ppm(20.0),
-        position_m: 0.0,
-        power_on_at: Time::ZERO,
-        fittings,
+        fittings: bench.fittings,
+        ..bare(name, image)
     });
-    wreck(spacecraft.board_mut(id));
+    let board = spacecraft.board_mut(id);
+    bench.defect.into_iter().for_each(|defect| board.inflict(defect));
+    bench.option_bytes.into_iter().for_each(|bytes| board.set_option_bytes(bytes));
     spacecraft.run_until(Time::from_ms(ms)).unwrap();
     let logs = spacecraft.take_logs();
     let of = |level| logs.iter().filter(move |line| line.level == Some(level)).map(|line| line.text.clone());
@@ -93,7 +85,7 @@ fn broken(
 #[test]
 fn sound_board_passes_every_check() {
     for board in BOARDS {
-        let Flown { good, bad, blinks, is_lit } = flown(board, Fittings::default(), true, &[], 500);
+        let Flown { good, bad, blinks, is_lit } = flown(board, &sound(), 500);
         assert_eq!(bad, [""; 0], "{board:?}");
         let checks = [
             "1 clock: good",
@@ -113,33 +105,34 @@ fn sound_board_passes_every_check() {
     }
 }
 
+/// The first check that fails on each board is `number`: the log has these reports and a sum, and the LED blinks the number.
+fn assert_reports(bench: &Bench<'_>, number: usize, reports: &[&str]) {
+    for board in BOARDS {
+        let Flown { bad, blinks, is_lit, .. } = flown(board, bench, 1_000 + 500 * number as u64);
+        let sum = format!("selftest: failed, first in check {number}");
+        let expected: Vec<&str> = reports.iter().copied().chain([sum.as_str()]).collect();
+        assert_eq!(bad.len(), expected.len(), "{board:?}: {bad:#?} for {reports:?}");
+        for (found, expected) in bad.iter().zip(expected) {
+            assert!(found.starts_with(expected), "{board:?}: {found} for {expected}");
+        }
+        assert_eq!((blinks, is_lit), (number, false), "{board:?}: {bad:#?}");
+    }
+}
+
 /// Given one fault, then the log names it and the LED blinks its number.
 #[test]
 fn each_fault_is_reported_by_its_name_and_number() {
-    let sound = Fittings::default();
-    let no_wires = Fittings { capture_wires: false, ..sound };
-    let short = |bus, level| [(bus, Fault::Short { position_m: 0.0, level })];
-    let [nominal_silent, redundant_silent] = Bus::ALL.map(|bus| short(bus, true));
-    let redundant_dominant = short(Bus::Redundant, false);
+    let no_wires = Fittings { capture_wires: false, ..Fittings::default() };
     let captures = ["6 capture of the nominal bus: TooFew(0)", "7 capture of the redundant bus: TooFew(0)"];
-    for board in BOARDS {
-        for (fittings, has_straps, faults, reports, number) in [
-            (no_wires, true, &[][..], &captures[..], 6),
-            (sound, false, &[], &["9 straps: Open"], 9),
-            (sound, true, &nominal_silent, &["4 transceiver of the nominal bus: NoEcho"], 4),
-            (sound, true, &redundant_silent, &["5 transceiver of the redundant bus: NoEcho"], 5),
-            (sound, true, &redundant_dominant, &["5 transceiver of the redundant bus: Dominant"], 5),
-        ] {
-            let Flown { bad, blinks, is_lit, .. } =
-                flown(board, fittings, has_straps, faults, 1_000 + 500 * number as u64);
-            let sum = format!("selftest: failed, first in check {number}");
-            let expected: Vec<&str> = reports.iter().copied().chain([sum.as_str()]).collect();
-            assert_eq!(bad.len(), expected.len(), "{board:?}: {bad:#?}");
-            for (found, expected) in bad.iter().zip(expected) {
-                assert!(found.starts_with(expected), "{board:?}: {found} for {expected}");
-            }
-            assert_eq!((blinks, is_lit), (number, false), "{board:?}: {bad:#?}");
-        }
+    assert_reports(&Bench { fittings: no_wires, ..sound() }, 6, &captures);
+    assert_reports(&Bench { has_straps: false, ..sound() }, 9, &["9 straps: Open"]);
+    for (bus, level, report, number) in [
+        (Bus::Nominal, true, "4 transceiver of the nominal bus: NoEcho", 4),
+        (Bus::Redundant, true, "5 transceiver of the redundant bus: NoEcho", 5),
+        (Bus::Redundant, false, "5 transceiver of the redundant bus: Dominant", 5),
+    ] {
+        let faults = [(bus, Fault::Short { position_m: 0.0, level })];
+        assert_reports(&Bench { faults: &faults, ..sound() }, number, &[report]);
     }
 }
 
@@ -148,7 +141,7 @@ fn each_fault_is_reported_by_its_name_and_number() {
 fn broken_oscillator_is_reported_before_any_check() {
     for board in BOARDS {
         let fittings = Fittings { hse_starts: false, ..Fittings::default() };
-        let Flown { good, bad, blinks, .. } = flown(board, fittings, true, &[], 1_500);
+        let Flown { good, bad, blinks, .. } = flown(board, &Bench { fittings, ..sound() }, 1_500);
         assert_eq!(good, [""; 0]);
         assert!(bad.len() == 1 && bad[0].contains("HSE does not start"), "{bad:?}");
         assert!(blinks >= 2, "{board:?}: {blinks}");
@@ -166,21 +159,6 @@ const INAK: u32 = 1 << 0;
 const RQCP0: u32 = 1 << 0;
 const TXOK0: u32 = 1 << 1;
 const LBKM: u32 = 1 << 30;
-
-/// The reports of a board on which something is broken, without the sum; its first check that failed is `number`.
-fn assert_reports(wreck: impl Fn(&mut EmulatedBoard), number: usize, reports: &[&str]) {
-    for board in BOARDS {
-        let ms = 1_000 + 500 * number as u64;
-        let Flown { bad, blinks, is_lit, .. } = broken(board, Fittings::default(), true, &[], &wreck, ms);
-        let sum = format!("selftest: failed, first in check {number}");
-        let expected: Vec<&str> = reports.iter().copied().chain([sum.as_str()]).collect();
-        assert_eq!(bad.len(), expected.len(), "{board:?}: {bad:#?}");
-        for (found, expected) in bad.iter().zip(expected) {
-            assert!(found.starts_with(expected), "{board:?}: {found} for {expected}");
-        }
-        assert_eq!((blinks, is_lit), (number, false), "{board:?}: {bad:#?}");
-    }
-}
 
 /// Given a controller with bits that are stuck, then the check of that controller names what does not work.
 #[test]
@@ -201,11 +179,11 @@ fn broken_controllers_are_reported_with_what_fails() {
     for (side, (number, controller)) in [(2, nominal), (3, redundant)].into_iter().enumerate() {
         for (offset, zeros, ones, found, line) in cases {
             let offset = offset + CAN2 * side as u32;
-            let wreck =
-                |board: &mut EmulatedBoard| board.inflict(Defect::Can(StuckBits { offset, zeros, ones }));
+            let defect = Some(Defect::Can(StuckBits { offset, zeros, ones }));
             let of_line = line.map(|line| format!("{}: {line}", lines[side]));
             let reports: Vec<_> = [format!("{controller}: {found}")].into_iter().chain(of_line).collect();
-            assert_reports(wreck, number, &reports.iter().map(String::as_str).collect::<Vec<_>>());
+            let reports: Vec<&str> = reports.iter().map(String::as_str).collect();
+            assert_reports(&Bench { defect, ..sound() }, number, &reports);
         }
     }
 }
@@ -218,7 +196,7 @@ fn stuck_filter_banks_are_reported_by_their_controller() {
         (3, 0x0FFF_C000, "3 controller of the redundant bus: Receive"),
     ] {
         let stuck = StuckBits { offset: FA1R, zeros: banks, ones: 0 };
-        assert_reports(|board| board.inflict(Defect::Can(stuck)), number, &[report]);
+        assert_reports(&Bench { defect: Some(Defect::Can(stuck)), ..sound() }, number, &[report]);
     }
 }
 
@@ -226,7 +204,7 @@ fn stuck_filter_banks_are_reported_by_their_controller() {
 #[test]
 fn exchanged_capture_wires_are_reported() {
     let reports = ["6 capture of the nominal bus: Swapped", "7 capture of the redundant bus: Swapped"];
-    assert_reports(|board| board.inflict(Defect::ExchangedCaptures), 6, &reports);
+    assert_reports(&Bench { defect: Some(Defect::ExchangedCaptures), ..sound() }, 6, &reports);
 }
 
 /// Given a prescaler that divides by half as much as it is to, then 10 ms of the timer are 840 000 cycles of the core, and some
@@ -234,9 +212,9 @@ fn exchanged_capture_wires_are_reported() {
 #[test]
 fn wrong_clock_is_reported_with_its_cycles() {
     for board in BOARDS {
-        let wreck = |board: &mut EmulatedBoard| board.inflict(Defect::Apb1Prescaler);
+        let bench = Bench { defect: Some(Defect::Apb1Prescaler), ..sound() };
         // The LED, too, goes twice as fast: it blinks each second.
-        let Flown { bad, blinks, is_lit, .. } = broken(board, Fittings::default(), true, &[], wreck, 700);
+        let Flown { bad, blinks, is_lit, .. } = flown(board, &bench, 700);
         let rate = bad[0].strip_prefix("1 clock: Rate(").and_then(|rest| rest.split_once(')'));
         let cycles: u32 = rate.and_then(|(cycles, _)| cycles.parse().ok()).unwrap_or_default();
         assert!(bad.len() == 2 && cycles.abs_diff(840_000) < 1_000, "{board:?}: {bad:#?}");
@@ -249,6 +227,6 @@ fn wrong_clock_is_reported_with_its_cycles() {
 #[test]
 fn failing_flash_is_reported_as_no_store() {
     // Sectors 6, 7 and 10, 11: the last two of either part.
-    let protect = |board: &mut EmulatedBoard| board.set_option_bytes(0x033F_AAED);
-    assert_reports(protect, 8, &["no parameter store", "8 parameter store: "]);
+    let protected = Bench { option_bytes: Some(0x033F_AAED), ..sound() };
+    assert_reports(&protected, 8, &["no parameter store", "8 parameter store: "]);
 }

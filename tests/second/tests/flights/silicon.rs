@@ -24,20 +24,13 @@ fn board_without_oscillator_stays_silent_and_says_so() {
         let fittings = |node| Fittings { hse_starts: node != broken.node, ..Fittings::default() };
         let mut flight = Flight::fitted(&[master, slave, broken], fittings);
         flight.fly_to(1_200);
-        assert!(
-            flight.said(broken.node, "HSE does not start", ms(20)).is_some(),
-            "{name} says nothing of it, but: {:?}",
-            flight.log(broken.node)
-        );
-        assert!(flight.is_operational(slave.node, Bus::Nominal), "the others fly");
-        let id = flight.board(broken.node);
-        assert!(flight.frames.iter().all(|seen| seen.sender != id.0 && !seen.reached.contains(&broken.node)));
-        for (bus, side) in Bus::ALL.into_iter().zip([Side::Can1, Side::Can2]) {
-            assert_eq!(flight.attempts(broken.node, bus).count(), 0);
-            assert_eq!(flight.twin.board(id).can_stats(side).stored, [0, 0]);
-        }
-        assert_eq!(flight.twin.board(id).hclk(), 16_000_000);
-        let changes = flight.twin.board_mut(id).take_pin_changes();
+        flight.assert_said(broken.node, "HSE does not start", ms(20));
+        flight.assert_operational([slave.node], Bus::Nominal);
+        flight.assert_absent(broken.node, ms(0));
+        let board = flight.emulated_mut(broken.node);
+        assert_eq!([Side::Can1, Side::Can2].map(|side| board.can_stats(side).stored), [[0, 0]; 2], "{name}");
+        assert_eq!(board.hclk(), 16_000_000);
+        let changes = board.take_pin_changes();
         for led in [sync, state] {
             let levels: Vec<_> = changes.iter().filter(|change| change.pin == led).collect();
             assert!(levels.len() >= 2, "{led:?}: {changes:?}");
@@ -60,36 +53,28 @@ fn board_with_late_oscillator_boots_when_it_runs() {
         let fittings = |node| Fittings { hse_delay: delay(node), ..Fittings::default() };
         let mut flight = Flight::fitted(&[master, slave, late], fittings);
         flight.fly_to(2_600);
-        assert!(flight.said(late.node, "HSE does not start", ms(20)).is_some(), "{}", flight.log(late.node));
-        let id = flight.board(late.node);
-        let first = flight.frames.iter().find(|seen| seen.sender == id.0).unwrap();
+        flight.assert_said(late.node, "HSE does not start", ms(20));
+        let first = flight.of(late.node).next().unwrap();
         assert!(first.start > ms(1_520) && first.start < ms(1_520 + 300), "{} us", first.start.as_us());
         assert_eq!(first.data(), [BOOT_UP]);
-        assert!(flight.is_operational(late.node, Bus::Nominal), "{}", flight.log(late.node));
+        flight.assert_operational([late.node], Bus::Nominal);
         flight.assert_sound();
     }
 }
 
 /// Where the program writes next in the buffer of its log: up channel 0 of the RTT control block.
 fn log_index(flight: &Flight, node: u8) -> u32 {
-    const WRITE: u32 = 36;
-    let board = flight.twin.board(flight.board(node));
-    let block = board.symbol("_SEGGER_RTT").unwrap();
-    let bytes = board.read_memory(block.address + WRITE, 4).unwrap();
-    u32::from_le_bytes(bytes.try_into().unwrap())
+    let [_, _, _, _, _, _, _, _, _, write] = words(flight.emulated(node), "_SEGGER_RTT");
+    write
 }
 
 /// Given a probe that had the log in blocking mode, when it is pulled and the log overflows, then the boards fly on.
 #[test]
 fn pulled_probe_stops_no_board() {
     const BUFFER: u32 = 1024;
-    let mut flight = Flight::new(&MASTER_AND_THREE);
-    let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
+    let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.fly_to(1_000);
-    for node in [1, 2] {
-        let id = flight.board(node);
-        flight.twin.board_mut(id).pull_probe();
-    }
+    [1, 2].into_iter().for_each(|node| flight.emulated_mut(node).pull_probe());
     // The master logs each emergency, the slave each telemetry request with a code that it does not know.
     for at in (1_001..3_000).step_by(5) {
         flight.twin.inject(guest, ms(at), WireFrame::standard(0x085, &[0, 0x10, 1, 0, 0, 0, 0, 0]));
@@ -126,8 +111,7 @@ fn flash_accelerator_is_on_after_the_start() {
         let mut flight =
             Flight::fitted(&setups, |node| if node == slave.node { fittings } else { Fittings::default() });
         flight.fly_to(30);
-        let board = flight.twin.board(flight.board(slave.node));
-        assert_eq!(board.flash_acr(), expected, "{name}");
+        assert_eq!(flight.emulated(slave.node).flash_acr(), expected, "{name}");
         flight.assert_sound();
     }
 }
@@ -136,12 +120,13 @@ fn flash_accelerator_is_on_after_the_start() {
 #[test]
 fn wait_states_cost_cycles_and_the_accelerator_saves_them() {
     let cycles = |timing: FlashTiming| {
+        println!("{timing:?}");
         let fittings = Fittings { flash_timing: timing, ..Fittings::default() };
         let mut flight = Flight::fitted(&MASTER_AND_THREE, |_| fittings);
         flight.fly_to(1_000);
-        assert!((2..=4).all(|node| flight.is_operational(node, Bus::Nominal)), "{timing:?}");
+        flight.assert_operational(2..=4, Bus::Nominal);
         flight.assert_nothing_lost();
-        let slave = flight.twin.board(flight.board(2)).counters();
+        let slave = flight.emulated(2).counters();
         slave.cycles_awake as f64 / slave.instructions as f64
     };
     let [ideal, set, off] = [FlashTiming::Ideal, FlashTiming::AsSet, FlashTiming::Unaccelerated].map(cycles);

@@ -3,37 +3,22 @@
 //! The program is `parameter_store` of `firmware/checks`. At each start it reports which set it finds, then saves the next one. With PC0 to
 //! ground it saves a long set before.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, Remains, State};
-use twin::crystal::Crystal;
-use twin::image::Image;
-use twin::model::{FLASH_BASE, Model};
+use twin::board::{Defect, EmulatedBoard, Remains, State};
+use twin::model::FLASH_BASE;
 use twin::pin::Pin;
 
-use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, parsed};
+use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed, words};
 
 const BOARDS: [&str; 3] = [PYBOARD_V11, NUCLEO_F446RE, STM32F4DISCOVERY];
 const STRAP: Pin = Pin::new('C', 0);
 const SECTOR: u32 = 128 << 10;
 
-fn image(name: &str) -> Arc<Image> {
-    parsed(&firmware_images::build_check(name, "parameter_store").unwrap())
-}
-
 fn board(name: &str) -> EmulatedBoard {
-    let config = BoardConfig {
-        name: "storing".to_owned(),
-        model: Model::shipped(name),
-        image: image(name),
-        straps: Vec::new(),
-        crystal: Crystal::ppm(0.0),
-        position_m: 0.0,
-        power_on_at: Time::ZERO,
-        fittings: Fittings::default(),
-    };
-    EmulatedBoard::new(config, 0)
+    let image = parsed(&firmware_images::build_check(name, "parameter_store").unwrap());
+    EmulatedBoard::new(bare(name, image), 0)
 }
 
 /// The whole flash.
@@ -59,9 +44,8 @@ struct Report {
 }
 
 fn report(board: &EmulatedBoard) -> Report {
-    let bytes = board.read_memory(board.symbol("REPORT").unwrap().address, 20).unwrap();
-    let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
-    Report { state: word(0), found: word(1), saved: word(2), damaged: word(3), mixed: word(4) }
+    let [state, found, saved, damaged, mixed] = words(board, "REPORT");
+    Report { state, found, saved, damaged, mixed }
 }
 
 /// Runs until the program has nothing more to do, or power fails.
@@ -69,8 +53,7 @@ fn run(board: &mut EmulatedBoard) {
     board.power(true);
     let end = board.now() + Time::from_ms(3000);
     while board.now() < end && *board.state() == State::Running && ![2, 3].contains(&report(board).state) {
-        let next = board.now() + Time::from_ms(1);
-        board.run_until(next).unwrap();
+        board.run_until(board.now() + Time::from_ms(1)).unwrap();
     }
     assert_eq!(board.counters().panics, 0, "{:?}", board.take_log());
 }
@@ -130,11 +113,8 @@ fn each_start_finds_what_the_last_one_saved() {
     for name in BOARDS {
         let mut board = board(name);
         let store = board.symbol("__store_start").unwrap().address;
-        assert_eq!(
-            store,
-            FLASH_BASE + board.config().model.part.flash_bytes() - 2 * SECTOR,
-            "the last two sectors"
-        );
+        let end = FLASH_BASE + board.config().model.part.flash_bytes();
+        assert_eq!(store, end - 2 * SECTOR, "the last two sectors");
         let before = flash(&board)[..(store - FLASH_BASE) as usize].to_vec();
         for number in 0..5 {
             let report = start(&mut board);

@@ -20,15 +20,13 @@ fn a_late_master_on_a_cut_bus_finds_slaves_that_gave_up() {
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(35_990);
     for node in [2, 3] {
-        assert!(flight.said(node, "given up", ms(25_000)).is_some(), "{}", flight.log(node));
+        flight.assert_said(node, "given up", ms(25_000));
     }
-    assert!(!flight.on(Bus::Redundant).any(|seen| seen.sender == 0), "it begins with Bdefault, for 10 s");
+    assert!(!flight.of(MASTER).any(|seen| seen.bus == Bus::Redundant), "it begins with Bdefault, for 10 s");
     flight.fly_to(36_200);
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
-    }
+    flight.assert_operational([2, 3], Bus::Redundant);
     flight.fly_to(38_000);
-    assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
+    flight.assert_operational([2, 3], Bus::Redundant);
     flight.assert_nothing_lost();
 }
 
@@ -43,9 +41,7 @@ fn a_guest_that_only_acknowledges_keeps_no_master_on_a_dead_bus() {
     assert!((99..=102).contains(&acknowledged), "{acknowledged} heartbeats were acknowledged");
     assert!(flight.said(1, "error Passive", ms(5_600)).is_none(), "{}", flight.log(1));
     flight.fly_to(15_800);
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
-    }
+    flight.assert_operational([2, 3], Bus::Redundant);
     assert!(flight.frames.iter().all(|seen| seen.bus == Bus::Redundant || seen.sender != guest.node));
     flight.assert_nothing_lost();
 }
@@ -60,16 +56,14 @@ fn librecube_slaves_that_gave_up_are_found_but_a_selective_one() {
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly_to(163_900);
     for node in [2, 3, 4] {
-        assert!(flight.said(node, "given up", ms(137_000)).is_some(), "{}", flight.log(node));
+        flight.assert_said(node, "given up", ms(137_000));
     }
-    assert!(!flight.on(Bus::Redundant).any(|seen| seen.sender == 0), "it begins with Bdefault, for 25.5 s");
+    assert!(!flight.of(MASTER).any(|seen| seen.bus == Bus::Redundant), "it begins with Bdefault, for 25.5 s");
     flight.fly_to(164_400);
-    for node in [2, 3] {
-        assert!(flight.is_operational(node, Bus::Redundant), "{}\n{}", flight.log(1), flight.log(node));
-    }
+    flight.assert_operational([2, 3], Bus::Redundant);
     flight.fly_to(138_500 + 2 * 25_500 + 500);
-    assert!(flight.is_operational(2, Bus::Redundant) && flight.is_operational(3, Bus::Redundant));
-    assert!(flight.said(1, "slave 4: never heard", ms(138_500)).is_some(), "{}", flight.log(1));
+    flight.assert_operational([2, 3], Bus::Redundant);
+    flight.assert_said(1, "slave 4: never heard", ms(138_500));
     assert!(flight.said(1, "slave 2: never heard", ms(138_500)).is_none(), "{}", flight.log(1));
     let of_four = flight.on(Bus::Redundant).filter(|seen| seen.sender == 3 && seen.end > ms(137_700));
     assert_eq!(of_four.count(), 0, "slave 4 stays where it gave up");

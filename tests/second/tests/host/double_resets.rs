@@ -18,12 +18,8 @@ fn slave_reset_while_it_is_configured_is_configured() {
                  foreign-nmt at=14000000 bus=nominal node=4 value={command} times=2 every={distance}\n"
             );
             let outcome = fly(World::Host, &text.parse().expect("a script"));
-            bad.extend(
-                outcome
-                    .violations
-                    .into_iter()
-                    .map(|violation| format!("{command}, {distance} us: {violation}")),
-            );
+            let violations = outcome.violations.into_iter();
+            bad.extend(violations.map(|violation| format!("{command}, {distance} us: {violation}")));
         }
     }
     assert!(bad.is_empty(), "{}", bad.join("\n"));

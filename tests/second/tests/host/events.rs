@@ -1,27 +1,9 @@
 //! What a slave reports while its bus fails is known to the master afterwards: every millisecond, see [`host::events`].
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
 use host::events::{flights, fly};
 use host::reports::fly_random;
 
-/// What is wrong in any of `count` flights, which fly on all cores.
-fn wrong(count: usize, fly: impl Fn(usize) -> Result<(), String> + Sync) -> Vec<String> {
-    let next = AtomicUsize::new(0);
-    let fly_some = || {
-        let numbers = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)));
-        numbers
-            .take_while(|number| *number < count)
-            .filter_map(|number| fly(number).err())
-            .collect::<Vec<_>>()
-    };
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    thread::scope(|scope| {
-        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(fly_some)).collect();
-        threads.into_iter().flat_map(|thread| thread.join().expect("a flight does not panic")).collect()
-    })
-}
+use crate::wrong;
 
 #[test]
 fn reports_at_every_millisecond_of_a_failure_are_known_afterwards() {

@@ -52,12 +52,15 @@ pub struct Module {
 }
 
 /// A path from the root of the crate.
+#[derive(Clone, Default)]
 pub struct Path {
     pub line: usize,
     /// Module that the path stands in.
     pub module: Vec<String>,
     /// Empty: the root itself, or all that it has.
     pub segments: Vec<String>,
+    /// Part of a `use`.
+    is_use: bool,
     /// Part of a `pub use`, whatever its visibility.
     pub is_exported: bool,
     /// Begins with neither `crate`, `self` nor `super`: the name of a child module or of another crate.
@@ -68,24 +71,14 @@ pub struct Path {
 }
 
 /// Name that a `use` declares.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, Default, PartialEq, Eq)]
 pub enum Binds {
     /// Not a `use`.
+    #[default]
     Nothing,
     Name(String),
     /// `*`
     All,
-}
-
-/// Where a path stands.
-#[derive(Clone, Copy)]
-struct Context<'a> {
-    line: usize,
-    module: &'a [String],
-    is_use: bool,
-    is_exported: bool,
-    is_relative: bool,
-    is_test: bool,
 }
 
 struct Reader<'a> {
@@ -97,9 +90,8 @@ impl Reader<'_> {
     /// Reads tokens that stand in `module`.
     fn read(&mut self, tokens: TokenStream, module: &[String], is_test: bool) {
         let mut tokens = tokens.into_iter().peekable();
-        let plain =
-            Context { line: 0, module, is_use: false, is_exported: false, is_relative: false, is_test };
-        let mut context = plain;
+        let plain = Path { module: module.to_vec(), is_test, ..Path::default() };
+        let mut context = plain.clone();
         let (mut is_public, mut inner, mut file) = (false, None, None);
         while let Some(token) = tokens.next() {
             match token {
@@ -123,19 +115,19 @@ impl Reader<'_> {
                     match name.as_str() {
                         "use" => {
                             (context.is_use, context.is_exported) = (true, is_public);
-                            self.relative(&mut tokens, context);
+                            self.relative(&mut tokens, context.clone());
                         }
-                        "mod" => inner = self.declared(&mut tokens, context, file.take()),
+                        "mod" => inner = self.declared(&mut tokens, &context, file.take()),
                         _ => {
-                            if let Some(path) = self.root(&name, module) {
-                                self.follow(&mut tokens, path, context);
+                            if let Some(segments) = self.root(&name, module) {
+                                self.follow(&mut tokens, Path { segments, ..context.clone() });
                             }
                         }
                     }
                     is_public = name == "pub";
                 }
                 TokenTree::Punct(punct) if punct.as_char() == ';' => {
-                    (context, inner, file) = (plain, None, None);
+                    (context, inner, file) = (plain.clone(), None, None);
                 }
                 _ => {}
             }
@@ -153,88 +145,69 @@ impl Reader<'_> {
     }
 
     /// Reads a `use` whose path is relative to the module.
-    fn relative(&mut self, tokens: &mut Tokens, context: Context<'_>) {
-        let context = Context { is_relative: true, ..context };
-        match tokens.peek() {
-            Some(TokenTree::Ident(ident)) if self.root(&ident.to_string(), context.module).is_none() => {
-                let mut path = context.module.to_vec();
-                step(&mut path, &ident.to_string());
+    fn relative(&mut self, tokens: &mut Tokens, context: Path) {
+        let mut path = Path { is_relative: true, segments: context.module.clone(), ..context };
+        match tokens.peek().cloned() {
+            Some(TokenTree::Ident(ident)) if self.root(&ident.to_string(), &path.module).is_none() => {
                 tokens.next();
-                self.follow(tokens, path, context);
+                step(&mut path.segments, &ident.to_string());
+                self.follow(tokens, path);
             }
             Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
-                let group = group.clone();
                 tokens.next();
-                self.branches(&group, context.module, context);
+                self.branches(&group, &path);
             }
             _ => {}
         }
     }
 
     /// Reads on behind `mod`, and returns the name of the module.
-    fn declared(
-        &mut self,
-        tokens: &mut Tokens,
-        context: Context<'_>,
-        file: Option<String>,
-    ) -> Option<String> {
+    fn declared(&mut self, tokens: &mut Tokens, context: &Path, file: Option<String>) -> Option<String> {
         let name = next_ident(tokens)?;
         let has_file = tokens.peek().is_some_and(|token| token.to_string() == ";");
-        let path = context.module.iter().cloned().chain([name.clone()]).collect();
+        let path = [&context.module[..], std::slice::from_ref(&name)].concat();
         self.found.modules.push(Module { path, has_file, is_test: context.is_test, file });
         Some(name)
     }
 
-    /// Reads on behind the root of a path, which is `path` so far.
-    fn follow(&mut self, tokens: &mut Tokens, mut path: Vec<String>, context: Context<'_>) {
-        let mut is_path = context.is_use;
+    /// Reads on behind `path`, which has its root so far.
+    fn follow(&mut self, tokens: &mut Tokens, mut path: Path) {
+        let mut is_path = path.is_use;
         while skip_colons(tokens) {
             is_path = true;
-            match tokens.peek() {
+            match tokens.peek().cloned() {
                 Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
-                    let group = group.clone();
                     tokens.next();
-                    return self.branches(&group, &path, context);
+                    return self.branches(&group, &path);
                 }
                 Some(TokenTree::Ident(ident)) => {
-                    step(&mut path, &ident.to_string());
                     tokens.next();
+                    step(&mut path.segments, &ident.to_string());
                 }
                 // `*`, or the generic arguments of a path.
                 _ => break,
             }
         }
-        if is_path {
-            let binds = if context.is_use { binds(tokens, &path) } else { Binds::Nothing };
-            let Context { line, is_exported, is_relative, is_test, .. } = context;
-            let module = context.module.to_vec();
-            self.found.paths.push(Path {
-                line,
-                module,
-                segments: path,
-                is_exported,
-                is_relative,
-                is_test,
-                binds,
-            });
+        if path.is_use {
+            path.binds = binds(tokens, &path.segments);
         }
+        self.found.paths.extend(is_path.then_some(path));
     }
 
     /// Reads the branches of a `use` tree behind `path`.
-    fn branches(&mut self, group: &Group, path: &[String], context: Context<'_>) {
+    fn branches(&mut self, group: &Group, path: &Path) {
         let mut tokens = group.stream().into_iter().peekable();
         while let Some(token) = tokens.peek() {
-            let mut context = Context { line: token.span().start().line, is_use: true, ..context };
-            let mut branch = path.to_vec();
+            let mut branch = Path { line: token.span().start().line, is_use: true, ..path.clone() };
             if let Some(name) = next_ident(&mut tokens) {
                 // `use {crate::a, b}`: each branch has a root of its own.
-                let is_first = context.is_relative && path == context.module;
-                match self.root(&name, context.module).filter(|_| is_first) {
-                    Some(root) => (branch, context.is_relative) = (root, false),
-                    None => step(&mut branch, &name),
+                let is_first = path.is_relative && path.segments == path.module;
+                match self.root(&name, &path.module).filter(|_| is_first) {
+                    Some(root) => (branch.segments, branch.is_relative) = (root, false),
+                    None => step(&mut branch.segments, &name),
                 }
             }
-            self.follow(&mut tokens, branch, context);
+            self.follow(&mut tokens, branch);
             while tokens.next().is_some_and(|token| token.to_string() != ",") {}
         }
     }

@@ -3,6 +3,10 @@
 //! `ecss-can` exports the modules of `async-canopen`, so both have one order. There a module has the same place under either
 //! name of its crate.
 
+use std::path::Path;
+
+use second::tools::files;
+
 use crate::paths::Source;
 use crate::workspace;
 
@@ -38,21 +42,9 @@ pub fn sources() -> Vec<Source> {
 
 /// Files of the crate in `src`.
 fn sources_of(src: &str) -> Vec<Source> {
-    let mut found = Vec::new();
     let root = workspace().join(src);
-    let mut folders = vec![root.clone()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned();
-                found.push(source(&name, &std::fs::read_to_string(&path).unwrap()));
-            }
-        }
-    }
-    found
+    let name = |path: &Path| path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned();
+    files(&root, "rs").iter().map(|(path, text)| source(&name(path), text)).collect()
 }
 
 /// `name`: below `src`, with slashes.
@@ -64,14 +56,19 @@ pub fn source(name: &str, text: &str) -> Source {
     Source::new(name, module, text)
 }
 
+/// Paths of `source` from the root of either crate.
+fn paths(source: &Source) -> impl Iterator<Item = crate::paths::Path> {
+    let all = CRATES.iter().flat_map(|(_, name)| source.read(Some(name)).paths);
+    all.filter(|path| !path.is_relative)
+}
+
 /// Paths of `source` that break the rules, each with file and line. The root of the crate may name all.
 fn offences(source: &Source) -> Vec<String> {
     let Some(own) = source.module.first() else { return Vec::new() };
     let layer = |name: &String| LAYERS.iter().position(|layer| layer == name);
     let Some(height) = layer(own) else { return vec![format!("{}:1: {own} has no layer", source.name)] };
     let mut found = Vec::new();
-    let paths = CRATES.iter().flat_map(|(_, name)| source.read(Some(name)).paths);
-    for path in paths.filter(|path| !path.is_relative) {
+    for path in paths(source) {
         let reason = match path.segments.first() {
             None => "the root of the crate is no module".to_owned(),
             Some(target) => match layer(target) {
@@ -123,13 +120,9 @@ fn picture_shows_the_layers_in_their_order() {
     let row = |name: &str| drawn.iter().find(|(_, layer)| LAYERS[*layer] == name).map(|(height, _)| *height);
     for source in sources() {
         let Some(own) = source.module.first() else { continue };
-        for path in CRATES.iter().flat_map(|(_, name)| source.read(Some(name)).paths) {
-            let target = path.segments.first().filter(|target| !path.is_relative && *target != own);
-            let Some(target) = target else { continue };
-            assert!(
-                row(own) != row(target) || row(own).is_none(),
-                "{own} names {target}, which is beside it"
-            );
+        for target in paths(&source).filter_map(|path| path.segments.into_iter().next()) {
+            let is_beside = target != *own && row(own).is_some() && row(own) == row(&target);
+            assert!(!is_beside, "{own} names {target}, which is beside it");
         }
     }
 }
@@ -186,14 +179,6 @@ fn names_without_a_module_are_refused() {
     }
 }
 
-/// Given two modules that name each other, when both are read, then one of the two arrows is an offence.
-#[test]
-fn a_circle_is_found() {
-    let circle = [("sdo/mod.rs", "use crate::pdo::Layout;"), ("pdo/mod.rs", "use crate::sdo::Client;")];
-    let found: Vec<String> = circle.iter().flat_map(|(name, text)| offences(&source(name, text))).collect();
-    assert_eq!(found, ["sdo/mod.rs:1: sdo names pdo, which is above it"]);
-}
-
 /// What users name as a module of `ecss-can` is in one of the two crates, but for a module that both have a part of.
 #[test]
 fn each_module_is_in_one_crate() {
@@ -208,10 +193,16 @@ fn each_module_is_in_one_crate() {
     assert_eq!(all.len(), LAYERS.len());
 }
 
+/// Given two modules that name each other, when both are read, then one of the two arrows is an offence.
 #[test]
-fn a_module_without_a_layer_is_refused() {
-    let found = offences(&source("attic.rs", ""));
-    assert_eq!(found, ["attic.rs:1: attic has no layer"]);
+fn a_circle_or_a_module_without_a_layer_is_refused() {
+    for (name, text, expected) in [
+        ("sdo/mod.rs", "use crate::pdo::Layout;", Some("sdo/mod.rs:1: sdo names pdo, which is above it")),
+        ("pdo/mod.rs", "use crate::sdo::Client;", None),
+        ("attic.rs", "", Some("attic.rs:1: attic has no layer")),
+    ] {
+        assert_eq!(offences(&source(name, text)), Vec::from_iter(expected));
+    }
 }
 
 #[test]

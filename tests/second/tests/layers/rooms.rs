@@ -2,7 +2,7 @@
 //!
 //! A *room* is a folder of packages. Dev-dependencies are tests, and tests may name everything.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
@@ -45,11 +45,8 @@ struct Place {
 
 impl Place {
     fn new(folder: &Path, workspace: &Path) -> Place {
-        let is_board = folder.join("board.toml").exists();
-        Place {
-            folder: folder.strip_prefix(workspace).unwrap().to_str().unwrap().replace('\\', "/"),
-            is_board,
-        }
+        let shown = folder.strip_prefix(workspace).unwrap().to_str().unwrap().replace('\\', "/");
+        Place { folder: shown, is_board: folder.join("board.toml").exists() }
     }
 
     /// Its room, with the rooms below.
@@ -61,11 +58,8 @@ impl Place {
 
 /// Dependencies that break the rules, and packages outside of all rooms.
 fn offences(workspace: &Metadata) -> Vec<String> {
-    workspace
-        .packages
-        .iter()
-        .flat_map(|package| offences_of(package, workspace.workspace_root.as_std_path()))
-        .collect()
+    let root = workspace.workspace_root.as_std_path();
+    workspace.packages.iter().flat_map(|package| offences_of(package, root)).collect()
 }
 
 fn offences_of(package: &Package, workspace: &Path) -> Vec<String> {
@@ -75,7 +69,6 @@ fn offences_of(package: &Package, workspace: &Path) -> Vec<String> {
         && package.targets.iter().any(|target| target.is_kind(TargetKind::Bin));
     let needed =
         package.dependencies.iter().filter(|dependency| dependency.kind != DependencyKind::Development);
-    let folders = needed.filter_map(|dependency| dependency.path.as_ref()).map(PathBuf::from);
     let reason = |other: &Place| {
         let other_room = other.room()?.0;
         if other_room != room && !below.contains(&other_room) {
@@ -84,12 +77,11 @@ fn offences_of(package: &Package, workspace: &Path) -> Vec<String> {
         let is_allowed = !other.is_board || is_image || room == "boards" || room == "tests";
         (!is_allowed).then(|| "only an image depends on a board".to_owned())
     };
-    let others = folders.map(|folder| Place::new(&folder, workspace));
-    let mut found: Vec<String> = others
-        .filter_map(|other| {
-            Some(format!("{} depends on {}: {}", place.folder, other.folder, reason(&other)?))
-        })
-        .collect();
+    let others = needed.filter_map(|dependency| dependency.path.as_ref());
+    let offence =
+        |other: Place| Some(format!("{} depends on {}: {}", place.folder, other.folder, reason(&other)?));
+    let mut found: Vec<String> =
+        others.filter_map(|folder| offence(Place::new(folder.as_std_path(), workspace))).collect();
     found.dedup();
     found
 }
@@ -130,6 +122,12 @@ fn pair(one: &str, other: &str, section: &str, has_image: bool) -> tempfile::Tem
     folder
 }
 
+/// Offences of such a workspace.
+fn found(one: &str, other: &str, section: &str, has_image: bool) -> Vec<String> {
+    let folder = pair(one, other, section, has_image);
+    offences(&metadata(&folder.path().canonicalize().unwrap()))
+}
+
 /// Given two packages, when one depends on the other from a lower room, then that is found.
 #[test]
 fn a_dependency_on_a_higher_room_is_found() {
@@ -156,8 +154,7 @@ fn a_dependency_on_a_higher_room_is_found() {
         for section in
             ["dependencies", "build-dependencies", "target.'cfg(target_os = \"none\")'.dependencies"]
         {
-            let folder = pair(one, other, section, true);
-            let found = offences(&metadata(&folder.path().canonicalize().unwrap()));
+            let found = found(one, other, section, true);
             assert_eq!(found.len(), 1, "{one} {other} {section}");
             assert!(found[0].starts_with(&format!("{one} depends on {other}: ")), "{found:?}");
         }
@@ -167,16 +164,14 @@ fn a_dependency_on_a_higher_room_is_found() {
 #[test]
 fn a_board_is_found_where_no_image_is() {
     for (one, has_image) in [("tools/images", true), ("xtask", true), ("firmware/mission", false)] {
-        let folder = pair(one, "boards/pyboard", "dependencies", has_image);
-        let found = offences(&metadata(&folder.path().canonicalize().unwrap()));
+        let found = found(one, "boards/pyboard", "dependencies", has_image);
         assert_eq!(found, [format!("{one} depends on boards/pyboard: only an image depends on a board")]);
     }
 }
 
 #[test]
 fn a_package_outside_of_all_rooms_is_found() {
-    let folder = pair("attic/eds", "shared/other", "dependencies", false);
-    let found = offences(&metadata(&folder.path().canonicalize().unwrap()));
+    let found = found("attic/eds", "shared/other", "dependencies", false);
     assert_eq!(found, ["attic/eds is in no room"]);
 }
 
@@ -197,7 +192,6 @@ fn dependencies_downward_and_of_tests_are_no_offences() {
         ("tools/images", "boards/pyboard", "dev-dependencies"),
     ];
     for (one, other, section) in pairs {
-        let folder = pair(one, other, section, true);
-        assert_eq!(offences(&metadata(&folder.path().canonicalize().unwrap())), [""; 0], "{one} {other}");
+        assert_eq!(found(one, other, section, true), [""; 0], "{one} {other}");
     }
 }

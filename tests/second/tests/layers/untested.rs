@@ -1,20 +1,9 @@
 //! A target that is not linked for tests has none (`test = false`, `doctest = false`).
 
-use std::fs;
-use std::path::Path;
-
 use cargo_metadata::{Target, TargetKind};
+use second::tools::files;
 
 use crate::rooms::metadata;
-
-/// Rust sources below a folder, each as its lines.
-fn sources(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let (folders, files): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
-    let files = files.iter().filter(|path| path.extension().is_some_and(|extension| extension == "rs"));
-    let own = files.map(|path| fs::read_to_string(path).unwrap());
-    own.chain(folders.iter().flat_map(|folder| sources(folder))).collect()
-}
 
 fn has_test(source: &str) -> bool {
     source.lines().any(|line| line.trim_start() == "#[test]")
@@ -40,10 +29,11 @@ fn forgotten(target: &Target) -> Vec<&'static str> {
     if !is_of_package || (target.test && target.doctest) {
         return Vec::new();
     }
-    let sources = sources(folder);
-    let tests = (!target.test && sources.iter().any(|source| has_test(source))).then_some("a test");
+    let sources = files(folder, "rs");
+    let tests = (!target.test && sources.iter().any(|(_, source)| has_test(source))).then_some("a test");
     let is_silent = target.is_kind(TargetKind::Lib) && !target.doctest;
-    let examples = (is_silent && sources.iter().any(|source| has_example(source))).then_some("an example");
+    let examples =
+        (is_silent && sources.iter().any(|(_, source)| has_example(source))).then_some("an example");
     tests.into_iter().chain(examples).collect()
 }
 

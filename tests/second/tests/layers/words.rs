@@ -1,7 +1,6 @@
 //! The twin knows no protocol above CAN: its sources do not name one.
 
-use std::fs;
-use std::path::Path;
+use second::tools::files;
 
 const FOLDERS: [&str; 3] = ["twin/core/src", "twin/wire/src", "twin/board/src"];
 
@@ -19,24 +18,12 @@ fn offences(name: &str, text: &str) -> Vec<String> {
     lines.collect()
 }
 
-/// Those of all files below a folder; counts the files.
-fn offences_below(folder: &Path, files: &mut usize) -> Vec<String> {
-    let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let found = paths.flat_map(|path| {
-        if path.is_dir() {
-            return offences_below(&path, files);
-        }
-        *files += 1;
-        offences(&path.display().to_string(), &fs::read_to_string(&path).unwrap())
-    });
-    found.collect()
-}
-
 #[test]
 fn the_twin_names_no_protocol_above_can() {
-    let mut files = 0;
-    let found = FOLDERS.map(|folder| offences_below(&crate::workspace().join(folder), &mut files)).concat();
-    assert!(files > 100, "the sources are not where they are expected");
+    let files = FOLDERS.map(|folder| files(&crate::workspace().join(folder), "rs")).concat();
+    assert!(files.len() > 100, "the sources are not where they are expected");
+    let found = files.iter().flat_map(|(path, text)| offences(&path.display().to_string(), text));
+    let found: Vec<String> = found.collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 

@@ -34,7 +34,7 @@ fn is_needed(step: &Step) -> bool {
 fn follow(steps: &[Step], folder: &mut Folder) -> anyhow::Result<()> {
     let flight = steps.iter().position(|step| matches!(step, Step::Background(_))).expect("a spacecraft");
     let (before, after) = steps.split_at(flight);
-    let (mut twin, mut printed): (Option<Twin>, String) = (None, String::new());
+    let mut twin: Option<Twin> = None;
     for step in before.iter().filter(|step| is_needed(step)).chain(after) {
         match step {
             Step::File(path, text) if path.extension().is_some_and(|name| name == "py") => {
@@ -42,18 +42,11 @@ fn follow(steps: &[Step], folder: &mut Folder) -> anyhow::Result<()> {
                 assert!(text.contains(NOMINAL), "{text}");
                 folder.write(path, &text.replace(NOMINAL, &twin.nominal))?;
             }
-            Step::File(path, text) => folder.write(path, text)?,
-            Step::Run(commands) => {
-                printed = folder.run(commands)?;
-                if commands.starts_with("cargo new") {
-                    folder.keep_target("heater")?;
-                }
-            }
             Step::Background(command) => {
                 let command = folder.background(&(command.trim_end().to_owned() + FREE_PORTS));
                 twin = Some(Twin::of(command)?);
             }
-            Step::Output(expected) => assert!(printed.ends_with(expected), "{printed}"),
+            step => folder.follow(step)?,
         }
     }
     let said = twin.expect("a spacecraft that flies").end()?;

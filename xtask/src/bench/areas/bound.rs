@@ -9,18 +9,10 @@ use can_wire::time::Time;
 use firmware_images::Images;
 use firmware_images::support::board::Profile;
 
-use super::Area;
 use super::time::in_all_seeds;
 use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires};
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
-
-pub const AREA: Area = Area {
-    name: "bound",
-    about: "reported error bounds of three slaves against their errors, four cases of two seeds",
-    needs: &[],
-    measure,
-};
 
 const SEEDS: u64 = 2;
 /// When pulses are compared.
@@ -49,7 +41,7 @@ const QUIET: Scenario = Scenario {
 /// A pulse: its error without sign, and the bound before it, ns.
 type Pulse = (f64, f64);
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let images = context.images(&FLOWN, Profile::Standard)?;
     let rows = CASES.into_iter().map(|(name, scenario)| case(&images, name, scenario));
     Ok(rows.collect::<anyhow::Result<Vec<_>>>()?.concat())

@@ -3,11 +3,8 @@
 //! Emulated instructions of all boards and events on the buses (frames that completed), per second of virtual time. A
 //! more faithful bus or chip must not make the demo slow. How fast it is on this computer is told as a ratio.
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::row::Row;
-
-pub const AREA: Area = Area { name: "demo", about: "cost of a run of the demo", needs: &[], measure };
 
 /// Instructions and frames of the 40 s of the demo before the buses became bit-accurate: 42 million and 3930.
 const BASELINE: f64 = 42_003_930.0 / 40.0;
@@ -15,7 +12,7 @@ const BASELINE: f64 = 42_003_930.0 / 40.0;
 /// How much more is allowed.
 const ALLOWED: f64 = 1.2;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let flight = context.demo()?;
     let seconds = flight.end.as_secs_f64();
     let per_second = |count: u64| (count as f64 / seconds).round() as u64;

@@ -15,7 +15,6 @@
 use anyhow::Context as _;
 use can_wire::time::Time;
 
-use super::Area;
 use crate::bench::context::{Context, milliseconds};
 use crate::bench::row::Row;
 use demo::Options;
@@ -25,9 +24,6 @@ use demo::plan::Plan;
 use demo::record::{MASTER, Node, Seen};
 use firmware_images::support::board::Profile;
 use twin::spacecraft::Bus;
-
-pub const AREA: Area =
-    Area { name: "failover", about: "from a cut to commands on the other bus", needs: &[], measure };
 
 /// Of the profile `librecube`: heartbeat and consumer time, Ttoggle.
 const HEARTBEAT_MS: f64 = 250.0;
@@ -60,7 +56,7 @@ const CUTS_MS: [u64; 5] = [2000, 2050, 2100, 2150, 2200];
 const NEAR_MS: u64 = 500;
 const PARTIAL_MS: u64 = 3500;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let near = worst(context, Plan::default().cut.context("the demo has a cut")?.position_m, NEAR_MS)?;
     let partial = worst(context, behind_the_first_slave(&Plan::default()), PARTIAL_MS)?;
     let selective = selective(context.demo()?).context("slave 4 never came to the other bus")?;

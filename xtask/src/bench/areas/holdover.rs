@@ -8,18 +8,10 @@ use firmware_images::Images;
 use firmware_images::support::board::Profile;
 use twin::pulses::Sample;
 
-use super::Area;
 use super::time::{in_all_seeds, seconds};
 use crate::bench::clocks::{Crystals, Flight, Scenario, Wires};
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
-
-pub const AREA: Area = Area {
-    name: "holdover",
-    about: "clocks of three slaves without SYNC for 100 s, five seeds",
-    needs: &[],
-    measure,
-};
 
 /// The master sends no SYNC from this second on.
 const SILENT: u64 = 30;
@@ -36,7 +28,7 @@ const SCENARIO: Scenario = Scenario {
     crystals: Crystals::Settling(seconds(SILENT + 10)),
 };
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let images = context.images(&FLOWN, Profile::Standard)?;
     let flights = in_all_seeds(SEEDS, |seed| hold_over(&images, seed))?;
     let mut rows = Vec::new();

@@ -6,19 +6,9 @@
 
 use std::path::Path;
 
-use firmware_images::support::needs::VALGRIND;
-
-use super::Area;
 use crate::bench::callgrind;
 use crate::bench::context::Context;
 use crate::bench::row::Row;
-
-pub const AREA: Area = Area {
-    name: "instructions",
-    about: "instructions of the host per operation of a slave",
-    needs: &[VALGRIND],
-    measure,
-};
 
 const REPETITIONS: u64 = 100_000;
 
@@ -40,14 +30,14 @@ const SCENARIOS: [(&str, Option<u64>); 13] = [
     ("clock_discipline", None),
 ];
 
-fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
-    let program = callgrind::build_benchmark("ecss-can", "instructions")?;
+pub fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
+    let program = callgrind::build(&["--package", "ecss-can", "--bench", "instructions"], "release")?;
     SCENARIOS.into_iter().map(|(scenario, target)| row(&program, scenario, target)).collect()
 }
 
 fn row(program: &Path, scenario: &str, target: Option<u64>) -> anyhow::Result<Row> {
     let count = |repetitions: u64| callgrind::count(program, &[scenario, &repetitions.to_string()]);
     let operations = count(REPETITIONS)?.saturating_sub(count(0)?);
-    let row = Row::lower(scenario, operations as f64 / REPETITIONS as f64, "instructions");
-    Ok(target.map_or(row.clone(), |target| row.within(target)))
+    let each = operations as f64 / REPETITIONS as f64;
+    Ok(Row::lower(scenario, each, "instructions").within_any(target))
 }

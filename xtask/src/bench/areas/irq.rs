@@ -7,14 +7,10 @@
 use can_wire::time::Time;
 use twin::spacecraft::Bus;
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area =
-    Area { name: "irq", about: "interrupts of a controller on a cut bus", needs: &[], measure };
 
 /// The slave with selective access in the profile `librecube`.
 const SLAVE: u8 = 4;
@@ -31,7 +27,7 @@ const TO: Time = Time::from_ms(3000);
 /// many.
 const TARGET: u64 = 40;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rig = Rig::new(context, Profile::Librecube, SLAVE)?;
     for ms in (250..1000).step_by(250) {
         rig.send(Bus::Nominal, Time::from_ms(ms), MASTER_BEATS);

@@ -10,14 +10,10 @@ use can_wire::time::Time;
 use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area =
-    Area { name: "load", about: "frames back to back on both buses, 10 s", needs: &[], measure };
 
 /// Random frames on each bus: 10 s of them at 117 bits, their mean length with stuff bits and intermission.
 const FRAMES: u64 = 85_500;
@@ -34,7 +30,7 @@ const SLAVE: u8 = 2;
 /// NMT, SYNC, spacecraft time, commands, telemetry requests, heartbeat of the master.
 const ADMITTED: [u16; 6] = [0x000, 0x080, 0x181, 0x300 + SLAVE as u16, 0x400 + SLAVE as u16, 0x701];
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let cases = FLASH_TIMINGS.into_iter().map(|(timing, name)| measure_with(context, timing, name));
     Ok(cases.collect::<anyhow::Result<Vec<_>>>()?.concat())
 }

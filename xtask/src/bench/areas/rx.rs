@@ -7,7 +7,7 @@
 //! between, other interrupts included, is in the figure. Measured with zero wait states, as boards fly, and without the
 //! accelerator of the flash.
 //!
-//! A [`sweep`](crate::bench::sweep) adds commands that arrive while the board does what is due by time. The worst of both is the figure.
+//! A [sweep](crate::bench::sweep) adds commands that arrive while the board does what is due by time. The worst of both is the figure.
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
@@ -15,19 +15,11 @@ use can_wire::time::Time;
 use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
 
-use super::Area;
 use crate::bench::context::Context;
-use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
+use crate::bench::rig::{FLASH_TIMINGS, Rig};
 use crate::bench::row::Row;
-use crate::bench::sweep::{BREAK, sweep};
+use crate::bench::sweep::series;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area = Area {
-    name: "rx",
-    about: "model cycles from receive interrupt to node and application",
-    needs: &[],
-    measure,
-};
 
 /// Commands that are followed.
 const COMMANDS: u32 = 1_000;
@@ -53,61 +45,28 @@ struct Latency {
     application: u64,
 }
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let cases = FLASH_TIMINGS.into_iter().map(|(timing, name)| measure_with(context, timing, name));
     Ok(cases.collect::<anyhow::Result<Vec<_>>>()?.concat())
 }
 
-/// Most cycles from the interrupt to the dictionary.
-#[derive(Default)]
-struct Targets {
-    /// Of all moments: those of the shortest frame that can follow, 47 bits.
-    worst: Option<u64>,
-    median: Option<u64>,
-}
-
-fn targets(timing: FlashTiming) -> Targets {
-    match timing {
-        FlashTiming::Ideal => Targets { worst: None, median: Some(1_500) },
-        FlashTiming::AsSet => Targets { worst: Some(7_896), median: Some(2_200) },
-        FlashTiming::Unaccelerated => Targets::default(),
-    }
-}
-
 fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::Result<Vec<Row>> {
     let mut rig = Rig::with_flash(context, Profile::Standard, SLAVE, timing)?;
-    let mut at = rig.spacecraft.now();
-    let mut latencies = Vec::new();
-    for value in 0..COMMANDS {
-        at += SPACING;
-        rig.send(Bus::Nominal, rig.spacecraft.now() + BREAK, MASTER_BEATS);
-        latencies.push(command(&mut rig, at, value)?);
-    }
-    let mut inside_look = Latency { node: 0, application: 0 };
-    let duration_of = |number| duration(COMMANDS + number);
-    sweep(&mut rig, duration_of, |rig, at, number| {
-        let Latency { node, application } = command(rig, at, COMMANDS + number)?;
-        inside_look.node = inside_look.node.max(node);
-        inside_look.application = inside_look.application.max(application);
-        Ok(())
-    })?;
-    let [node, application] = [|it: &Latency| it.node, |it: &Latency| it.application].map(|part| {
-        let mut cycles: Vec<u64> = latencies.iter().map(part).collect();
-        cycles.sort_unstable();
-        (cycles[cycles.len() - 1], cycles[cycles.len() / 2])
-    });
+    let series = series(&mut rig, (COMMANDS, SPACING), duration, command)?;
+    let (node, application) = (series.cycles(|it| it.node), series.cycles(|it| it.application));
     let row = |name: &str, cycles: u64| Row::lower(format!("{name}{case}"), cycles, "model_cycles");
-    let within = |row: Row, target: Option<u64>| match target {
-        Some(target) => row.within(target),
-        None => row,
+    // The worst of all moments within the shortest frame that can follow, 47 bits; the median.
+    let (worst, median) = match timing {
+        FlashTiming::Ideal => (None, Some(1_500_u64)),
+        FlashTiming::AsSet => (Some(7_896_u64), Some(2_200)),
+        FlashTiming::Unaccelerated => (None, None),
     };
-    let targets = targets(timing);
     Ok(vec![
-        within(row("interrupt_to_dictionary", node.0.max(inside_look.node)), targets.worst),
-        within(row("interrupt_to_dictionary_median", node.1), targets.median),
-        row("inside_look", inside_look.node),
-        row("interrupt_to_application", application.0.max(inside_look.application)),
-        row("interrupt_to_application_median", application.1),
+        row("interrupt_to_dictionary", node.worst).within_any(worst),
+        row("interrupt_to_dictionary_median", node.median).within_any(median),
+        row("inside_look", node.swept),
+        row("interrupt_to_application", application.worst),
+        row("interrupt_to_application_median", application.median),
     ])
 }
 

@@ -17,14 +17,10 @@ use ecss_can::types::{Address, Duration, Instant};
 use twin::guest::GuestEvent;
 use twin::spacecraft::Bus;
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area =
-    Area { name: "sdo", about: "block transfers of 20 kB against the wire limit", needs: &[], measure };
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
@@ -53,18 +49,18 @@ const TARGET: f64 = 95.0;
 const SEGMENT: usize = 7;
 const SUB_BLOCK: usize = 127;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut random = fastrand::Rng::with_seed(1);
     let data: Vec<u8> = std::iter::repeat_with(|| random.u8(..)).take(BYTES).collect();
-    let mut link = Link { rig: Rig::new(context, Profile::Standard, SLAVE)? };
+    let mut rig = Rig::new(context, Profile::Standard, SLAVE)?;
 
     let mut client = Client::new(TIMEOUT);
     client.start_download(STORE, BYTES, Mode::Block);
-    let download = link.transfer(&mut client, &data, &mut Vec::new())?;
+    let download = transfer(&mut rig, &mut client, &data, &mut Vec::new())?;
 
     let (mut client, mut read) = (Client::new(TIMEOUT), Vec::new());
     client.start_upload(STORE, BYTES, Mode::Block);
-    let upload = link.transfer(&mut client, &[], &mut read)?;
+    let upload = transfer(&mut rig, &mut client, &[], &mut read)?;
     ensure!(read == data, "other data came back than were sent");
 
     let share = |frames: &[WireFrame], took: Time| 100.0 * limit(frames).as_secs_f64() / took.as_secs_f64();
@@ -76,71 +72,60 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     ])
 }
 
-/// A slave, its master, and the controller of a client.
-struct Link {
-    rig: Rig,
-}
-
-impl Link {
-    /// Runs a transfer to its end; what took from the start of its first frame to the end of its last.
-    fn transfer(&mut self, client: &mut Client, mut data: &[u8], read: &mut Vec<u8>) -> anyhow::Result<Time> {
-        let start = self.rig.spacecraft.now();
-        let mut beat = start;
-        self.rig.spacecraft.take_frames();
-        loop {
-            let now = self.rig.spacecraft.now();
-            ensure!(now.since(start) < PATIENCE, "a transfer does not end");
-            if beat <= now {
-                self.rig.send(Bus::Nominal, now, MASTER_BEATS);
-                self.rig.send(Bus::Nominal, now, SYNC);
-                beat += PERIOD;
-            }
-            data = &data[client.push(data)..];
-            client.poll(instant(now), &mut |payload| self.send(&payload));
-            if let Some(outcome) = client.outcome() {
-                let bytes = outcome.map_err(|error| anyhow::anyhow!("the transfer failed: {error:?}"))?;
-                pull(client, read);
-                ensure!(bytes == BYTES, "{bytes} bytes were moved");
-                break;
-            }
-            self.run(STEP)?;
-            for (at, heard) in self.rig.spacecraft.take_heard(self.rig.client) {
-                match heard {
-                    GuestEvent::Sent(_) => client.on_sent(),
-                    GuestEvent::Received(frame) if frame.id == WireId::Standard(RESPONSES) => {
-                        client.on_response(&frame.data, instant(at), &mut |payload| self.send(&payload));
-                        pull(client, read);
-                    }
-                    GuestEvent::Received(_) => {}
+/// Runs a transfer to its end; what took from the start of its first frame to the end of its last.
+fn transfer(rig: &mut Rig, client: &mut Client, mut data: &[u8], read: &mut Vec<u8>) -> anyhow::Result<Time> {
+    let start = rig.spacecraft.now();
+    let mut beat = start;
+    rig.spacecraft.take_frames();
+    loop {
+        let now = rig.spacecraft.now();
+        ensure!(now.since(start) < PATIENCE, "a transfer does not end");
+        if beat <= now {
+            rig.send(Bus::Nominal, now, MASTER_BEATS);
+            rig.send(Bus::Nominal, now, SYNC);
+            beat += PERIOD;
+        }
+        data = &data[client.push(data)..];
+        client.poll(instant(now), &mut |payload| send(rig, &payload));
+        if let Some(outcome) = client.outcome() {
+            let bytes = outcome.map_err(|error| anyhow::anyhow!("the transfer failed: {error:?}"))?;
+            pull(client, read);
+            ensure!(bytes == BYTES, "{bytes} bytes were moved");
+            break;
+        }
+        run(rig, STEP)?;
+        for (at, heard) in rig.spacecraft.take_heard(rig.client) {
+            match heard {
+                GuestEvent::Sent(_) => client.on_sent(),
+                GuestEvent::Received(frame) if frame.id == WireId::Standard(RESPONSES) => {
+                    client.on_response(&frame.data, instant(at), &mut |payload| send(rig, &payload));
+                    pull(client, read);
                 }
+                GuestEvent::Received(_) => {}
             }
         }
-        // What is on its way comes to its end.
-        self.run(Time::from_ms(1))?;
-        self.took()
     }
+    // What is on its way comes to its end.
+    run(rig, Time::from_ms(1))?;
+    let traces = rig.spacecraft.take_frames().into_iter().filter_map(|record| match record.record {
+        Observation::Completed { trace, .. } if record.bus == Bus::Nominal => Some(trace),
+        _ => None,
+    });
+    let of_transfer = [REQUESTS, RESPONSES].map(WireId::Standard);
+    let traces: Vec<_> = traces.filter(|trace| of_transfer.contains(&trace.frame.id)).collect();
+    let ([first, ..], [.., last]) = (traces.as_slice(), traces.as_slice()) else { bail!("no transfer") };
+    Ok(last.end.since(first.start))
+}
 
-    fn send(&mut self, payload: &Payload) {
-        let now = self.rig.spacecraft.now();
-        self.rig.spacecraft.inject(self.rig.client, now, WireFrame::standard(REQUESTS, payload));
-    }
+fn send(rig: &mut Rig, payload: &Payload) {
+    let now = rig.spacecraft.now();
+    rig.spacecraft.inject(rig.client, now, WireFrame::standard(REQUESTS, payload));
+}
 
-    fn run(&mut self, span: Time) -> anyhow::Result<()> {
-        let until = self.rig.spacecraft.now() + span;
-        self.rig.spacecraft.run_until(until).context("the twin stopped the board")
-    }
-
-    fn took(&mut self) -> anyhow::Result<Time> {
-        let frames = self.rig.spacecraft.take_frames();
-        let traces = frames.into_iter().filter_map(|record| match record.record {
-            Observation::Completed { trace, .. } if record.bus == Bus::Nominal => Some(trace),
-            _ => None,
-        });
-        let of_transfer = [REQUESTS, RESPONSES].map(WireId::Standard);
-        let traces: Vec<_> = traces.filter(|trace| of_transfer.contains(&trace.frame.id)).collect();
-        let ([first, ..], [.., last]) = (traces.as_slice(), traces.as_slice()) else { bail!("no transfer") };
-        Ok(last.end.since(first.start))
-    }
+/// Lets time pass, and keeps the frames.
+fn run(rig: &mut Rig, span: Time) -> anyhow::Result<()> {
+    let until = rig.spacecraft.now() + span;
+    rig.spacecraft.run_until(until).context("the twin stopped the board")
 }
 
 fn pull(client: &mut Client, into: &mut Vec<u8>) {

@@ -8,7 +8,6 @@ use std::path::PathBuf;
 
 use firmware_images::LOG;
 
-use super::Area;
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 use crate::bench::share::{self, PROTOCOL};
@@ -20,13 +19,6 @@ use firmware_images::support::board::Board;
 use firmware_images::support::board::Profile;
 use firmware_images::support::elf::{Facts, Memory, Symbol};
 
-pub const AREA: Area = Area {
-    name: "size",
-    about: "flash and RAM of the images, the deepest stacks in operation",
-    needs: &[],
-    measure,
-};
-
 /// Budgets of the slaves: the whole image, its variables.
 const SLAVE: [u64; 2] = [72 * 1024, 16 * 1024];
 const MINIMAL: [u64; 2] = [20 * 1024, 4 * 1024];
@@ -37,7 +29,7 @@ const CANOPEN: u64 = 26 << 10;
 /// Longest name of a symbol in a table; generic ones can be endless.
 const NAME: usize = 100;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (board, role, path) in images(context)? {
         let facts = Facts::read(&path)?;

@@ -5,20 +5,16 @@
 //! source of stamps, here is how good they are.
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings};
+use twin::board::{BoardConfig, EmulatedBoard};
 use twin::crystal::Crystal;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 
-use super::Area;
-use crate::bench::context::{Context, FLOWN};
+use crate::bench::context::{Context, FLOWN, board};
 use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Diagnostics;
 use firmware_images::support::fleet;
-
-pub const AREA: Area =
-    Area { name: "stamp", about: "stamps of 1000 SYNCs at 30 % and at 90 % load", needs: &[], measure };
 
 const SYNC: u16 = 0x080;
 /// Of the profile `standard`.
@@ -35,7 +31,7 @@ const TARGET_NS: f64 = 100.0;
 /// Node-ID (1 is the master), metres, parts per million.
 const BOARDS: [(u8, f64, f64); 4] = [(1, 0.0, 50.0), (2, 9.0, -50.0), (3, 21.0, 17.0), (4, 35.0, -38.0)];
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for percent in [30_u8, 90] {
         let outcome = fly(context, f64::from(percent) / 100.0)?;
@@ -61,14 +57,10 @@ fn fly(context: &Context, load: f64) -> anyhow::Result<Outcome> {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for (node, position_m, ppm) in BOARDS {
         spacecraft.add_board(BoardConfig {
-            name: format!("node {node}"),
-            model: FLOWN.model(),
-            image: if node == 1 { &master } else { &slave }.clone(),
-            straps: FLOWN.straps(node),
             crystal: Crystal::ppm(ppm),
             position_m,
             power_on_at: Time::from_ms(10 * u64::from(node)),
-            fittings: Fittings::default(),
+            ..board(node, if node == 1 { &master } else { &slave })
         });
     }
     let disturbance = Disturbance { load, error_rate: BIT_ERRORS, seed: 1, from: FROM };

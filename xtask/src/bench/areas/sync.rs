@@ -3,7 +3,7 @@
 //! A slave, operational, is sent SYNCs by a foreign controller while the twin runs one instruction at a time. The clock is
 //! the core's count of cycles awake, from the exception entry of the receive interrupt of CAN1. It is read when the port
 //! counts the stamp in `DIAGNOSTICS`: the edges of the SYNC have been searched. `rx` is the same way without a
-//! search. Zero wait states. A [`sweep`](crate::bench::sweep) adds SYNCs that arrive while the board does what is due by time; the worst of
+//! search. Zero wait states. A [sweep](crate::bench::sweep) adds SYNCs that arrive while the board does what is due by time; the worst of
 //! both is the figure.
 
 use can_wire::encode::encode;
@@ -12,16 +12,12 @@ use can_wire::time::Time;
 use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
 
-use super::Area;
 use crate::bench::context::Context;
-use crate::bench::rig::{MASTER_BEATS, Rig};
+use crate::bench::rig::Rig;
 use crate::bench::row::Row;
-use crate::bench::sweep::{BREAK, sweep};
+use crate::bench::sweep::series;
 use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Stamps;
-
-pub const AREA: Area =
-    Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], measure };
 
 /// SYNCs that are followed.
 const SYNCS: u32 = 200;
@@ -38,31 +34,13 @@ const SYNC: (u16, &[u8]) = (0x080, &[]);
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rig = Rig::with_flash(context, Profile::Standard, SLAVE, FlashTiming::Ideal)?;
-    let mut at = rig.spacecraft.now();
-    let mut cycles = Vec::new();
-    for _ in 0..SYNCS {
-        at += SPACING;
-        rig.send(Bus::Nominal, rig.spacecraft.now() + BREAK, MASTER_BEATS);
-        cycles.push(stamp(&mut rig, at)?);
-    }
-    let mut inside_look = 0;
     let end = Time::from_us(encode(&WireFrame::standard(SYNC.0, SYNC.1)).bits().len() as u64 - 1);
-    sweep(
-        &mut rig,
-        |_| end,
-        |rig, at, _| {
-            inside_look = inside_look.max(stamp(rig, at)?);
-            Ok(())
-        },
-    )?;
-    cycles.sort_unstable();
+    let series = series(&mut rig, (SYNCS, SPACING), |_| end, |rig, at, _| stamp(rig, at))?;
+    let cycles = series.cycles(|cycles| *cycles);
     let row = |name: &str, cycles: u64| Row::lower(name, cycles, "model_cycles");
-    Ok(vec![
-        row("interrupt_to_stamp", cycles[cycles.len() - 1].max(inside_look)),
-        row("interrupt_to_stamp_median", cycles[cycles.len() / 2]),
-    ])
+    Ok(vec![row("interrupt_to_stamp", cycles.worst), row("interrupt_to_stamp_median", cycles.median)])
 }
 
 /// Sends a SYNC at `at`, and returns the cycles to its stamp.

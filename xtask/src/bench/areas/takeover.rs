@@ -4,16 +4,8 @@ use std::thread;
 
 use campaign::takeover::{Case, PERIOD, sweep};
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::row::Row;
-
-pub const AREA: Area = Area {
-    name: "takeover",
-    about: "two active masters, one of which became so at each 5 us of a heartbeat period: six cases in worlds of the host",
-    needs: &[],
-    measure,
-};
 
 /// Steps of the phase, microseconds.
 const STEP_US: usize = 5;
@@ -27,7 +19,7 @@ const CASES: [Case; 6] = [
     Case { kbit: 125, ppm: 50 },
 ];
 
-fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
     let fly = |case| sweep(case, (0..PERIOD.as_us()).step_by(STEP_US));
     let swept = thread::scope(|scope| {
         let flown = CASES.map(|case| scope.spawn(move || fly(case)));

@@ -10,20 +10,12 @@ use can_wire::time::Time;
 use firmware_images::Images;
 use twin::pulses::Errors;
 
-use super::Area;
 use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most_left_ns};
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 use crate::bench::update;
 use demo::stamps::StampErrors;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area = Area {
-    name: "time",
-    about: "clocks of three slaves against the master's, five seeds of 60 s",
-    needs: &[],
-    measure,
-};
 
 const SEEDS: u64 = 5;
 const SECOND: Time = Time::from_ms(1_000);
@@ -55,34 +47,18 @@ struct Case {
 }
 
 const CASES: [Case; 7] = [
-    Case {
-        name: "sync_1_load_30",
-        scenario: scenario(1_000, 0.30, true, true),
-        rms: Some(100.0),
-        most: Some(250.0),
-    },
-    Case {
-        name: "sync_1_load_90",
-        scenario: scenario(1_000, 0.90, true, true),
-        rms: Some(100.0),
-        most: Some(250.0),
-    },
-    Case { name: "sync_10_load_30", scenario: scenario(100, 0.30, true, true), rms: Some(40.0), most: None },
-    Case { name: "sync_10_load_90", scenario: scenario(100, 0.90, true, true), rms: Some(40.0), most: None },
-    Case {
-        name: "without_wires_load_30",
-        scenario: scenario(1_000, 0.30, false, true),
-        rms: None,
-        most: Some(5_000.0),
-    },
-    Case {
-        name: "without_wires_load_90",
-        scenario: scenario(1_000, 0.90, false, true),
-        rms: None,
-        most: Some(5_000.0),
-    },
-    Case { name: "uncorrected_load_30", scenario: scenario(1_000, 0.30, true, false), rms: None, most: None },
+    case("sync_1_load_30", scenario(1_000, 0.30, true, true), Some(100.0), Some(250.0)),
+    case("sync_1_load_90", scenario(1_000, 0.90, true, true), Some(100.0), Some(250.0)),
+    case("sync_10_load_30", scenario(100, 0.30, true, true), Some(40.0), None),
+    case("sync_10_load_90", scenario(100, 0.90, true, true), Some(40.0), None),
+    case("without_wires_load_30", scenario(1_000, 0.30, false, true), None, Some(5_000.0)),
+    case("without_wires_load_90", scenario(1_000, 0.90, false, true), None, Some(5_000.0)),
+    case("uncorrected_load_30", scenario(1_000, 0.30, true, false), None, None),
 ];
+
+const fn case(name: &'static str, scenario: Scenario, rms: Option<f64>, most: Option<f64>) -> Case {
+    Case { name, scenario, rms, most }
+}
 
 const fn scenario(sync_ms: u64, load: f64, are_wired: bool, corrected: bool) -> Scenario {
     let wires = if are_wired { Wires::All } else { Wires::None };
@@ -93,7 +69,7 @@ const fn scenario(sync_ms: u64, load: f64, are_wired: bool, corrected: bool) -> 
 const SWITCHES: [(&str, u64); 2] = [("sync_1", 1_000), ("sync_10", 100)];
 
 /// An update of the clock, the floors, then each case and each switch.
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = update::rows(context)?;
     rows.extend([
         Row::lower("floor_capture", CAPTURE_NS, "ns"),
@@ -146,8 +122,7 @@ impl Outcome {
 
     fn rows(&self, &Case { name, rms, most, .. }: &Case) -> Vec<Row> {
         let bounded = |what: &str, value: f64, bound: Option<f64>| {
-            let row = Row::lower(format!("{what}_{name}"), value, "ns");
-            bound.map_or(row.clone(), |bound| row.within(bound))
+            Row::lower(format!("{what}_{name}"), value, "ns").within_any(bound)
         };
         let found = self.slaves.iter().map(|errors| errors.samples.len() as u64).min().unwrap_or_default();
         let unpaired: u64 = self.slaves.iter().map(|errors| errors.unpaired).sum();
@@ -168,28 +143,17 @@ impl Outcome {
     }
 }
 
-/// Flies seeds, as many at once as the computer has processors. The results are in the order of the seeds.
+/// Flies all seeds at once. The results are in their order.
 pub(super) fn in_all_seeds<T: Send>(
     seeds: u64,
     fly: impl Fn(u64) -> anyhow::Result<T> + Sync,
 ) -> anyhow::Result<Vec<T>> {
-    let at_once = thread::available_parallelism().map_or(1, |count| count.get() as u64);
-    let of_thread = |first: u64| {
-        (first..seeds)
-            .step_by(at_once as usize)
-            .map(|seed| Ok((seed, fly(seed)?)))
-            .collect::<anyhow::Result<Vec<_>>>()
-    };
-    let mut results = Vec::new();
+    let fly = &fly;
     thread::scope(|scope| {
-        let threads: Vec<_> = (0..at_once).map(|first| scope.spawn(move || of_thread(first))).collect();
-        for thread in threads {
-            results.extend(thread.join().map_err(|_| anyhow::anyhow!("a flight panicked"))??);
-        }
-        anyhow::Ok(())
-    })?;
-    results.sort_by_key(|(seed, _)| *seed);
-    Ok(results.into_iter().map(|(_, result)| result).collect())
+        let flights: Vec<_> = (0..seeds).map(|seed| scope.spawn(move || fly(seed))).collect();
+        let ends = flights.into_iter().map(|flight| flight.join());
+        ends.map(|end| end.map_err(|_| anyhow::anyhow!("a flight panicked"))?).collect()
+    })
 }
 
 /// Flies until [`SPAN`] is over.
@@ -204,9 +168,12 @@ fn compared(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Ou
     Ok(Outcome { slaves: flight.errors(from, to), stamps: flight.stamps(), steps })
 }
 
-/// Errors of the first flight of the first case.
-pub fn clock_errors(context: &Context) -> anyhow::Result<[Errors; 3]> {
-    let images = context.images(&FLOWN, Profile::Standard)?;
+/// Errors of the three clocks in the first flight of the first case.
+///
+/// # Errors
+/// When the images cannot be built or run.
+pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
+    let images = Context::default().images(&FLOWN, Profile::Standard)?;
     Ok(compared(&images, CASES[0].scenario, 0)?.slaves)
 }
 

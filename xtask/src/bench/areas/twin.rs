@@ -11,23 +11,14 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, ensure};
 use can_wire::time::Time;
 use firmware_images::support::fleet;
-use firmware_images::support::needs::VALGRIND;
-use twin::board::{BoardConfig, Fittings};
+use twin::board::BoardConfig;
 use twin::crystal::Crystal;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
-use super::Area;
 use crate::bench::callgrind;
-use crate::bench::context::{Context, FLOWN};
+use crate::bench::context::{Context, FLOWN, board};
 use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
-
-pub const AREA: Area = Area {
-    name: "twin",
-    about: "instructions of the host per emulated one, of a whole run",
-    needs: &[VALGRIND],
-    measure,
-};
 
 /// Virtual seconds of the two flights. The first one is past the start of all boards.
 const LENGTHS: [u64; 2] = [2, 4];
@@ -40,7 +31,7 @@ const BOARDS: u8 = 4;
 const MOST_MS: f64 = 2.0;
 const REPEATS: usize = 20;
 
-fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(vec![
         Row::lower("host_instructions", host_instructions(context)?, "instructions")
             .within(MOST_INSTRUCTIONS),
@@ -50,7 +41,8 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 
 fn host_instructions(context: &Context) -> anyhow::Result<f64> {
     let images = context.images(&FLOWN, Profile::Librecube)?;
-    let program = callgrind::build_example("demo", "flight")?;
+    // As `cargo test` has it.
+    let program = callgrind::build(&["--package", "demo", "--example", "flight"], "dev")?;
     let files = [&images.master, &images.slave].map(|path| path.display().to_string());
     let fly = |seconds: u64| -> anyhow::Result<(u64, u64)> {
         let seconds = seconds.to_string();
@@ -77,15 +69,11 @@ fn fork(context: &Context) -> anyhow::Result<Duration> {
     let images = fleet::shipped(&built, nodes.iter().copied())?;
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for node in nodes {
+        let crystal = Crystal::ppm(f64::from(node));
         spacecraft.add_board(BoardConfig {
-            name: format!("node {node}"),
-            model: FLOWN.model(),
-            image: images[&node].clone(),
-            straps: FLOWN.straps(node),
-            crystal: Crystal::ppm(f64::from(node)),
+            crystal,
             position_m: f64::from(node),
-            power_on_at: Time::ZERO,
-            fittings: Fittings::default(),
+            ..board(node, &images[&node])
         });
     }
     spacecraft.run_until(FORKED)?;

@@ -15,12 +15,8 @@ use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use can_wire::wire::WireConfig;
 
-use super::Area;
 use crate::bench::context::Context;
 use crate::bench::row::Row;
-
-pub const AREA: Area =
-    Area { name: "wire", about: "the fast path of the buses against the bit path", needs: &[], measure };
 
 /// Of the stations, metres and parts per billion.
 const BOARDS: [(f64, i32); 8] = [
@@ -49,7 +45,7 @@ const ROUNDS: usize = 150;
 /// How much faster the fast path must be.
 const RATIO: f64 = 20.0;
 
-fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
+pub fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
     let alone = compare(|n| Time::from_us(n * SLOT_US))?;
     // As many at once as there are stations.
     let contended = compare(|n| Time::from_us(n / BOARDS.len() as u64 * BOARDS.len() as u64 * SLOT_US))?;

@@ -2,13 +2,9 @@
 
 use std::path::Path;
 
-use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use firmware_images::BoardCrate;
-use flight::{
-    BOOT_UP, BoardSetup, Flight, HANG_WITHOUT_INTERRUPTS, MASTER, MASTER_AND_THREE, NEXT_TO_MASTER_M,
-    end_program, halfwords, ms, parsed, tasks,
-};
+use flight::*;
 use twin::board::BoardConfig;
 use twin::description::Description;
 use twin::spacecraft::{Bus, GuestId};
@@ -29,13 +25,11 @@ const UNSAVED: u16 = 300;
 pub fn fly(top: &Path) {
     let (mut flight, guest) = on_board(top);
     flight.fly(STARTED);
-    for node in [MASTER, SHIPPED, HEATER] {
-        assert!(flight.is_operational(node, Bus::Nominal), "{}", flight.log(node));
-    }
+    flight.assert_operational([MASTER, SHIPPED, HEATER], Bus::Nominal);
 
     flight.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
     flight.fly(STARTED + ms(1_000));
-    assert!(flight.is_operational(HEATER, Bus::Redundant), "{}", flight.log(HEATER));
+    flight.assert_operational([HEATER], Bus::Redundant);
     assert_eq!(flight.lost_frames(HEATER), 0);
 
     write_setpoint(&mut flight, guest, SAVED);
@@ -46,14 +40,11 @@ pub fn fly(top: &Path) {
 
     let reset = hang(&mut flight);
     flight.fly(reset + ms(1_500));
-    assert!(flight.is_operational(HEATER, Bus::Redundant), "{}", flight.log(HEATER));
-    let board = flight.board(HEATER).0;
-    let first = flight.first_after(reset, |seen| seen.sender == board).expect("a frame after the reset");
+    flight.assert_operational([HEATER], Bus::Redundant);
+    let first = flight.of(HEATER).find(|seen| seen.end > reset).expect("a frame after the reset");
     assert_eq!((first.id(), first.data()), (Some(0x705), &[BOOT_UP][..]));
     // CiA 301 7.2.7.1: error code 6101h, generic bit of the error register; then the error is over.
-    let emergencies: Vec<_> =
-        flight.frames.iter().filter(|seen| seen.end > reset && seen.id() == Some(0x085)).collect();
-    let reported: Vec<&[u8]> = emergencies.iter().map(|seen| seen.data()).collect();
+    let reported: Vec<&[u8]> = flight.emergencies(HEATER, reset).collect();
     assert_eq!(reported[0][..4], [0x00, 0x61, 0x01, WATCHDOG], "{}", flight.log(HEATER));
     assert_eq!(reported[1][..6], [0, 0, 0, 0, 0x61, WATCHDOG], "{}", flight.log(HEATER));
     assert_eq!(setpoint(&mut flight, guest), SAVED);
@@ -81,19 +72,17 @@ fn on_board(top: &Path) -> (Flight, GuestId) {
 
 /// Lets the application of the heater hang with interrupts off. Returns the time of the reset.
 fn hang(flight: &mut Flight) -> Time {
-    let is_application = |task: &flight::Task| task.name.to_le_bytes() == *b"appl";
-    let task = tasks(flight, HEATER).into_iter().find(is_application).expect("the task of the application");
+    let task = task_named(flight, HEATER, b"appl");
     let reset = end_program(flight, HEATER, task, &halfwords(&HANG_WITHOUT_INTERRUPTS));
-    assert_eq!(flight.twin.board(flight.board(HEATER)).counters().watchdog_resets, 1);
+    assert_eq!(flight.emulated(HEATER).counters().watchdog_resets, 1);
     reset
 }
 
 /// Sends a request of SDO to the heater. Returns the data of its answer, which has this command.
 fn sdo(flight: &mut Flight, guest: GuestId, request: [u8; 8], command: u8) -> [u8; 4] {
-    flight.twin.inject(guest, flight.end, WireFrame::standard(0x605, &request));
-    let answer = flight.fly_until(|seen| seen.id() == Some(0x585));
-    assert_eq!(answer.data()[0], command, "{:02X?}\n{}", answer.data(), flight.log(HEATER));
-    answer.data()[4..8].try_into().expect("four bytes")
+    let answer = flight.ask(guest, HEATER, request);
+    assert_eq!(answer[0], command, "{answer:02X?}\n{}", flight.log(HEATER));
+    answer[4..].try_into().expect("four bytes")
 }
 
 /// Writes 6000h, two bytes.

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use ecss_can::sdo::{Client, Error, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
+use second::host::{pull, push};
 
 /// Shorter than that of the servers: what is lost is missed by the client first.
 const TIMEOUT: Duration = Duration::from_millis(20);
@@ -16,9 +17,6 @@ const TICK: Duration = Duration::from_millis(1);
 
 /// No transfer of these tests takes so long.
 const LONGEST: Duration = Duration::from_millis(60_000);
-
-/// Bytes that the application gives or takes at once.
-const CHUNK: usize = 50;
 
 /// An SDO server.
 pub trait Server {
@@ -75,26 +73,15 @@ impl<S: Server> Line<S> {
     pub fn download(&mut self, at: Address, value: &[u8]) -> Result<usize, Error> {
         self.client.start_download(at, value.len(), Mode::Block);
         let mut rest = value;
-        self.transfer(|client| {
-            let pushed = client.push(rest.get(..CHUNK).unwrap_or(rest));
-            rest = rest.get(pushed..).unwrap_or_default();
-        })
+        self.transfer(|client| push(client, &mut rest))
     }
 
     /// Reads a value of at most `most` bytes by blocks.
     pub fn upload(&mut self, at: Address, most: usize) -> Result<Vec<u8>, Error> {
         self.client.start_upload(at, most, Mode::Block);
         let mut value = Vec::new();
-        let mut pull = |client: &mut Client| {
-            let mut part = [0; CHUNK];
-            let pulled = client.pull(&mut part);
-            value.extend(part.iter().take(pulled));
-            pulled
-        };
-        let outcome = self.transfer(|client| {
-            pull(client);
-        });
-        while pull(&mut self.client) > 0 {}
+        let outcome = self.transfer(|client| _ = pull(client, &mut value));
+        while pull(&mut self.client, &mut value) > 0 {}
         outcome.map(|size| {
             assert_eq!(value.len(), size);
             value
