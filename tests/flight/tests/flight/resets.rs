@@ -147,10 +147,7 @@ fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
 
 /// Nobody who may have stopped it, or made it wait: the master starts it again.
 ///
-/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2
-/// Verifies: ECSS 6.5.1a.1
-/// Verifies: ECSS 6.5.1a.3
-/// Verifies: ECSS 8.3.3f
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 8.3.3f
 #[test]
 fn a_slave_that_a_foreign_command_stopped_is_started() {
     for (command, state) in [(0x02, STOPPED), (0x80, PRE_OPERATIONAL)] {
