@@ -49,18 +49,14 @@ impl<N: Node> Board<N> {
         node.start(&mut Turn::new(Instant::ZERO, &mut out));
         Board { node, out }
     }
-
     /// Does what is due; the next frame that it sends goes out at once.
     fn step(&mut self, now: Instant) -> Option<(Bus, Frame)> {
         self.node.poll(&mut Turn::new(now, &mut self.out));
         while let Some((bus, command)) = self.out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
                 let (frame, stamp) = (outgoing.frame, Stamp::interrupt(now));
-                self.node.on_link(
-                    bus,
-                    &LinkEvent::Transmitted { frame, stamp },
-                    &mut Turn::new(now, &mut self.out),
-                );
+                let event = LinkEvent::Transmitted { frame, stamp };
+                self.node.on_link(bus, &event, &mut Turn::new(now, &mut self.out));
                 return Some((bus, frame));
             }
         }

@@ -57,9 +57,11 @@ mod extension;
 mod index;
 mod master;
 mod master_api;
+mod messages;
 pub mod minimal;
 mod network_objects;
 mod objects;
+mod outbox;
 #[cfg(test)]
 pub(crate) mod probe;
 mod save;
@@ -74,16 +76,16 @@ mod turn;
 pub use buses::Status;
 pub use canopen_slave::CanopenSlave;
 pub use communication::{Communication, Identity};
-pub use contract::{
-    BusCommand, FailCause, Filters, FullDepth, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
-};
+pub use contract::Node;
 pub use counters::Counters;
 pub use device::{Device, DeviceNode, DeviceObjects, TimeKeeper};
 pub use extension::{CanopenOnly, Extension};
 pub use master::{Master, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
+pub use messages::{BusCommand, FailCause, Filters, FullDepth, LinkEvent, MAX_FILTERS, QUEUE_DEPTH};
 pub use network_objects::{MasterRole, NetworkObjects, Ranging};
 pub use objects::{NodeObjects, assert_device};
+pub use outbox::Outbox;
 pub use slave::Slave;
 pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};

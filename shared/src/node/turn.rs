@@ -6,7 +6,8 @@
 
 use core::ops::Deref;
 
-use super::{FullDepth, Outbox};
+use super::messages::FullDepth;
+use super::outbox::Outbox;
 use crate::link::depth::Depth;
 use crate::types::Instant;
 
