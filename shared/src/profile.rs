@@ -91,7 +91,7 @@ pub struct Profile {
     /// Values that the master writes to these slaves.
     pub settings: &'static [Setting],
     /// Slaves of the minimal set (ECSS 9), none of them in `slaves`. The master neither boots them nor asks for
-    /// their device type.
+    /// their device type, and whatever state they report, it does not start them.
     pub minimal: &'static [MinimalNode],
     /// Limits of the time that the network waits for mandatory slaves.
     pub boot: BootPolicy,

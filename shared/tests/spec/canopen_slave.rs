@@ -8,7 +8,7 @@ use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::types::{AbortCode, NmtState};
 
-use crate::bench::{Bench, NOMINAL, frame, ms, node};
+use crate::bench::{Bench, NOMINAL, frame, ms, node, span};
 
 /// An input and an output.
 #[derive(Debug, Objects)]
@@ -281,4 +281,133 @@ fn takes_a_number_that_comes_in_a_segment() {
     assert_eq!(slave.node.objects().application.scale, 0x1234_5678);
     let answers = [[0x60, 0x00, 0x63, 0, 0, 0, 0, 0], [0x20, 0, 0, 0, 0, 0, 0, 0]];
     assert_eq!(sent(&slave), answers.map(|answer| (0x585, answer.to_vec())));
+}
+
+/// Payloads of this COB-ID sent so far.
+fn payloads(slave: &Bench<CanopenSlave<Channel>>, id: u16) -> Vec<Vec<u8>> {
+    sent(slave).into_iter().filter(|(of, _)| *of == id).map(|(_, data)| data).collect()
+}
+
+/// A value is written over SDO.
+fn write(slave: &mut Bench<CanopenSlave<Channel>>, index: u16, sub: u8, value: &[u8]) {
+    let [low, high] = index.to_le_bytes();
+    let mut request = [0x23 | (4 - value.len() as u8) << 2, low, high, sub, 0, 0, 0, 0];
+    request[4..][..value.len()].copy_from_slice(value);
+    slave.clear();
+    slave.receive(NOMINAL, 0x605, &request);
+    assert_eq!(sent(slave), [(0x585, vec![0x60, low, high, sub, 0, 0, 0, 0])], "{index:04X}h sub {sub}");
+    slave.clear();
+}
+
+/// Given a slave without a clock, when it gets Enter pre-operational or Stop, then it has the services of that state (CiA 301 7.3.2.2.5):
+/// PDOs in Operational alone, SDO and emergencies in Pre-operational as well, in Stopped heartbeats alone.
+///
+/// Verifies: ECSS 6.5.1a.3, 6.5.1a.2, 6.5.1a.1, 6.5.4a
+/// Notices: ECSS 6.5.1a.3: a plain slave ignores Enter pre-operational.
+/// Notices: ECSS 6.5.4a: a plain slave answers SDO requests in Stopped.
+#[test]
+fn uses_the_services_of_each_nmt_state() {
+    use NmtState::{Operational, PreOperational, Stopped};
+    // PDO taken and sent, SDO answered, emergency sent.
+    for (command, state, pdo, sdo) in
+        [(0x80, PreOperational, false, true), (0x02, Stopped, false, false), (0x01, Operational, true, true)]
+    {
+        for target in [5, 0] {
+            let mut slave = operational();
+            write(&mut slave, 0x1800, 2, &[1]);
+            slave.receive(NOMINAL, 0x000, &[command, target]);
+            assert_eq!(slave.node.state(), state);
+            slave.clear();
+            slave.receive(NOMINAL, 0x205, &[0x34, 0x12]);
+            assert_eq!(slave.node.objects().application.output, if pdo { 0x1234 } else { 0 }, "{state:?}");
+            slave.receive(NOMINAL, 0x080, &[]);
+            assert_eq!(payloads(&slave, 0x185).len(), usize::from(pdo), "{state:?}");
+            slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
+            assert_eq!(payloads(&slave, 0x585).len(), usize::from(sdo), "{state:?}");
+            slave.touch(|slave, _| slave.raise(ErrorCode::CURRENT, [7, 0, 0, 0, 0]));
+            slave.run_until(ms(150));
+            assert_eq!(payloads(&slave, 0x085).len(), usize::from(sdo), "{state:?}");
+            assert_eq!(payloads(&slave, 0x705).len(), 1, "{state:?}");
+        }
+    }
+}
+
+/// Given a slave without a clock that gets commands, then its heartbeats have its state: 7Fh, 05h or 04h.
+///
+/// Verifies: ECSS 6.5.2a
+/// Notices: ECSS 6.5.2a: heartbeats of a plain slave have 7Fh in Stopped.
+#[test]
+fn has_its_state_in_its_heartbeats() {
+    let mut slave = powered();
+    for (command, state) in [(None, 0x7F), (Some(0x01), 0x05), (Some(0x02), 0x04), (Some(0x80), 0x7F)] {
+        slave.clear();
+        if let Some(command) = command {
+            slave.receive(NOMINAL, 0x000, &[command, 5]);
+        }
+        slave.run_until(slave.now + span(250));
+        let states = payloads(&slave, 0x705);
+        assert!(states.len() >= 2 && states.iter().all(|found| *found == [state]), "{command:?}: {states:?}");
+    }
+}
+
+/// Given a slave without a clock, when it misses node 1, then it enters the state that 1029h names (CiA 301 7.5.2.32): 0
+/// Pre-operational, 1 the same as before, 2 Stopped. Its next heartbeat has that state.
+///
+/// Verifies: ECSS 6.5.2a, 6.5.4a
+/// Notices: ECSS 6.5.2a: a plain slave enters Pre-operational whatever 1029h is.
+#[test]
+fn enters_the_state_of_1029h_when_it_misses_a_heartbeat() {
+    for (behaviour, state) in [(0, 0x7F), (1, 0x05), (2, 0x04)] {
+        let mut slave = operational();
+        write(&mut slave, 0x1029, 1, &[behaviour]);
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+        slave.run_until(ms(240));
+        assert_eq!(payloads(&slave, 0x705), [[0x05], [0x05]], "not missed yet");
+        slave.clear();
+        // Missed at 250 ms.
+        slave.run_until(ms(300));
+        assert_eq!(payloads(&slave, 0x705), [[state]], "1029h is {behaviour}");
+    }
+}
+
+/// Given a slave without a clock and an RPDO of two bytes, when one byte or three arrive, then it sends an emergency: 8210h, too short, or
+/// 8220h, too long (CiA 301, table of error codes). Two bytes of the right length end it. Of three the first two are taken.
+///
+/// Verifies: ECSS 6.2a, 6.4a.2
+/// Notices: ECSS 6.2a: a plain slave takes an RPDO that is too short.
+/// Notices: ECSS 6.4a.2: an RPDO that is too long is reported as one that is too short.
+#[test]
+fn reports_an_rpdo_of_the_wrong_length() {
+    for (data, code, output) in [(&[1][..], 0x10, 0), (&[1, 2, 3], 0x20, 0x0201)] {
+        let mut slave = operational();
+        write(&mut slave, 0x1015, 0, &[0, 0]);
+        slave.receive(NOMINAL, 0x205, data);
+        assert_eq!(sent(&slave), [(0x085, vec![code, 0x82, 0x11, 0, 0, 0, 0, 0])]);
+        assert_eq!(slave.node.objects().application.output, output, "{data:?}");
+        slave.clear();
+        slave.receive(NOMINAL, 0x205, &[7, 8]);
+        assert_eq!(sent(&slave), [(0x085, vec![0, 0, 0, code, 0x82, 0, 0, 0])]);
+        assert_eq!(slave.node.objects().application.output, 0x0807);
+    }
+}
+
+/// Given a TPDO of a slave without a clock with an inhibit time of 30 ms (sub-index 3, in 100 us) and an event timer of 70 ms (sub-index
+/// 5), then it goes 70 ms after the last one, and at an event 30 ms after the last one at the earliest.
+///
+/// Verifies: ECSS 6.2a
+/// Notices: ECSS 6.2a: a plain slave ignores the inhibit time of a TPDO.
+/// Notices: ECSS 6.2a: a plain slave ignores the event timer of a TPDO.
+#[test]
+fn obeys_inhibit_time_and_event_timer() {
+    let mut slave = operational();
+    write(&mut slave, 0x1800, 1, &[0x85, 0x01, 0, 0xC0]);
+    write(&mut slave, 0x1800, 2, &[254]);
+    write(&mut slave, 0x1800, 3, &300_u16.to_le_bytes());
+    write(&mut slave, 0x1800, 5, &70_u16.to_le_bytes());
+    write(&mut slave, 0x1800, 1, &[0x85, 0x01, 0, 0x40]);
+    slave.run_until(ms(80));
+    slave.touch(|slave, now| slave.send_pdo(0, now));
+    slave.run_until(ms(300));
+    // The event at 80 ms waits until 100 ms. From then on the timer runs again.
+    assert_eq!(slave.times(NOMINAL, 0x185), [70, 100, 170, 240]);
 }

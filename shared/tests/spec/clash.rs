@@ -214,9 +214,10 @@ fn newcomer_reports_the_clash_within_its_inhibit_time() {
     assert_eq!(clash_frames(&slave).len(), 1, "Stopped forbids the others");
 }
 
-/// Given a slave that has worked for a while, when its own Node-ID is heard, then it reports that and goes on.
+/// Given a slave that has worked for a while, when its own Node-ID is heard, then it reports that once and goes on.
 ///
-/// Verifies: ECSS 6.4a.2
+/// Verifies: ECSS 6.4a.2, 6.4a.1
+/// Notices: ECSS 6.4a.1: each heartbeat with the own Node-ID is another emergency.
 #[test]
 fn elder_reports_another_node_with_its_id_and_goes_on() {
     let mut slave = powered(&STANDARD);
@@ -233,6 +234,13 @@ fn elder_reports_another_node_with_its_id_and_goes_on() {
     assert_eq!(slave.events, [SlaveEvent::Clash { bus: REDUNDANT, yields: false }]);
     assert_eq!(clash_frames(&slave), [[0x50, 0x81, 0x11, 5]], "once");
     assert_eq!(slave.node.status(slave.now).state, Operational);
+    // Three inhibit times, in which the other node is heard.
+    for at in [410, 510, 610, 710] {
+        slave.run_until(ms(at));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+        slave.receive(NOMINAL, 0x705, &[0x05]);
+    }
+    assert_eq!(slave.times(NOMINAL, 0x085), [310], "once");
     slave.receive(NOMINAL, 0x705, &[0x05, 0x05]);
     slave.health(NOMINAL, Health::default());
     let malformed = slave.node.status(slave.now).counters.nominal.malformed;

@@ -115,6 +115,29 @@ fn minimal_slaves_are_not_asked_who_they_are() {
     assert_eq!(master.node.slave_state(node(HEARD)), Some(NmtState::Operational));
 }
 
+/// Given a minimal slave that reports 7Fh, 04h or 00h, as it must not, then the master sends it no NMT command. It starts a full slave
+/// that reports 7Fh at the same time.
+///
+/// Verifies: ECSS 9.4.6.1a, 8.3.3f
+/// Notices: ECSS 9.4.6.1a: the master starts a minimal slave that reports 7Fh.
+#[test]
+fn minimal_slave_in_any_state_gets_no_nmt_command() {
+    let mut master = announced();
+    for (nth, state) in (1..).zip([0x7F, 0x04, 0x00, 0x7F]) {
+        master.run_until(ms(100 * nth));
+        for id in [0x705, 0x706] {
+            master.receive(NOMINAL, id, &[state]);
+        }
+    }
+    master.run_until(ms(450));
+    assert_eq!(master.node.slave_state(node(HEARD)), Some(NmtState::PreOperational));
+    assert_eq!(master.times(NOMINAL, 0x000), []);
+    master.receive(NOMINAL, 0x707, &[0x7F]);
+    master.run_until(ms(460));
+    let commands = master.frames().into_iter().filter(|(_, frame)| frame.id().raw() == 0);
+    assert_eq!(commands.collect::<Vec<_>>(), [(NOMINAL, frame(0, &[1, FOREIGN_NODE]))]);
+}
+
 /// For a minute: neither lost nor unheard, and the master stays where it is.
 #[test]
 fn slave_without_heartbeat_is_never_missed() {

@@ -38,6 +38,29 @@ fn each_value_of_request_nmt_is_a_command() {
     }
 }
 
+/// Given a master whose active bus is the redundant one, then each command that a client asks for in 1F82h goes out there, and there
+/// alone.
+///
+/// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 6.5.1a.4, 6.5.1a.5
+/// Notices: ECSS 6.5.1a.1: the master commands slaves on the nominal bus.
+#[test]
+fn each_request_nmt_goes_out_on_the_active_redundant_bus() {
+    for (value, command) in [(4, 0x02), (5, 0x01), (6, 0x81), (7, 0x82), (127, 0x80)] {
+        for (sub, target) in [(2, 2), (127, 127), (128, 0)] {
+            let mut master = powered(&STANDARD);
+            master.request(MasterRequest::SwitchBus(REDUNDANT));
+            master.run_until(ms(10));
+            master.transmitted(REDUNDANT, frame(0x701, &[0x05]));
+            assert_eq!(master.node.status(master.now).active, REDUNDANT);
+            master.clear();
+            master.receive(REDUNDANT, 0x601, &[0x2F, 0x82, 0x1F, sub, value, 0, 0, 0]);
+            let sent = master.frames().into_iter().filter(|(_, frame)| frame.id().raw() == 0);
+            let expected = [(REDUNDANT, frame(0x000, &[command, target]))];
+            assert_eq!(sent.collect::<Vec<_>>(), expected, "{value} to {sub}");
+        }
+    }
+}
+
 /// CiA 301 7.2.4.3.3: a number may come in a segment, too.
 ///
 /// Verifies: ECSS 6.1a

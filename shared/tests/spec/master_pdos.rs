@@ -174,6 +174,35 @@ fn synchronous_pdos_follow_its_own_sync() {
     assert_eq!(ids(&master), [0x302]);
 }
 
+/// Given a master that produces SYNC every 100 ms, when another node sends SYNC, then no synchronous PDO of the master follows it, the
+/// master counts it as ignored, and its own SYNC goes on in its period.
+///
+/// Verifies: ECSS 6.9d, 6.9b
+/// Notices: ECSS 6.9d: the master exchanges its PDOs with the SYNC of another node.
+#[test]
+fn a_sync_of_another_node_changes_nothing() {
+    let mut master = flying();
+    let command = 0x1800 + TELECOMMAND;
+    for (sub, value, len) in [(1, 0xC000_0302, 4), (2, 1, 1), (1, 0x4000_0302, 4)] {
+        assert_eq!(write(&mut master, command, sub, value, len), Ok(()));
+    }
+    let ignored = |master: &Bench<Master>| master.node.status(master.now).counters[NOMINAL].ignored;
+    master.clear();
+    let before = ignored(&master);
+    for nth in 1..=20 {
+        with_slave(&mut master, 30 * nth);
+        let sent = master.sent.len();
+        master.receive(NOMINAL, 0x080, &[]);
+        assert_eq!(master.sent.len(), sent, "nothing follows");
+    }
+    assert_eq!(ignored(&master) - before, 20);
+    assert_eq!(master.times(NOMINAL, 0x302), []);
+    let syncs = master.times(NOMINAL, 0x080);
+    assert!(syncs.len() >= 5 && syncs.windows(2).all(|pair| pair[1] - pair[0] == 100), "{syncs:?}");
+    master.transmitted(NOMINAL, frame(0x080, &[]));
+    assert_eq!(master.times(NOMINAL, 0x302), [600], "with its own");
+}
+
 /// Verifies: ECSS 8.3.1b
 /// Notices: ECSS 8.3.1b: the last entry of 1016h names no slave.
 #[test]

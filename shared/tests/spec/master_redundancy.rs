@@ -2,9 +2,10 @@
 //!
 //! Verifies: ECSS 8.3.1b, 8.3.1c
 
-use ecss_can::node::MasterEvent;
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::redundancy::SwitchCause;
-use ecss_can::types::{Bus, Instant};
+use ecss_can::types::{Bus, Instant, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, ms};
 use crate::console;
@@ -79,6 +80,24 @@ fn a_master_dwells_for_its_written_ttoggle() {
     assert_eq!(write(&mut master, 0x2000, 2, 30, 1), Ok(()));
     assert_eq!(read(&mut master, 0x2000, 2), 30);
     assert_eq!(search(&mut master, ms(50_000)), (vec![15, 30, 45], None));
+}
+
+/// Given Ttoggle, Ntoggle and Ctoggle that a client wrote, when the communication of the master is reset, then 2000h has them still: it
+/// is no object of the communication profile. The search makes the three changes that are left, after dwells of 15.2 s.
+///
+/// Verifies: ECSS 8.3.3b
+/// Notices: ECSS 8.3.1b: Reset communication of a master brings back the Ntoggle of its profile.
+#[test]
+fn reset_communication_keeps_the_toggles_of_a_master() {
+    let mut master = powered(&STANDARD);
+    for (sub, value) in [(2, 30), (3, 50), (4, 47)] {
+        assert_eq!(write(&mut master, 0x2000, sub, value, 1), Ok(()));
+    }
+    let target = Target::Node(NodeId::MASTER);
+    master.request(MasterRequest::Nmt(NmtMessage { command: Command::ResetCommunication, target }));
+    assert_eq!([2, 3, 4].map(|sub| read(&mut master, 0x2000, sub)), [30, 50, 47]);
+    assert_eq!(search(&mut master, ms(110_000)), (vec![15, 30, 45], Some(REDUNDANT)));
+    assert_eq!(ctoggle(&master), 50);
 }
 
 /// Verifies: ECSS 8.3.2a

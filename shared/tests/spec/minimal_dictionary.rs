@@ -300,6 +300,64 @@ mod dictionaries {
         mapping: [u32; 1],
     }
 
+    /// COB-ID that can be written.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Moved {
+        /// COB-ID
+        #[sub(1, rw)]
+        cob_id: u32,
+        /// Transmission type
+        #[sub(2, ro)]
+        transmission: u8,
+    }
+
+    /// Transmission type that can be written.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Retyped {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Transmission type
+        #[sub(2, rw)]
+        transmission: u8,
+    }
+
+    /// Parameters without a transmission type.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Untyped {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+    }
+
+    /// RPDO 1 and TPDO 4 with these parameters.
+    macro_rules! parametrised {
+        ($name:ident, $command:ty, $telemetry:ty) => {
+            #[derive(Debug, Objects)]
+            pub struct $name {
+                /// Parameters
+                #[object(0x1400, record)]
+                pdo: $command,
+                /// Mapping
+                #[object(0x1600, array, ro)]
+                mapping: [u32; 1],
+                /// Parameters
+                #[object(0x1803, record)]
+                telemetry: $telemetry,
+                /// Mapping
+                #[object(0x1A03, array, ro)]
+                telemetry_mapping: [u32; 1],
+            }
+        };
+    }
+    parametrised!(BothFixed, Fixed, Fixed);
+    parametrised!(CommandMoved, Moved, Fixed);
+    parametrised!(CommandRetyped, Retyped, Fixed);
+    parametrised!(CommandUntyped, Untyped, Fixed);
+    parametrised!(TelemetryMoved, Fixed, Moved);
+    parametrised!(TelemetryRetyped, Fixed, Retyped);
+    parametrised!(TelemetryUntyped, Fixed, Untyped);
+
     /// As in a constant, where a panic stops the build.
     pub fn refusal<D: Objects>() -> Option<String> {
         refusal_with::<D>([None; PDOS])
@@ -386,6 +444,34 @@ fn inhibit_time_and_event_timer_are_refused_for_each_pdo() {
         refusal::<RepeatedCommand>(),
         refusal::<InhibitedTelemetry>(),
         refusal::<RepeatedTelemetry>(),
+    ] {
+        assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given dictionaries with a COB-ID or a transmission type of a command or of telemetry that can be written, or without a transmission
+/// type, then none is accepted. Tables 9-4 and 9-6 have both, and both are `ro`.
+///
+/// Verifies: ECSS 9.4.2d, 9.4.4c, 9.4.10e
+/// Notices: ECSS 9.4.2d: sub-index 2 of a PDO may be written.
+/// Notices: ECSS 9.4.4c: the COB-ID of telemetry may be written.
+/// Notices: ECSS 9.4.10e: a PDO without a transmission type is accepted.
+#[test]
+fn pdo_parameters_that_can_be_written_are_refused() {
+    use dictionaries::{
+        BothFixed, CommandMoved, CommandRetyped, CommandUntyped, TelemetryMoved, TelemetryRetyped,
+        TelemetryUntyped, refusal_with,
+    };
+    let transmit = [None, None, None, MinimalPdos::DEFAULT.transmit[3]];
+    assert_eq!(refusal_with::<BothFixed>(transmit), None);
+    let reason = "a PDO whose COB-ID or transmission type is missing or can be written";
+    for refusal in [
+        refusal_with::<CommandMoved>(transmit),
+        refusal_with::<CommandRetyped>(transmit),
+        refusal_with::<CommandUntyped>(transmit),
+        refusal_with::<TelemetryMoved>(transmit),
+        refusal_with::<TelemetryRetyped>(transmit),
+        refusal_with::<TelemetryUntyped>(transmit),
     ] {
         assert_eq!(refusal.as_deref(), Some(reason));
     }

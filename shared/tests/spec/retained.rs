@@ -250,6 +250,29 @@ fn a_bdefault_written_lasts_until_the_next_find_or_reset() {
     assert_eq!(board.starts_on(), NOMINAL);
 }
 
+/// Given a Bdefault that a client wrote and did not save, when the slave gets Reset communication, then it boots up on the bus where it is
+/// and keeps that Bdefault. After power-on it has the old one.
+///
+/// Verifies: ECSS 8.3.1c
+/// Notices: ECSS 8.3.2a: a slave goes to Bdefault at Reset communication.
+/// Notices: ECSS 8.3.1c: Reset communication brings back the Bdefault of the profile.
+#[test]
+fn an_unsaved_bdefault_lasts_until_power_on() {
+    let mut board = Memories::new();
+    let mut slave = board.start();
+    hear(&mut slave, NOMINAL, 300);
+    write(&mut slave, 0x2000, 1, &[1]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x705, &[0x00]))]);
+    let status = slave.node.status(slave.now);
+    assert_eq!((status.active, status.redundancy.bdefault), (NOMINAL, REDUNDANT));
+    board.lose_power();
+    let slave = board.start();
+    let status = slave.node.status(slave.now);
+    assert_eq!((status.active, status.redundancy.bdefault), (NOMINAL, NOMINAL));
+}
+
 /// It is not what the master was found on, so it is neither retained nor noted.
 ///
 /// Verifies: ECSS 8.3.3l

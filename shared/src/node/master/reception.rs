@@ -107,7 +107,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.on_monitored(node, state, stamp.at);
             self.on_ranged(node, &stamp);
         }
-        if let Some(message) = heard.command(node, state, may_start) {
+        // A minimal slave has no NMT commands (ECSS 9.4.6.1a).
+        if let Some(message) = heard.command(node, state, may_start)
+            && self.minimal(node).is_none()
+        {
             self.send_nmt(message, turn);
         }
     }

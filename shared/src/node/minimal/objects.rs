@@ -36,6 +36,8 @@ const RESTRICTED: [(u16, u16, Permission); 11] = [
 /// Communication and mapping parameters of PDO 1: receive, transmit.
 const RPDO: [u16; 2] = [0x1400, 0x1600];
 const TPDO: [u16; 2] = [0x1800, 0x1A00];
+/// COB-ID and transmission type of a PDO.
+const FIXED: [u8; 2] = [1, 2];
 /// Inhibit time and event timer of a PDO.
 const TIMERS: [u8; 2] = [3, 5];
 
@@ -57,6 +59,7 @@ pub const fn permission(index: u16) -> Permission {
 /// - an object that is forbidden or only for tests (ECSS 9.4.10b);
 /// - a PDO in use without parameters or mapping (9.4.10e);
 /// - an inhibit time or an event timer (9.4.1d, 9.4.4b);
+/// - a PDO in use whose COB-ID or transmission type is missing or can be written (9.4.2d, 9.4.4c);
 /// - a mapping that can be written (9.4.5a).
 ///
 /// # Panics
@@ -92,6 +95,15 @@ const fn assert_pdo<D: Objects>([parameters, mapping]: [u16; 2], pdo: u16, is_us
     while nth < TIMERS.len() {
         let timer = D::DECLARED.find(Address::new(parameters, TIMERS[nth]));
         assert!(timer.is_none(), "a PDO with an inhibit time or an event timer");
+        nth += 1;
+    }
+    nth = 0;
+    while nth < FIXED.len() {
+        let is_fixed = match D::DECLARED.find(Address::new(parameters, FIXED[nth])) {
+            Some((_, _, entry)) => !entry.access.is_writable(),
+            None => !is_used,
+        };
+        assert!(is_fixed, "a PDO whose COB-ID or transmission type is missing or can be written");
         nth += 1;
     }
     let mut sub = 0;

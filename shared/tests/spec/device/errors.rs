@@ -6,7 +6,9 @@ use ecss_can::emcy::ErrorCode;
 use ecss_can::node::{LinkEvent, SlaveEvent};
 use ecss_can::types::{Bus, NmtState};
 
-use super::fixture::{NO_INHIBIT, errors, operational, payloads, powered, read, run_with_master, write_all};
+use super::fixture::{
+    NO_INHIBIT, ask, errors, operational, payloads, powered, read, refused, run_with_master, write_all,
+};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};
 use crate::slave::TestSlave;
 
@@ -206,4 +208,51 @@ fn burst_of_losses_in_inhibit_time_displaces_no_other_error() {
     assert!(told.contains(&HEARTBEAT_OF_SEVEN.to_vec()), "{told:02X?}");
     // Each is part of the first: its end waited.
     assert_eq!(told.iter().filter(|data| data[..2] == [0x10, 0x81]).count(), 1, "{told:02X?}");
+}
+
+/// Given a slave with two errors, when a client writes zero to sub-index 0 of 1003h, then the list is empty, and the register 1001h still
+/// has what is wrong. The next error is the first of the list.
+///
+/// Verifies: ECSS 6.4a.2, 6.8a
+/// Notices: ECSS 6.8a: zero in 1003h leaves the list as it is.
+#[test]
+fn zero_in_1003h_clears_the_list_of_errors() {
+    let mut slave = operational();
+    slave.touch(|slave, _| {
+        slave.raise(ErrorCode::CURRENT, [7, 0, 0, 0, 0]);
+        slave.raise(ErrorCode::TEMPERATURE, [8, 0, 0, 0, 0]);
+    });
+    assert_eq!(errors(&mut slave), (0x0B, 2));
+    write_all(&mut slave, &[(0x1003, 0, &[0])]);
+    assert_eq!(errors(&mut slave), (0x0B, 0));
+    // No data available.
+    assert_eq!(ask(&mut slave, [0x40, 0x03, 0x10, 1, 0, 0, 0, 0]), refused(0x1003, 1, 0x0800_0024));
+    slave.touch(|slave, _| slave.raise(ErrorCode::VOLTAGE, [9, 0, 0, 0, 0]));
+    assert_eq!(errors(&mut slave), (0x0F, 1));
+    assert_eq!(read(&mut slave, 0x1003, 1)[..2], [0x00, 0x30]);
+}
+
+/// Given an inhibit time of emergencies (1015h) that a client wrote, in 100 us, then the second of two errors is reported that long after
+/// the first one.
+///
+/// Verifies: ECSS 6.8a
+/// Notices: ECSS 6.8a: 1015h is in milliseconds.
+#[test]
+fn emergencies_keep_the_inhibit_time_that_1015h_has() {
+    // By default 100 ms.
+    for (written, delay) in [(None, 100), (Some(0_u16), 0), (Some(200), 20), (Some(1_500), 150)] {
+        let mut slave = operational();
+        if let Some(written) = written {
+            write_all(&mut slave, &[(0x1015, 0, &written.to_le_bytes())]);
+            assert_eq!(read(&mut slave, 0x1015, 0)[..2], written.to_le_bytes());
+        }
+        run_with_master(&mut slave, ms(200));
+        slave.clear();
+        slave.touch(|slave, _| {
+            slave.raise(ErrorCode::CURRENT, [7, 0, 0, 0, 0]);
+            slave.raise(ErrorCode::TEMPERATURE, [8, 0, 0, 0, 0]);
+        });
+        run_with_master(&mut slave, ms(400));
+        assert_eq!(slave.times(NOMINAL, 0x085), [200, 200 + delay], "1015h is {written:?}");
+    }
 }

@@ -34,6 +34,11 @@ impl Memory {
         Memory { is_full: true, ..Memory::default() }
     }
 
+    /// One without room that holds a Node-ID.
+    pub(crate) fn full_with(id: NodeId) -> Memory {
+        Memory { node_id: Arc::new(Mutex::new(Some(id))), ..Memory::full() }
+    }
+
     /// One that does not take the last word of a set.
     pub(crate) fn broken() -> Memory {
         Memory { is_broken: true, ..Memory::default() }

@@ -110,9 +110,19 @@ fn a_node_id_is_stored_in_maintenance_mode() {
     assert_eq!(ask(&mut slave, [0x40, 0x46, 0x20, 1, 0, 0, 0, 0])[4..], [0; 4]);
 }
 
+/// Given a store without room that holds Node-ID 9, or no store, then no Node-ID is stored or deleted. 9 is there as before.
+///
+/// Verifies: ECSS 6.10g, 6.10j
+/// Notices: ECSS 6.10j: 2046h shows a Node-ID that the store did not take.
 #[test]
 fn a_store_without_room_or_none_refuses_a_node_id() {
-    assert_eq!(store(&mut maintained(Some(&Memory::full())), storing(3)), refused(0x2046, 1, 0x0800_0022));
+    let memory = Memory::full_with(node(9));
+    let mut slave = maintained(Some(&memory));
+    for id in [3, 0] {
+        assert_eq!(store(&mut slave, storing(id)), refused(0x2046, 1, 0x0800_0022));
+        assert_eq!(memory.clone().node_id(), Some(node(9)));
+        assert_eq!(ask(&mut slave, [0x40, 0x46, 0x20, 1, 0, 0, 0, 0])[4..], [9, 0, 0, 0]);
+    }
     assert_eq!(store(&mut maintained(None), storing(3)), refused(0x2046, 1, 0x0800_0022));
 }
 

@@ -145,6 +145,37 @@ fn sdo_parameters_are_those_of_the_server() {
     assert_eq!(parameters, [[0x05, 0x06, 0, 0], [0x85, 0x05, 0, 0]]);
 }
 
+/// Given each COB-ID from 1921 to 2014 and from 2032 to 2047, when a client writes it to 1005h, 1014h, 1400h or 1800h, then it is
+/// refused. The objects are as before.
+///
+/// Verifies: ECSS 9.5a, 6.10b
+/// Notices: ECSS 9.5a: 7F0h to 7FFh are allowed.
+#[test]
+fn free_cob_ids_are_refused_in_each_object() {
+    let mut slave = powered();
+    // Not valid, so that their COB-IDs can be changed.
+    let invalid = [(0x1014, 0, 0x085, 0x681), (0x1400, 1, 0x181, 0x682), (0x1800, 1, 0x185, 0x683)];
+    let raw = |index, id: u32, is_valid: bool| {
+        let flags = if index < 0x1400 { 0 } else { 1 << 30 };
+        (if is_valid { 0 } else { 1_u32 << 31 } | flags | id).to_le_bytes()
+    };
+    for (index, sub, id, _) in invalid {
+        assert_eq!(write(&mut slave, index, sub, &raw(index, id, false)), done(index, sub));
+    }
+    for id in (1_921_u32..=2_014).chain(2_032..=2_047) {
+        assert_eq!(write(&mut slave, 0x1005, 0, &id.to_le_bytes()), refused(0x1005, 0, 0x0609_0030), "{id}");
+        for (index, sub, ..) in invalid {
+            let answer = write(&mut slave, index, sub, &raw(index, id, true));
+            assert_eq!(answer, refused(index, sub, 0x0609_0030), "{id} in {index:04X}h");
+        }
+    }
+    assert_eq!(read(&mut slave, 0x1005, 0), [0x80, 0, 0, 0]);
+    for (index, sub, id, allowed) in invalid {
+        assert_eq!(read(&mut slave, index, sub), raw(index, id, false));
+        assert_eq!(write(&mut slave, index, sub, &raw(index, allowed, true)), done(index, sub));
+    }
+}
+
 /// Verifies: ECSS 8.3.1c, 8.3.1a, 8.3.3c, 6.4a.2, 6.5.2b
 /// Notices: ECSS 8.3.1c: a written consumer time is not followed.
 /// Notices: ECSS 8.3.1a: 2000h sub 4 does not show a toggle.
