@@ -79,6 +79,24 @@ fn pdo_parameters_of_shipped_images_have_the_structure_of_the_tables() {
     }
 }
 
+/// Given the devices of the shipped images, then no client writes the mapping of a PDO (1600h to 1603h, 1A00h to 1A03h): neither the number
+/// of mapped objects nor one of them.
+///
+/// Verifies: ECSS 9.4.5a
+/// Notices: ECSS 9.4.5a: the objects that RPDO 1 maps can be written.
+#[test]
+fn mappings_of_shipped_images_cannot_be_written() {
+    fn assert_read_only<D: Objects>() {
+        for index in (0x1600..=0x1603).chain(0x1A00..=0x1A03) {
+            let entries: Vec<_> = (0..=0xFF).filter_map(|sub| entry::<D>(index, sub)).collect();
+            assert!(entries.len() >= 2, "{index:04X}h: number of objects, and objects");
+            assert!(entries.iter().all(|entry| !entry.access.is_writable()), "{index:04X}h");
+        }
+    }
+    assert_read_only::<MinimalObjects>();
+    assert_read_only::<PrototypeObjects>();
+}
+
 /// First and last index of what Table 9-12 forbids, and of SDO parameters, which it has for tests alone.
 const FORBIDDEN: [(u16, u16); 8] = [
     (0x1007, 0x1007),
