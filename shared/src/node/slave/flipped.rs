@@ -108,9 +108,8 @@ fn a_flipped_bit_of_1005h_gives_a_consumer_no_false_sync() {
         let mut bench = Bench::new();
         assert_eq!((syncs(&mut bench, 0x080), syncs(&mut bench, 0x081)), (1, 0));
         bench.slave.canopen.services.dictionary.objects.communication.sync.cob_id ^= 1 << bit;
-        let flipped = 0x080 ^ (1 << bit & 0x7FF);
-        if flipped != 0x080 {
-            assert_eq!(syncs(&mut bench, flipped), 0, "bit {bit}");
+        if bit < 11 {
+            assert_eq!(syncs(&mut bench, 0x080 ^ 1 << bit), 0, "bit {bit}");
         }
         assert_eq!(syncs(&mut bench, 0x080), 1, "bit {bit}");
         bench.heartbeats(32);
