@@ -284,6 +284,49 @@ fn telemetry_ends_within_the_stated_delay() {
     }
 }
 
+/// Given two requests that follow each other on the bus, or a request that ends while the heartbeat of the slave is due, when telemetry
+/// is requested, then each telemetry ends within the stated delay of its request.
+///
+/// Verifies: ECSS 9.4.4a
+/// Notices: ECSS 9.4.4a: telemetry waits until the bus was idle for a frame.
+#[test]
+fn telemetry_of_requests_in_a_row_and_beside_heartbeats_is_in_time() {
+    for kbit in [1_000, 125, 50] {
+        let mut world = alone(kbit);
+        for (nth, requests) in
+            [[(0x405, 0x385), (0x505, 0x485)], [(0x505, 0x485), (0x405, 0x385)]].iter().enumerate()
+        {
+            // At each 100 ms the heartbeat is due: the request begins so that it ends there, and a frame later, and far from it.
+            for early_us in
+                [270_000 / u64::from(kbit), 135_000 / u64::from(kbit), 67_000 / u64::from(kbit), 0, 50_000]
+            {
+                let due = Time::from_ms(world.now().as_us() / 100_000 * 100 + 200);
+                world.run_until(due - ms(80));
+                world.inject(Bus::Nominal, standard(0x701, &[0x05]));
+                let begin = due - Time::from_us(early_us);
+                world.run_until(begin);
+                for (id, _) in requests {
+                    world.inject(Bus::Nominal, standard(*id, &[1, 1]));
+                }
+                world.run_until(due + ms(40));
+                for (id, reply) in requests {
+                    let [request] = &since(&world, Bus::Nominal, *id, begin)[..] else {
+                        panic!("one request")
+                    };
+                    let [reply] = &since(&world, Bus::Nominal, *reply, begin)[..] else {
+                        panic!("{id:03X}h")
+                    };
+                    let delay = reply.end.since(request.end).as_us();
+                    assert!(
+                        delay <= stated_delay(kbit.into()),
+                        "{kbit} kbit/s, {nth}, {id:03X}h: {delay} us"
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// Given the shipped master in profile `librecube`, which sends the spacecraft time every 10 s. Then no node sends the time stamp
 /// object, and one from outside does not change the time that the master sends.
 ///

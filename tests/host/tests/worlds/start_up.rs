@@ -114,6 +114,21 @@ fn reset_commands_lead_through_boot_up_back_to_operational() {
     }
 }
 
+/// Given a master and slaves that get power together, when their boot-up messages begin with the same bit, then that of the master, which
+/// has the lowest Node-ID, is on the bus first, and those of slaves follow by Node-ID.
+///
+/// Verifies: ECSS 9.1a
+/// Notices: ECSS 9.1a: heartbeat COB-IDs count down from 780h.
+#[test]
+fn boot_up_message_of_the_master_wins_arbitration() {
+    let mut world = MissionWorld::new(STANDARD, 3);
+    world.run_until(ms(50));
+    let boots = world.frames(Bus::Nominal).iter().filter(|sent| sent.frame.payload() == [0]);
+    let order: Vec<_> = boots.map(|sent| (sent.id(), sent.node)).collect();
+    let expected = [(0x701, MASTER), (0x702, TWO), (0x703, THREE), (0x704, FOUR)];
+    assert_eq!(order, expected.map(|(id, node)| (Some(id), Some(node))));
+}
+
 /// Given slaves at work, when the master resets all of them (node 0), then each boots up once and is started again. Reset node restarts
 /// the clock of each, Reset communication of none. The master goes on.
 ///
