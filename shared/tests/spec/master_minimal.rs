@@ -105,8 +105,7 @@ fn commands_to_a_slave_that_takes_none_are_refused() {
 /// slave that fell silent none goes out until it is heard again; the other one gets its commands all the time.
 ///
 /// Verifies: ECSS 9.4.2c, 9.4.2a
-/// Notices: ECSS 9.4.2c: of two commands at once to one slave the second is refused.
-/// Notices: ECSS 9.4.2c: a slave that is heard again gets no commands.
+/// Notices: ECSS 9.4.2c: a slave without a heartbeat gets commands by RPDO 1 alone.
 #[test]
 fn all_four_pdos_to_two_slaves_are_sent_at_once_and_in_order() {
     const IDS: [[u16; 2]; 4] = [[0x205, 0x206], [0x305, 0x306], [0x405, 0x406], [0x505, 0x506]];
@@ -290,8 +289,7 @@ fn sync_has_the_stored_period_after_power_on() {
 /// 100 us to the greatest number are taken, and the one that was refused changes nothing.
 ///
 /// Verifies: ECSS 9.4.7.3b.2, 9.4.7.3b
-/// Notices: ECSS 9.4.7.3b.2: 1006h is written with two bytes.
-/// Notices: ECSS 9.4.7.3b.2: a period of 99 us is taken.
+/// Notices: ECSS 9.4.7.3b.2: 1006h takes 31 bits.
 #[test]
 fn communication_cycle_period_is_an_unsigned32_of_table_9_9() {
     let mut master = powered(&MIXED);

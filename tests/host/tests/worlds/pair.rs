@@ -187,7 +187,7 @@ fn a_commanded_handover_takes_the_consumer_time() {
 /// SYNC in its half; from 210 ms after the healing on the one that stays sends it, in its period of 100 ms.
 ///
 /// Verifies: ECSS 6.9d
-/// Notices: ECSS 6.9d: a master that has yielded goes on to send SYNC.
+/// Notices: ECSS 6.9d: a board that is strapped second sends no SYNC when it is active.
 #[test]
 fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
     // Between the slaves: prime has one of three, or two. In the last case one slave is off: one each.

@@ -288,7 +288,7 @@ fn telemetry_ends_within_the_stated_delay() {
 /// is requested, then each telemetry ends within the stated delay of its request.
 ///
 /// Verifies: ECSS 9.4.4a
-/// Notices: ECSS 9.4.4a: telemetry waits until the bus was idle for a frame.
+/// Notices: ECSS 9.4.4a: the second of two requests within a millisecond brings no telemetry.
 #[test]
 fn telemetry_of_requests_in_a_row_and_beside_heartbeats_is_in_time() {
     for kbit in [1_000, 125, 50] {
