@@ -144,7 +144,7 @@ fn master_has_the_objects_of_table_8_2_in_their_sizes() {
 /// Verifies: ECSS 6.5.2a
 /// Notices: ECSS 8.3.1c: a time that a client writes to 1016h while the slave is heard has no effect.
 #[test]
-fn consumer_time_written_in_flight_decides_when_slave_is_lost() {
+fn consumer_time_written_in_flight_is_when_slave_is_lost() {
     for times in [&[600_u16][..], &[150], &[600, 250], &[150, 250]] {
         let mut master = powered(&STANDARD);
         for beat in 0..20 {

@@ -194,7 +194,7 @@ fn slave_has_the_objects_of_table_8_1_in_their_sizes() {
 /// Verifies: ECSS 8.3.1c, 6.5.2b, 8.3.3c
 /// Notices: ECSS 6.5.2b: a time that a client writes to 1016h while the master is heard has no effect.
 #[test]
-fn consumer_time_written_in_flight_decides_when_master_is_missed() {
+fn consumer_time_written_in_flight_is_when_master_is_missed() {
     for times in [&[600_u16][..], &[100], &[600, 250], &[100, 250]] {
         let mut slave = powered();
         for beat in 0..20 {

@@ -290,7 +290,7 @@ fn telemetry_ends_within_the_stated_delay() {
 /// Verifies: ECSS 9.4.4a
 /// Notices: ECSS 9.4.4a: the second of two requests within a millisecond brings no telemetry.
 #[test]
-fn telemetry_of_requests_in_a_row_and_beside_heartbeats_is_in_time() {
+fn telemetry_of_requests_in_a_row_ends_within_the_delay() {
     for kbit in [1_000, 125, 50] {
         let mut world = alone(kbit);
         for (nth, requests) in
