@@ -10,6 +10,8 @@ use crate::file::checked;
 
 /// Bit rates that an EDS knows, kbit/s.
 pub const BIT_RATES: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
+/// Bit rates of the standard beside 1000 kbit/s (ECSS 5.4.2a).
+const STANDARD_RATES: [u16; 3] = [125, 250, 500];
 
 /// When a file was made. Given, not taken from a clock: the same dictionary makes the same file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +69,8 @@ pub struct Device {
     pub modified: Timestamp,
     /// Node-IDs it can have; values that follow them are told as formulas.
     pub nodes: RangeInclusive<u8>,
-    /// Bit rates it can be made for, kbit/s, of [`BIT_RATES`].
+    /// Bit rates it can be made for, kbit/s, of [`BIT_RATES`]. A rate beside 125, 250, 500 and 1000 needs the first three
+    /// of these (ECSS 5.4.2b).
     pub bit_rates: Vec<u16>,
     /// It can be the NMT master.
     pub boot_up_master: bool,
@@ -107,7 +110,15 @@ impl Device {
 
     pub(crate) fn check(&self) -> Result<(), Error> {
         let texts = [&self.vendor, &self.product, &self.order_code, &self.description, &self.author];
-        texts.into_iter().chain(&self.comments).try_for_each(|text| checked(text))
+        texts.into_iter().chain(&self.comments).try_for_each(|text| checked(text))?;
+        // ECSS 5.4.2b
+        let further = self.bit_rates.iter().find(|rate| **rate != 1000 && !STANDARD_RATES.contains(rate));
+        match further {
+            Some(&rate) if !STANDARD_RATES.iter().all(|standard| self.bit_rates.contains(standard)) => {
+                Err(Error::BitRate { rate })
+            }
+            _ => Ok(()),
+        }
     }
 }
 

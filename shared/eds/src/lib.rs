@@ -92,4 +92,12 @@ pub enum Error {
         /// The text.
         text: String,
     },
+    /// A device has a further bit rate without all those of the standard.
+    #[error(
+        "bit rate {rate} kbit/s is for devices with 125, 250 and 500 kbit/s (ECSS 5.4.2b): name all in `bit_rates`"
+    )]
+    BitRate {
+        /// The further bit rate, kbit/s.
+        rate: u16,
+    },
 }

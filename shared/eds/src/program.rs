@@ -14,7 +14,8 @@ use crate::{Commissioning, Description, Device};
 /// crate where that is built for the host; `sheet` has what the declaration does not say.
 ///
 /// `cargo tools eds --package NAME` runs that program and writes what it prints. The files are named after
-/// [`Device::order_code`], or else after the product. The bit rate is that of the profile where `sheet` has none.
+/// [`Device::order_code`], or else after the product. The bit rate is that of the profile where `sheet` has none. With a profile
+/// below 125 kbit/s, `sheet` has to name all bit rates (ECSS 5.4.2b).
 pub fn slave_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitCode {
     let sheet = Device { boot_up_slave: true, ..sheet };
     program(&with_bit_rate(sheet, profile), |id| {

@@ -29,7 +29,7 @@ pub(crate) fn powered(profile: &Profile) -> Bench<Master> {
 }
 
 /// The answer to an SDO request.
-fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
+pub(crate) fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
     master.sent.clear();
     master.receive(NOMINAL, 0x601, &request);
     if master.sent.iter().all(|sent| sent.frame.id().raw() != 0x581) {

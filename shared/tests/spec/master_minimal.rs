@@ -10,7 +10,7 @@ use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
 use crate::console;
 use crate::device::fixture::Memory;
 use crate::instrument::STANDARD;
-use crate::master_device::{powered, read, write};
+use crate::master_device::{ask, powered, read, write};
 
 const HEARD: u8 = 5;
 const SILENT: u8 = 6;
@@ -99,6 +99,34 @@ fn commands_to_a_slave_that_takes_none_are_refused() {
     master.clear();
     assert_eq!(send(&mut master, HEARD, 3, &[1]), Ok(()));
     assert_eq!(master.frames(), [(NOMINAL, frame(0x505, &[1]))]);
+}
+
+/// Given two minimal slaves, when the application sends by all four PDOs to both at once, then eight frames go out in that order. To a
+/// slave that fell silent none goes out until it is heard again; the other one gets its commands all the time.
+///
+/// Verifies: ECSS 9.4.2c, 9.4.2a
+/// Notices: ECSS 9.4.2c: a slave without a heartbeat gets commands by RPDO 1 alone.
+#[test]
+fn all_four_pdos_to_two_slaves_are_sent_at_once_and_in_order() {
+    const IDS: [[u16; 2]; 4] = [[0x205, 0x206], [0x305, 0x306], [0x405, 0x406], [0x505, 0x506]];
+    let send_all = |master: &mut Bench<Master>, expected: Result<(), Refusal>| {
+        master.clear();
+        master.touch(|master, now| {
+            for number in 0..4 {
+                assert_eq!(master.send_to_minimal(node(HEARD), number, &[number as u8], now), expected);
+                assert_eq!(master.send_to_minimal(node(SILENT), number, &[number as u8], now), Ok(()));
+            }
+        });
+        master.frames().iter().map(|(_, frame)| frame.id().raw()).collect::<Vec<_>>()
+    };
+    let mut master = announced();
+    master.receive(NOMINAL, 0x705, &[0x05]);
+    assert_eq!(send_all(&mut master, Ok(())), IDS.concat());
+    // Its consumer time is 250 ms.
+    master.run_until(ms(270));
+    assert_eq!(send_all(&mut master, Err(Refusal::NotOperational)), IDS.map(|[_, silent]| silent));
+    master.receive(NOMINAL, 0x705, &[0x05]);
+    assert_eq!(send_all(&mut master, Ok(())), IDS.concat());
 }
 
 /// Given two minimal slaves and a foreign node that are heard together, then the foreign node alone is asked by SDO, and none is started.
@@ -278,4 +306,33 @@ fn sync_has_the_stored_period_after_power_on() {
     master.run_until(ms(301));
     let syncs = master.times(NOMINAL, 0x080);
     assert!(syncs.len() >= 5 && syncs.windows(2).all(|pair| pair[1] - pair[0] == 50), "{syncs:?}");
+}
+
+/// Given a master, then 1006h is an UNSIGNED32 as in Table 9-9: read in four bytes, and written in no other number of bytes. Periods from
+/// 100 us to the greatest number are taken, and the one that was refused changes nothing.
+///
+/// Verifies: ECSS 9.4.7.3b.2, 9.4.7.3b
+/// Notices: ECSS 9.4.7.3b.2: 1006h takes 31 bits.
+#[test]
+fn communication_cycle_period_is_an_unsigned32_of_table_9_9() {
+    let mut master = powered(&MIXED);
+    assert_eq!(
+        ask(&mut master, [0x40, 0x06, 0x10, 0, 0, 0, 0, 0]),
+        [0x43, 0x06, 0x10, 0, 0xA0, 0x86, 0x01, 0]
+    );
+    assert_eq!(
+        ask(&mut master, [0x40, 0x06, 0x10, 1, 0, 0, 0, 0]),
+        [0x80, 0x06, 0x10, 1, 0x11, 0, 0x09, 0x06]
+    );
+    for len in 1..=3 {
+        assert_eq!(write(&mut master, 0x1006, 0, 200, len), Err(0x0607_0013), "{len} bytes");
+    }
+    for period in [1, 50, 99] {
+        assert_eq!(write(&mut master, 0x1006, 0, period, 4), Err(0x0609_0032), "{period} us");
+    }
+    assert_eq!(read(&mut master, 0x1006, 0), 100_000);
+    for period in [100, 0xFFFF, 0x1_0000, u32::MAX, 0] {
+        assert_eq!(write(&mut master, 0x1006, 0, period, 4), Ok(()), "{period} us");
+        assert_eq!(read(&mut master, 0x1006, 0), period);
+    }
 }

@@ -226,3 +226,33 @@ fn command_on_the_other_bus_is_counted_as_ignored() {
     assert_eq!((counters.redundant.ignored, slave.events.len()), (5, 0));
     assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
 }
+
+/// Given a slave with selective access whose master was heard on the nominal bus, and has moved to the redundant one, when its application
+/// chooses the redundant bus, then the slave finds its master there and stays. The same the other way round.
+///
+/// Verifies: ECSS 8.2.3a, 8.2.1a.1, 8.3.3k, 8.3.3l
+/// Notices: ECSS 8.2.3a: a slave that chose the bus of its master goes back after a toggling time.
+#[test]
+fn slave_that_chooses_the_bus_of_its_master_stays_there() {
+    for ttoggle in [2, 0] {
+        let mut slave = powered(&Profile { ttoggle, ..SELECTIVE });
+        slave.run_until(ms(10));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+        for (chosen, from) in [(REDUNDANT, 50), (NOMINAL, 20_050)] {
+            slave.run_until(ms(from));
+            slave.clear();
+            slave.touch(|slave, _| slave.select_bus(chosen).unwrap());
+            for at in (from + 100..from + 20_000).step_by(100) {
+                slave.run_until(ms(at));
+                slave.receive(chosen, 0x701, &[0x05]);
+                assert_eq!(slave.node.status(slave.now).active, chosen, "{at} ms");
+            }
+            assert_eq!(slave.controls, [(chosen.other(), BusCommand::Leave), (chosen, BusCommand::Join)]);
+            let buses = slave.events.iter().filter(|event| matches!(event, SlaveEvent::ActiveBus { .. }));
+            let [selected, found] = [BusCause::Selected, BusCause::Found]
+                .map(|cause| SlaveEvent::ActiveBus { bus: chosen, cause });
+            assert_eq!(buses.collect::<Vec<_>>(), [&selected, &found]);
+            assert_eq!(slave.node.status(slave.now).redundancy.bdefault, chosen);
+        }
+    }
+}

@@ -111,6 +111,37 @@ fn a_network_may_ask_for_a_shorter_jump_width() {
     assert_eq!([timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()], [25, 19, 5, 4]);
 }
 
+/// Given 25 time quanta and oscillators that need phase segments of 3 or 4, when a network asks for each jump width, then the timing has
+/// it, up to MIN(4, Phase_Seg1). With a phase segment of 1 it is 1, whatever is asked for.
+///
+/// Verifies: ECSS 5.4.3d
+/// Notices: ECSS 5.4.3d: the jump width is phase segment 1, whatever a shorter one is asked for.
+/// Notices: ECSS 5.4.3d: the jump width may be longer than phase segment 1.
+#[test]
+fn jump_width_is_as_asked_for_up_to_phase_segment_1() {
+    let timing = |jump_width, ppm| {
+        let oscillator_tolerance = PartsPerMillion(ppm);
+        let network = Network { jump_width, oscillator_tolerance, ..desk(1_000_000) };
+        let timing = BitTiming::new(&FDCAN, Hertz(25 * MHZ), &network).unwrap();
+        [timing.quanta(), timing.segment2(), timing.jump_width()]
+    };
+    // SJW / (20 N) and phase segment / 2 (13 N - phase segment), both for N = 25.
+    for (asked, ppm, phase, expected) in [
+        (2, 4_000, 3, 2),
+        (3, 4_000, 3, 3),
+        (4, 4_000, 3, 3),
+        (9, 4_000, 3, 3),
+        (3, 6_000, 4, 3),
+        (4, 6_000, 4, 4),
+    ] {
+        assert_eq!(timing(asked, ppm), [25, phase, expected], "{asked} at {ppm} ppm");
+    }
+    for asked in [1, 2, 3, 4, 9] {
+        let network = Network { jump_width: asked, ..desk(1_000_000) };
+        assert_eq!(segments(8 * MHZ, &network), [8, 5, 2, 1], "{asked}");
+    }
+}
+
 /// The same, with oscillators that are just good enough, and with worse ones: the line leaves no longer segments.
 #[test]
 fn a_tolerance_is_met_when_it_is_equal() {

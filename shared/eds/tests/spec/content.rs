@@ -158,20 +158,22 @@ fn the_device_is_told_with_the_numbers_of_its_dictionary() {
     assert_eq!((comments.get("Lines"), comments.get("Line2")), ("3", "and the second"));
 }
 
-/// Given a device that supports one bit rate, then its EDS declares this one alone (CiA 306-1, `BaudRate_` 10 to 1000).
+/// Given a device that supports one bit rate of the standard, or a further one beside 500, 250 and 125 kbit/s, then its EDS declares what
+/// it supports and no more (CiA 306-1, `BaudRate_` 10 to 1000).
 ///
 /// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3
 /// Notices: ECSS 5.4.2a.1: the EDS of a device for 500 kbit/s does not declare this rate.
 #[test]
 fn each_supported_bit_rate_is_declared() {
     use crate::fixture::{Types, device};
-    let rates = [10, 20, 50, 125, 250, 500, 800, 1000];
-    for supported in rates {
-        let device = eds::Device { bit_rates: vec![supported], ..device() };
+    let one = [125, 250, 500, 1000].map(|rate| vec![rate]);
+    let further = [10, 20, 50, 800].map(|rate| vec![rate, 125, 250, 500]);
+    for supported in one.into_iter().chain(further) {
+        let device = eds::Device { bit_rates: supported.clone(), ..device() };
         let eds = Ini::parse(&eds::Description::new(&device, |_| Types::default()).unwrap().eds("types.eds"));
-        for rate in rates {
+        for rate in [10, 20, 50, 125, 250, 500, 800, 1000] {
             let declared = eds.section("DeviceInfo").number(&format!("BaudRate_{rate}"));
-            assert_eq!(declared, i128::from(rate == supported), "{rate} kbit/s of a device for {supported}");
+            assert_eq!(declared, i128::from(supported.contains(&rate)), "{rate} kbit/s of {supported:?}");
         }
     }
 }

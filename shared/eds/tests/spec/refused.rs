@@ -136,3 +136,24 @@ fn a_string_value_that_readers_cut() {
         assert_eq!(refused, Err(Error::Text { text: text.into() }));
     }
 }
+
+/// Given a device with a bit rate beside those of the standard, when it lacks 500, 250 or 125 kbit/s, then it is not described.
+///
+/// Verifies: ECSS 5.4.2b
+/// Notices: ECSS 5.4.2b: one of the three rates is enough for a further one.
+#[test]
+fn further_bit_rate_without_those_of_the_standard() {
+    for further in [10, 20, 50, 800] {
+        for others in [&[][..], &[1000], &[125], &[125, 250, 1000], &[125, 500], &[250, 500, 1000]] {
+            let device = eds::Device { bit_rates: [others, &[further]].concat(), ..device() };
+            let refused = Description::new(&device, fixture).unwrap_err();
+            assert_eq!(refused, Error::BitRate { rate: further });
+            assert_eq!(
+                refused.to_string(),
+                format!(
+                    "bit rate {further} kbit/s is for devices with 125, 250 and 500 kbit/s (ECSS 5.4.2b): name all in `bit_rates`"
+                )
+            );
+        }
+    }
+}

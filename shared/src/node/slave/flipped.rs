@@ -86,6 +86,38 @@ fn a_flipped_cob_id_is_mended_while_the_slave_runs() {
     assert_eq!(reports.count(), 1);
 }
 
+/// SYNCs with this identifier that the slave reports.
+fn syncs(bench: &mut Bench, id: u16) -> usize {
+    let mut out = Outbox::new();
+    let frame = Frame::new(CobId::new(id).unwrap(), &[]).unwrap();
+    let stamp = Stamp::interrupt(bench.now);
+    let event = LinkEvent::Received { frame, stamp };
+    bench.slave.on_link(Bus::Nominal, &event, &mut Turn::new(bench.now, &mut out));
+    std::iter::from_fn(|| out.pop_event()).filter(|event| matches!(event, SlaveEvent::Sync { .. })).count()
+}
+
+/// Given a running slave, which consumes SYNC, when a bit of its 1005h flips, then it takes no other frame for a SYNC, SYNC goes on to
+/// arrive, and 1005h is 80h again within 32 heartbeats.
+///
+/// Verifies: ECSS 6.10d
+/// Notices: ECSS 6.10d: the COB-ID of SYNC in use is that in 1005h, whatever flipped there.
+/// Notices: ECSS 6.10d: a flipped bit of 1005h stays.
+#[test]
+fn a_flipped_bit_of_1005h_gives_a_consumer_no_false_sync() {
+    for bit in 0..32 {
+        let mut bench = Bench::new();
+        assert_eq!((syncs(&mut bench, 0x080), syncs(&mut bench, 0x081)), (1, 0));
+        bench.slave.canopen.services.dictionary.objects.communication.sync.cob_id ^= 1 << bit;
+        if bit < 11 {
+            assert_eq!(syncs(&mut bench, 0x080 ^ 1 << bit), 0, "bit {bit}");
+        }
+        assert_eq!(syncs(&mut bench, 0x080), 1, "bit {bit}");
+        bench.heartbeats(32);
+        assert_eq!(bench.slave.canopen.services.dictionary.objects.communication.sync.cob_id, 0x80);
+        assert_eq!((bench.mended(), syncs(&mut bench, 0x080)), (1, 1), "bit {bit}");
+    }
+}
+
 /// Given a running slave, when a bit of its Node-ID flips, then the next heartbeat has the right one, and the slave counts it.
 ///
 /// Verifies: ECSS 6.10k

@@ -256,3 +256,46 @@ fn emergencies_keep_the_inhibit_time_that_1015h_has() {
         assert_eq!(slave.times(NOMINAL, 0x085), [200, 200 + delay], "1015h is {written:?}");
     }
 }
+/// Error codes of CiA 301, table of emergency error codes, but 0000h.
+const CODES: [u16; 34] = [
+    0x1000, 0x2000, 0x2100, 0x2200, 0x2300, 0x3000, 0x3100, 0x3200, 0x3300, 0x4000, 0x4100, 0x4200, 0x5000,
+    0x6000, 0x6100, 0x6200, 0x6300, 0x7000, 0x8000, 0x8100, 0x8110, 0x8120, 0x8130, 0x8140, 0x8150, 0x8200,
+    0x8210, 0x8220, 0x8230, 0x8240, 0x8250, 0x9000, 0xF000, 0xFF00,
+];
+
+/// Given a slave, when its application raises and clears an error of each code, then the slave sends an EMCY with this code, one with
+/// 0000h and this code after it, and 1003h has the code. In Stopped it sends none, and remembers the error all the same.
+///
+/// Verifies: ECSS 6.4b, 6.4a, 6.4a.1, 6.4a.2
+/// Notices: ECSS 6.4b: codes from 9000h on are sent as 1000h.
+#[test]
+fn slave_sends_and_remembers_each_error_code_of_its_application() {
+    for code in CODES {
+        for is_stopped in [false, true] {
+            let mut slave = operational();
+            write_all(&mut slave, &[NO_INHIBIT]);
+            if is_stopped {
+                slave.receive(NOMINAL, 0x000, &[2, 5]);
+            }
+            slave.clear();
+            slave.touch(|slave, _| slave.raise(ErrorCode::new(code), [7, 1, 2, 3, 4]));
+            slave.touch(|slave, _| slave.clear(ErrorCode::new(code), 7));
+            let sent: Vec<_> = payloads(&slave, 0x085);
+            if is_stopped {
+                assert_eq!(sent, [[0; 8]; 0], "{code:04X}h");
+                slave.receive(NOMINAL, 0x000, &[0x80, 5]);
+            } else {
+                let [low, high] = code.to_le_bytes();
+                let [begin, end] = &sent[..] else { panic!("{code:04X}h: {sent:02X?}") };
+                assert_eq!(
+                    (&begin[..2], &begin[3..]),
+                    (&[low, high][..], &[7, 1, 2, 3, 4][..]),
+                    "{code:04X}h"
+                );
+                assert_eq!(end[..], [0, 0, 0, low, high, 7, 0, 0], "{code:04X}h");
+            }
+            let [low, high, ..] = read(&mut slave, 0x1003, 1);
+            assert_eq!(u16::from_le_bytes([low, high]), code);
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! The dictionary of a slave over its bus: SDO requests in, what the node does then.
 
+mod bus_choice;
 mod changed;
 mod commands;
 mod errors;

@@ -88,6 +88,40 @@ fn utc_comes_and_goes_by_pdos() {
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &expected))]);
 }
 
+/// Given a frame of Figure 7-2 with day 110, 43,200,123 ms and 250 us, when it sets the clock of a node, then a client reads these parts, each in
+/// its size, and the node sends them in a frame that is the same. A client that writes the parts sets them alike.
+///
+/// Verifies: ECSS 7.1.3a, 7.1.3b, 7.1.3c, 7.1.3d, 7.1.3e
+/// Notices: ECSS 7.1.3d: of the milliseconds of a day 16 bits are got.
+/// Notices: ECSS 7.1.3e: day and submilliseconds of Local UTC Get are exchanged.
+#[test]
+fn frame_of_figure_7_2_is_set_and_got_in_a_node() {
+    const FRAME: [u8; 8] = [250, 0, 0x7B, 0x2E, 0x93, 0x02, 110, 0];
+    for by_client in [false, true] {
+        let mut slave = operational::<Universal<true>>();
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        if by_client {
+            for (sub, value) in [(1, &[110, 0][..]), (2, &[0x7B, 0x2E, 0x93, 0x02]), (3, &[250, 0])] {
+                assert_eq!(write(&mut slave, 0x2012, sub, value), done(0x2012, sub));
+            }
+        } else {
+            slave.receive(NOMINAL, 0x181, &FRAME);
+        }
+        for answer in [
+            [0x4B, 0x13, 0x20, 1, 110, 0, 0, 0],
+            [0x43, 0x13, 0x20, 2, 0x7B, 0x2E, 0x93, 0x02],
+            [0x4B, 0x13, 0x20, 3, 250, 0, 0, 0],
+        ] {
+            let sub = answer[3];
+            assert_eq!(ask(&mut slave, [0x40, 0x13, 0x20, sub, 0, 0, 0, 0]), answer, "client: {by_client}");
+        }
+        slave.clear();
+        sync(&mut slave);
+        assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &FRAME))], "client: {by_client}");
+    }
+}
+
 /// Twenty years from the time of the relation, as the first time that arrives.
 ///
 /// Verifies: ECSS 7.1.1b, 7.1.3e, 7.2.3f, 7.1.3b, 7.1.3c

@@ -53,6 +53,12 @@ fn of(world: &World, key: NodeKey, from: Time) -> Vec<(Bus, Sent)> {
     all
 }
 
+/// SYNCs of one board that ended after `from`.
+fn syncs(world: &World, key: NodeKey, from: Time) -> Vec<Sent> {
+    let frames = of(world, key, from).into_iter().map(|(_, sent)| sent);
+    frames.filter(|sent| sent.id() == Some(0x080)).collect()
+}
+
 /// Changes of the role of a board from then on.
 fn roles(world: &World, key: NodeKey, from: Time) -> Vec<(Time, RoleCause)> {
     let log = world.log_of(key).into_iter().filter(|(at, _)| *at >= from);
@@ -177,7 +183,11 @@ fn a_commanded_handover_takes_the_consumer_time() {
 }
 
 /// Given both buses cut at one place, when they are healed, then of the two active masters the one that hears fewer slaves
-/// yields, at a tie the one that is not strapped prime, within two heartbeat periods.
+/// yields, at a tie the one that is not strapped prime, within two heartbeat periods. While the halves are apart each master with a slave sends
+/// SYNC in its half; from 210 ms after the healing on the one that stays sends it, in its period of 100 ms.
+///
+/// Verifies: ECSS 6.9d
+/// Notices: ECSS 6.9d: a board that is strapped second sends no SYNC when it is active.
 #[test]
 fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
     // Between the slaves: prime has one of three, or two. In the last case one slave is off: one each.
@@ -193,6 +203,11 @@ fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
         world.run_for(ms(3_000));
         assert_eq!(world.active_masters(), [PRIME, SECOND], "gap {gap}");
         let healed = world.now();
+        // A master without a slave has no acknowledgement: none of its frames ends.
+        for (key, alone) in [(PRIME, 0), (SECOND, 3)] {
+            let apart = syncs(&world, key, healed - ms(1_000)).len();
+            assert_eq!(apart, if gap == alone { 0 } else { 10 }, "gap {gap}: {key:?}");
+        }
         heal_both(&mut world);
         world.run_for(ms(3_000));
         assert_eq!(world.active_masters(), [stays], "gap {gap}, {is_off}");
@@ -201,6 +216,9 @@ fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
         assert_eq!(cause, RoleCause::Yielded);
         assert!(at.since(healed) < ms(210), "gap {gap}: {} us", at.since(healed).as_us());
         assert!(roles(&world, stays, healed).is_empty() && is_silent(&world, yields, at));
+        assert_eq!(syncs(&world, yields, healed + ms(210)), [], "gap {gap}");
+        let periods = periods_us(&syncs(&world, stays, healed + ms(210)));
+        assert!(periods.len() >= 26 && periods.iter().all(|us| us.abs_diff(100_000) < 2_000), "{periods:?}");
         world.power_on(FOUR);
         world.run_for(ms(2_000));
         assert!(world.all_operational(), "gap {gap}");

@@ -79,6 +79,24 @@ fn pdo_parameters_of_shipped_images_have_the_structure_of_the_tables() {
     }
 }
 
+/// Given the devices of the shipped images, then no client writes the mapping of a PDO (1600h to 1603h, 1A00h to 1A03h): neither the number
+/// of mapped objects nor one of them.
+///
+/// Verifies: ECSS 9.4.5a
+/// Notices: ECSS 9.4.5a: the objects that RPDO 1 maps can be written.
+#[test]
+fn mappings_of_shipped_images_cannot_be_written() {
+    fn assert_read_only<D: Objects>() {
+        for index in (0x1600..=0x1603).chain(0x1A00..=0x1A03) {
+            let entries: Vec<_> = (0..=0xFF).filter_map(|sub| entry::<D>(index, sub)).collect();
+            assert!(entries.len() >= 2, "{index:04X}h: number of objects, and objects");
+            assert!(entries.iter().all(|entry| !entry.access.is_writable()), "{index:04X}h");
+        }
+    }
+    assert_read_only::<MinimalObjects>();
+    assert_read_only::<PrototypeObjects>();
+}
+
 /// First and last index of what Table 9-12 forbids, and of SDO parameters, which it has for tests alone.
 const FORBIDDEN: [(u16, u16); 8] = [
     (0x1007, 0x1007),
@@ -261,6 +279,49 @@ fn telemetry_ends_within_the_stated_delay() {
                 let [reply] = &since(&world, Bus::Nominal, reply, ms(begin))[..] else { panic!("{id:03X}h") };
                 let delay = reply.end.since(request.end).as_us();
                 assert!(delay <= stated_delay(kbit.into()), "{kbit} kbit/s, {id:03X}h: {delay} us");
+            }
+        }
+    }
+}
+
+/// Given two requests that follow each other on the bus, or a request that ends while the heartbeat of the slave is due, when telemetry
+/// is requested, then each telemetry ends within the stated delay of its request.
+///
+/// Verifies: ECSS 9.4.4a
+/// Notices: ECSS 9.4.4a: the second of two requests within a millisecond brings no telemetry.
+#[test]
+fn telemetry_of_requests_in_a_row_ends_within_the_delay() {
+    for kbit in [1_000, 125, 50] {
+        let mut world = alone(kbit);
+        for (nth, requests) in
+            [[(0x405, 0x385), (0x505, 0x485)], [(0x505, 0x485), (0x405, 0x385)]].iter().enumerate()
+        {
+            // At each 100 ms the heartbeat is due: the request begins so that it ends there, and a frame later, and far from it.
+            for early_us in
+                [270_000 / u64::from(kbit), 135_000 / u64::from(kbit), 67_000 / u64::from(kbit), 0, 50_000]
+            {
+                let due = Time::from_ms(world.now().as_us() / 100_000 * 100 + 200);
+                world.run_until(due - ms(80));
+                world.inject(Bus::Nominal, standard(0x701, &[0x05]));
+                let begin = due - Time::from_us(early_us);
+                world.run_until(begin);
+                for (id, _) in requests {
+                    world.inject(Bus::Nominal, standard(*id, &[1, 1]));
+                }
+                world.run_until(due + ms(40));
+                for (id, reply) in requests {
+                    let [request] = &since(&world, Bus::Nominal, *id, begin)[..] else {
+                        panic!("one request")
+                    };
+                    let [reply] = &since(&world, Bus::Nominal, *reply, begin)[..] else {
+                        panic!("{id:03X}h")
+                    };
+                    let delay = reply.end.since(request.end).as_us();
+                    assert!(
+                        delay <= stated_delay(kbit.into()),
+                        "{kbit} kbit/s, {nth}, {id:03X}h: {delay} us"
+                    );
+                }
             }
         }
     }

@@ -114,6 +114,48 @@ fn reset_commands_lead_through_boot_up_back_to_operational() {
     }
 }
 
+/// Given a master and slaves that get power together, when their boot-up messages begin with the same bit, then that of the master, which
+/// has the lowest Node-ID, is on the bus first, and those of slaves follow by Node-ID.
+///
+/// Verifies: ECSS 9.1a
+/// Notices: ECSS 9.1a: heartbeat COB-IDs count down from 780h.
+#[test]
+fn boot_up_message_of_the_master_wins_arbitration() {
+    let mut world = MissionWorld::new(STANDARD, 3);
+    world.run_until(ms(50));
+    let boots = world.frames(Bus::Nominal).iter().filter(|sent| sent.frame.payload() == [0]);
+    let order: Vec<_> = boots.map(|sent| (sent.id(), sent.node)).collect();
+    let expected = [(0x701, MASTER), (0x702, TWO), (0x703, THREE), (0x704, FOUR)];
+    assert_eq!(order, expected.map(|(id, node)| (Some(id), Some(node))));
+}
+
+/// Given slaves at work, when the master resets all of them (node 0), then each boots up once and is started again. Reset node restarts
+/// the clock of each, Reset communication of none. The master goes on.
+///
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.5.3a
+/// Notices: ECSS 6.5.1a.4: a slave ignores Reset node for all nodes.
+/// Notices: ECSS 6.5.1a.5: a slave ignores Reset communication for all nodes.
+#[test]
+fn reset_commands_to_all_nodes_reset_every_slave() {
+    for command in [Command::ResetNode, Command::ResetCommunication] {
+        let mut world = running(MIXED, 3);
+        let from = world.now();
+        world.nmt(command, Target::All);
+        world.run_for(ms(1_000));
+        for node in [TWO, THREE, FOUR] {
+            let heartbeats = since(&world, Bus::Nominal, 0x700 + u16::from(node.get()), from);
+            let boots = heartbeats.iter().filter(|sent| sent.frame.payload() == [0]).count();
+            assert_eq!(boots, 1, "{command:?}, {node:?}");
+            let uptime = world.clock(node).map(|clock| clock.instant(world.now()).as_micros());
+            let is_restarted = uptime.is_some_and(|us| us < 1_010_000);
+            assert_eq!(is_restarted, command == Command::ResetNode, "{node:?}");
+        }
+        assert!(world.all_operational(), "{command:?}");
+        let periods = periods_us(&since(&world, Bus::Nominal, 0x701, from));
+        assert!(periods.len() >= 8 && periods.iter().all(|us| us.abs_diff(100_000) < 2_000), "{periods:?}");
+    }
+}
+
 fn heartbeat_like(event: &ecss_can::node::SlaveEvent) -> bool {
     use ecss_can::node::SlaveEvent::{Heartbeat, Step, Sync, Time};
     matches!(event, Heartbeat { .. } | Step(_) | Sync { .. } | Time(_))
