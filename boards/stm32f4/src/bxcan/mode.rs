@@ -292,6 +292,30 @@ mod tests {
         assert!(!mode.take_stall(ms(1_000)));
     }
 
+    /// Given a controller that nobody told to join, when INAK stands for an hour, falls and stands again, then it is configured and stays in
+    /// Init mode.
+    ///
+    /// Verifies: ECSS 6.10f
+    /// Notices: ECSS 6.10f: a controller in Init mode joins its bus when it is configured.
+    #[test]
+    fn who_was_not_told_to_join_never_requests_normal_mode() {
+        for (listens, configure) in [(false, CONFIGURE), (true, LISTEN)] {
+            let mut mode = Mode::entering(FAST, ms(0));
+            mode.want(false, listens);
+            let mut written = vec![];
+            for at in 0..3_600 {
+                written.extend(requests(&mut mode, INIT, ms(1_000 * at)));
+                assert!(mode.is_silent());
+            }
+            assert_eq!(mode.recover(ms(3_600_000)), None);
+            for seen in [NORMAL, SENDING, INIT] {
+                written.extend(requests(&mut mode, seen, ms(3_600_001)));
+            }
+            assert_eq!(written, [configure]);
+            assert!(!mode.is_wanted_to_send());
+        }
+    }
+
     #[test]
     fn a_bus_that_is_dominant_all_the_time_stalls_who_joins_it() {
         let mut mode = silent();
