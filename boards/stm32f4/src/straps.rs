@@ -154,7 +154,6 @@ mod tests {
     ///
     /// Verifies: ECSS 6.10g, 6.10e, 6.10k
     /// Notices: ECSS 6.10e: the strap of maintenance mode counts for the parity.
-    /// Notices: ECSS 6.10g: the strap of maintenance mode is a bit of the Node-ID.
     #[test]
     fn strap_of_maintenance_mode_changes_no_node_id() {
         let straps = [

@@ -44,7 +44,6 @@ fn heartbeats_of_another_slave_are_not_those_of_the_master() {
 /// its heartbeat reports the new state at once.
 ///
 /// Verifies: ECSS 6.5.1a, 6.5.1a.1, 6.5.1a.2, 6.5.1a.3
-/// Notices: ECSS 6.5.1a.2: a slave does not obey a Stop for all nodes.
 /// Notices: ECSS 6.5.1a.3: a slave does not obey Enter Pre-operational for all nodes.
 #[test]
 fn commands_to_all_nodes_change_the_state() {
@@ -128,8 +127,7 @@ fn heartbeat_on_the_other_bus_is_found_after_the_slave_gave_up() {
 /// Pre-operational at once, and changes the bus after Ttoggle consumer times.
 ///
 /// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3d
-/// Notices: ECSS 8.3.3e.1: a slave that starts by itself stays Operational when it misses the master.
-/// Notices: ECSS 8.3.3e.2: a slave with selective access that is stopped does not change the bus.
+/// Notices: ECSS 8.3.3e.1: a slave with selective access that is stopped stays so when it misses the master.
 #[test]
 fn stopped_selective_and_autostarted_slaves_search_from_pre_operational() {
     const AUTOSTART: Profile = Profile { autostart: true, ..STANDARD };

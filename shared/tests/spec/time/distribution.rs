@@ -476,7 +476,6 @@ fn local_time_is_not_that_of_a_sync_of_wrong_length() {
 ///
 /// Verifies: ECSS 7.2.3k, 7.2.3c, 7.2.3g
 /// Notices: ECSS 7.2.3k: a SYNC on the bus that is not active takes a sample of the local time.
-/// Notices: ECSS 7.2.3c: a time is taken for that of a SYNC on the bus that is not active.
 #[test]
 fn sync_on_the_bus_that_is_not_active_takes_no_sample() {
     let captured =
@@ -506,7 +505,6 @@ fn sync_on_the_bus_that_is_not_active_takes_no_sample() {
 ///
 /// Verifies: ECSS 6.9e, 7.2.3i, 7.2.3k
 /// Notices: ECSS 6.9e: a PDO of type 3 goes with every SYNC.
-/// Notices: ECSS 7.2.3k: a Local Time PDO of type 3 has the time of the first of its three SYNCs.
 #[test]
 fn local_time_of_type_n_goes_with_every_nth_sync() {
     for transmission in [3, 240] {
