@@ -70,7 +70,7 @@ fn commands_to_all_nodes_change_the_state() {
 /// Verifies: ECSS 8.3.3g, 8.3.3k, 6.5.1a.1
 /// Notices: ECSS 8.3.3k: a command between the miss and the switch does not end the search.
 #[test]
-fn command_on_the_same_bus_between_miss_and_switch_ends_the_search() {
+fn command_on_same_bus_between_miss_and_switch_ends_search() {
     for is_confirmed in [true, false] {
         let mut slave = operational(&STANDARD);
         slave.run_until(ms(300));
@@ -129,7 +129,7 @@ fn heartbeat_on_the_other_bus_is_found_after_the_slave_gave_up() {
 /// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3d
 /// Notices: ECSS 8.3.3e.1: a slave with selective access that is stopped stays so when it misses the master.
 #[test]
-fn stopped_selective_and_autostarted_slaves_search_from_pre_operational() {
+fn stopped_selective_and_autostarted_slaves_miss_the_master() {
     const AUTOSTART: Profile = Profile { autostart: true, ..STANDARD };
     const LEAVES: [(Bus, BusCommand); 2] = [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)];
     const ABANDONS: [(Bus, BusCommand); 1] = [(NOMINAL, BusCommand::Abandon)];

@@ -117,7 +117,7 @@ fn a_network_may_ask_for_a_shorter_jump_width() {
 /// Verifies: ECSS 5.4.3d
 /// Notices: ECSS 5.4.3d: the jump width is that of phase segment 2 where that is longer.
 #[test]
-fn jump_width_is_at_most_a_phase_segment_1_shorter_than_the_other() {
+fn jump_width_is_at_most_phase_segment_1_if_that_is_shorter() {
     let limits = Limits { segment2: Range::new(4, 8), ..BXCAN };
     for (tolerance, phase_segment_1) in [(1_000, 1), (3_000, 2), (5_500, 3)] {
         let oscillator_tolerance = PartsPerMillion(tolerance);

@@ -251,7 +251,7 @@ fn standby_admits_the_time_by_another_cob_id() {
 /// Verifies: ECSS 7.2.2d, 6.4a.2
 /// Notices: ECSS 7.2.2d: a standby takes two spacecraft times after each SYNC as they come.
 #[test]
-fn standby_reports_a_second_producer_of_the_time_when_it_takes_over() {
+fn standby_reports_two_producers_of_the_time_after_takeover() {
     let mut board = standing_by();
     board.clear();
     for nth in 10..=14 {
