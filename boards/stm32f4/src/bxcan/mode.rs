@@ -296,7 +296,7 @@ mod tests {
     /// Init mode.
     ///
     /// Verifies: ECSS 6.10f
-    /// Notices: ECSS 6.10f: a controller in Init mode joins its bus when it is configured.
+    /// Notices: ECSS 6.10f: a controller that was in Init mode for two seconds joins its bus by itself.
     #[test]
     fn who_was_not_told_to_join_never_requests_normal_mode() {
         for (listens, configure) in [(false, CONFIGURE), (true, LISTEN)] {
