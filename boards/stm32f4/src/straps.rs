@@ -149,6 +149,32 @@ mod tests {
         }
     }
 
+    /// Given straps of each slave, written out, when the strap of maintenance mode is open or closed, then the Node-ID is the same. A
+    /// lost wire is recognised either way.
+    ///
+    /// Verifies: ECSS 6.10g, 6.10e, 6.10k
+    /// Notices: ECSS 6.10e: the strap of maintenance mode counts for the parity.
+    #[test]
+    fn strap_of_maintenance_mode_changes_no_node_id() {
+        let straps = [
+            0b0_0010, 0b1_0011, 0b0_0100, 0b1_0101, 0b1_0110, 0b0_0111, 0b0_1000, 0b1_1001, 0b1_1010,
+            0b0_1011, 0b1_1100, 0b0_1101, 0b0_1110, 0b1_1111,
+        ];
+        for (id, bits) in (2..=15).zip(straps) {
+            for maintenance in [0, 0b10_0000] {
+                assert_eq!(node_id(bits | maintenance), Ok(NodeId::new(id).unwrap()), "{id}");
+                for wire in (0..5).filter(|wire| bits != 1 << wire) {
+                    let broken = (bits ^ 1 << wire) | maintenance;
+                    assert_eq!(node_id(broken), Err(StrapError::Parity), "{broken:06b}");
+                }
+            }
+        }
+        // It alone, and with those of no slave.
+        assert_eq!(node_id(0b10_0000), Err(StrapError::Open));
+        assert_eq!(node_id(0b11_0000), Err(StrapError::NotASlave(0)));
+        assert_eq!(node_id(0b10_0001), Err(StrapError::NotASlave(1)));
+    }
+
     /// Given a stored Node-ID, then straps alone that are all open leave it to that one. Those of a master are wrong for a slave.
     ///
     /// Verifies: ECSS 6.10e, 6.10f

@@ -48,6 +48,7 @@ mod room;
 mod selector;
 mod slave;
 mod slave_bus;
+mod slave_master;
 mod slave_search;
 mod standby;
 mod states;

@@ -99,20 +99,25 @@ fn taken_over() -> Board {
 
 /// Verifies: ECSS 6.5.2a, 6.5.3a, 8.2.1a.2, 8.3.2a, 8.3.3a
 /// Notices: ECSS 8.3.2a: a board that hears no master begins on the bus other than Bdefault.
+/// Notices: ECSS 8.3.2a: a board that hears no master begins on the nominal bus whatever Bdefault is.
 #[test]
 fn a_board_alone_listens_silently_then_boots_on_the_default_bus() {
-    let mut board = powered(Strap::Prime);
-    assert_eq!(board.controls, LISTENS);
-    assert_eq!(board.write((0x1017, 0), &[50, 0]), Ok(()));
-    board.run_until(ms(699));
-    assert_eq!((board.frames(), &board.events), (vec![], &vec![]));
-    board.run_until(ms(700));
-    assert_eq!(board.controls[2..], JOINS);
-    assert_eq!(board.frames(), begins(NOMINAL));
-    let expected = [MasterEvent::State(NmtState::Operational), role(Role::Active, RoleCause::Alone)];
-    assert_eq!(board.events, expected);
-    board.run_until(ms(800));
-    assert_eq!(board.times(NOMINAL, 0x701), [700, 700, 750, 800], "1017h as it was written");
+    for bus in Bus::ALL {
+        let profile = Profile { bdefault: bus, ..PROFILE };
+        let mut board = Bench::new(Master::of_two(&profile, Strap::Prime, Console::default(), None));
+        assert_eq!(board.controls, LISTENS);
+        assert_eq!(board.write((0x1017, 0), &[50, 0]), Ok(()));
+        board.run_until(ms(699));
+        assert_eq!((board.frames(), &board.events), (vec![], &vec![]));
+        board.run_until(ms(700));
+        assert_eq!(board.controls[2..], JOINS);
+        assert_eq!(board.frames(), begins(bus));
+        let expected = [MasterEvent::State(NmtState::Operational), role(Role::Active, RoleCause::Alone)];
+        assert_eq!(board.events, expected);
+        board.run_until(ms(800));
+        assert_eq!(board.times(bus, 0x701), [700, 700, 750, 800], "1017h as it was written");
+        assert_eq!(board.times(bus.other(), 0x701), [0; 0]);
+    }
 }
 
 /// Given a profile without a standby, when a board gets power, then it is active at once.
@@ -493,6 +498,11 @@ fn no_board_of_two_takes_or_sends_time_stamps() {
     }
 }
 
+/// Given an active master, when another one sends heartbeats on the active bus and claims nothing, then the collision is reported with
+/// the number of that bus, once.
+///
+/// Verifies: ECSS 6.4a.2, 6.10m
+/// Notices: ECSS 6.10m: the collision on the redundant bus is reported for the nominal bus.
 #[test]
 fn heartbeats_without_a_claim_are_a_collision_and_move_no_board() {
     let mut board = taken_over();
@@ -502,6 +512,10 @@ fn heartbeats_without_a_claim_are_a_collision_and_move_no_board() {
         board.run_until(ms(1_450 + 100 * beat));
     }
     assert!(board.events.contains(&MasterEvent::SecondMaster { bus: REDUNDANT }));
+    let emergencies: Vec<_> =
+        board.frames().into_iter().filter(|(_, sent)| sent.id().raw() == 0x081).collect();
+    let collision = frame(0x081, &[0x50, 0x81, 0x11, 1, 0, 0, 0, 0]);
+    assert_eq!(emergencies, [(REDUNDANT, collision)]);
     assert_eq!(board.controls, []);
     assert_eq!(board.times(REDUNDANT, 0x680), [1_500, 1_600, 1_700, 1_800], "with its heartbeat alone");
 }

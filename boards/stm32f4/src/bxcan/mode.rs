@@ -184,7 +184,8 @@ mod tests {
     }
 
     fn requests(mode: &mut Mode, seen: Seen, now: Instant) -> Vec<Request> {
-        std::iter::from_fn(|| mode.advance(seen, now)).collect()
+        // More than any mode needs: a mode that requests without end fails a test.
+        std::iter::from_fn(|| mode.advance(seen, now)).take(9).collect()
     }
 
     fn silent() -> Mode {
@@ -290,6 +291,30 @@ mod tests {
         let mut mode = silent();
         assert_eq!(mode.recover(ms(10)), None);
         assert!(!mode.take_stall(ms(1_000)));
+    }
+
+    /// Given a controller that nobody told to join, when INAK stands for an hour, falls and stands again, then it is configured and stays in
+    /// Init mode.
+    ///
+    /// Verifies: ECSS 6.10f
+    /// Notices: ECSS 6.10f: a controller that was in Init mode for two seconds joins its bus by itself.
+    #[test]
+    fn who_was_not_told_to_join_never_requests_normal_mode() {
+        for (listens, configure) in [(false, CONFIGURE), (true, LISTEN)] {
+            let mut mode = Mode::entering(FAST, ms(0));
+            mode.want(false, listens);
+            let mut written = vec![];
+            for at in 0..3_600 {
+                written.extend(requests(&mut mode, INIT, ms(1_000 * at)));
+                assert!(mode.is_silent());
+            }
+            assert_eq!(mode.recover(ms(3_600_000)), None);
+            for seen in [NORMAL, SENDING, INIT] {
+                written.extend(requests(&mut mode, seen, ms(3_600_001)));
+            }
+            assert_eq!(written, [configure]);
+            assert!(!mode.is_wanted_to_send());
+        }
     }
 
     #[test]

@@ -294,3 +294,60 @@ fn what_a_service_has_to_follow_does_not_come_by_pdo() {
     by_pdo.sort_unstable();
     assert_eq!(by_pdo, [0x2010, 0x6101, 0x6200, 0x6210]);
 }
+
+/// What an SDO client reads at the node with this Node-ID: command byte and value of the expedited answer.
+fn read<N: Node>(desk: &mut Desk<N>, id: u16, (index, sub): (u16, u8)) -> (u8, u32) {
+    let [low, high] = index.to_le_bytes();
+    desk.sent();
+    desk.hear(frame(0x600 + id, &[0x40, low, high, sub, 0, 0, 0, 0]));
+    let sent = desk.sent();
+    let answer = sent
+        .iter()
+        .find(|sent| sent.id().raw() == 0x580 + id)
+        .unwrap_or_else(|| panic!("{id} {index:04X}h sub {sub}: {sent:?}"))
+        .padded();
+    assert_eq!(answer[1..4], [low, high, sub]);
+    (answer[0], u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]))
+}
+
+/// Given the master and a slave of each profile, when a client reads 1016h, 1017h and 2000h, then each has the objects of Tables 8-1 and
+/// 8-2 with their types (4Fh: 8 bits, 4Bh: 16, 43h: 32), and the numbers of its profile. 1017h of the master has sub-index 0.
+///
+/// Verifies: ECSS 8.3.1a, 8.3.1b
+/// Notices: ECSS 8.3.1a: Ttoggle of the shipped slave is that of the default profile.
+/// Notices: ECSS 8.3.1b: 1017h of the shipped master has the consumer time.
+#[test]
+fn master_and_slave_have_the_objects_of_tables_8_1_and_8_2() {
+    const ABSENT: (u8, u32) = (0x80, 0x0609_0011);
+    // Consumer time, producer time, Ttoggle, Ntoggle of a slave.
+    for (profile, [consumer, producer, ttoggle, ntoggle]) in
+        [(&STANDARD, [250, 100, 2, 50]), (&LIBRECUBE, [2_500, 250, 5, 10])]
+    {
+        let common = [
+            ((0x1017, 0), (0x4B, producer)),
+            ((0x1017, 1), ABSENT),
+            ((0x2000, 0), (0x4F, 4)),
+            ((0x2000, 1), (0x4F, 0)),
+            ((0x2000, 2), (0x4F, ttoggle)),
+            ((0x2000, 4), (0x4F, 0)),
+            ((0x2000, 5), ABSENT),
+        ];
+        let mut master = Desk::new(master(profile, None));
+        let mut slave = Desk::new(slave(node(3), profile, vec![]));
+        let booted =
+            |id| LinkEvent::Transmitted { frame: frame(id, &[0]), stamp: Stamp::interrupt(Instant::ZERO) };
+        master.node.on_link(Bus::Nominal, &booted(0x701), &mut Turn::new(Instant::ZERO, &mut master.out));
+        slave.node.on_link(Bus::Nominal, &booted(0x703), &mut Turn::new(Instant::ZERO, &mut slave.out));
+        for (at, expected) in common {
+            assert_eq!(read(&mut master, 1, at), expected, "{}: master, {at:04X?}", profile.name);
+            assert_eq!(read(&mut slave, 3, at), expected, "{}: slave, {at:04X?}", profile.name);
+        }
+        // 255: no limit.
+        assert_eq!(read(&mut master, 1, (0x2000, 3)), (0x4F, 255));
+        assert_eq!(read(&mut slave, 3, (0x2000, 3)), (0x4F, ntoggle));
+        assert_eq!(read(&mut slave, 3, (0x1016, 1)), (0x43, 1 << 16 | consumer));
+        for (sub, id) in (1..=14).zip(2_u32..) {
+            assert_eq!(read(&mut master, 1, (0x1016, sub)), (0x43, id << 16 | consumer), "slave {id}");
+        }
+    }
+}

@@ -142,6 +142,25 @@ fn jump_width_is_as_asked_for_up_to_phase_segment_1() {
     }
 }
 
+/// Given a controller whose phase segment 2 has 4 time quanta at least, when phase segment 1 is shorter, then the jump width is phase
+/// segment 1: 20 time quanta of 20 MHz, of which 15 are TS1. Oscillators of 0.3 % need SJW / (20 x 20) with SJW 2, those of 0.55 % SJW 3.
+///
+/// Verifies: ECSS 5.4.3d
+/// Notices: ECSS 5.4.3d: the jump width is that of phase segment 2 where that is longer.
+#[test]
+fn jump_width_is_at_most_phase_segment_1_if_that_is_shorter() {
+    let limits = Limits { segment2: Range::new(4, 8), ..BXCAN };
+    for (tolerance, phase_segment_1) in [(1_000, 1), (3_000, 2), (5_500, 3)] {
+        let oscillator_tolerance = PartsPerMillion(tolerance);
+        let network = Network { jump_width: 4, oscillator_tolerance, ..desk(1_000_000) };
+        let timing = BitTiming::new(&limits, Hertz(20 * MHZ), &network).unwrap();
+        let found = [timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()];
+        assert_eq!(found, [20, 15, 4, phase_segment_1], "{tolerance} ppm");
+        // 50 ns each: TS1 is the propagation segment and phase segment 1.
+        assert_eq!(timing.propagation(), Nanoseconds(50 * (15 - u32::from(phase_segment_1))));
+    }
+}
+
 /// The same, with oscillators that are just good enough, and with worse ones: the line leaves no longer segments.
 #[test]
 fn a_tolerance_is_met_when_it_is_equal() {

@@ -23,6 +23,8 @@ impl<D: Device> Slave<D> {
         match self.budget.no_sooner().poll(turn.until) {
             Some(BudgetStep::Resume) => {
                 self.redundancy.no_sooner().resume();
+                // ECSS 6.10k: the boot-up message has the Node-ID.
+                self.canopen.check_node_id();
                 self.boot(turn);
             }
             Some(BudgetStep::Calm) => self.canopen.services.within_budget(),

@@ -158,3 +158,32 @@ fn a_command_for_the_false_node_id_is_not_obeyed() {
     assert_eq!(bench.slave.canopen.control.state(), crate::types::NmtState::PreOperational);
     assert_eq!(bench.mended(), 1);
 }
+
+/// Given a slave that is silent because it sent too many frames, when a bit of its Node-ID flips just before the silence ends, then its
+/// boot-up message has the right one.
+///
+/// Verifies: ECSS 6.10k
+/// Notices: ECSS 6.10k: the boot-up message after a silence has a Node-ID with a flipped bit.
+#[test]
+fn a_flipped_node_id_is_mended_before_the_boot_after_a_silence() {
+    let mut bench = Bench::new();
+    let silenced_at = bench.now;
+    // Three COB-IDs of 128 frames each; the node may send 256.
+    bench.with(|slave, turn| {
+        for id in [0x185, 0x285, 0x385].map(|raw| CobId::new(raw).unwrap()) {
+            (0..128).for_each(|_| {
+                slave.charge(&Frame::of(id, []), turn);
+            });
+        }
+    });
+    let resumed_at = silenced_at + Profile::DEFAULT.budget.silence;
+    while bench.slave.deadline().is_some_and(|due| due < resumed_at) {
+        bench.heartbeats(1);
+    }
+    bench.sent.clear();
+    bench.slave.canopen.control.no_sooner().set_id(NodeId::of::<7>());
+    bench.now = resumed_at;
+    bench.with(|slave, turn| slave.poll(turn));
+    assert_eq!(bench.sent[0], Frame::of(CobId::heartbeat(ID), [0]));
+    assert_eq!(bench.mended(), 1);
+}

@@ -244,3 +244,29 @@ fn standby_admits_the_time_by_another_cob_id() {
     board.settle();
     assert!(Bus::ALL.into_iter().all(|bus| board.admits(bus, MOVED)));
 }
+
+/// Given a standby, when two nodes send the spacecraft time after each SYNC, then it stays silent, and reports the collision when it has
+/// taken over.
+///
+/// Verifies: ECSS 7.2.2d, 6.4a.2
+/// Notices: ECSS 7.2.2d: a standby takes two spacecraft times after each SYNC as they come.
+#[test]
+fn standby_reports_two_producers_of_the_time_after_takeover() {
+    let mut board = standing_by();
+    board.clear();
+    for nth in 10..=14 {
+        board.run_until(ms(100 * nth));
+        board.receive(REDUNDANT, 0x701, &[0x05]);
+        board.receive(REDUNDANT, 0x080, &[]);
+        // 1000 s and 1000.5 s.
+        for half in [0x00, 0x80] {
+            board.receive(REDUNDANT, 0x181, &[0, 0, half, 0xE8, 3, 0, 0]);
+        }
+    }
+    assert_eq!(board.frames(), []);
+    fly_until(&mut board, 1_800);
+    board.transmitted(REDUNDANT, heartbeat());
+    board.run_until(ms(1_900));
+    let mut emergencies = board.frames().into_iter().filter(|(_, sent)| sent.id().raw() == 0x081);
+    assert_eq!(emergencies.next(), Some((REDUNDANT, frame(0x081, &[0x50, 0x81, 0x11, 0x81, 0, 0, 0, 0]))));
+}

@@ -398,19 +398,22 @@ fn a_clock_is_steered_by_times_of_8_bits() {
     assert_eq!(steps.count(), 1);
 }
 
-/// Given a device with 8 bits of fine time, when its SYNC is stamped in the interrupt, then its Local Time PDO has these 8 bits and
-/// zeros: 0.5 s and 0.1 s make 0.6 s, 153.6 of 256 parts.
+/// Given a device with 8 bits of fine time, when its SYNC is stamped in the interrupt or captured, then its Local Time PDO has these 8 bits
+/// and zeros: 0.5 s and 0.1 s make 0.6 s, 153.6 of 256 parts.
 ///
 /// Verifies: ECSS 7.1.2g
 /// Notices: ECSS 7.1.2g: without capture a device with 8 bits of fine time sends 21.
+/// Notices: ECSS 7.1.2g: with capture a device with 8 bits of fine time sends 24.
 #[test]
-fn a_device_with_8_bits_sends_no_more_without_capture() {
-    let mut slave = operational::<Coarse>();
-    run(&mut slave, ms(500));
-    run(&mut slave, ms(600));
-    slave.clear();
-    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp: Stamp::interrupt(ms(600)) });
-    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 153, 0, 0, 0, 0]))]);
+fn a_device_with_8_bits_sends_no_more_with_and_without_capture() {
+    for stamp in [Stamp::interrupt(ms(600)), Stamp::captured(ms(600).into())] {
+        let mut slave = operational::<Coarse>();
+        run(&mut slave, ms(500));
+        run(&mut slave, ms(600));
+        slave.clear();
+        slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp });
+        assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 153, 0, 0, 0, 0]))], "{stamp:?}");
+    }
 }
 
 /// Given a device with 8 bits of fine time, when a spacecraft time comes with all 24 bits, then the 16 lowest mean nothing: their mean
@@ -466,4 +469,57 @@ fn local_time_is_not_that_of_a_sync_of_wrong_length() {
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(0, now));
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
+}
+
+/// Given a slave that follows its master on the nominal bus, when a SYNC comes on the redundant bus, then that one takes no sample: the
+/// Local Time PDO has the time at the last SYNC on the nominal bus, and so has the spacecraft time that comes.
+///
+/// Verifies: ECSS 7.2.3k, 7.2.3c, 7.2.3g
+/// Notices: ECSS 7.2.3k: a SYNC on the bus that is not active takes a sample of the local time.
+#[test]
+fn sync_on_the_bus_that_is_not_active_takes_no_sample() {
+    let captured =
+        |at| LinkEvent::Received { frame: frame(0x080, &[]), stamp: Stamp::captured(ms(at).into()) };
+    let mut slave = operational::<Keeper>();
+    set_transmission(&mut slave, 0x1800, 254);
+    run(&mut slave, ms(1_000));
+    sync(&mut slave);
+    run(&mut slave, ms(1_005));
+    slave.clear();
+    slave.link(REDUNDANT, captured(1_005));
+    slave.touch(|slave, now| slave.send_pdo(0, now));
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
+    run(&mut slave, ms(1_010));
+    time(&mut slave, scet(5_000, 0));
+    // 10 ms x 2^24 = 167,772.2.
+    assert_eq!(slave.node.scet(slave.now), scet(5_000, 167_772));
+    // With type 1 there is no PDO either.
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(50));
+    slave.clear();
+    slave.link(REDUNDANT, captured(50));
+    assert_eq!(slave.frames(), []);
+}
+
+/// Given a slave whose Local Time PDO has type 3 or 240, then it goes with every third or 240th SYNC, and has the time of that SYNC.
+///
+/// Verifies: ECSS 6.9e, 7.2.3i, 7.2.3k
+/// Notices: ECSS 6.9e: a PDO of type 3 goes with every SYNC.
+#[test]
+fn local_time_of_type_n_goes_with_every_nth_sync() {
+    for transmission in [3, 240] {
+        let mut slave = operational::<Keeper>();
+        set_transmission(&mut slave, 0x1800, transmission);
+        slave.clear();
+        let cycle = u64::from(transmission);
+        // Each second.
+        for nth in 1..=2 * cycle {
+            run(&mut slave, ms(1_000 * nth));
+            slave.clear();
+            sync(&mut slave);
+            let expected = frame(0x185, &[0, 0, 0, nth as u8, (nth >> 8) as u8, 0, 0]);
+            let expected = if nth.is_multiple_of(cycle) { vec![(NOMINAL, expected)] } else { vec![] };
+            assert_eq!(slave.frames(), expected, "type {transmission}, SYNC {nth}");
+        }
+    }
 }

@@ -11,7 +11,7 @@ use super::devices::{Keeper, Node, operational};
 use super::{run, scet, sync, time, us};
 use crate::bench::{Bench, Master, NOMINAL, frame, ms};
 use crate::console;
-use crate::device::fixture::{read, write};
+use crate::device::fixture::{read, write, write_all};
 use crate::instrument::STANDARD;
 
 /// Emergencies of slave 5 so far: code, and the first byte of the manufacturer.
@@ -75,6 +75,33 @@ fn second_producer_of_the_time_is_an_emergency() {
     assert_eq!(emergencies(&mut slave), [(0x8150, 0x81), (0x0000, 0x50)]);
     // Its times moved nothing.
     assert_eq!(read(&mut slave, 0x2015, 5), [1, 0, 0, 0], "steps");
+}
+
+/// Given a slave whose time comes without SYNC, by type 254 or 255, when a second producer sends times that are 0.5 s off, in turn with
+/// the first one, then the clock keeps to the first one, and each time of the other one is counted as refused.
+///
+/// Verifies: ECSS 7.2.2d, 7.2.2c
+/// Notices: ECSS 7.2.2d: a time of a second producer by event sets the clock.
+#[test]
+fn second_producer_by_event_moves_no_clock() {
+    for transmission in [254, 255] {
+        let mut slave = operational::<Keeper>();
+        let steps: [(u16, u8, &[u8]); 3] = [
+            (0x1400, 1, &[0x81, 1, 0, 0xC0]),
+            (0x1400, 2, &[transmission]),
+            (0x1400, 1, &[0x81, 1, 0, 0x40]),
+        ];
+        write_all(&mut slave, &steps);
+        for nth in 1..=20 {
+            run(&mut slave, ms(100 * nth));
+            time(&mut slave, at(100 * nth));
+            run(&mut slave, ms(100 * nth + 50));
+            time(&mut slave, at(100 * nth + 550));
+        }
+        assert_eq!(read(&mut slave, 0x2015, 5), [1, 0, 0, 0], "steps, type {transmission}");
+        assert_eq!(read(&mut slave, 0x2015, 7), [20, 0, 0, 0], "refused, type {transmission}");
+        assert!(slave.node.scet(slave.now).micros_since(at(2_050)).abs() < 1_000);
+    }
 }
 
 /// A time that was repeated by the bus, once, is none.

@@ -47,6 +47,22 @@ fn three_copies_have_the_documented_format() {
     assert_eq!((log.node_id(), found(log.into_flash())), (None, None));
 }
 
+/// Given a log with another Node-ID or none, when any Node-ID of a slave is stored, then it is found, also at the next start.
+///
+/// Verifies: ECSS 6.10j, 6.10e
+/// Notices: ECSS 6.10j: the log finds no stored Node-ID above 63.
+#[test]
+fn every_node_id_of_a_slave_is_stored_and_found() {
+    let (mut log, _) = open(Flash::erased());
+    for raw in 2..=126 {
+        log.store_node_id(id(raw)).unwrap();
+        assert_eq!(log.node_id(), id(raw));
+        assert_eq!(found(log.flash().clone()), id(raw));
+        let (flash, done) = store_on(Flash::erased(), id(raw));
+        assert_eq!((done, found(flash)), (true, id(raw)));
+    }
+}
+
 /// Given copies of the Node-ID of the master or of maintenance mode, as an earlier program may have stored them, then they are none.
 ///
 /// Verifies: ECSS 9.1a
