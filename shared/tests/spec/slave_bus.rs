@@ -230,7 +230,7 @@ fn command_on_the_other_bus_is_counted_as_ignored() {
 /// Given a slave with selective access whose master was heard on the nominal bus, and has moved to the redundant one, when its application
 /// chooses the redundant bus, then the slave finds its master there and stays. The same the other way round.
 ///
-/// Verifies: ECSS 8.2.3a, 8.2.1a.1, 8.3.3k, 8.3.3l
+/// Verifies: ECSS 8.2.1a.1, 8.3.3k, 8.3.3l
 /// Notices: ECSS 8.2.3a: a slave that chose the bus of its master goes back after a toggling time.
 #[test]
 fn slave_that_chooses_the_bus_of_its_master_stays_there() {

@@ -266,7 +266,7 @@ const CODES: [u16; 34] = [
 /// Given a slave, when its application raises and clears an error of each code, then the slave sends an EMCY with this code, one with
 /// 0000h and this code after it, and 1003h has the code. In Stopped it sends none, and remembers the error all the same.
 ///
-/// Verifies: ECSS 6.4b, 6.4a, 6.4a.1, 6.4a.2
+/// Verifies: ECSS 6.4b, 6.4a.1, 6.4a.2
 /// Notices: ECSS 6.4b: codes from 9000h on are sent as 1000h.
 #[test]
 fn slave_sends_and_remembers_each_error_code_of_its_application() {

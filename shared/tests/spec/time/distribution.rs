@@ -474,7 +474,7 @@ fn local_time_is_not_that_of_a_sync_of_wrong_length() {
 /// Given a slave that follows its master on the nominal bus, when a SYNC comes on the redundant bus, then that one takes no sample: the
 /// Local Time PDO has the time at the last SYNC on the nominal bus, and so has the spacecraft time that comes.
 ///
-/// Verifies: ECSS 7.2.3k, 7.2.3c, 7.2.3g
+/// Verifies: ECSS 7.2.3k, 7.2.3g
 /// Notices: ECSS 7.2.3k: a SYNC on the bus that is not active takes a sample of the local time.
 #[test]
 fn sync_on_the_bus_that_is_not_active_takes_no_sample() {

@@ -91,7 +91,7 @@ fn utc_comes_and_goes_by_pdos() {
 /// Given a frame of Figure 7-2 with day 110, 43,200,123 ms and 250 us, when it sets the clock of a node, then a client reads these parts, each in
 /// its size, and the node sends them in a frame that is the same. A client that writes the parts sets them alike.
 ///
-/// Verifies: ECSS 7.1.3a, 7.1.3b, 7.1.3c, 7.1.3d, 7.1.3e
+/// Verifies: ECSS 7.1.3b, 7.1.3c, 7.1.3d, 7.1.3e
 /// Notices: ECSS 7.1.3d: of the milliseconds of a day 16 bits are got.
 /// Notices: ECSS 7.1.3e: day and submilliseconds of Local UTC Get are exchanged.
 #[test]

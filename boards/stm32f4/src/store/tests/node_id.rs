@@ -49,7 +49,7 @@ fn three_copies_have_the_documented_format() {
 
 /// Given a log with another Node-ID or none, when any Node-ID of a slave is stored, then it is found, also at the next start.
 ///
-/// Verifies: ECSS 6.10j, 6.10e
+/// Verifies: ECSS 6.10j
 /// Notices: ECSS 6.10j: the log finds no stored Node-ID above 63.
 #[test]
 fn every_node_id_of_a_slave_is_stored_and_found() {
