@@ -65,7 +65,6 @@ impl<N: Node> Shared<N> {
     }
 
     /// Reports an event of a bus to the node.
-    #[inline]
     pub fn tell(&mut self, bus: Bus, event: &LinkEvent, now: Instant) {
         self.node.on_link(bus, event, &mut Turn::new(now, &mut self.out));
     }
