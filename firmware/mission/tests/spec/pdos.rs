@@ -177,17 +177,19 @@ fn spacecraft_time_is_taken_as_figure_7_1_has_it() {
     assert!(slave.events().contains(&SlaveEvent::Time(time)));
 }
 
-/// Given the slaves of the mission at power-on, then each has one transmit PDO with its Local SCET Get: 180h and its Node-ID.
+/// Given a slave of the mission with each Node-ID of a slave, then at power-on it has one transmit PDO with its Local SCET Get: 180h and
+/// its Node-ID.
 ///
 /// Verifies: ECSS 7.1.2f, 7.2.2e, 7.2.2g, 7.2.3h, 7.2.3j
 /// Notices: ECSS 7.1.2f: a slave maps the coarse time of Local SCET Get before the fine time.
 /// Notices: ECSS 7.2.2e: a slave maps the coarse time alone.
 /// Notices: ECSS 7.2.2g: a second PDO of a slave has its coarse time.
+/// Notices: ECSS 7.2.2g: slave 66 has the Local Time PDO of slave 2.
 /// Notices: ECSS 7.2.3h: a slave sends the coarse time before the fine time.
 /// Notices: ECSS 7.2.3j: all slaves share one COB-ID for their local times.
 #[test]
 fn each_slave_has_one_local_time_pdo() {
-    for raw in 2..=15 {
+    for raw in 2..=126 {
         let slave = slave(node(raw), &STANDARD, vec![]);
         let pdos = &slave.objects().pdos;
         assert_eq!(times(pdos), [0x180 + u32::from(raw)], "slave {raw}");

@@ -283,8 +283,9 @@ fn parts_of_a_time_are_of_one_sample_despite_other_reads() {
 
 /// Given a client that reads SCET and UTC in turns, then the parts of each are of one sample.
 ///
-/// Verifies: ECSS 7.1.2a, 7.1.2d, 7.1.3c
+/// Verifies: ECSS 7.1.2a, 7.1.2b, 7.1.2d, 7.1.3c
 /// Notices: ECSS 7.1.2a: a device with UTC takes no sample of its SCET.
+/// Notices: ECSS 7.1.2b: Local SCET Get of a device with UTC stays zero.
 #[test]
 fn scet_and_utc_read_in_turns_are_whole() {
     let mut slave = operational::<Universal<true>>();
@@ -339,15 +340,21 @@ fn utc_read_by_block_upload_is_of_one_sample() {
 }
 
 /// Given a device with submilliseconds, when its SYNC is stamped in the interrupt 50.9 ms after power-on, then its Local Time PDO has UTC
-/// to the nearest multiple of eight microseconds: 900 us are 904.
+/// to the nearest multiple of eight microseconds: 900 us are 904. From 996 us on that is the next millisecond, not 1000 us.
 ///
-/// Verifies: ECSS 7.1.3c, 7.1.1b, 7.1.3e
+/// Verifies: ECSS 7.1.3c, 7.1.1b, 7.1.3d, 7.1.3e
 /// Notices: ECSS 7.1.3a: Local UTC Get is not sampled at a SYNC without capture.
+/// Notices: ECSS 7.1.3d: the submilliseconds alone are rounded, to 1000.
 #[test]
 fn utc_goes_by_pdo_without_capture() {
-    let mut slave = operational::<Universal<true>>();
-    run(&mut slave, us(50_900));
-    slave.clear();
-    slave.receive(NOMINAL, 0x080, &[]);
-    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0x88, 3, 50, 0, 0, 0, 100, 0]))]);
+    // 904 us are 388h, 992 us are 3E0h.
+    let cases = [(900, [0x88, 3, 50]), (995, [0xE0, 3, 50]), (996, [0, 0, 51]), (999, [0, 0, 51])];
+    for (micros, [low, high, millis]) in cases {
+        let mut slave = operational::<Universal<true>>();
+        run(&mut slave, us(50_000 + micros));
+        slave.clear();
+        slave.receive(NOMINAL, 0x080, &[]);
+        let expected = frame(0x185, &[low, high, millis, 0, 0, 0, 100, 0]);
+        assert_eq!(slave.frames(), [(NOMINAL, expected)], "{micros} us");
+    }
 }
