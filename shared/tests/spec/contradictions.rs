@@ -321,15 +321,37 @@ fn bdefault_is_restored_when_a_command_is_not_confirmed() {
 
 /// After giving up a command is confirmed or not, too.
 ///
-/// Verifies: ECSS 8.3.3j
+/// Verifies: ECSS 8.3.3g, 8.3.3j
 /// Notices: ECSS 8.3.3j: a slave that gave up takes heartbeats alone, and no commands.
+/// Notices: ECSS 8.3.3g: a command after giving up makes no bus active.
 #[test]
 fn listening_slave_goes_back_to_listening() {
     let mut selector = Selector::new(Parameters { ntoggle: 0, ..PARAMETERS });
     selector.start(ms(0));
-    selector.on_master(NOMINAL, Command, ms(50));
+    let found = selector.on_master(NOMINAL, Command, ms(50));
+    assert_eq!(found, Some(Selection::Found { bus: NOMINAL, moved: false }));
     assert_eq!(decisions(&mut selector, 150), [(150, Selection::Unconfirmed { bus: NOMINAL, moved: false })]);
     assert_eq!(selector.deadline(), None);
+}
+
+/// Given a slave that gave up on the redundant bus after one switch, when a command comes on the nominal bus, then that one is active.
+/// A heartbeat there confirms it.
+///
+/// Verifies: ECSS 8.3.3g
+/// Notices: ECSS 8.3.3g: a command on the other bus after giving up makes no bus active.
+#[test]
+fn command_on_the_other_bus_is_found_after_giving_up() {
+    let mut selector = Selector::new(Parameters { ntoggle: 1, ..PARAMETERS });
+    selector.start(ms(0));
+    assert_eq!(
+        decisions(&mut selector, 600),
+        [(300, Selection::Toggled { to: REDUNDANT }), (600, Selection::GaveUp { bus: REDUNDANT })]
+    );
+    let found = selector.on_master(NOMINAL, Command, ms(5_000));
+    assert_eq!(found, Some(Selection::Found { bus: NOMINAL, moved: true }));
+    assert_eq!((selector.selected(), selector.parameters().bdefault), (NOMINAL, NOMINAL));
+    assert_eq!(selector.on_master(NOMINAL, Heartbeat, ms(5_050)), Some(Selection::Confirmed));
+    assert!(selector.is_confirmed());
 }
 
 /// Bdefault may be kept beyond power-off a consumer time after it changed, without contradiction, and once.

@@ -91,6 +91,7 @@ fn forbidden_objects_are_those_of_the_table() {
 mod dictionaries {
     use super::*;
     use ecss_can::od::{Objects, Record};
+    use ecss_can::pdo::{PdoMapping, StaticMapping};
 
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
     pub struct Fixed {
@@ -358,6 +359,30 @@ mod dictionaries {
     parametrised!(TelemetryRetyped, Fixed, Retyped);
     parametrised!(TelemetryUntyped, Fixed, Untyped);
 
+    /// RPDO 1 with this mapping and TPDO 4 with that one.
+    macro_rules! mapped {
+        ($name:ident, $command:ty, $telemetry:ty) => {
+            #[derive(Debug, Objects)]
+            pub struct $name {
+                /// Parameters
+                #[object(0x1400, record)]
+                pdo: Fixed,
+                /// Mapping
+                #[object(0x1600, record)]
+                mapping: $command,
+                /// Parameters
+                #[object(0x1803, record)]
+                telemetry: Fixed,
+                /// Mapping
+                #[object(0x1A03, record)]
+                telemetry_mapping: $telemetry,
+            }
+        };
+    }
+    mapped!(BothStatic, StaticMapping, StaticMapping);
+    mapped!(CommandRemapped, PdoMapping, StaticMapping);
+    mapped!(TelemetryRemapped, StaticMapping, PdoMapping);
+
     /// As in a constant, where a panic stops the build.
     pub fn refusal<D: Objects>() -> Option<String> {
         refusal_with::<D>([None; PDOS])
@@ -396,6 +421,23 @@ fn dictionaries_that_the_minimal_set_forbids_are_refused() {
         (refusal::<Windowed>(), "an object that Table 9-12 of the standard does not authorise"),
     ] {
         assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given a dictionary with RPDO 1 and TPDO 4, when a client can write the mapping of one of them, then it is refused. TPDO 4 may be in use
+/// or not.
+///
+/// Verifies: ECSS 9.4.5a
+/// Notices: ECSS 9.4.5a: the access of the mapping of a TPDO is not checked.
+#[test]
+fn mapping_of_either_direction_that_can_be_written_is_refused() {
+    use dictionaries::{BothStatic, CommandRemapped, TelemetryRemapped, refusal_with};
+    for telemetry in [None, MinimalPdos::DEFAULT.transmit[3]] {
+        let transmit = [None, None, None, telemetry];
+        assert_eq!(refusal_with::<BothStatic>(transmit), None);
+        let reason = Some("a mapping that can be written");
+        assert_eq!(refusal_with::<CommandRemapped>(transmit).as_deref(), reason);
+        assert_eq!(refusal_with::<TelemetryRemapped>(transmit).as_deref(), reason);
     }
 }
 
