@@ -559,8 +559,8 @@ fn telemetry_lost_with_its_bus_is_not_repeated() {
     let telemetry = frame(0x285, &[0x42]);
     assert_eq!(slave.frames(), [(NOMINAL, telemetry)]);
     slave.run_until(ms(20));
-    slave.receive(REDUNDANT, 0x701, &[0x05]);
     slave.clear();
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
     slave.failed(NOMINAL, telemetry, FailCause::BusLeft);
     slave.run_until(ms(200));
     assert_eq!(slave.frames(), []);
