@@ -72,4 +72,29 @@ mod tests {
             assert_eq!(timing.sample_point(), Permille(sample_point), "{network:?}");
         }
     }
+
+    /// Given a line of 40 m and oscillators of 0.1 %, then bxCAN at 42 MHz has a timing for each bit rate of the standard, and a bit
+    /// has exactly the clocks of this rate: 42 MHz divided by the rate, by hand.
+    ///
+    /// Verifies: ECSS 5.4.2a.1, 5.4.2a.2, 5.4.2a.3
+    /// Notices: ECSS 5.4.2a.1: prescalers above 3 are refused, and only 1 Mbit/s has a timing.
+    /// Notices: ECSS 5.4.2a.3: prescalers above 16 are refused, and 125 kbit/s has no timing.
+    #[test]
+    fn each_rate_of_the_standard_has_its_clocks_in_a_bit() {
+        for (bit_rate, clocks) in [
+            (BitRate::MBIT_1, 42),
+            (BitRate::KBIT_500, 84),
+            (BitRate::KBIT_250, 168),
+            (BitRate::KBIT_125, 336),
+        ] {
+            let timing = bit_timing(&Network {
+                bit_rate,
+                length: Metres(40),
+                node_delay: Network::NODE_DELAY,
+                oscillator_tolerance: PartsPerMillion(1_000),
+                jump_width: Network::JUMP_WIDTH,
+            });
+            assert_eq!(timing.prescaler() * u16::from(timing.quanta()), clocks, "{} bit/s", bit_rate.get());
+        }
+    }
 }

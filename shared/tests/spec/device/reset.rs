@@ -69,7 +69,8 @@ fn a_pdo_has_its_cob_id_again_that_another_one_took() {
 /// Given a COB-ID of SYNC that a client wrote, when the slave gets Reset communication, then it takes SYNC with 080h again, and no
 /// longer with the written COB-ID.
 ///
-/// Verifies: ECSS 6.10a, 6.10c
+/// Verifies: ECSS 6.3a, 6.10a, 6.10c
+/// Notices: ECSS 6.3a: 1005h is restored, and the slave does not take SYNC with it.
 /// Notices: ECSS 6.5.1a.5: the slave goes on to take SYNC with the COB-ID that a client wrote.
 #[test]
 fn sync_has_its_cob_id_again_after_reset_communication() {
