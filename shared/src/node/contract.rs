@@ -15,7 +15,7 @@ pub trait Node: 'static {
     type Event;
     /// Request that the application makes.
     type Request;
-    /// Depth of the queues: [`FullDepth`], or less for a small node.
+    /// Depth of the queues: [`FullDepth`](super::FullDepth), or less for a small node.
     type Depth: Depth;
 
     /// Returns the frames that the node receives, by its dictionary. Each bus has these filters before power-on.
@@ -56,7 +56,7 @@ pub trait Node: 'static {
     fn deadline(&self) -> Option<Instant>;
 
     /// Returns whether this frame may be sent. Called once for each frame, when it leaves the outbox. A refused
-    /// frame is reported as [`FailCause::OverBudget`].
+    /// frame is reported as [`FailCause::OverBudget`](super::FailCause::OverBudget).
     fn charge(&mut self, _frame: &Frame, _turn: &mut Turn<'_, Self::Event, Self::Depth>) -> bool {
         true
     }

@@ -9,7 +9,7 @@ use crate::types::Frame;
 /// Depth of the queues of a node with the whole protocol: commands in its outbox, frames in the transmit queue of
 /// a bus, events that wait for the application.
 pub const QUEUE_DEPTH: usize = 32;
-/// [`Depth`] of a node with the whole protocol.
+/// [Depth](crate::link::depth::Depth) of a node with the whole protocol.
 pub type FullDepth = Places<QUEUE_DEPTH>;
 /// Greatest number of acceptance filters that a node asks a port for. A node keeps one bit of a word for each.
 pub const MAX_FILTERS: usize = u32::BITS as usize;
