@@ -35,7 +35,7 @@ impl<'a> SlaveStep<'a> {
         self.actions
     }
 
-    #[inline(never)] // of many callers
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`: 88 bytes
     pub(super) fn act(&mut self, action: SlaveAction) {
         let is_placed = self.actions.push(action).is_ok();
         debug_assert!(is_placed, "a step has {MOST} actions at most");

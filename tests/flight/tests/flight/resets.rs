@@ -145,7 +145,7 @@ fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
     assert_eq!(commands.count(), 0, "the master commands slaves that are operational");
 }
 
-/// Nobody who may have stopped it, or made it wait: the master starts it again.
+/// The master starts a slave again that another node has stopped or sent to Pre-operational.
 ///
 /// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 8.3.3f
 #[test]
