@@ -139,10 +139,10 @@ impl<const N: usize> Manager<N> {
     }
 
     /// Becomes active on this bus. The next action is its heartbeat, and nothing else may be sent before.
-    /// `slaves`: slaves of the master that was active before, a bit for each Node-ID. They count without an
-    /// answer by SDO.
-    pub fn take_over(&mut self, bus: Bus, slaves: u128, now: Instant) {
-        self.peers.adopt(slaves);
+    /// `claimed`: number of slaves of the master that was active before. Those that were overheard count without an answer by
+    /// SDO, unless they are more.
+    pub fn take_over(&mut self, bus: Bus, claimed: u8, now: Instant) {
+        self.peers.adopt_overheard(claimed);
         (self.unacknowledged, self.failed, self.wanted) = Default::default();
         self.trial = Trial::new();
         self.search.restart(now, &mut self.parameters);

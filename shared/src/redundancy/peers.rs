@@ -1,17 +1,17 @@
 //! Nodes that the master hears: their states, and which of them count, are lost or silent.
 
+use self::remote::{Assignment, Heard, Question, Remote, Standing};
 use super::Parameters;
-use crate::heartbeat::{Consumer, ConsumerTimes, monitored};
+use crate::heartbeat::monitored;
 use crate::nmt::Target;
 use crate::types::{Canonical, Duration, Instant, NmtState, NodeId};
 
 mod heard;
 mod period;
+mod remote;
 
 /// Node-IDs 0..=127; those of no slave stay empty.
 pub(super) const PLACES: usize = 128;
-/// Consumer times without a heartbeat after which a node is forgotten that has to answer first, or again.
-const MEMORY: u32 = 10;
 /// Questions to a new node. One may be lost, and a slow server needs some seconds after its boot-up message.
 const QUESTIONS: u8 = 3;
 
@@ -30,76 +30,12 @@ pub(super) type NodeSet = u128;
 #[canonical(context = Parameters)]
 pub struct Peers<const N: usize = PLACES> {
     #[canonical(each = |nth| self.times_of(nth, context))]
-    places: [Option<Peer>; N],
-    /// Consumer times of their own, milliseconds; zero for those that share the common one.
-    times: [u16; N],
-    /// Heartbeat periods of nodes that 1F81h does not assign, milliseconds: the last gap between two heartbeats,
-    /// where it was longer than the common consumer time. Else zero.
-    periods: [u16; N],
-    /// Assigned by 1F81h.
-    assigned: NodeSet,
-    /// Answered once.
-    answered: NodeSet,
-    /// Slaves of the master that was active before, which did not answer this one yet. They count.
-    adopted: NodeSet,
-    /// Answered or adopted before their last boot-up message, and no answer since.
-    rebooted: NodeSet,
-    /// Nodes whose device type has to be read, once they are heard on the active bus in a state that allows SDO.
-    unasked: NodeSet,
-    /// Those of them that were heard so.
-    ready: NodeSet,
-    /// Assigned and never heard.
-    unheard: NodeSet,
-    /// Not to be started unasked, heard or not: the application stopped them.
-    held: NodeSet,
-    /// No peer has anything due before. Later heartbeats only move the truth further away.
+    remotes: [Remote; N],
+    /// A node has to be asked for its device type.
+    is_any_unasked: bool,
+    /// No node has anything due before. Later heartbeats only move the truth further away.
     #[canonical(due)]
     check: Option<Instant>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Canonical)]
-#[canonical(context = PeerTimes)]
-struct Peer {
-    state: NmtState,
-    /// Questions without an answer since the node was first heard, or since its last boot-up message.
-    unanswered: u8,
-    #[canonical(within = context.heartbeat)]
-    heartbeat: Consumer,
-    /// Silent on the active bus from then on.
-    // How long ago counts only together with the first heartbeat on the other bus.
-    #[canonical(age = if self.first_there < Instant::NEVER { context.hold } else { Duration::ZERO })]
-    silent_at: Instant,
-    /// First and last heartbeat on the other bus since the last one on the active bus, never and zero without.
-    #[canonical(age = context.hold)]
-    first_there: Instant,
-    #[canonical(age = context.hold)]
-    last_there: Instant,
-}
-
-/// Times for which what a [`Peer`] notes has an effect.
-struct PeerTimes {
-    heartbeat: ConsumerTimes,
-    /// [`Parameters::hold_time`].
-    hold: Duration,
-}
-
-impl Peer {
-    /// Silent on the active bus and heard on the other one for the hold time, from then on.
-    fn elsewhere_at(&self, parameters: &Parameters) -> Instant {
-        self.silent_at.max(self.first_there) + parameters.hold_time()
-    }
-
-    fn is_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
-        self.elsewhere_at(parameters) <= now && self.last_there + parameters.hold_time() > now
-    }
-
-    /// Returns when the node is forgotten if it may be.
-    fn forgotten_at(&self, consumer: Duration) -> Option<Instant> {
-        match self.heartbeat {
-            Consumer::Missed { last } => Some(last + consumer.times(MEMORY)),
-            Consumer::Unarmed | Consumer::Armed { .. } => None,
-        }
-    }
 }
 
 /// Meaning of a heartbeat for the master.
@@ -124,56 +60,47 @@ impl<const N: usize> Peers<N> {
     /// Makes a record without nodes.
     #[inline(never)] // made in their place
     pub const fn new() -> Self {
-        Peers {
-            places: [None; N],
-            times: [0; N],
-            periods: [0; N],
-            assigned: 0,
-            answered: 0,
-            adopted: 0,
-            rebooted: 0,
-            unasked: 0,
-            ready: 0,
-            unheard: 0,
-            held: 0,
-            check: None,
-        }
+        Peers { remotes: [Remote::UNKNOWN; N], is_any_unasked: false, check: None }
     }
 
     /// Takes an entry of 1F81h. A slave that is removed is forgotten. It counts again when it answers.
     pub fn assign(&mut self, node: NodeId, is_slave: bool) {
-        let bit = node_bit(node);
-        let was_slave = self.assigned & bit != 0;
-        if let Some(period) = self.periods.get_mut(usize::from(node.get())) {
-            *period = 0;
+        let Some(remote) = self.remote_mut(node) else { return };
+        let (was_slave, is_heard) = (remote.is_assigned(), remote.heard.is_some());
+        if let Some(heard) = &mut remote.heard {
+            heard.period = 0;
         }
-        if self.place(node).is_some() {
+        remote.assignment = match is_slave {
+            true if is_heard => Assignment::Assigned,
+            true => Assignment::Awaited,
+            false => Assignment::None,
+        };
+        if was_slave && !is_slave {
+            remote.forget();
+        }
+        if is_heard {
             self.recheck(Instant::ZERO);
         }
-        if is_slave {
-            self.assigned |= bit;
-            self.unheard |= if self.place(node).is_none() { bit } else { 0 };
-        } else if was_slave {
-            self.assigned &= !bit;
-            self.forget(node);
-        }
+        self.find_unasked();
     }
 
     /// Sets the consumer times of the entries of 1016h that are in use. Other nodes have the common one.
     pub fn set_times(&mut self, entries: &[u32]) {
-        self.times = [0; N];
+        for remote in &mut self.remotes {
+            remote.time = 0;
+        }
         for entry in entries {
             if let Some(node) = monitored(*entry)
-                && let Some(time) = self.times.get_mut(usize::from(node.get()))
+                && let Some(remote) = self.remote_mut(node)
             {
-                *time = *entry as u16;
+                remote.time = *entry as u16;
             }
         }
     }
 
     /// Returns whether `node` counts for the master's decisions.
     pub fn counts(&self, node: NodeId) -> bool {
-        self.counted() & node_bit(node) != 0
+        self.remote(node).is_some_and(Remote::counts)
     }
 
     /// Takes a heartbeat or boot-up message of `node`. `active`: it came on the active bus.
@@ -185,147 +112,128 @@ impl<const N: usize> Peers<N> {
         at: Instant,
         parameters: &Parameters,
     ) -> PeerHeartbeat {
-        let (bit, consumer) = (node_bit(node), parameters.consumer);
-        self.observe(node, at, consumer);
-        let (own, counts) = (self.time(node, consumer), self.counted() & bit != 0);
-        let Some(place) = self.places.get_mut(usize::from(node.get())) else {
-            return PeerHeartbeat::default();
-        };
-        let known = place.is_some();
-        let peer = place.get_or_insert_with(|| Peer {
-            state,
-            unanswered: 0,
-            heartbeat: Consumer::Unarmed,
-            // Time in which a slave heard on the other bus may come to the active one.
-            silent_at: at + parameters.settling_time().max(consumer),
-            first_there: Instant::NEVER,
-            last_there: Instant::ZERO,
-        });
-        let may_be_elsewhere = counts && !active;
-        let was_elsewhere = may_be_elsewhere && peer.is_elsewhere(at, parameters);
-        if active {
-            peer.silent_at = at + consumer;
-            (peer.first_there, peer.last_there) = (Instant::NEVER, Instant::ZERO);
-        } else {
-            (peer.first_there, peer.last_there) = (peer.first_there.min(at), at);
-        }
-        let returned = peer.heartbeat.on_heartbeat(at);
-        let changed = !known || peer.state != state;
-        peer.state = state;
-        let waiting = state != NmtState::Operational;
-        let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
-        // An instant before this heartbeat was checked when it was due.
-        if counts && peer.silent_at > at {
-            next = next.min(peer.silent_at);
-        }
-        if may_be_elsewhere {
-            let elsewhere_at = peer.elsewhere_at(parameters);
-            if elsewhere_at > at {
-                next = next.min(elsewhere_at);
-            } else if !was_elsewhere {
-                next = at;
-            }
-        }
-        if next < Instant::NEVER {
-            self.check = Some(self.check.map_or(next, |check| check.min(next)));
-        }
-        self.unheard &= !bit;
+        let Some(remote) = self.remote_mut(node) else { return PeerHeartbeat::default() };
+        remote.observe(at, parameters.consumer);
+        let (time, counts) = (remote.time(parameters.consumer), remote.counts());
+        remote.end_wait();
+        let is_known = remote.heard.is_some();
+        let heard = remote.heard.get_or_insert_with(|| Heard::new(state, at, parameters));
+        let changed = !is_known || heard.state != state;
+        let returned = heard.heartbeat.on_heartbeat(at);
+        heard.state = state;
+        let due = heard.note_bus(active, counts, at, parameters);
         if state == NmtState::Initialising {
-            peer.unanswered = 0;
-            self.rebooted |= (self.answered | self.adopted) & bit;
+            heard.on_boot_up();
         }
-        if !known || state == NmtState::Initialising {
-            self.unasked |= bit;
+        let is_ready = active && state.allows_sdo() && heard.question == Question::Pending;
+        if is_ready {
+            heard.question = Question::Ready;
         }
-        if active && state.allows_sdo() {
-            self.ready |= self.unasked & bit;
+        let start = active && state != NmtState::Operational && !remote.is_held;
+        let due = due.min(heard.heartbeat.deadline(time).unwrap_or(Instant::NEVER));
+        if due < Instant::NEVER {
+            self.check = Some(self.check.map_or(due, |check| check.min(due)));
         }
-        PeerHeartbeat { changed, returned, start: active && waiting && self.held & bit == 0 }
+        if is_ready {
+            self.find_unasked();
+        }
+        PeerHeartbeat { changed, returned, start }
     }
 
     /// Returns the next node whose device type (1000h) has to be read: one that is new, or booted up, or did not answer
     /// before. Nodes with fewer unanswered questions go first.
     pub fn take_unasked(&mut self) -> Option<NodeId> {
-        let ready = self.each_of(self.ready & !self.assigned);
-        let (node, _) = ready.min_by_key(|(_, peer)| peer.unanswered)?;
-        self.ready &= !node_bit(node);
-        self.unasked &= !node_bit(node);
+        let unasked = self.each().filter(|(_, remote, _)| remote.is_unasked());
+        let (node, ..) = unasked.min_by_key(|(_, _, heard)| heard.unanswered)?;
+        self.heard_mut(node)?.question = Question::None;
+        self.find_unasked();
         Some(node)
     }
 
     /// Returns whether [`Peers::take_unasked`] has a node.
     pub const fn is_any_unasked(&self) -> bool {
-        self.ready & !self.assigned != 0
+        self.is_any_unasked
     }
 
     /// Makes a node be asked again, because the question was lost with its bus.
     pub fn ask_again(&mut self, node: NodeId) {
-        self.unasked |= node_bit(node);
+        if let Some(heard) = self.heard_mut(node) {
+            heard.ask_again();
+        }
     }
 
     /// Returns whether `node` left a question without an answer, so that a late answer is one.
     pub fn is_answer_late(&self, node: NodeId) -> bool {
-        self.place(node).is_some_and(|peer| peer.unanswered > 0)
+        self.heard(node).is_some_and(|heard| heard.unanswered > 0)
     }
 
     /// Takes an answer of the SDO server of `node`: the node counts.
     pub fn on_answer(&mut self, node: NodeId, now: Instant) {
-        let Some(Some(peer)) = self.places.get_mut(usize::from(node.get())) else { return };
-        peer.unanswered = 0;
-        self.answered |= node_bit(node);
-        for set in [&mut self.adopted, &mut self.rebooted, &mut self.unasked, &mut self.ready] {
-            *set &= !node_bit(node);
-        }
+        let Some(heard) = self.heard_mut(node) else { return };
+        heard.on_answer();
+        self.find_unasked();
         self.recheck(now);
     }
 
     /// Takes the timeout of the question to `node`. The node is asked again when it is next heard on the active bus, up to
-    /// three times. A node that was [adopted](Peers::adopt), and is heard on the active bus, no longer counts after the
-    /// last time. Returns `true` the first time if the node does not count, and when it no longer counts.
+    /// three times. A node that was [adopted](Peers::adopt_overheard), and is heard on the active bus, no longer counts after
+    /// the last time. Returns `true` the first time if the node does not count, and when it no longer counts.
     pub fn on_no_answer(&mut self, node: NodeId, now: Instant) -> bool {
-        let bit = node_bit(node);
-        let Some(Some(peer)) = self.places.get_mut(usize::from(node.get())) else { return false };
-        peer.unanswered = peer.unanswered.saturating_add(1);
-        let mut is_news = peer.unanswered == 1;
-        if peer.unanswered < QUESTIONS {
-            self.unasked |= bit;
-        } else if peer.silent_at > now {
-            is_news |= self.adopted & bit != 0;
-            self.adopted &= !bit;
-            self.rebooted &= self.answered | !bit;
+        let Some(heard) = self.heard_mut(node) else { return false };
+        heard.unanswered = heard.unanswered.saturating_add(1);
+        let mut is_news = heard.unanswered == 1;
+        if heard.unanswered < QUESTIONS {
+            heard.ask_again();
+        } else if heard.silent_at > now && heard.standing == Standing::Adopted {
+            is_news = true;
+            heard.disown();
         }
         is_news && !self.counts(node)
     }
 
-    /// Counts each of `slaves` that was heard as if it had answered. The master asks them anyway.
-    pub fn adopt(&mut self, slaves: NodeSet) {
-        let heard = self.each_of(slaves).fold(0, |heard, (node, _)| heard | node_bit(node));
-        self.adopted |= heard & !self.answered;
+    /// Notes that the active master started `node`, which was just heard Operational on the active bus.
+    pub fn on_overheard(&mut self, node: NodeId) {
+        if let Some(heard) = self.heard_mut(node) {
+            heard.is_overheard = true;
+        }
+    }
+
+    /// Counts the nodes that were overheard as if they had answered. The master asks them anyway. Does nothing if they are
+    /// more than the `claimed` slaves of the master that was active, because then one of them is a foreign node.
+    pub fn adopt_overheard(&mut self, claimed: u8) {
+        let overheard = self.each().filter(|(.., heard)| heard.is_overheard).count();
+        for heard in self.each_heard_mut() {
+            if core::mem::take(&mut heard.is_overheard) && overheard <= usize::from(claimed) {
+                heard.adopt();
+            }
+        }
     }
 
     /// Notes that the active bus changed. Every node has until `silent_at` to be heard there.
     pub fn on_switch(&mut self, now: Instant, silent_at: Instant) {
-        for peer in self.places.iter_mut().flatten() {
-            peer.silent_at = silent_at;
-            (peer.first_there, peer.last_there) = (Instant::NEVER, Instant::ZERO);
+        for heard in self.each_heard_mut() {
+            heard.on_switch(silent_at);
         }
-        self.ready = 0;
+        self.is_any_unasked = false;
         self.recheck(now);
     }
 
     /// Holds slaves or releases them: a held slave is not started by the master itself. Slaves not heard yet are
     /// included.
-    pub fn hold(&mut self, target: Target, held: bool) {
-        let nodes = match target {
-            Target::All => NodeSet::MAX,
-            Target::Node(node) => node_bit(node),
-        };
-        self.held = if held { self.held | nodes } else { self.held & !nodes };
+    pub fn hold(&mut self, target: Target, is_held: bool) {
+        match target {
+            Target::All => self.remotes.iter_mut().for_each(|remote| remote.is_held = is_held),
+            Target::Node(node) => {
+                if let Some(remote) = self.remote_mut(node) {
+                    remote.is_held = is_held;
+                }
+            }
+        }
     }
 
     /// Returns whether the application holds this slave.
     pub fn is_held(&self, node: NodeId) -> bool {
-        self.held & node_bit(node) != 0
+        self.remote(node).is_some_and(|remote| remote.is_held)
     }
 
     /// Requests a check of every node at `now`, after a change of the bus, of the health or of the assignment.
@@ -340,44 +248,45 @@ impl<const N: usize> Peers<N> {
 
     /// Returns the next node whose heartbeat is overdue on both buses, each once.
     pub fn next_lost(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
-        (0..N).find_map(|nth| {
-            let node = NodeId::new(nth as u8)?;
-            let time = self.time(node, consumer);
-            self.places.get_mut(nth)?.as_mut()?.heartbeat.poll(now, time)?;
-            Some(node)
+        self.remotes.iter_mut().zip(0..).find_map(|(remote, raw)| {
+            let time = remote.time(consumer);
+            remote.heard.as_mut()?.heartbeat.poll(now, time)?;
+            NodeId::new(raw)
         })
     }
 
     /// Returns the next node that was silent on both buses for ten consumer times and did not answer before, or since
     /// its last boot-up message. Each once.
     pub fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
-        let is_over = |peer: &Peer| peer.forgotten_at(consumer).is_some_and(|at| at <= now);
-        let (node, _) = self.each().find(|(node, peer)| is_over(peer) && self.is_forgettable(*node))?;
-        self.forget(node);
+        let is_over = |remote: &Remote| remote.forgotten_at(consumer).is_some_and(|at| at <= now);
+        let (node, ..) = self.each().find(|(_, remote, _)| is_over(remote))?;
+        self.remote_mut(node)?.forget();
+        self.find_unasked();
         Some(node)
     }
 
     /// Returns the next assigned slave that was never heard, each once.
     pub fn next_unheard(&mut self) -> Option<NodeId> {
-        let node = first(self.unheard)?;
-        self.unheard &= !node_bit(node);
-        Some(node)
+        let (remote, raw) =
+            self.remotes.iter_mut().zip(0..).find(|(remote, _)| remote.assignment == Assignment::Awaited)?;
+        remote.end_wait();
+        NodeId::new(raw)
     }
 
     /// Slaves that count and are silent on the active bus, and those that are heard there.
     pub(super) fn silent_and_heard(&self, now: Instant) -> (NodeSet, NodeSet) {
-        let (mut silent, mut heard) = (0, 0);
-        for (node, peer) in self.each_counted() {
-            let set = if peer.silent_at <= now { &mut silent } else { &mut heard };
-            *set |= node_bit(node);
+        let (mut silent, mut heard_here) = (0, 0);
+        for (node, heard) in self.each_counted() {
+            let set = if heard.silent_at <= now { &mut silent } else { &mut heard_here };
+            *set |= 1 << node.get();
         }
-        (silent, heard)
+        (silent, heard_here)
     }
 
     /// Returns whether a slave that counts is silent on the active bus and heard on the other one for the hold
     /// time.
     pub fn is_any_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
-        self.each_counted().any(|(_, peer)| peer.is_elsewhere(now, parameters))
+        self.each_counted().any(|(_, heard)| heard.is_elsewhere(now, parameters))
     }
 
     /// Notes that every check was made at `now`: finds the next instant with something due.
@@ -388,19 +297,14 @@ impl<const N: usize> Peers<N> {
                 next = due;
             }
         };
-        for (node, peer) in self.each() {
-            if let Some(due) = peer.heartbeat.deadline(self.time(node, parameters.consumer)) {
-                add(due);
+        for (_, remote, heard) in self.each() {
+            let time = remote.time(parameters.consumer);
+            let missed = heard.heartbeat.deadline(time);
+            [missed, remote.forgotten_at(parameters.consumer)].into_iter().flatten().for_each(&mut add);
+            if remote.counts() {
+                add(heard.silent_at);
+                add(heard.elsewhere_at(parameters));
             }
-            if self.is_forgettable(node)
-                && let Some(due) = peer.forgotten_at(parameters.consumer)
-            {
-                add(due);
-            }
-        }
-        for (_, peer) in self.each_counted() {
-            add(peer.silent_at);
-            add(peer.elsewhere_at(parameters));
         }
         self.check = (next < Instant::NEVER).then_some(next);
     }
@@ -412,65 +316,51 @@ impl<const N: usize> Peers<N> {
 
     /// Returns the last state of a node. `None` if it was never heard, is lost or forgotten.
     pub fn state(&self, node: NodeId) -> Option<NmtState> {
-        let peer = self.place(node)?;
-        (!peer.heartbeat.is_missed()).then_some(peer.state)
+        let heard = self.heard(node)?;
+        (!heard.heartbeat.is_missed()).then_some(heard.state)
     }
 
     /// Returns the end of the last heartbeat of a node, if that reported Operational.
     pub fn operational_at(&self, node: NodeId) -> Option<Instant> {
-        self.place(node).filter(|peer| peer.state == NmtState::Operational)?.heartbeat.last()
+        self.heard(node).filter(|heard| heard.state == NmtState::Operational)?.heartbeat.last()
     }
 
-    const fn counted(&self) -> NodeSet {
-        self.assigned | self.answered | self.adopted
+    /// Finds out whether a node has to be asked.
+    fn find_unasked(&mut self) {
+        self.is_any_unasked = self.remotes.iter().any(Remote::is_unasked);
     }
 
-    /// Returns whether silence makes the master forget this node.
-    const fn is_forgettable(&self, node: NodeId) -> bool {
-        !self.assigned & (!self.counted() | self.rebooted) & node_bit(node) != 0
+    fn remote(&self, node: NodeId) -> Option<&Remote> {
+        self.remotes.get(usize::from(node.get()))
+    }
+
+    fn remote_mut(&mut self, node: NodeId) -> Option<&mut Remote> {
+        self.remotes.get_mut(usize::from(node.get()))
+    }
+
+    fn heard(&self, node: NodeId) -> Option<&Heard> {
+        self.remote(node)?.heard.as_ref()
+    }
+
+    fn heard_mut(&mut self, node: NodeId) -> Option<&mut Heard> {
+        self.remote_mut(node)?.heard.as_mut()
+    }
+
+    /// Returns the nodes that were heard.
+    fn each(&self) -> impl Iterator<Item = (NodeId, &Remote, &Heard)> {
+        let heard = |(remote, raw): (_, u8)| -> Option<(NodeId, &Remote, &Heard)> {
+            let remote: &Remote = remote;
+            Some((NodeId::new(raw)?, remote, remote.heard.as_ref()?))
+        };
+        self.remotes.iter().zip(0..).filter_map(heard)
     }
 
     /// Returns the nodes that count and were heard.
-    fn each_counted(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
-        self.each_of(self.counted())
+    fn each_counted(&self) -> impl Iterator<Item = (NodeId, &Heard)> {
+        self.each().filter(|(_, remote, _)| remote.counts()).map(|(node, _, heard)| (node, heard))
     }
 
-    /// Returns those of `nodes` that were heard.
-    fn each_of(&self, nodes: NodeSet) -> impl Iterator<Item = (NodeId, &Peer)> {
-        let mut rest = nodes;
-        let each = core::iter::from_fn(move || {
-            let node = first(rest)?;
-            rest &= !node_bit(node);
-            Some(node)
-        });
-        each.filter_map(|node| Some((node, self.place(node)?)))
+    fn each_heard_mut(&mut self) -> impl Iterator<Item = &mut Heard> {
+        self.remotes.iter_mut().filter_map(|remote| remote.heard.as_mut())
     }
-
-    fn forget(&mut self, node: NodeId) {
-        if let Some(place) = self.places.get_mut(usize::from(node.get())) {
-            *place = None;
-        }
-        let answers = [&mut self.answered, &mut self.adopted, &mut self.rebooted];
-        let rest = [&mut self.unasked, &mut self.ready, &mut self.unheard];
-        for set in answers.into_iter().chain(rest) {
-            *set &= !node_bit(node);
-        }
-    }
-
-    fn place(&self, node: NodeId) -> Option<&Peer> {
-        self.places.get(usize::from(node.get()))?.as_ref()
-    }
-
-    fn each(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
-        self.places.iter().zip(0_u8..).filter_map(|(place, raw)| Some((NodeId::new(raw)?, place.as_ref()?)))
-    }
-}
-
-const fn node_bit(node: NodeId) -> NodeSet {
-    1 << (node.get() & 0x7F)
-}
-
-/// The lowest Node-ID of a set.
-fn first(nodes: NodeSet) -> Option<NodeId> {
-    NodeId::new(nodes.trailing_zeros() as u8)
 }

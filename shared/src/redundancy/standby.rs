@@ -6,7 +6,7 @@
 //! The claims of the two boards have different COB-IDs. Equal frames that begin together are one frame on the wire,
 //! and neither sender hears the other. Frames with two COB-IDs never merge.
 
-use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NodeId};
+use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant};
 
 /// A claim that went out so lately is still on its way: no other one follows. Bounds what a babbling node can provoke.
 const CLAIM_PAUSE: Duration = Duration::from_millis(10);
@@ -192,9 +192,7 @@ pub struct Standby {
     said: Option<Claim>,
     #[canonical(value = self.present(now), within = self.pair.consumer)]
     encounter: Option<Encounter>,
-    /// Slaves heard Operational since it is not active.
-    operational: u128,
-    /// Most slaves that the active master claimed since then.
+    /// Most slaves that the active master claimed since this board is not active.
     claimed: u8,
 }
 
@@ -224,7 +222,6 @@ impl Standby {
             has_begun: false,
             said: None,
             encounter: None,
-            operational: 0,
             claimed: 0,
         }
     }
@@ -295,16 +292,9 @@ impl Standby {
         RivalReaction::Nothing
     }
 
-    /// Notes that a slave reported Operational on the active bus: the active master started it, so it is a slave of
-    /// that master.
-    pub fn on_operational(&mut self, node: NodeId) {
-        self.operational |= 1 << node.get();
-    }
-
-    /// Returns the slaves that this board heard Operational, a bit for each Node-ID. Returns none if they are
-    /// more than the active master ever claimed, because then one of them is a foreign node.
-    pub const fn overheard(&self) -> u128 {
-        if self.operational.count_ones() <= self.claimed as u32 { self.operational } else { 0 }
+    /// Returns the largest number of slaves that the active master claimed.
+    pub const fn claimed(&self) -> u8 {
+        self.claimed
     }
 
     /// Takes a claim of another active master. `slaves`: number of slaves that count and are heard on the active
@@ -354,7 +344,7 @@ impl Standby {
     pub fn stand_by(&mut self, now: Instant, cause: RoleCause) -> RoleChange {
         (self.role, self.until) = (Role::Standby, now + self.pair.consumer);
         (self.said, self.encounter) = (None, None);
-        (self.operational, self.claimed) = (0, 0);
+        self.claimed = 0;
         RoleChange { role: self.role, cause }
     }
 

@@ -175,17 +175,24 @@ fn a_node_that_answered_is_asked_again_after_its_boot_up() {
     assert_eq!(asked(&mut manager), Some(node(5)));
 }
 
+/// Node `raw` is heard Operational, as a slave of another master.
+fn overhear(manager: &mut Manager, raw: u8) {
+    word(manager, NOMINAL, raw, Operational, 10);
+    manager.peers_mut().on_overheard(node(raw));
+}
+
 /// Given slaves of the master that was active before, When this one takes over, Then those that it has heard count. A slave that is
 /// heard and does not answer this master no longer counts.
 #[test]
 fn overheard_slaves_count_after_takeover_until_no_answer() {
     let mut manager = unassigned();
-    word(&mut manager, NOMINAL, 2, Operational, 10);
-    word(&mut manager, NOMINAL, 3, Operational, 10);
+    overhear(&mut manager, 2);
+    word(&mut manager, NOMINAL, 3, PreOperational, 10);
+    manager.peers_mut().on_overheard(node(7));
     assert!(!manager.peers().counts(node(2)));
-    manager.take_over(NOMINAL, 0b1000_0100, ms(20));
+    manager.take_over(NOMINAL, 1, ms(20));
     let counted = |manager: &Manager| [2, 3, 7].map(|raw| manager.peers().counts(node(raw)));
-    assert_eq!(counted(&manager), [true, false, false], "slave 7 was never heard");
+    assert_eq!(counted(&manager), [true, false, false], "3 was not started, 7 never heard");
     let mut no_answer = |at| {
         word(&mut manager, NOMINAL, 2, Operational, at - 10);
         let is_unknown = manager.peers_mut().on_no_answer(node(2), ms(at));
@@ -196,12 +203,26 @@ fn overheard_slaves_count_after_takeover_until_no_answer() {
     assert_eq!(no_answer(2_500), (true, [false; 3]));
 }
 
+/// Given a standby that heard slaves Operational, When it takes over, Then they count, unless they are more than the active master
+/// ever claimed: then one of them is a foreign node. What it heard before it was active counts no second time.
+#[test]
+fn slaves_heard_operational_are_those_of_the_active_master() {
+    for (claimed, are_counted) in [(0, false), (2, false), (3, true), (4, true)] {
+        let mut manager = unassigned();
+        [2, 5, 127].into_iter().for_each(|raw| overhear(&mut manager, raw));
+        manager.take_over(NOMINAL, claimed, ms(20));
+        assert_eq!([2, 5, 127].map(|raw| manager.peers().counts(node(raw))), [are_counted; 3], "{claimed}");
+        manager.take_over(NOMINAL, 4, ms(30));
+        assert_eq!([2, 5, 127].map(|raw| manager.peers().counts(node(raw))), [are_counted; 3], "{claimed}");
+    }
+}
+
 /// Given an overheard slave that is silent here, When the third question has no answer, Then it still counts: it may be cut off.
 #[test]
 fn an_overheard_slave_that_is_silent_counts_without_an_answer() {
     let mut manager = unassigned();
-    word(&mut manager, NOMINAL, 2, Operational, 10);
-    manager.take_over(NOMINAL, 0b100, ms(20));
+    overhear(&mut manager, 2);
+    manager.take_over(NOMINAL, 1, ms(20));
     for at in [500, 1_500, 2_500] {
         assert!(!manager.peers_mut().on_no_answer(node(2), ms(at)));
     }

@@ -24,7 +24,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         let standby = self.boards.standby_mut()?;
         let change = standby.poll(until)?;
         let bus = standby.heard().unwrap_or(self.manager.parameters().bdefault);
-        self.manager.take_over(bus, standby.overheard(), now);
+        self.manager.take_over(bus, standby.claimed(), now);
         Some(MasterAction::TookOver { bus, change })
     }
 
@@ -48,7 +48,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
 
     /// Number of slaves that count and are heard on the active bus.
     fn slaves(&self, at: Instant) -> u8 {
-        self.manager.peers().heard(at, self.manager.parameters().consumer)
+        self.manager.peers().heard_here(at, self.manager.parameters().consumer)
     }
 
     /// Takes 701h of another node.
@@ -107,11 +107,8 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     /// Takes a heartbeat or boot-up message of a node, as a standby.
     pub fn on_overheard(&mut self, bus: Bus, node: NodeId, state: NmtState, at: Instant) -> PeerHeartbeat {
         let heard = self.manager.on_heartbeat(bus, node, state, at);
-        if state == NmtState::Operational
-            && bus == self.active()
-            && let Some(standby) = self.boards.standby_mut()
-        {
-            standby.on_operational(node);
+        if state == NmtState::Operational && bus == self.active() {
+            self.manager.peers_mut().on_overheard(node);
         }
         heard
     }
