@@ -8,7 +8,7 @@ use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
 use ecss_can::types::Instant;
 
-use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
 
 const PAIR: Pair = Profile::PAIR;
 

@@ -60,6 +60,7 @@ mod expected;
 mod overheard;
 mod process;
 mod progress;
+mod record;
 mod senders;
 
 pub use action::BootAction;
@@ -67,8 +68,11 @@ pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
 pub use process::{BootRequest, Identified, TimePdo};
 pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
+use core::mem::{replace, take};
+
 use crate::boot::process::{Next, Process};
 use crate::boot::progress::Phase;
+use crate::boot::record::{Duty, Record, Records, Run};
 use crate::boot::senders::Senders;
 use crate::nmt::Target;
 use crate::sdo;
@@ -84,30 +88,13 @@ pub struct Boot {
     policy: BootPolicy,
     objects: Identified,
     settings: &'static [Setting],
-    progress: [BootProgress; PLACES],
-    /// Sets of slaves, one bit per Node-ID.
-    assigned: u128,
-    mandatory: u128,
-    queued: u128,
-    /// Slaves that passed the process since their boot-up message.
-    started: u128,
-    synchronised: u128,
-    /// Their next Pre-operational is not explained by a command of the master.
-    operational: u128,
-    /// May have been reset without being heard.
-    doubtful: u128,
-    /// Mandatory slaves without which SYNC continues after the boot time.
-    excused: u128,
-    /// Their progress is to be reported.
-    changed: u128,
+    records: Records,
     process: Option<Process>,
     senders: Senders,
     /// Node-ID of the last process.
     last: u8,
     failure: Option<(NodeId, BootFailure)>,
     deviation: Option<(NodeId, Difference)>,
-    /// Silent when the boot time ended, and to be reported.
-    silent: u128,
     start: Option<NodeId>,
     /// Everybody followed a SYNC, which is to be reported.
     is_completed: bool,
@@ -125,22 +112,12 @@ impl Boot {
             policy,
             objects,
             settings,
-            progress: [BootProgress::Unassigned; PLACES],
-            assigned: 0,
-            mandatory: 0,
-            queued: 0,
-            started: 0,
-            synchronised: 0,
-            operational: 0,
-            doubtful: 0,
-            excused: 0,
-            changed: 0,
+            records: Records::new(),
             process: None,
             senders: Senders::new(),
             last: 0,
             failure: None,
             deviation: None,
-            silent: 0,
             start: None,
             is_completed: false,
             deadline: None,
@@ -151,17 +128,17 @@ impl Boot {
 
     /// Starts the boot time at power-on.
     pub fn start(&mut self, now: Instant) {
-        let limited = self.policy.time.as_micros() > 0 && self.mandatory != 0;
+        let is_any_mandatory = self.records.all().any(|record| record.duty == Duty::Mandatory);
+        let limited = self.policy.time.as_micros() > 0 && is_any_mandatory;
         self.deadline = limited.then(|| now + self.policy.time);
     }
 
     /// Takes an entry of 1F81h, at power-on or written. A new slave is booted when it is heard next.
     pub fn assign(&mut self, node: NodeId, assignment: Assignment) {
-        let bit = bit(node);
-        let was_assigned = self.assigned & bit != 0;
-        set(&mut self.assigned, bit, assignment.is_booted());
-        set(&mut self.mandatory, bit, assignment.is_mandatory());
-        match (was_assigned, assignment.is_booted()) {
+        let Some(record) = self.records.get_mut(node) else { return };
+        let was_booted = replace(&mut record.duty, Duty::of(assignment)) != Duty::None;
+        self.is_changed = true;
+        match (was_booted, assignment.is_booted()) {
             (false, true) => self.set_progress(node, BootProgress::Awaited),
             (true, false) => {
                 self.forget(node);
@@ -174,14 +151,13 @@ impl Boot {
 
     /// Returns the progress of a slave.
     pub fn progress(&self, node: NodeId) -> BootProgress {
-        self.progress.get(usize::from(node.get())).copied().unwrap_or_default()
+        self.records.get(node).progress
     }
 
     /// Takes a heartbeat or boot-up message. `is_here`: it came on the active bus. `returned`: the slave was lost
     /// before. Returns whether the slave has to be started at once if it waits.
     pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, is_here: bool, returned: bool) -> bool {
-        let bit = bit(node);
-        if self.assigned & bit == 0 {
+        if self.records.get(node).duty == Duty::None {
             return true;
         }
         if state == NmtState::Initialising {
@@ -189,35 +165,39 @@ impl Boot {
             self.forget(node);
             self.set_progress(node, BootProgress::Awaited);
         }
-        if state == NmtState::PreOperational && self.operational & bit != 0 || returned {
-            self.operational &= !bit;
-            self.doubtful |= bit;
+        let is_running = self.is_running(node);
+        let Some(record) = self.records.get_mut(node) else { return true };
+        if state == NmtState::PreOperational && record.is_operational || returned {
+            (record.is_operational, record.is_doubtful) = (false, true);
         }
         if !is_here {
             return false;
         }
-        let is_running = self.process.as_ref().is_some_and(|process| process.node == node);
-        if state == NmtState::Stopped {
+        if state == NmtState::Operational {
+            record.is_operational |= record.is_started();
+        }
+        let (is_started, is_doubtful, progress) = (record.is_started(), record.is_doubtful, record.progress);
+        match (state, progress) {
             // It answers no SDO now: a check that failed for this is done again when it does.
-            if self.progress(node) == BootProgress::Failed {
-                self.set_progress(node, BootProgress::Awaited);
-            }
-        } else if self.progress(node) == BootProgress::Awaited || self.doubtful & bit != 0 && !is_running {
-            self.queue(node);
+            (NmtState::Stopped, BootProgress::Failed) => self.set_progress(node, BootProgress::Awaited),
+            (NmtState::Stopped, _) => {}
+            (_, BootProgress::Awaited) => self.queue(node),
+            _ if is_doubtful && !is_running => self.queue(node),
+            _ => {}
         }
         if state == NmtState::Operational {
-            self.operational |= self.started & bit;
             self.on_synchronous(node);
         }
-        self.started & bit != 0
+        is_started
     }
 
     /// Notes that the master commands slaves to stop or to enter Pre-operational. The command explains their next
     /// Pre-operational.
     pub fn on_commanded(&mut self, target: Target) {
-        match target {
-            Target::All => self.operational = 0,
-            Target::Node(node) => self.operational &= !bit(node),
+        for (record, raw) in self.records.all_mut().zip(0..) {
+            if NodeId::new(raw).is_some_and(|node| target.includes(node)) {
+                record.is_operational = false;
+            }
         }
     }
 
@@ -225,16 +205,16 @@ impl Boot {
     pub fn on_synchronous(&mut self, node: NodeId) {
         let is_synchronous = matches!(self.phase, Phase::Synchronising | Phase::Completed);
         if is_synchronous && self.progress(node) == BootProgress::Started {
-            self.synchronised |= bit(node);
+            self.set_run(node, Run::Synchronised);
             self.set_progress(node, BootProgress::Booted);
         }
     }
 
     /// Takes the loss of a slave: there is no heartbeat on either bus.
     pub fn on_lost(&mut self, node: NodeId) {
-        if self.process.as_ref().is_some_and(|process| process.node == node) {
+        if self.is_running(node) {
             self.fail(node, BootFailure { error: BootError::Lost, cause: BootCause::Silence });
-        } else if self.queued & bit(node) != 0 {
+        } else if self.records.get(node).is_queued {
             self.await_again(node);
         }
     }
@@ -243,15 +223,14 @@ impl Boot {
     /// they are heard there. A slave that is Pre-operational when it is first heard there may have been reset on
     /// the bus that was left.
     pub fn on_bus_changed(&mut self) {
-        self.operational |= self.started;
+        for record in self.records.all_mut() {
+            record.is_operational |= record.is_started();
+        }
         if let Some(process) = self.process.take() {
             self.await_again(process.node);
         }
-        while let Some(node) = first(self.queued) {
-            self.await_again(node);
-        }
         for node in (1..=127).filter_map(NodeId::new) {
-            if self.progress(node) == BootProgress::Failed {
+            if self.records.get(node).is_queued || self.progress(node) == BootProgress::Failed {
                 self.await_again(node);
             }
         }
@@ -267,22 +246,23 @@ impl Boot {
 
     /// Boots a slave again, also one that failed. Does nothing if the slave is not assigned.
     pub fn queue(&mut self, node: NodeId) {
-        let bit = bit(node);
-        if self.assigned & bit != 0 {
-            self.queued |= bit;
-            self.doubtful &= !bit;
+        if let Some(record) = self.records.get_mut(node)
+            && record.duty != Duty::None
+        {
+            record.is_doubtful = false;
+            self.records.set_queued(node, true);
             self.set_progress(node, BootProgress::Queued);
         }
     }
 
     /// Returns whether an SDO transfer is running or wanted.
     pub const fn is_busy(&self) -> bool {
-        self.process.is_some() || self.queued != 0
+        self.process.is_some() || self.records.is_any_queued()
     }
 
     /// Returns whether `poll` or `request` has work before the deadline.
     pub const fn is_due(&self) -> bool {
-        self.is_changed || self.queued != 0 && self.process.is_none()
+        self.is_changed || self.records.is_any_queued() && self.process.is_none()
     }
 
     /// Returns whether the result of the last transfer is still needed.
@@ -298,11 +278,9 @@ impl Boot {
         time: Option<TimePdo>,
     ) -> Option<BootRequest<'_>> {
         if self.process.is_none() {
-            // In turn: a slave that does not answer must not delay the others.
-            let after = self.queued & (u128::MAX << self.last).wrapping_shl(1);
-            let node = first(after).or_else(|| first(self.queued))?;
-            self.queued &= !bit(node);
+            let node = self.records.next_queued(self.last)?;
             self.last = node.get();
+            self.records.set_queued(node, false);
             self.senders.forget(node);
             self.process = Some(Process::new(node, self.objects, expected(node), self.settings, time));
             self.set_progress(node, BootProgress::Checking);
@@ -333,11 +311,11 @@ impl Boot {
             next = Next::Fail(BootFailure { error: BootError::Configuration, cause });
         }
         if let Some(difference) = deviation
-            && self.started & bit(node) != 0
+            && let Some(record) = self.records.get_mut(node)
+            && record.is_started()
         {
-            self.started &= !bit(node);
-            self.operational &= !bit(node);
-            self.deviation = Some((node, difference));
+            (record.run, record.is_operational) = (Run::Waits, false);
+            (self.deviation, self.is_changed) = (Some((node, difference)), true);
         }
         match next {
             Next::Transfer => {
@@ -347,7 +325,7 @@ impl Boot {
             }
             Next::Start => {
                 self.process = None;
-                self.started |= bit(node);
+                self.set_run(node, Run::Started);
                 self.start = Some(node);
                 self.set_progress(node, BootProgress::Started);
             }
@@ -359,6 +337,10 @@ impl Boot {
     pub fn poll(&mut self, now: Instant) -> Option<BootAction> {
         if self.deadline.is_some_and(|deadline| deadline <= now) {
             self.end_boot_time();
+            self.is_changed = true;
+        }
+        if !self.is_changed {
+            return None;
         }
         self.advance();
         let action = self.next_action();
@@ -373,46 +355,43 @@ impl Boot {
         if let Some((node, failure)) = self.failure.take() {
             return Some(BootAction::ReportFailure { node, failure });
         }
-        if let Some(node) = first(self.silent) {
-            self.silent &= !bit(node);
+        if let Some(node) = self.records.take_first(|record| &mut record.is_silent) {
             let failure = BootFailure { error: BootError::Silent, cause: BootCause::Silence };
             return Some(BootAction::ReportFailure { node, failure });
         }
-        if let Some(node) = first(self.changed) {
-            self.changed &= !bit(node);
+        if let Some(node) = self.records.take_first(|record| &mut record.has_progressed) {
             return Some(BootAction::ReportProgress { node, progress: self.progress(node) });
         }
         if let Some(node) = self.start.take() {
             return Some(BootAction::Start(node));
         }
-        core::mem::take(&mut self.is_completed).then_some(BootAction::ReportCompleted)
+        take(&mut self.is_completed).then_some(BootAction::ReportCompleted)
     }
 
     /// The boot time is over: mandatory slaves that were never heard are reported.
     fn end_boot_time(&mut self) {
         self.deadline = None;
-        let missing = self.mandatory & !self.started;
-        self.silent = missing;
-        for (place, nth) in self.progress.iter().zip(0..) {
-            if *place != BootProgress::Awaited {
-                self.silent &= !(1_u128 << (nth & 0x7F));
+        let missing = |record: &&mut Record| record.duty == Duty::Mandatory && !record.is_started();
+        for record in self.records.all_mut().filter(missing) {
+            record.is_silent = record.progress == BootProgress::Awaited;
+            if self.policy.goes_on {
+                record.duty = Duty::Excused;
             }
-        }
-        if self.policy.goes_on {
-            self.excused = missing;
         }
     }
 
     /// Enters the next phase when nothing is missing.
     fn advance(&mut self) {
+        let is_behind =
+            |least: Run| move |record: &Record| record.duty == Duty::Mandatory && record.run < least;
         match self.phase {
-            Phase::Configuring if self.mandatory & !self.started & !self.excused == 0 => {
+            Phase::Configuring if !self.records.all().any(is_behind(Run::Started)) => {
                 self.deadline = None;
                 self.phase = Phase::Released;
             }
-            Phase::Synchronising if self.mandatory & !self.synchronised & !self.excused == 0 => {
+            Phase::Synchronising if !self.records.all().any(is_behind(Run::Synchronised)) => {
                 self.phase = Phase::Completed;
-                self.is_completed = self.mandatory != 0;
+                self.is_completed = self.records.all().any(|record| record.duty >= Duty::Mandatory);
             }
             _ => {}
         }
@@ -430,51 +409,42 @@ impl Boot {
 
     /// Discards all that is known of a slave.
     fn forget(&mut self, node: NodeId) {
-        let bit = bit(node);
-        self.queued &= !bit;
-        self.started &= !bit;
-        self.synchronised &= !bit;
-        self.operational &= !bit;
-        self.doubtful &= !bit;
-        if self.process.as_ref().is_some_and(|process| process.node == node) {
+        self.records.forget(node);
+        if self.is_running(node) {
             self.process = None;
         }
     }
 
     fn await_again(&mut self, node: NodeId) {
-        self.queued &= !bit(node);
+        self.records.set_queued(node, false);
         self.set_progress(node, BootProgress::Awaited);
     }
 
     fn fail(&mut self, node: NodeId, failure: BootFailure) {
-        let was_started = self.started & bit(node);
+        let was_started = self.records.get(node).is_started();
         self.forget(node);
-        if matches!(failure.cause, BootCause::Silence | BootCause::Transfer { .. }) {
+        if was_started && matches!(failure.cause, BootCause::Silence | BootCause::Transfer { .. }) {
             // It ran when its check failed, and nothing was refuted: fail-over does not wait for SDO.
-            self.started |= was_started;
+            self.set_run(node, Run::Started);
         }
         self.failure = Some((node, failure));
         self.set_progress(node, BootProgress::Failed);
     }
 
+    fn is_running(&self, node: NodeId) -> bool {
+        self.process.as_ref().is_some_and(|process| process.node == node)
+    }
+
     fn set_progress(&mut self, node: NodeId, progress: BootProgress) {
-        if let Some(place) = self.progress.get_mut(usize::from(node.get())) {
-            *place = progress;
-            self.changed |= bit(node);
+        if let Some(record) = self.records.get_mut(node) {
+            (record.progress, record.has_progressed) = (progress, true);
             self.is_changed = true;
         }
     }
-}
 
-fn bit(node: NodeId) -> u128 {
-    1 << (node.get() & 0x7F)
-}
-
-fn set(nodes: &mut u128, bit: u128, is_in: bool) {
-    *nodes = if is_in { *nodes | bit } else { *nodes & !bit };
-}
-
-/// The lowest Node-ID of a set.
-fn first(nodes: u128) -> Option<NodeId> {
-    NodeId::new(nodes.trailing_zeros() as u8)
+    fn set_run(&mut self, node: NodeId, run: Run) {
+        if let Some(record) = self.records.get_mut(node) {
+            record.run = run;
+        }
+    }
 }
