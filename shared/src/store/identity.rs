@@ -101,7 +101,7 @@ pub const fn of_copy(copy: u16) -> Option<(u8, u8)> {
 }
 
 /// The remainder of all bits but the mark.
-#[inline(never)] // of two callers, neither in a hurry
+#[inline(never)] // smaller: it has two callers, all of them rare
 const fn remainder(copy: u16) -> u16 {
     let mut rest = copy & 0x3FFF;
     let mut bit = 14;

@@ -133,7 +133,7 @@ impl<S> Port<S> {
         Seen { init: self.registers.msr().read().inak(), empty: (0..MAILBOXES).all(|n| status.tme(n)) }
     }
 
-    #[inline(never)] // of three callers, none in a hurry
+    #[inline(never)] // smaller: it has three callers, all of them rare
     fn want(&mut self, on_bus: bool, listens: bool) {
         self.mode.want(on_bus, listens);
         (self.recovering, self.is_quiet) = (on_bus, false);

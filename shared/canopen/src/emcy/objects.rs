@@ -49,7 +49,7 @@ impl EmcyObjects {
     }
 
     /// Returns the parameters for the [`Producer`](super::Producer).
-    #[inline(never)] // of several callers, neither in a hurry
+    #[inline(never)] // smaller: it has several callers, all of them rare
     pub const fn config(&self) -> Config {
         Config::new(self.cob_id, self.inhibit)
     }

@@ -103,7 +103,7 @@ impl Configured {
 
 impl Configured {
     /// Not valid any more. Its errors are gone, and the node has yet to report that.
-    #[inline(never)] // of two callers, neither in a hurry
+    #[inline(never)] // smaller: it has two callers, all of them rare
     fn invalidate(&mut self) {
         *self = Configured { taken: self.taken, ..Configured::INVALID };
     }

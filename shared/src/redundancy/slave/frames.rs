@@ -79,7 +79,7 @@ impl SlaveRedundancy {
         let is_for_this = target.includes(step.control.id());
         let is_reset = matches!(command, Command::ResetNode | Command::ResetCommunication);
         // Not of the master, as far as this node can know: it does not end a search either.
-        if is_reset && is_for_this && self.is_refused(bus, command, step) {
+        if is_reset && is_for_this && self.refuses(bus, command, step) {
             return SlaveVerdict::Ignored;
         }
         // ECSS 8.3.3g before the command itself: it decides where the answer goes.

@@ -40,8 +40,8 @@ impl SlaveRedundancy {
         self.retain(Retained { bdefault: None, ..self.retained }, step);
     }
 
-    /// A reset of this node. Returns whether the guard does not let it pass.
-    pub(super) fn is_refused(&mut self, bus: Bus, command: Command, step: &mut SlaveStep) -> bool {
+    /// Takes a reset of this node. Returns whether the guard refuses it.
+    pub(super) fn refuses(&mut self, bus: Bus, command: Command, step: &mut SlaveStep) -> bool {
         self.open_guard(step.now, step);
         let ResetVerdict::Ignore { is_first } = self.guard.on_reset(step.now) else { return false };
         if is_first {
