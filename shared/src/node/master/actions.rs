@@ -17,7 +17,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Sends a frame on the active bus, when it is announced. Returns false when there was no room to wait for that.
     pub(super) fn send(&mut self, frame: Frame, lifetime: Duration, turn: &mut Turn) -> bool {
         let outgoing = Outgoing { frame, expires: turn.now + lifetime };
-        match self.redundancy.change(&mut self.services.wakes).send(outgoing) {
+        match self.redundancy_mut().send(outgoing) {
             Sending::Now(bus) => turn.out.command(bus, BusCommand::Send(outgoing)),
             Sending::Held => {}
             Sending::Refused(bus) => {
@@ -30,8 +30,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Reports the state of a controller to the redundancy.
     pub(super) fn report_health(&mut self, bus: Bus, turn: &Turn) {
-        let (buses, redundancy) = (&self.services.buses, self.redundancy.change(&mut self.services.wakes));
-        redundancy.on_health(bus, buses.health[bus], buses.is_failed(bus), turn.now);
+        let buses = &self.services.buses;
+        let (health, is_failed) = (buses.health[bus], buses.is_failed(bus));
+        self.redundancy_mut().on_health(bus, health, is_failed, turn.now);
     }
 
     pub(super) fn on_health(&mut self, bus: Bus, health: Health, turn: &mut Turn) {
@@ -39,7 +40,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.on_health(bus, &health);
         self.services.refresh_health();
         if health.state == ErrorState::BusOff && bus == self.redundancy.active() {
-            self.errors.change(&mut self.services.wakes).restart();
+            self.errors_mut().restart();
         }
         turn.out.event(MasterEvent::Health { bus, health });
     }
@@ -75,8 +76,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterAction::Lost(node) => {
                 self.show_state(node, objects::MISSING);
-                self.boot.change(&mut self.services.wakes).on_lost(node);
-                self.errors.change(&mut self.services.wakes).lose(node);
+                self.boot_mut().on_lost(node);
+                self.errors_mut().lose(node);
                 turn.out.event(MasterEvent::SlaveLost { node });
             }
             MasterAction::Forgotten(node) => {
@@ -95,7 +96,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterAction::RivalSilent(bus) => {
                 // Slaves may have reported to the other one.
-                self.errors.change(&mut self.services.wakes).restart();
+                self.errors_mut().restart();
                 self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
                 turn.out.event(MasterEvent::SecondMasterSilent { bus });
             }

@@ -39,8 +39,8 @@ pub(super) fn at_power_on(profile: &Profile) -> Boot {
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// The transfer that was running fails. The boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, turn: &mut Turn) {
-        self.boot.change(&mut self.services.wakes).on_bus_changed();
-        self.errors.change(&mut self.services.wakes).restart();
+        self.boot_mut().on_bus_changed();
+        self.errors_mut().restart();
         self.abort_transfers(turn);
     }
 

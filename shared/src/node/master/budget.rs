@@ -66,8 +66,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let target = Target::Node(node);
         match step {
             BabblingStep::Stopped => {
-                self.redundancy.change(&mut self.services.wakes).peers_mut().hold(target, true);
-                self.boot.change(&mut self.services.wakes).on_commanded(target);
+                self.redundancy_mut().peers_mut().hold(target, true);
+                self.boot_mut().on_commanded(target);
                 self.services.raise(ErrorCode::MONITORING, [node.get(), 0, 0, 0, 0]);
                 self.send_nmt(NmtMessage { command: Command::Stop, target }, turn);
             }
@@ -76,7 +76,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             BabblingStep::BusLeft => {
                 let other = self.redundancy.active().other();
-                self.redundancy.change(&mut self.services.wakes).request(other);
+                self.redundancy_mut().request(other);
             }
             BabblingStep::Quiet => {}
         }
@@ -91,7 +91,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             None => {}
         }
         while let Some((node, was_held)) = self.budgets.no_sooner().slaves.poll(turn.until) {
-            self.redundancy.change(&mut self.services.wakes).peers_mut().hold(Target::Node(node), was_held);
+            self.redundancy_mut().peers_mut().hold(Target::Node(node), was_held);
             self.end_babbling(node, turn);
         }
     }

@@ -31,7 +31,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             turn.out.event(MasterEvent::ErrorNotKept { node });
         }
         if !errors.explain(node, emergency.register) {
-            self.errors.change(&mut self.services.wakes).ask_again(node, turn.now);
+            self.errors_mut().ask_again(node, turn.now);
         }
     }
 

@@ -75,7 +75,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if self.services.compare_cob_ids(turn.now) {
             self.follow(Address::new(SYNC_COB_ID, 0), turn.now);
             // A bus may have taken a filter from the object that was wrong. None that is wanted: each is sent again.
-            let sent = self.filters.change(&mut self.services.wakes);
+            let sent = self.filters_mut();
             sent.filters = [Filter::ALL; FUNCTIONS as usize];
             sent.note_change();
         }

@@ -125,6 +125,27 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
+    /// Lends the redundancy for a change: the node runs at the end of its step. The others do so with their parts.
+    fn redundancy_mut(&mut self) -> &mut MasterRedundancy<B> {
+        self.redundancy.change(&mut self.services.wakes)
+    }
+
+    fn boot_mut(&mut self) -> &mut Boot {
+        self.boot.change(&mut self.services.wakes)
+    }
+
+    fn transfers_mut(&mut self) -> &mut Transfers {
+        self.transfers.change(&mut self.services.wakes)
+    }
+
+    fn errors_mut(&mut self) -> &mut ErrorReader {
+        self.errors.change(&mut self.services.wakes)
+    }
+
+    fn filters_mut(&mut self) -> &mut SentFilters {
+        self.filters.change(&mut self.services.wakes)
+    }
+
     /// Does what is due.
     #[inline]
     fn run(&mut self, turn: &mut Turn) {
@@ -194,16 +215,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.services.load(Group::All);
             let objects = &self.services.dictionary.objects;
             let redundancy = objects::written_redundancy(objects, &self.initial);
-            self.redundancy.change(&mut self.services.wakes).restore(redundancy);
-            self.filters.change(&mut self.services.wakes).note_change();
+            self.redundancy_mut().restore(redundancy);
+            self.filters_mut().note_change();
         }
         self.take_assignments();
-        if !self.redundancy.change(&mut self.services.wakes).start(turn.now) {
+        if !self.redundancy_mut().start(turn.now) {
             return self.listen(turn);
         }
         self.services.buses.no_sooner().join(self.redundancy.active(), turn.out);
         self.boot_up(turn);
-        self.boot.change(&mut self.services.wakes).start(turn.now);
+        self.boot_mut().start(turn.now);
         self.run_all(turn);
     }
 
@@ -244,15 +265,15 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         match request {
             MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), turn),
             MasterRequest::StandBy => {
-                let action = self.redundancy.change(&mut self.services.wakes).stand_by_commanded(turn.now);
+                let action = self.redundancy_mut().stand_by_commanded(turn.now);
                 self.act_if(action, turn);
             }
             MasterRequest::Nmt(message) => self.on_nmt_request(message, turn),
             // A standby sends nothing.
             MasterRequest::Boot(node) if !self.is_active() => turn.out.event(MasterEvent::Refused { node }),
             _ if !self.is_active() => turn.out.event(MasterEvent::Refused { node: NodeId::MASTER }),
-            MasterRequest::SwitchBus(bus) => self.redundancy.change(&mut self.services.wakes).request(bus),
-            MasterRequest::Boot(node) => self.boot.change(&mut self.services.wakes).queue(node),
+            MasterRequest::SwitchBus(bus) => self.redundancy_mut().request(bus),
+            MasterRequest::Boot(node) => self.boot_mut().queue(node),
         }
     }
 

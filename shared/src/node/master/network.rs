@@ -10,7 +10,7 @@ use crate::types::{NmtState, NodeId};
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Sends the boot-up message and enters Operational without a command (CiA 301 7.3.2.2.1).
     pub(super) fn boot_up(&mut self, turn: &mut Turn) {
-        let (boot_up, state) = self.redundancy.change(&mut self.services.wakes).boot_up(turn.now);
+        let (boot_up, state) = self.redundancy_mut().boot_up(turn.now);
         turn.out.command(self.redundancy.active(), BusCommand::Send(boot_up));
         self.is_booting = true;
         self.services.configure(turn.now);
@@ -38,8 +38,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             return turn.out.event(MasterEvent::Refused { node });
         }
         self.on_application_command(message.target, turn);
-        if self.redundancy.change(&mut self.services.wakes).on_command(message.command, message.target) {
-            self.boot.change(&mut self.services.wakes).on_commanded(message.target);
+        if self.redundancy_mut().on_command(message.command, message.target) {
+            self.boot_mut().on_commanded(message.target);
         }
         if message.target == Target::Node(NodeId::MASTER) {
             self.on_own_command(message.command, turn);
@@ -56,7 +56,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             // Until the application resets the chip it goes on as it was.
             return turn.out.event(MasterEvent::ResetNode);
         }
-        let reaction = self.redundancy.change(&mut self.services.wakes).on_own_command(command);
+        let reaction = self.redundancy_mut().on_own_command(command);
         match reaction {
             Reaction::Unchanged | Reaction::ResetNode => {}
             Reaction::Entered(state) => self.entered(state, turn),
@@ -66,8 +66,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 let objects = &self.services.dictionary.objects;
                 let redundancy = objects::written_redundancy(objects, &self.initial);
                 self.take_assignments();
-                self.redundancy.change(&mut self.services.wakes).configure(redundancy, turn.now);
-                self.filters.change(&mut self.services.wakes).note_change();
+                self.redundancy_mut().configure(redundancy, turn.now);
+                self.filters_mut().note_change();
                 self.boot_up(turn);
             }
         }

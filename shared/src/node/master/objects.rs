@@ -201,7 +201,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn lost(&mut self, bus: Bus) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
         if bus == self.redundancy.active() {
-            self.errors.change(&mut self.services.wakes).restart();
+            self.errors_mut().restart();
         }
     }
 
@@ -226,9 +226,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 machine.peers_mut().set_times(objects.consumers.entries());
                 machine.configure(redundancy, now);
             }
-            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => {
-                self.filters.change(&mut self.services.wakes).note_change()
-            }
+            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.filters_mut().note_change(),
             SYNC_DITHER => {
                 self.sync.change(&mut self.services.wakes).set_dither(objects.application.network.sync_dither)
             }
@@ -253,8 +251,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let network = &mut self.services.dictionary.objects.application.network;
         let raw = entry(&mut network.assignment, node).map_or(0, |raw| *raw);
         let assignment = Assignment::from_raw(raw);
-        self.boot.change(&mut self.services.wakes).assign(node, assignment);
-        self.redundancy.change(&mut self.services.wakes).peers_mut().assign(node, assignment.is_slave());
+        self.boot_mut().assign(node, assignment);
+        self.redundancy_mut().peers_mut().assign(node, assignment.is_slave());
     }
 
     /// Executes a command written to 1F82h. The entry then shows the state of the node again.

@@ -136,7 +136,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     pub(super) fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, turn: &mut Turn) {
-        if self.redundancy.change(&mut self.services.wakes).on_sent(bus, frame.id(), stamp.at) {
+        if self.redundancy_mut().on_sent(bus, frame.id(), stamp.at) {
             self.is_booting = false;
             self.services.allow_emergencies();
             self.services.note_heartbeat(&stamp);
@@ -148,7 +148,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.services.dictionary.emcy.no_sooner().confirm();
             }
         } else if self.services.is_sync(frame.id()) {
-            self.boot.change(&mut self.services.wakes).on_sync_sent();
+            self.boot_mut().on_sync_sent();
             // Its own SYNC has the right length.
             if let Ok(counter) = self.services.on_sync(bus, frame, &stamp)
                 && self.redundancy.state().allows_pdo()
@@ -177,7 +177,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.on_sdo_sent(bus, frame);
         // A heartbeat given up because its bus was left belongs to an earlier stay on it.
         if cause != FailCause::BusLeft {
-            self.redundancy.change(&mut self.services.wakes).on_failed(bus, frame.id());
+            self.redundancy_mut().on_failed(bus, frame.id());
         }
     }
 }

@@ -43,9 +43,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn take_over(&mut self, bus: Bus, turn: &mut Turn) {
         self.services.show_redundancy(self.redundancy.parameters(), turn.now);
         self.services.buses.no_sooner().join(bus, turn.out);
-        self.errors.change(&mut self.services.wakes).restart();
+        self.errors_mut().restart();
         self.boot_up(turn);
-        self.boot.change(&mut self.services.wakes).start(turn.now);
+        self.boot_mut().start(turn.now);
     }
 
     /// Becomes the standby of another active master.
@@ -53,7 +53,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.buses.no_sooner().listen(turn.out);
         self.services.dictionary.emcy.change(&mut self.services.wakes).recall(turn.now);
         self.drop_transfers(turn.now);
-        self.boot.change(&mut self.services.wakes).stand_by();
+        self.boot_mut().stand_by();
         *self.identification.change(&mut self.services.wakes) = super::Identification::default();
         self.end_clashes(Instant::NEVER, turn);
         for bus in Bus::ALL {
@@ -83,8 +83,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if self.is_of_master(frame.id()) {
             return self.overhear_unacknowledged(bus, frame, stamp, turn);
         }
-        let verdict =
-            self.redundancy.change(&mut self.services.wakes).on_received(bus, frame, stamp.at, turn.now);
+        let verdict = self.redundancy_mut().on_received(bus, frame, stamp.at, turn.now);
         match verdict {
             MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
                 self.services.counters.taken(bus, frame);
@@ -92,9 +91,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterVerdict::Heartbeat { node, state } => {
                 self.services.counters.taken(bus, frame);
-                let heard =
-                    self.redundancy.change(&mut self.services.wakes).on_overheard(bus, node, state, stamp.at);
-                self.boot.change(&mut self.services.wakes).on_overheard(node, state);
+                let heard = self.redundancy_mut().on_overheard(bus, node, state, stamp.at);
+                self.boot_mut().on_overheard(node, state);
                 if heard.changed {
                     self.show_state(node, state.byte());
                     turn.out.event(MasterEvent::SlaveState { node, bus, state });
@@ -102,7 +100,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             // An answer to the active master: it is a slave.
             MasterVerdict::Response(node) => {
-                self.redundancy.change(&mut self.services.wakes).on_answer(node, stamp.at);
+                self.redundancy_mut().on_answer(node, stamp.at);
             }
             MasterVerdict::Malformed => self.services.counters.malformed(bus),
             MasterVerdict::Other => self.overhear_emergency(bus, frame, turn),
@@ -126,13 +124,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Takes a frame that only a master sends, perhaps in place of its heartbeat.
     fn overhear_unacknowledged(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        let action =
-            self.redundancy.change(&mut self.services.wakes).on_sync_or_time(bus, stamp.at, turn.now);
+        let action = self.redundancy_mut().on_sync_or_time(bus, stamp.at, turn.now);
         self.act_if(action, turn);
         if bus != self.redundancy.active() {
             self.services.counters.ignored(bus);
         } else if self.services.is_sync(frame.id()) {
-            self.boot.change(&mut self.services.wakes).on_sync_overheard();
+            self.boot_mut().on_sync_overheard();
             // A wrong length is reported by the master that is active.
             let _ = self.services.on_sync(bus, frame, stamp);
         } else if !self.services.overhear_time(frame, stamp, turn) {

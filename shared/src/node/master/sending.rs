@@ -110,7 +110,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let expires = now + self.services.lifetimes.event;
         let refusal = if frame.id().is_restricted() || !self.redundancy.state().allows_pdo() {
             Refusal::NotValid
-        } else if !self.redundancy.change(&mut self.services.wakes).queue(Outgoing { frame, expires }) {
+        } else if !self.redundancy_mut().queue(Outgoing { frame, expires }) {
             Refusal::Busy
         } else {
             return Ok(());

@@ -125,13 +125,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.transfers.no_sooner().tasks.register(task);
             return None;
         }
-        self.transfers.change(&mut self.services.wakes).take(Owner::Application, node);
+        self.transfers_mut().take(Owner::Application, node);
         Some(&mut self.transfers.no_sooner().client)
     }
 
     /// Returns the SDO client that was claimed. The task is woken when the transfer needs it.
     pub fn claimed_sdo(&mut self, task: &Waker) -> &mut Client {
-        self.transfers.change(&mut self.services.wakes).is_due = true;
+        self.transfers_mut().is_due = true;
         let transfers = self.transfers.no_sooner();
         transfers.tasks.register(task);
         &mut transfers.client
@@ -139,7 +139,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Releases the SDO client. A transfer that is not over is aborted.
     pub fn release_sdo(&mut self) {
-        let transfers = self.transfers.change(&mut self.services.wakes);
+        let transfers = self.transfers_mut();
         (transfers.owner, transfers.is_due) = (Owner::Abandoned, true);
     }
 
@@ -151,7 +151,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     ) -> R {
         let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
         let Turn { now, out, .. } = turn;
-        let transfers = self.transfers.change(&mut self.services.wakes);
+        let transfers = self.transfers_mut();
         let id = CobId::sdo_request(transfers.node);
         step(&mut transfers.client, &mut |payload| out.send_for(bus, Frame::of(id, payload), *now, lifetime))
     }
@@ -166,11 +166,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let now = turn.now;
         let was_used =
             is_ours && self.with_client(turn, |client, mut send| client.on_response(payload, now, &mut send));
-        self.transfers.change(&mut self.services.wakes).is_due = true;
+        self.transfers_mut().is_due = true;
         if !was_used {
             self.services.counters.ignored(bus);
             if self.redundancy.peers().is_answer_late(node) {
-                self.redundancy.change(&mut self.services.wakes).on_answer(node, turn.now);
+                self.redundancy_mut().on_answer(node, turn.now);
             }
         }
     }
@@ -180,7 +180,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if frame.id() == CobId::sdo_response(NodeId::MASTER) {
             self.services.on_sdo_sent();
         } else if frame.id() == CobId::sdo_request(self.transfers.node) && bus == self.redundancy.active() {
-            self.transfers.change(&mut self.services.wakes).on_sent();
+            self.transfers_mut().on_sent();
         }
     }
 
@@ -188,7 +188,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16) {
         for _ in 0..frames {
             self.services.on_sdo_sent();
-            self.transfers.change(&mut self.services.wakes).on_sent();
+            self.transfers_mut().on_sent();
         }
         self.lost(bus);
     }
@@ -197,7 +197,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn abort_transfers(&mut self, turn: &mut Turn) {
         let mut aborts = [None; 2];
         let [of_client, of_server] = &mut aborts;
-        let transfers = self.transfers.change(&mut self.services.wakes);
+        let transfers = self.transfers_mut();
         let id = CobId::sdo_request(transfers.node);
         let mut note: &mut dyn FnMut(sdo::Payload) = &mut |payload| *of_client = Some(Frame::of(id, payload));
         transfers.client.bus_changed(&mut note);
@@ -210,15 +210,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Drops all transfers without an abort: another master is active.
     pub(super) fn drop_transfers(&mut self, now: Instant) {
+        if self.transfers.owner == Owner::Identification {
+            let node = self.transfers.node;
+            self.redundancy_mut().peers_mut().ask_again(node);
+        }
         let mut silent: &mut dyn FnMut(sdo::Payload) = &mut |_| {};
-        let transfers = self.transfers.change(&mut self.services.wakes);
+        let transfers = self.transfers_mut();
         if transfers.owner == Owner::Application {
             // Its task collects the error.
             transfers.client.bus_changed(&mut silent);
         } else {
-            if transfers.owner == Owner::Identification {
-                self.redundancy.change(&mut self.services.wakes).peers_mut().ask_again(transfers.node);
-            }
             transfers.client.cancel(&mut silent);
             transfers.owner = Owner::Nobody;
         }
