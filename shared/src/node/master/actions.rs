@@ -82,7 +82,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterAction::Forgotten(node) => {
                 self.show_state(node, objects::UNKNOWN);
-                self.services.dictionary.objects.application.errors.forget(node);
+                self.services.errors_mut().forget(node);
             }
             MasterAction::Unheard(node) => {
                 self.show_state(node, objects::MISSING);

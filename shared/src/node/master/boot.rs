@@ -99,7 +99,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             return false;
         }
         let time = self.services.time_pdo();
-        let objects = &self.services.dictionary.objects.application.network;
+        let objects = self.services.network();
         match self.boot.no_sooner().request(|node| objects.expected(node), time) {
             Some(BootRequest::Read { node, at, most }) => {
                 self.transfers.no_sooner().take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
@@ -111,14 +111,14 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             None => return false,
         }
-        self.services.dictionary.objects.application.network.show_client(self.transfers.node);
+        self.services.network_mut().show_client(self.transfers.node);
         true
     }
 
     /// Carries out what the boot-up process decided.
     fn carry_out_boot(&mut self, turn: &mut Turn) {
         while let Some(action) = self.boot.no_sooner().poll(turn.until) {
-            let objects = &mut self.services.dictionary.objects.application.network;
+            let objects = self.services.network_mut();
             let event = match action {
                 BootAction::Hold { node, difference } => {
                     let wait =

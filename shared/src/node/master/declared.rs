@@ -2,6 +2,7 @@
 
 use crate::emcy::{ActiveErrors, EmcyConsumers};
 use crate::nmt::NmtStartup;
+use crate::node::services::Services;
 use crate::node::{Communication, Device, DeviceObjects, NetworkObjects};
 use crate::od::Objects;
 use crate::pdo::PdoSet;
@@ -60,5 +61,24 @@ impl<D: Device> Device for MasterObjects<D> {
 
     fn pdos(id: NodeId) -> D::Pdos {
         D::pdos(id)
+    }
+}
+
+/// Objects of the master that its parts read and show.
+impl<D: Device> Services<MasterObjects<D>> {
+    pub(super) fn network(&self) -> &NetworkObjects {
+        &self.dictionary.objects.application.network
+    }
+
+    pub(super) fn network_mut(&mut self) -> &mut NetworkObjects {
+        &mut self.dictionary.objects.application.network
+    }
+
+    pub(super) fn errors(&self) -> &ActiveErrors {
+        &self.dictionary.objects.application.errors
+    }
+
+    pub(super) fn errors_mut(&mut self) -> &mut ActiveErrors {
+        &mut self.dictionary.objects.application.errors
     }
 }

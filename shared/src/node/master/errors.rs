@@ -21,12 +21,12 @@ const BYTES: usize = 4;
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Returns the active errors of the slaves, as far as they reported them (objects 2048h and 2049h).
     pub fn active_errors(&self) -> impl Iterator<Item = ActiveError> {
-        self.services.dictionary.objects.application.errors.iter()
+        self.services.errors().iter()
     }
 
     /// Takes an emergency of a slave.
     pub(super) fn follow_errors(&mut self, node: NodeId, emergency: &Emergency, turn: &mut Turn) {
-        let errors = &mut self.services.dictionary.objects.application.errors;
+        let errors = self.services.errors_mut();
         if !errors.on_emergency(node, emergency) {
             turn.out.event(MasterEvent::ErrorNotKept { node });
         }
@@ -48,14 +48,14 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             return false;
         }
         let Self { redundancy, services, errors: reader, minimal, .. } = self;
-        let errors = &services.dictionary.objects.application.errors;
+        let errors = services.errors();
         // One that does not count has no SDO server as far as the master knows.
         let is_minimal = |node| minimal.iter().any(|minimal| minimal.node == node);
         let has_server = |node| redundancy.peers().counts(node) && !is_minimal(node);
         let question = reader.no_sooner().question(errors, has_server, until);
         let Some((node, object)) = question else { return false };
         self.transfers.no_sooner().take(Owner::Errors, node).start_upload(object, BYTES, Mode::Segmented);
-        self.services.dictionary.objects.application.network.show_client(node);
+        self.services.network_mut().show_client(node);
         true
     }
 
@@ -70,14 +70,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         client.pull(&mut value);
         let Some(outcome) = client.outcome() else { return };
         *owner = Owner::Nobody;
-        let errors = &mut self.services.dictionary.objects.application.errors;
         let answer = match outcome {
             Ok(_) => ReadOutcome::Value(u32::from_le_bytes(value)),
             Err(Error::Timeout) => ReadOutcome::Missing,
             Err(Error::BusChanged) => ReadOutcome::BusChanged,
             Err(_) => ReadOutcome::Refused,
         };
-        let timeout = self.services.lifetimes.sdo;
+        let (timeout, errors) = (self.services.lifetimes.sdo, self.services.errors_mut());
         if let Some(node) = self.errors.no_sooner().on_answer(answer, errors, timeout, turn.until) {
             turn.out.event(MasterEvent::ErrorsRead { node });
         }

@@ -55,7 +55,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             BYTES,
             Mode::Segmented,
         );
-        self.services.dictionary.objects.application.network.show_client(node);
+        self.services.network_mut().show_client(node);
         true
     }
 

@@ -230,7 +230,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             SYNC_DITHER => {
                 self.sync.change(&mut self.services.wakes).set_dither(objects.application.network.sync_dither)
             }
-            RANGING => self.services.dictionary.objects.application.network.ranging.heard = 0,
+            RANGING => self.services.network_mut().ranging.heard = 0,
             ASSIGNMENT => {
                 if let Some(node) = NodeId::new(at.sub) {
                     self.take_assignment(node);
@@ -248,7 +248,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     fn take_assignment(&mut self, node: NodeId) {
-        let network = &mut self.services.dictionary.objects.application.network;
+        let network = self.services.network_mut();
         let raw = entry(&mut network.assignment, node).map_or(0, |raw| *raw);
         let assignment = Assignment::from_raw(raw);
         self.boot_mut().assign(node, assignment);
@@ -258,7 +258,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Executes a command written to 1F82h. The entry then shows the state of the node again.
     fn on_requested_nmt(&mut self, sub: u8, turn: &mut Turn) {
         let (nth, node) = (usize::from(sub).wrapping_sub(1), NodeId::new(sub));
-        let network = &mut self.services.dictionary.objects.application.network;
+        let network = self.services.network_mut();
         let Some(entry) = network.request_nmt.get_mut(nth) else { return };
         let command = match *entry {
             4 => Command::Stop,
@@ -278,9 +278,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Object 1F82h.
     pub(super) fn show_state(&mut self, node: NodeId, state: u8) {
-        if let Some(shown) =
-            entry(&mut self.services.dictionary.objects.application.network.request_nmt, node)
-        {
+        if let Some(shown) = entry(&mut self.services.network_mut().request_nmt, node) {
             *shown = state;
         }
     }

@@ -29,18 +29,18 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn on_ranged(&mut self, node: NodeId, stamp: &Stamp) {
         if node.get() == self.ranging().node {
             let heard = self.services.time.clock().at(stamp.fine()).units();
-            self.services.dictionary.objects.application.network.ranging.heard = heard;
+            self.services.network_mut().ranging.heard = heard;
         }
     }
 
     /// Ends the measurement: 2044h names no slave.
     pub(crate) fn stop_ranging(&mut self) {
-        let ranging = &mut self.services.dictionary.objects.application.network.ranging;
+        let ranging = &mut self.services.network_mut().ranging;
         (ranging.node, ranging.heard) = (0, 0);
     }
 
     fn ranging(&self) -> &Ranging {
-        &self.services.dictionary.objects.application.network.ranging
+        &self.services.network().ranging
     }
 
     /// Returns the values of the slave in 2044h.

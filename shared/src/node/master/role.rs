@@ -71,7 +71,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     fn show_role(&mut self) {
         let Some(standby) = self.redundancy.standby() else { return };
         let (role, strap) = (standby.role() as u8, standby.strap() as u8);
-        let shown: &mut MasterRole = &mut self.services.dictionary.objects.application.network.role;
+        let shown: &mut MasterRole = &mut self.services.network_mut().role;
         if role == Role::Active as u8 && shown.role != role {
             shown.taken = shown.taken.saturating_add(1);
         }
