@@ -64,13 +64,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             MasterAction::Left { bus, frame } => self.fail(bus, frame, FailCause::BusLeft, turn),
             MasterAction::Refused(bus) => self.services.counters.refused(bus),
             MasterAction::Switched { from, to, cause } => {
-                self.services.buses.no_sooner().change(from, to, turn.out);
-                self.services.dictionary.emcy.change(&mut self.services.wakes).recall(turn.now);
-                self.services.announce(turn.now);
-                // With selective access the health of the bus left is unknown turn.now, that of the new one still.
-                self.report_health(from, turn);
-                self.report_health(to, turn);
-                self.services.show_redundancy(self.redundancy.parameters(), turn.now);
+                self.switch(from, to, turn);
                 turn.out.event(MasterEvent::BusSwitched { from, to, cause });
                 self.on_bus_changed(turn);
             }
@@ -110,6 +104,17 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             }
             MasterAction::HeardMaster(change) => self.on_role(change, turn),
         }
+    }
+
+    /// Leaves a bus for the other one.
+    fn switch(&mut self, from: Bus, to: Bus, turn: &mut Turn) {
+        self.services.buses.no_sooner().change(from, to, turn.out);
+        self.services.dictionary.emcy.change(&mut self.services.wakes).recall(turn.now);
+        self.services.announce(turn.now);
+        // With selective access the health of the bus that was left is unknown now, and that of the new one still.
+        self.report_health(from, turn);
+        self.report_health(to, turn);
+        self.services.show_redundancy(self.redundancy.parameters(), turn.now);
     }
 
     /// A frame waited for the announcement of a bus in vain.

@@ -106,15 +106,7 @@ impl<D: Device> Slave<D> {
             SlaveAction::Retain(retained) => return self.memory.write(retained),
             SlaveAction::NoteBdefault { bus, may_write } => return self.note_bdefault(bus, may_write, turn),
             SlaveAction::ActiveBus { bus, cause, is_new } => {
-                if is_new {
-                    canopen.services.dictionary.emcy.change(wakes).recall(now);
-                    canopen.services.buses.no_sooner().change(bus.other(), bus, turn.out);
-                    // Aborts the running transfer and reports it on the new bus.
-                    canopen.serve(SdoStep::BusChanged, bus, turn);
-                }
-                if matches!(cause, BusCause::Found | BusCause::Followed | BusCause::TakenBack) {
-                    canopen.services.announce(now);
-                }
+                self.use_bus(bus, cause, is_new, turn);
                 SlaveEvent::ActiveBus { bus, cause }
             }
             SlaveAction::MasterMissed { bus } => SlaveEvent::MasterMissed { bus },
@@ -124,6 +116,20 @@ impl<D: Device> Slave<D> {
             SlaveAction::ResetIgnored { bus, command } => SlaveEvent::ResetIgnored { bus, command },
         };
         turn.out.event(event);
+    }
+
+    /// Follows the choice of a bus.
+    fn use_bus(&mut self, bus: Bus, cause: BusCause, is_new: bool, turn: &mut Turn) {
+        let canopen = &mut self.canopen;
+        if is_new {
+            canopen.services.dictionary.emcy.change(&mut canopen.services.wakes).recall(turn.now);
+            canopen.services.buses.no_sooner().change(bus.other(), bus, turn.out);
+            // Aborts the running transfer and reports it on the new bus.
+            canopen.serve(SdoStep::BusChanged, bus, turn);
+        }
+        if matches!(cause, BusCause::Found | BusCause::Followed | BusCause::TakenBack) {
+            canopen.services.announce(turn.now);
+        }
     }
 
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: of three callers
