@@ -1,6 +1,6 @@
 //! Boot-up process of slaves that run: when they are checked again, and what a check changes.
 
-use async_canopen::boot::{BootError, BootProgress, Difference, Expected};
+use async_canopen::boot::{AssignedSlave, BootError, BootProgress, Difference, Expected};
 use async_canopen::nmt::Target;
 use async_canopen::sdo::Error;
 use async_canopen::types::{Address, NmtState};
@@ -118,6 +118,40 @@ fn a_lost_configuration_is_reported_and_written_again() {
         boot.on_done(Ok(()), NOT_OWN);
     }
     assert_eq!((boot.take_start(), boot.take_deviation()), (Some(TWO), None));
+}
+
+/// Given two mandatory slaves, of which one followed a SYNC and then lost its configuration
+/// When the other one follows
+/// Then the boot-up is complete when the first one follows again.
+#[test]
+fn a_slave_that_lost_its_configuration_has_to_follow_sync_again() {
+    let mut boot = started(POLICY);
+    boot.assign(THREE, AssignedSlave { node: THREE, mandatory: true, expected: expected() }.assignment());
+    configure_two(&mut boot);
+    boots_up(&mut boot, THREE);
+    identify(&mut boot, 3);
+    next(&mut boot, expected());
+    answer(&mut boot, &[200, 0]);
+    sends_nothing(&mut boot, 3, expected());
+    assert!(!boot.poll(ms(1)));
+    boot.on_sync_sent();
+    boot.on_heartbeat(TWO, NmtState::Operational, true, false);
+    assert_eq!(boot.progress(TWO), BootProgress::Booted);
+
+    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
+    identify(&mut boot, 2);
+    next(&mut boot, expected());
+    answer(&mut boot, &[0xE8, 3]);
+    boot.on_heartbeat(THREE, NmtState::Operational, true, false);
+    assert!(!boot.poll(ms(2)), "slave 2 is not configured");
+
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Write(2, 0x1017, 0, vec![100, 0])));
+    boot.on_done(Ok(()), NOT_OWN);
+    next(&mut boot, expected());
+    answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
+    sends_nothing(&mut boot, 2, expected());
+    boot.on_heartbeat(TWO, NmtState::Operational, true, false);
+    assert!(boot.poll(ms(3)));
 }
 
 #[test]
