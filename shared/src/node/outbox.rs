@@ -24,7 +24,6 @@ impl<E, D: Depth> Outbox<E, D> {
     };
 
     /// Makes an empty outbox.
-    #[inline]
     pub fn new() -> Self {
         Outbox {
             commands: D::deque(),
@@ -36,7 +35,6 @@ impl<E, D: Depth> Outbox<E, D> {
     }
 
     /// Sends a frame now or within `lifetime` of `now`. After that the frame is dropped.
-    #[inline]
     pub fn send_for(&mut self, bus: Bus, frame: Frame, now: Instant, lifetime: Duration) {
         self.send_until(bus, frame, now + lifetime);
     }
@@ -71,7 +69,6 @@ impl<E, D: Depth> Outbox<E, D> {
         }
     }
 
-    #[inline]
     fn push(&mut self, bus: Bus, command: BusCommand) -> bool {
         self.commands.push_back((bus, command)).is_ok()
     }
@@ -117,13 +114,11 @@ impl<E, D: Depth> Outbox<E, D> {
     }
 
     /// Returns whether there is no command to take and no loss to report.
-    #[inline]
     pub(crate) fn is_settled(&self) -> bool {
         self.commands.is_empty() && self.overflows == 0
     }
 
     /// Returns whether there are events to take.
-    #[inline]
     pub(crate) fn has_events(&self) -> bool {
         !self.events.is_empty()
     }

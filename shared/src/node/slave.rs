@@ -185,7 +185,6 @@ impl<D: Device> Node for Slave<D> {
         }
     }
 
-    #[inline]
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         self.canopen.services.counters.received(bus);
         if turn.now < self.canopen.services.wakes.next() {

@@ -23,7 +23,6 @@ pub struct Turn<'a, E, D: Depth = FullDepth> {
 
 impl<'a, E, D: Depth> Turn<'a, E, D> {
     /// Begins a step at `now`.
-    #[inline]
     pub fn new(now: Instant, out: &'a mut Outbox<E, D>) -> Self {
         Turn { until: now, now, out }
     }
@@ -44,13 +43,11 @@ impl Wakes {
         Wakes(Instant::NEVER)
     }
 
-    #[inline]
     pub const fn next(&self) -> Instant {
         self.0
     }
 
     /// Takes what is due from `other`, which has nothing left.
-    #[inline]
     pub fn take(&mut self, other: &mut Wakes) {
         self.lower(Some(core::mem::replace(other, Wakes::never()).0));
     }
@@ -86,7 +83,6 @@ impl<T: Part> Timed<T> {
     }
 
     /// Lends the part for a change. The node runs at the end of its step.
-    #[inline]
     pub fn change(&mut self, wakes: &mut Wakes) -> &mut T {
         wakes.0 = Instant::ZERO;
         &mut self.0
@@ -103,14 +99,12 @@ impl<T: Part> Timed<T> {
 
     /// Lets the node run at the deadline of the part, after a change through [`Timed::no_sooner`] that may have made it
     /// earlier after all.
-    #[inline]
     pub fn settle(&self, wakes: &mut Wakes) {
         wakes.lower(self.0.earliest());
     }
 
     /// Lends the part for a change that makes nothing due earlier, or within a run of the node, which looks at all deadlines
     /// at its end.
-    #[inline]
     pub fn no_sooner(&mut self) -> &mut T {
         &mut self.0
     }
@@ -119,7 +113,6 @@ impl<T: Part> Timed<T> {
 impl<T> Deref for Timed<T> {
     type Target = T;
 
-    #[inline]
     fn deref(&self) -> &T {
         &self.0
     }

@@ -10,7 +10,6 @@ impl CobIdSet {
     pub const ALL: CobIdSet = CobIdSet([u32::MAX; 2]);
 
     /// Returns whether the set has this COB-ID, or another one that shares its bit.
-    #[inline]
     pub fn may_have(&self, id: CobId) -> bool {
         let (word, bit) = place(id);
         self.0.get(word).is_some_and(|word| word & bit != 0)

@@ -27,7 +27,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Handles a received SYNC.
-    #[inline]
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
             if self.control.state().allows_pdo() {

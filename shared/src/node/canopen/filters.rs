@@ -94,7 +94,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Sends changed filters to `buses` while there is room beside the frames. Filters of RPDOs go first.
-    #[inline]
     pub fn set_filters(&mut self, buses: &[Bus], turn: &mut Turn) {
         while self.changed_filters.numbers != 0 && turn.out.has_room() {
             let number = self.changed_filters.numbers.ilog2();
@@ -106,7 +105,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Returns whether a frame with this COB-ID may be for this node.
-    #[inline]
     pub fn may_take(&self, id: CobId) -> bool {
         self.taken.may_have(id)
     }

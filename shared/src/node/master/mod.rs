@@ -147,7 +147,6 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Does what is due.
-    #[inline]
     fn run(&mut self, turn: &mut Turn) {
         if turn.until >= self.services.wakes.next() {
             self.run_all(turn);

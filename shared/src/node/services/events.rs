@@ -24,7 +24,6 @@ pub trait NodeEvent {
 macro_rules! node_event {
     ($event:ident) => {
         impl NodeEvent for $event {
-            #[inline]
             fn pdo(bus: Bus, number: u16, data: [u8; 8]) -> Self {
                 $event::Pdo { bus, number, data }
             }

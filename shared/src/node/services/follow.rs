@@ -41,7 +41,6 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Lets the application change objects. PDOs that are sent on events go out if their content is another one
     /// afterwards.
-    #[inline]
     pub fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut NodeObjects<D, E>) -> R) -> R {
         let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
         let has_events = tpdos.has_events();
@@ -98,7 +97,6 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Returns the object that a client wrote last, once. A written parameter clears 1020h: the configuration is
     /// no longer the verified one (CiA 301 7.5.2.23).
-    #[inline]
     pub fn take_written(&mut self) -> Option<Address> {
         let at = self.dictionary.written.take()?;
         // History, signatures, the stamp itself, commands and the time are no parameters.
@@ -135,7 +133,6 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Notes that a client wrote an object: an event for the application, and for the TPDOs that carry the
     /// object.
-    #[inline]
     pub fn report_written<V: NodeEvent>(&mut self, at: Address, turn: &mut Turn<V>) {
         if at.index >= FIRST_REPORTED {
             if self.dictionary.tpdos.has_events() {

@@ -290,7 +290,6 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Notes that a heartbeat or boot-up message was sent.
-    #[inline]
     pub fn on_heartbeat_sent(&mut self) {
         if core::mem::take(&mut self.is_reset_due) {
             self.report_reset();
@@ -316,7 +315,6 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Takes a segment of a block download like nearly all, as [`sdo::Server::is_plain_segment`]. Returns whether the frame
     /// was one.
-    #[inline]
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
         let segment = frame.full().filter(|payload| self.server.is_plain_segment(payload));
         if let Some(payload) = segment {
