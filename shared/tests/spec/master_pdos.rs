@@ -54,6 +54,7 @@ fn own(command: Command) -> MasterRequest {
 /// Notices: ECSS 11.1c: PDOs allow remote requests at power-on.
 /// Notices: ECSS 7.1.2f: the mapping of the Spacecraft Time PDO has the coarse time first.
 /// Notices: ECSS 7.2.2b: a written period of the Spacecraft Time PDO has no effect.
+/// Notices: ECSS 7.2.2b: after reset communication the Spacecraft Time PDO has no period.
 #[test]
 fn the_spacecraft_time_is_its_first_transmit_pdo() {
     let mut master = powered(&STANDARD);
@@ -72,6 +73,10 @@ fn the_spacecraft_time_is_its_first_transmit_pdo() {
     let pdos = &master.node.objects().pdos;
     assert_eq!(pdos.tpdos[0].cob_id, 0x4000_0181);
     assert_eq!(pdos.tpdo_mappings[0].objects(), [0x2011_0218, 0x2011_0120]);
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    master.clear();
+    master.run_until(ms(2_900));
+    assert_eq!(master.times(NOMINAL, 0x181), [1_700, 2_700]);
 }
 
 /// While a new bus is not announced nothing may be sent there. The time waits, and is that of its departure.

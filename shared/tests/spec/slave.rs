@@ -275,8 +275,9 @@ fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {
     assert_eq!(slave.times(NOMINAL, 0x705).len(), 5);
 }
 
-/// Verifies: ECSS 8.2.1a.2, 8.3.3g, 8.3.3d
+/// Verifies: ECSS 8.2.1a.2, 8.3.3g, 8.3.3d, 8.2.1a
 /// Notices: ECSS 8.2.1a.2: a slave with parallel access leaves the bus that is not active.
+/// Notices: ECSS 8.2.1a: a slave joins both buses, and leaves the old one when it follows the master.
 #[test]
 fn parallel_slave_follows_heartbeat_and_stays_operational() {
     let mut slave = operational(&STANDARD);
@@ -560,6 +561,23 @@ fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
         slave.health(REDUNDANT, health);
     }
     assert_eq!(slave.events.last(), Some(&SlaveEvent::BusFailed { bus: REDUNDANT }));
+}
+
+/// Given a slave with parallel access whose two controllers are bus-off, then it recovers each of them, though the other one is still off.
+///
+/// Verifies: ECSS 8.2.2a, 8.2.1a.2, 5.6.2a
+/// Notices: ECSS 8.2.2a: the redundant controller is not recovered while the nominal one is bus-off.
+#[test]
+fn each_controller_recovers_from_bus_off_by_itself() {
+    let off = Health { state: ErrorState::BusOff, tec: 255, ..Health::default() };
+    for first in Bus::ALL {
+        let mut slave = operational(&STANDARD);
+        slave.health(first, off);
+        slave.run_until(ms(25));
+        slave.health(first.other(), off);
+        slave.run_until(ms(40));
+        assert_eq!(slave.controls, [first, first.other()].map(|bus| (bus, BusCommand::Recover)));
+    }
 }
 
 /// Given a slave that followed the master to the redundant bus, when its nominal controller is bus-off, then it recovers that controller

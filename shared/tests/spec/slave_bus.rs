@@ -256,3 +256,22 @@ fn slave_that_chooses_the_bus_of_its_master_stays_there() {
         }
     }
 }
+
+/// Given a slave with selective access that is Operational or Stopped, when its application chooses the other bus, then the slave goes
+/// there and is Pre-operational.
+///
+/// Verifies: ECSS 8.2.1a.1
+/// Notices: ECSS 8.2.3a: the bus of a slave that is stopped cannot be chosen.
+#[test]
+fn bus_is_chosen_in_each_state() {
+    for command in [0x01, 0x02] {
+        let mut slave = powered(&SELECTIVE);
+        slave.run_until(ms(10));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+        slave.receive(NOMINAL, 0x000, &[command, 5]);
+        slave.clear();
+        slave.touch(|slave, _| slave.select_bus(REDUNDANT).unwrap());
+        assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+        assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational, "command {command:02X}h");
+    }
+}

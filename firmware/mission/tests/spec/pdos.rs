@@ -246,13 +246,14 @@ fn type_of_the_time_is_1_to_240() {
     assert_eq!([&RARE, &FREQUENT].map(transmission), [240, 1]);
 }
 
-/// Verifies: ECSS 7.2.2g
+/// Verifies: ECSS 7.2.2g, 7.1.2f
 /// Notices: ECSS 7.2.2g: the local time of slave 15 has no sender.
+/// Notices: ECSS 7.1.2f: the master takes the coarse time of a slave with its highest byte first.
 #[test]
 fn a_receive_pdo_of_the_master_names_its_sender() {
-    let time = Scet::new(0, 0x80_0000).unwrap();
+    let time = Scet::new(0x1234_5678, 0x9A_BCDE).unwrap();
     for raw in 2..=15 {
-        let found = received(u16::from(raw) - 2, [0, 0, 0x80, 0, 0, 0, 0, 0]);
+        let found = received(u16::from(raw) - 2, [0xDE, 0xBC, 0x9A, 0x78, 0x56, 0x34, 0x12, 0]);
         assert_eq!(found, Some((node(raw), Received::LocalTime(time))), "slave {raw}");
     }
     let last = SLAVES as u16 * 2 - 1;

@@ -99,6 +99,24 @@ fn a_standby_follows_a_spacecraft_time_in_utc() {
     assert_eq!(board.node.status(board.now).scet, Scet::new(1_000, 0x80_0000).unwrap());
 }
 
+/// Given a standby with a clock that follows the UTC of the active master, when that is set ten days ahead, then the standby follows at the
+/// third time.
+///
+/// Verifies: ECSS 7.1.3b, 7.2.3f
+/// Notices: ECSS 7.1.3b: the UTC of the active master sets no clock of a standby.
+/// Notices: ECSS 7.2.3f: a standby takes the first UTC alone.
+#[test]
+fn a_standby_follows_utc_that_is_set_anew() {
+    let mut board = standing_by_with(Calendar::default());
+    for (at, day) in [(1_000, 100), (1_100, 110), (1_200, 110), (1_300, 110)] {
+        board.run_until(ms(at));
+        board.receive(REDUNDANT, 0x080, &[]);
+        board.receive(REDUNDANT, 0x181, &Utc::new(day, at as u32, 0).unwrap().encode());
+    }
+    // Ten days and 1.3 s: 0.3 x 2^24 = 5,033,164.8.
+    assert_eq!(board.node.status(board.now).scet, Scet::new(864_001, 5_033_165).unwrap());
+}
+
 /// As [`taken_over`], and SYNCs that go out until 3 s; `by_sync`: the time follows SYNCs, else the clock. When the time was sent.
 fn times_after_takeover(by_sync: bool, prepare: impl FnOnce(&mut Board)) -> Vec<u64> {
     let mut board = taken_over();

@@ -5,10 +5,10 @@
 use ecss_can::link::Stamp;
 use ecss_can::node::{LinkEvent, SlaveEvent};
 use ecss_can::time::Step;
-use ecss_can::types::FineInstant;
+use ecss_can::types::{Duration, FineInstant};
 
 use super::devices::{Coarse, Keeper, Node, operational};
-use super::{run, scet, sync, time, us};
+use super::{run, scet, sync, sync_at, time, us};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
 use crate::device::fixture::{ask, ask_on, done, map_tpdo, read, refused, write, write_all, write_on};
 
@@ -314,4 +314,41 @@ fn parts_before_a_change_of_the_bus_belong_to_those_after() {
     assert_eq!(ask_on(&mut slave, REDUNDANT, [0x40, 0x11, 0x20, 2, 0, 0, 0, 0])[4..], [0x77, 0xBE, 0xFF, 0]);
     assert_eq!(write_on(&mut slave, REDUNDANT, 0x2010, 2, &[0, 0, 0]), done(0x2010, 2));
     assert_eq!(slave.node.scet(slave.now), scet(7, 0));
+}
+
+/// Given a clock 16 ns before its first second, when a SYNC ends then, then the local time of that SYNC is rounded up to the second.
+///
+/// Verifies: ECSS 7.1.2e, 7.2.3k
+/// Notices: ECSS 7.1.1a: a fine time that is rounded up does not carry into the seconds.
+#[test]
+fn time_just_before_a_second_is_rounded_to_that_second() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(1_000));
+    slave.clear();
+    // 4 units of 2^-8 us are 0.26 units of 2^-24 s.
+    sync_at(&mut slave, 256_000_000 - 4);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
+}
+
+/// Given a client that reads and writes three bytes at sub-index 2 of each object of 2000h to 20FFh, then Local SCET Set and Local SCET Get
+/// alone have a fine time, and Local SCET Set alone takes one.
+///
+/// Verifies: ECSS 7.1.2b, 7.1.2e
+/// Notices: ECSS 7.1.2b: a node has Local SCET Set at a second index.
+#[test]
+fn one_object_is_set_and_one_is_got() {
+    let mut slave = operational::<Keeper>();
+    let (mut set, mut got) = (vec![], vec![]);
+    for index in 0x2000..=0x20FF_u16 {
+        let next = slave.now + Duration::from_millis(10);
+        run(&mut slave, next);
+        let [low, high] = index.to_le_bytes();
+        if ask(&mut slave, [0x40, low, high, 2, 0, 0, 0, 0])[0] == 0x47 {
+            got.push(index);
+        }
+        if write(&mut slave, index, 2, &[0; 3]) == done(index, 2) {
+            set.push(index);
+        }
+    }
+    assert_eq!((set, got), (vec![0x2010], vec![0x2010, 0x2011]));
 }

@@ -6,7 +6,8 @@ use ecss_can::node::{Device, LinkEvent, Master};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
-use ecss_can::types::{FineInstant, Utc};
+use ecss_can::time::LocalUtc;
+use ecss_can::types::{FineInstant, Scet, Utc, UtcRelation};
 
 use super::devices::{Coarse, Keeper, Node, Producer, Universal, operational};
 use super::{run, scet, sync, time};
@@ -27,6 +28,38 @@ impl Device for Bare {
     type Pdos = PdoObjects<2, 2>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::NONE;
+}
+
+/// Keeps UTC, SCET 0 was day 100, and declares no PDO; has six of each direction.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Vacant {
+    /// Time
+    #[objects]
+    utc: LocalUtc,
+}
+
+impl Device for Vacant {
+    type Pdos = PdoObjects<6, 6>;
+    type Consumers = HeartbeatConsumers<1>;
+    const PDOS: PdoSet = PdoSet::NONE;
+    const UTC: Option<UtcRelation> =
+        Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
+
+    fn utc(&mut self) -> Option<&mut LocalUtc> {
+        Some(&mut self.utc)
+    }
+}
+
+/// Steps that map these objects to the PDO with parameters at `index`.
+fn steps_of(index: u16, id: u16, transmission: u8, objects: &[u32]) -> Vec<(u16, u8, Vec<u8>)> {
+    let cob_id = |flags: u32| (index, 1, (flags | u32::from(id)).to_le_bytes().to_vec());
+    let mapping = index + 0x200;
+    let mut steps = vec![cob_id(0xC000_0000), (mapping, 0, vec![0])];
+    steps.extend((1..).zip(objects).map(|(sub, object)| (mapping, sub, object.to_le_bytes().to_vec())));
+    steps.extend([(mapping, 0, vec![objects.len() as u8]), (index, 2, vec![transmission])]);
+    steps.push(cob_id(0x4000_0000));
+    steps
 }
 
 /// Figure 7-1: fine time, coarse time of Local SCET Get.
@@ -60,16 +93,76 @@ fn unmap_local_time<D: Device>(slave: &mut Node<D>, id: u8) {
 /// Notices: ECSS 7.2.3h: a client maps Local SCET Get where no PDO had it before: it is never sampled.
 /// Notices: ECSS 7.2.3j: a slave that gets no time at SYNC samples no local time.
 /// Notices: ECSS 7.2.3j: a Local Time PDO that a client maps in Operational is not sent until the next start.
+/// Notices: ECSS 7.2.2f: a slave sends no local time on the redundant bus.
 #[test]
 fn client_maps_local_time_where_no_pdo_had_it() {
-    for transmission in [1, 254] {
+    for (transmission, bus) in [(1, NOMINAL), (254, NOMINAL), (1, REDUNDANT), (254, REDUNDANT)] {
         let mut slave = operational::<Bare>();
         map_tpdo(&mut slave, 1, transmission, &LOCAL);
         run(&mut slave, ms(1_500));
+        slave.receive(bus, 0x701, &[5]);
+        slave.clear();
+        let stamp = Stamp::captured(ms(1_500).into());
+        slave.link(bus, LinkEvent::Received { frame: frame(0x080, &[]), stamp });
+        slave.touch(|slave, now| slave.send_pdo(0, now));
+        assert_eq!(slave.frames(), [(bus, frame(0x185, &AT_1500))], "type {transmission}");
+    }
+}
+
+/// Given a slave without PDOs, when a client maps Local SCET Set or Local UTC Set to RPDO 6, and the Get object to TPDO 6, then a time that
+/// comes sets the clock, and a SYNC a second later brings the local time.
+///
+/// Verifies: ECSS 7.2.2c, 7.2.2e, 7.2.3g, 7.2.3h
+/// Notices: ECSS 7.2.2c: a client cannot map Local UTC Set.
+/// Notices: ECSS 7.2.2c: a time that a fifth or later receive PDO brings sets no clock.
+/// Notices: ECSS 7.2.3g: Local SCET Set is of effect in the first four receive PDOs alone.
+#[test]
+fn client_maps_scet_or_utc_to_the_last_pdos() {
+    // 1000.5 s, which is day 100, 1,000,500 ms; then a second later.
+    let scet_objects: &[u32] = &[0x2010_0218, 0x2010_0120];
+    let utc_objects: &[u32] = &[0x2012_0310, 0x2012_0220, 0x2012_0110];
+    let utc = |ms| Utc::new(100, ms, 0).unwrap().encode().to_vec();
+    let as_scet = |coarse| scet(coarse, 0x80_0000).encode().to_vec();
+    let cases =
+        [(scet_objects, as_scet(1_000), as_scet(1_001)), (utc_objects, utc(1_000_500), utc(1_001_500))];
+    for (objects, brought, sent) in cases {
+        let mut slave = operational::<Vacant>();
+        let get: Vec<_> = objects.iter().map(|object| object + 0x1_0000).collect();
+        let steps = [steps_of(0x1405, 0x181, 1, objects), steps_of(0x1805, 0x185, 1, &get)].concat();
+        for (index, sub, value) in steps {
+            assert_eq!(write(&mut slave, index, sub, &value), done(index, sub), "{index:04X}h sub {sub}");
+        }
+        run(&mut slave, ms(50));
+        sync(&mut slave);
+        slave.receive(NOMINAL, 0x181, &brought);
+        assert_eq!(slave.node.scet(slave.now), scet(1_000, 0x80_0000), "{brought:02X?}");
+        run(&mut slave, ms(1_050));
         slave.clear();
         sync(&mut slave);
-        slave.touch(|slave, now| slave.send_pdo(0, now));
-        assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &AT_1500))], "type {transmission}");
+        assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &sent))]);
+    }
+}
+
+/// Given a master with UTC and without PDOs, when its application maps Local UTC Get to 181h by its first or last TPDO, then 181h has the
+/// UTC of the last SYNC.
+///
+/// Verifies: ECSS 7.2.2a, 7.2.3a, 7.1.3e
+/// Notices: ECSS 7.2.2a: Local UTC Get cannot be mapped after power-on.
+#[test]
+fn utc_is_mapped_at_a_master_that_had_none() {
+    for index in [0x1800, 0x1805] {
+        let profile = Profile { autostart: true, ..STANDARD };
+        let mut master = Bench::new(Master::new(&profile, Vacant::default(), None));
+        master.transmitted(NOMINAL, frame(0x701, &[0]));
+        for (index, sub, value) in steps_of(index, 0x181, 1, &[0x2013_0310, 0x2013_0220, 0x2013_0110]) {
+            assert_eq!(master.write((index, sub), &value), Ok(()), "{index:04X}h sub {sub}");
+        }
+        master.run_until(ms(1_500));
+        master.clear();
+        let stamp = Stamp::captured(ms(1_500).into());
+        master.link(NOMINAL, LinkEvent::Transmitted { frame: frame(0x080, &[]), stamp });
+        let sent: Vec<_> = master.frames().into_iter().filter(|(_, sent)| sent.id().raw() == 0x181).collect();
+        assert_eq!(sent, [(NOMINAL, frame(0x181, &[0, 0, 0xDC, 5, 0, 0, 100, 0]))], "{index:04X}h");
     }
 }
 
@@ -136,6 +229,47 @@ fn assert_restored<D: Device>(id: u16, syncs: usize) {
 fn reset_communication_restores_time_in_pdos() {
     assert_restored::<Keeper>(0x185, 1);
     assert_restored::<Producer>(0x181, 2);
+}
+
+/// Given a slave that a client has set to 5000 s, when RPDO 1 has a dummy in place of Local SCET Set, then a frame of this PDO sets no
+/// clock.
+///
+/// Verifies: ECSS 7.2.2c, 7.2.3g
+/// Notices: ECSS 7.2.3g: a PDO from which a client has taken Local SCET Set brings the time all the same.
+#[test]
+fn a_pdo_without_a_time_object_sets_no_clock() {
+    for transmission in [1, 254] {
+        let mut slave = operational::<Keeper>();
+        for (index, sub, value) in steps_of(0x1400, 0x181, transmission, &[0x0005_0008]) {
+            assert_eq!(write(&mut slave, index, sub, &value), done(index, sub), "{index:04X}h sub {sub}");
+        }
+        write_all(&mut slave, &[(0x2010, 1, &[0x88, 0x13, 0, 0]), (0x2010, 2, &[0; 3])]);
+        run(&mut slave, ms(1_000));
+        sync(&mut slave);
+        slave.receive(NOMINAL, 0x181, &[9]);
+        sync(&mut slave);
+        assert_eq!(slave.node.scet(slave.now), scet(5_001, 0), "type {transmission}");
+    }
+}
+
+/// Given a slave whose Local Time PDO a client has switched off or given another COB-ID, when the communication is reset, then a SYNC brings
+/// the local time once, by 180h and the Node-ID.
+///
+/// Verifies: ECSS 7.2.2g, 7.2.3j
+/// Notices: ECSS 7.2.2g: a Local Time PDO that was switched off stays off after reset communication.
+/// Notices: ECSS 7.2.3j: a Local Time PDO keeps another COB-ID after reset communication.
+#[test]
+fn reset_communication_restores_the_one_local_time_pdo() {
+    for cob_id in [0xC000_0185_u32, 0x4000_02C5] {
+        let mut slave = operational::<Keeper>();
+        write_all(&mut slave, &[(0x1800, 1, &[0x85, 1, 0, 0xC0]), (0x1800, 1, &cob_id.to_le_bytes())]);
+        slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+        slave.settle();
+        run(&mut slave, ms(1_500));
+        slave.clear();
+        sync(&mut slave);
+        assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &AT_1500))], "{cob_id:08X}h");
+    }
 }
 
 /// Given a consumer that sends no local time, when a SYNC and 2 ms later its time come, then the clock is set to the time of that SYNC.

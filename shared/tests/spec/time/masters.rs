@@ -2,12 +2,13 @@
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
-use ecss_can::node::{Device, LinkEvent, Master};
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{Device, LinkEvent, Master, MasterRequest};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::time::{LocalScet, LocalUtc, ScetGet, ScetSet, UtcGet, UtcSet};
-use ecss_can::types::{Scet, Utc, UtcRelation};
+use ecss_can::types::{NodeId, Scet, Utc, UtcRelation};
 
 use super::{scet, us};
 use crate::bench::{Bench, NOMINAL, frame, ms, span};
@@ -170,6 +171,33 @@ fn master_ignores_submilliseconds_that_it_lacks() {
     }
 }
 
+/// Answer of this master to an SDO request.
+fn ask<D: Device>(master: &mut Bench<Master<D>>, request: [u8; 8]) -> [u8; 8] {
+    master.clear();
+    master.receive(NOMINAL, 0x601, &request);
+    let answer = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x581);
+    answer.expect("an answer").frame.padded()
+}
+
+/// Given a master with UTC, when a client writes the three parts of Local UTC Set, then it reads them from Local UTC Get, each in its size.
+///
+/// Verifies: ECSS 7.1.3a, 7.1.3b, 7.1.3c, 7.1.3d
+/// Notices: ECSS 7.1.3a: a master has no Local UTC Get for clients.
+#[test]
+fn utc_of_a_master_is_set_and_got_by_clients() {
+    let mut master = powered::<Teller<1, true>>(&STANDARD);
+    master.run_until(ms(50));
+    let parts = [(1, 0x0B, [110, 0, 0, 0]), (2, 0x03, [0x7B, 0x2E, 0x93, 0x02]), (3, 0x0B, [250, 0, 0, 0])];
+    for (sub, size, [a, b, c, d]) in parts {
+        let written = ask(&mut master, [0x20 | size, 0x12, 0x20, sub, a, b, c, d]);
+        assert_eq!(written, [0x60, 0x12, 0x20, sub, 0, 0, 0, 0]);
+    }
+    for (sub, size, [a, b, c, d]) in parts {
+        let read = ask(&mut master, [0x40, 0x13, 0x20, sub, 0, 0, 0, 0]);
+        assert_eq!(read, [0x40 | size, 0x13, 0x20, sub, a, b, c, d]);
+    }
+}
+
 /// Asserts: a master whose time goes out by events sends it with the period of the profile, a second.
 fn assert_periodic<const TYPE: u8, const UTC: bool>() {
     let mut master = powered::<Teller<TYPE, UTC>>(&STANDARD);
@@ -193,9 +221,15 @@ fn time_by_event_has_the_period_of_the_profile() {
     assert_periodic::<255, true>();
 }
 
-/// Asserts: with SYNC every 100 ms the time follows every tenth SYNC, and is gone before the next one.
-fn assert_every_tenth<const UTC: bool>() {
+/// Asserts: with SYNC every 100 ms the time follows every tenth SYNC, and is gone before the next one; also after a reset of the
+/// communication.
+fn assert_every_tenth<const UTC: bool>(is_reset: bool) {
     let mut master = powered::<Teller<1, UTC>>(&STANDARD);
+    if is_reset {
+        let target = Target::Node(NodeId::MASTER);
+        master.request(MasterRequest::Nmt(NmtMessage { command: Command::ResetCommunication, target }));
+        master.transmitted(NOMINAL, frame(0x701, &[0]));
+    }
     let mut counts = vec![];
     for nth in 1..=20 {
         master.run_until(ms(100 * nth));
@@ -205,7 +239,7 @@ fn assert_every_tenth<const UTC: bool>() {
         counts.push(of_time.inspect(|sent| assert_eq!(sent.expires.since(sent.at), span(50))).count());
     }
     let tenth = [0, 0, 0, 0, 0, 0, 0, 0, 0, 1];
-    assert_eq!(counts, [tenth, tenth].concat(), "UTC: {UTC}");
+    assert_eq!(counts, [tenth, tenth].concat(), "UTC: {UTC}, reset: {is_reset}");
 }
 
 /// Given a master whose Spacecraft Time PDO follows SYNC, of SCET or of UTC, then it goes out after as many SYNCs as the period of the
@@ -213,10 +247,13 @@ fn assert_every_tenth<const UTC: bool>() {
 ///
 /// Verifies: ECSS 7.2.3a, 7.2.3b, 7.2.3e
 /// Notices: ECSS 7.2.3a: a PDO with Local UTC Get is not taken for the Spacecraft Time PDO.
+/// Notices: ECSS 7.2.3b: after reset communication the time has another period than that of the profile.
 #[test]
 fn time_by_sync_has_the_period_of_the_profile() {
-    assert_every_tenth::<false>();
-    assert_every_tenth::<true>();
+    for is_reset in [false, true] {
+        assert_every_tenth::<false>(is_reset);
+        assert_every_tenth::<true>(is_reset);
+    }
 }
 
 /// Given a profile whose period of the time is half a SYNC period, then the Spacecraft Time PDO has transmission type 1: the time
@@ -235,18 +272,24 @@ fn time_more_frequent_than_sync_goes_with_every_sync() {
     }
 }
 
-/// Given a master that produces no SYNC (1006h is zero), then its event-driven time goes out all the same.
+/// Given a master that produces no SYNC (1006h is zero, or bit 30 of 1005h), or produces it more often from now on, then its event-driven
+/// time goes out all the same, each second.
 ///
 /// Verifies: ECSS 7.2.3d, 6.3b, 7.2.2b
 /// Notices: ECSS 7.2.3d: without SYNC there is no time.
+/// Notices: ECSS 7.2.3d: with bit 30 of 1005h clear there is no time.
+/// Notices: ECSS 7.2.3d: a new period of SYNC makes the time due.
 /// Notices: ECSS 6.3b: SYNC goes on while 1006h is zero.
 #[test]
 fn master_without_sync_sends_its_time() {
-    let mut master = Bench::new(console::master(&STANDARD, None));
-    master.transmitted(NOMINAL, frame(0x701, &[0]));
-    assert_eq!(write(&mut master, 0x1006, 0, 0, 4), Ok(()));
-    master.clear();
-    master.run_until(ms(2_500));
-    let count = |id| master.sent.iter().filter(|sent| sent.frame.id().raw() == id).count();
-    assert_eq!([count(0x080), count(0x181)], [0, 2]);
+    for (index, value, has_sync) in [(0x1006, 0, false), (0x1005, 0x80, false), (0x1006, 50_000, true)] {
+        let mut master = Bench::new(console::master(&STANDARD, None));
+        master.transmitted(NOMINAL, frame(0x701, &[0]));
+        master.run_until(ms(250));
+        master.clear();
+        assert_eq!(write(&mut master, index, 0, value, 4), Ok(()));
+        master.run_until(ms(2_500));
+        assert_eq!(master.times(NOMINAL, 0x181), [1_000, 2_000], "{index:04X}h: {value}");
+        assert_eq!(!master.times(NOMINAL, 0x080).is_empty(), has_sync, "{index:04X}h: {value}");
+    }
 }

@@ -5,11 +5,11 @@
 use ecss_can::link::Stamp;
 use ecss_can::node::{LinkEvent, MasterRequest};
 use ecss_can::profile::Profile;
-use ecss_can::types::{Duration, FineInstant};
+use ecss_can::types::{Bus, Duration, FineInstant};
 
 use super::devices::{Keeper, Producer, operational};
 use super::{run, scet, sync, us};
-use crate::bench::{Bench, Master, NOMINAL, frame, ms};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms};
 use crate::console;
 use crate::device::fixture::{map_tpdo, payloads, write_all};
 use crate::instrument::STANDARD;
@@ -128,6 +128,27 @@ fn with_type_3_every_third_sync_brings_it() {
         counts.push(sent(&master).len());
     }
     assert_eq!(counts, [0, 0, 1, 0, 0, 1, 0, 0, 1]);
+}
+
+/// Given a master on the nominal or on the redundant bus, when its SYNC ends, then its time goes out once, on that bus alone.
+///
+/// Verifies: ECSS 7.2.2d, 7.2.2b
+/// Notices: ECSS 7.2.2d: the Spacecraft Time PDO goes out on both buses.
+#[test]
+fn time_goes_out_once_on_the_active_bus() {
+    for bus in Bus::ALL {
+        let mut master = high_resolution(1);
+        if bus == REDUNDANT {
+            master.request(MasterRequest::SwitchBus(REDUNDANT));
+            master.transmitted(REDUNDANT, frame(0x701, &[5]));
+        }
+        master.run_until(ms(100));
+        master.clear();
+        let stamp = Stamp::captured(ms(100).into());
+        master.link(bus, LinkEvent::Transmitted { frame: frame(0x080, &[]), stamp });
+        let times = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x181);
+        assert_eq!(times.map(|sent| sent.bus).collect::<Vec<_>>(), [bus]);
+    }
 }
 
 /// Given a master whose Spacecraft Time PDO is not its first one, then it has the time of the last SYNC.

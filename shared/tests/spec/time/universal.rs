@@ -358,3 +358,20 @@ fn utc_goes_by_pdo_without_capture() {
         assert_eq!(slave.frames(), [(NOMINAL, expected)], "{micros} us");
     }
 }
+
+/// Given a clock that follows UTC, when the spacecraft time is set ten days ahead, then the clock follows at the third time.
+///
+/// Verifies: ECSS 7.1.3b, 7.1.1b
+/// Notices: ECSS 7.1.1d: a device with UTC follows the first spacecraft time alone.
+/// Notices: ECSS 7.1.3b: UTC by PDO sets the clock once.
+#[test]
+fn utc_that_is_set_anew_is_followed_at_the_third_time() {
+    let mut slave = operational::<Universal<true>>();
+    for (nth, day) in (1..).zip([100, 100, 110, 110, 110]) {
+        run(&mut slave, ms(100 * nth));
+        sync(&mut slave);
+        time(&mut slave, utc(day, 100 * nth as u32, 0));
+    }
+    // Ten days and half a second.
+    assert_eq!(slave.node.scet(slave.now), scet(864_000, 0x80_0000));
+}
