@@ -4,7 +4,7 @@ use ecss_can::node::{DeviceNode, SlaveEvent};
 use ecss_can::od::U48;
 use ecss_can::types::{Bus, NmtState};
 
-use crate::bench::{NOMINAL, frame, ms};
+use crate::bench::{NOMINAL, frame, ms, span};
 use crate::device::fixture::{
     NO_INHIBIT, ask, done, download, initiate, operational, payloads, powered, read, refused, write,
     write_all,
@@ -121,6 +121,7 @@ fn optional_services_are_those_that_were_chosen() {
 /// Verifies: ECSS 11.1c, 6.1a, 6.2a, 6.4a, 7.2.3f
 /// Notices: ECSS 11.1c: transmission types 252 and 253 are taken.
 /// Notices: ECSS 11.1c: a valid TPDO may be changed to one that allows remote frames.
+/// Notices: ECSS 11.1c: heartbeats of a stopped slave have the toggle bit of node guarding.
 /// Notices: ECSS 6.4a: emergencies are sent while 1014h is not valid.
 /// Notices: ECSS 7.2.3f: the filters of a slave admit the time object of CiA 301 (100h).
 #[test]
@@ -166,4 +167,12 @@ fn excluded_services_are_not_used() {
     slave.clear();
     slave.receive(NOMINAL, 0x405, &[1]);
     assert_eq!(payloads(&slave, 0x085), [[0; 8]; 0]);
+    // Bit 7 of a heartbeat is the toggle bit of node guarding.
+    for (command, state) in [(0x80, 0x7F), (0x01, 0x05), (0x02, 0x04)] {
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+        slave.receive(NOMINAL, 0x000, &[command, 5]);
+        slave.clear();
+        slave.run_until(slave.now + span(200));
+        assert_eq!(payloads(&slave, 0x705), [[state]; 2]);
+    }
 }

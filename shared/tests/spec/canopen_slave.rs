@@ -212,6 +212,23 @@ fn counts_what_is_malformed_and_what_is_for_others() {
     assert_eq!(sent(&slave), []);
 }
 
+/// Given a plain slave in Pre-operational, Operational or Stopped, when the time object of CiA 301 comes (100h), then it is for others.
+///
+/// Verifies: ECSS 11.1c
+/// Notices: ECSS 11.1c: a plain slave takes the time object.
+#[test]
+fn takes_no_time_object() {
+    for command in [0x80, 0x01, 0x02] {
+        let mut slave = operational();
+        slave.receive(NOMINAL, 0x000, &[command, 5]);
+        slave.clear();
+        let before = slave.node.counters().ignored;
+        slave.receive(NOMINAL, 0x100, &[0, 0, 0, 0, 0x10, 0x27]);
+        assert_eq!((sent(&slave), slave.events.len()), (vec![], 0), "{command:02X}h");
+        assert_eq!(slave.node.counters().ignored - before, 1);
+    }
+}
+
 /// Verifies: ECSS 6.5.2a, 6.8a
 /// Notices: ECSS 6.5.2a: a plain slave keeps its heartbeat period when 1017h is written.
 #[test]

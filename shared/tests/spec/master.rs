@@ -312,6 +312,47 @@ fn master_commands_slaves_in_each_of_its_states() {
     }
 }
 
+/// Given a master that is stopped or in Pre-operational, when its application chooses the other bus, then its heartbeat stops here and
+/// starts there.
+///
+/// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
+/// Notices: ECSS 8.3.3b: a master that is stopped does not change the bus.
+#[test]
+fn master_changes_the_bus_in_each_of_its_states() {
+    for (own, state) in [(Command::Stop, 0x04), (Command::EnterPreOperational, 0x7F)] {
+        let mut master = flying();
+        master.request(MasterRequest::Nmt(NmtMessage { command: own, target: Target::Node(node(1)) }));
+        master.clear();
+        master.request(MasterRequest::SwitchBus(REDUNDANT));
+        assert_eq!(master.controls, [(NOMINAL, BusCommand::Abandon)]);
+        master.transmitted(REDUNDANT, frame(0x701, &[state]));
+        master.run_until(ms(250));
+        let heartbeats = master.frames().into_iter().filter(|(_, sent)| sent.id().raw() == 0x701);
+        assert_eq!(heartbeats.collect::<Vec<_>>(), [(REDUNDANT, frame(0x701, &[state])); 3], "{own:?}");
+    }
+}
+
+/// Given slaves with the lowest, middle and the highest Node-ID, when they wait in Pre-operational or are stopped after a change of the
+/// bus, then the master starts each.
+///
+/// Verifies: ECSS 8.3.3f
+/// Notices: ECSS 8.3.3f: node 126 is not started.
+#[test]
+fn slaves_of_every_node_id_are_started() {
+    for raw in [2, 63, 64, 126] {
+        for state in [0x7F, 0x04] {
+            let mut master = flying();
+            master.request(MasterRequest::SwitchBus(REDUNDANT));
+            master.transmitted(REDUNDANT, frame(0x701, &[0x05]));
+            master.receive(REDUNDANT, 0x700 + u16::from(raw), &[state]);
+            assert!(
+                master.frames().contains(&(REDUNDANT, frame(0x000, &[0x01, raw]))),
+                "{raw}, {state:02X}h"
+            );
+        }
+    }
+}
+
 /// Given a master that works on the redundant bus, then it hears a slave on the nominal one. When it goes back, then nothing that waits
 /// on the redundant bus may go out there.
 ///
@@ -495,7 +536,8 @@ fn selective_master_leaves_a_failed_bus_and_can_return() {
     assert_eq!(master.frames()[0], (NOMINAL, frame(0x701, &[0x05])));
 }
 
-/// Verifies: ECSS 8.2.1a.1, 8.2.3a, 8.2.1a, 8.3.3b
+/// Verifies: ECSS 8.2.1a.1, 8.2.3a, 8.2.1a, 8.3.3b, 8.3.3b.1
+/// Notices: ECSS 8.3.3b.1: a master with selective access does not leave the nominal bus.
 /// Notices: ECSS 8.2.1a.1: a master joins the other bus before it leaves its own.
 /// Notices: ECSS 8.2.3a: a master with selective access ignores the bus that its application chooses.
 /// Notices: ECSS 8.2.1a: a master with selective access joins both buses.

@@ -112,6 +112,22 @@ impl MinimalDevice for Listener {
     }
 }
 
+/// Commands by four PDOs, telemetry with every SYNC.
+struct Full;
+
+impl MinimalDevice for Full {
+    const PDOS: MinimalPdos =
+        MinimalPdos { receive: MinimalPdos::DEFAULT.receive, transmit: [sync_pdo(0x180), None, None, None] };
+
+    fn on_pdo(&mut self, _: usize, _: &[u8], _: Instant) -> Option<(usize, Payload)> {
+        None
+    }
+
+    fn on_sync(&mut self, _: usize, _: Instant) -> Option<Payload> {
+        None
+    }
+}
+
 fn numbers() -> Numbers {
     Numbers::of(&Profile::DEFAULT, node(5))
 }
@@ -247,6 +263,45 @@ fn sync_brings_telemetry_behind_one_that_waits() {
     assert_eq!(slave.times(NOMINAL, 0x285), [1, 2, 3, 4, 5, 6]);
 }
 
+/// Telemetry with every 240th SYNC, the largest number that there is.
+#[derive(Default)]
+struct Seldom;
+
+impl MinimalDevice for Seldom {
+    const PDOS: MinimalPdos = MinimalPdos {
+        receive: [None; PDOS],
+        transmit: [
+            Some(MinimalTpdo { cob_id: CobIdOf::node(0x180), trigger: Trigger::Sync(240) }),
+            None,
+            None,
+            None,
+        ],
+    };
+
+    fn on_pdo(&mut self, _: usize, _: &[u8], _: Instant) -> Option<(usize, Payload)> {
+        unreachable!("it receives no PDO")
+    }
+
+    fn on_sync(&mut self, _: usize, _: Instant) -> Option<Payload> {
+        Some(Payload::new())
+    }
+}
+
+/// Given telemetry with every 240th SYNC, when 480 SYNCs come, then the 240th and the 480th bring it.
+///
+/// Verifies: ECSS 9.4.3b.2, 6.9b
+/// Notices: ECSS 9.4.3b.2: telemetry of the 240th SYNC comes with the 128th.
+#[test]
+fn the_240th_sync_brings_its_telemetry() {
+    let mut slave = powered::<Seldom>();
+    for nth in 1..=480 {
+        slave.run_until(ms(10 * nth));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+        slave.receive(NOMINAL, 0x080, &[]);
+    }
+    assert_eq!(slave.times(NOMINAL, 0x185), [2_400, 4_800]);
+}
+
 /// Four PDOs with every SYNC.
 #[derive(Default)]
 struct Talkative;
@@ -289,13 +344,14 @@ fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
 /// Notices: ECSS 9.4.1b: a heartbeat of the master makes the slave send TPDO 1.
 /// Notices: ECSS 9.4.3b: a heartbeat of the master triggers a TPDO.
 /// Notices: ECSS 9.4.3b: a SYNC on the bus that is not active brings telemetry.
+/// Notices: ECSS 9.4.3b: the boot-up message of the master brings telemetry.
 /// Notices: ECSS 9.4.6.1a: a slave that hears its master sends telemetry by itself.
 #[test]
 fn nothing_is_sent_unasked() {
     let mut slave = powered::<Cyclic>();
-    for at in (50..10_000).step_by(50) {
+    for (at, state) in (50..10_000).step_by(50).zip([0x00, 0x7F, 0x05, 0x04].into_iter().cycle()) {
         slave.run_until(ms(at));
-        slave.receive(NOMINAL, 0x701, &[0x05]);
+        slave.receive(NOMINAL, 0x701, &[state]);
     }
     // Nor by a SYNC on the bus that is not active.
     slave.receive(REDUNDANT, 0x080, &[]);
@@ -434,6 +490,8 @@ fn no_condition_that_it_tells_makes_it_send_an_emergency() {
 /// Verifies: ECSS 9.4.1d, 9.4.4b, 9.4.3c, 9.4.6.1a, 9.4.9.2a
 /// Notices: ECSS 9.4.1d: a second request in one instant is refused.
 /// Notices: ECSS 9.4.4b: telemetry of SYNC goes also with each heartbeat of the slave.
+/// Notices: ECSS 9.4.4b: the last telemetry on request goes again with each heartbeat of the slave.
+/// Notices: ECSS 9.4.1d: telemetry of SYNC goes with the heartbeat when no SYNC came for a second.
 /// Notices: ECSS 9.4.9.2a: the first heartbeat of a minimal slave reports Initialising.
 #[test]
 fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
@@ -453,10 +511,17 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
         slave.receive(NOMINAL, 0x701, &[0x05]);
     }
     assert_eq!(slave.frames(), []);
-    // The heartbeat is no event timer.
+    // The heartbeat is no event timer, neither of telemetry that was asked for nor of that of SYNC.
     let mut heard = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
-    heard.run_until(ms(450));
-    assert_eq!(heard.frames(), [(NOMINAL, frame(0x705, &[0x05])); 5]);
+    heard.receive(NOMINAL, 0x181, &[REQUEST, 2, 7]);
+    heard.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(heard.frames().len(), 3);
+    heard.clear();
+    for at in (50..60_000).step_by(100) {
+        heard.run_until(ms(at));
+        heard.receive(NOMINAL, 0x701, &[0x05]);
+    }
+    assert_eq!(heard.frames(), [(NOMINAL, frame(0x705, &[0x05])); 599]);
 }
 
 /// Given a SYNC that is handled 200 ms after its end, then its telemetry is sent as of that end, and waits for its bus as long as
@@ -544,6 +609,52 @@ fn minimal_slave_that_gave_up_stays_and_listens() {
         let found = MinimalEvent::ActiveBus { bus: stays, cause: BusCause::Found };
         assert_eq!(slave.events[0], found);
     }
+}
+
+/// Given a minimal slave with heartbeat whose search was in vain, then it goes on to send its heartbeat on the bus where it stays.
+///
+/// Verifies: ECSS 8.3.3d, 8.3.3j
+/// Notices: ECSS 8.3.3d: a minimal slave that gave up its search sends no heartbeat.
+#[test]
+fn minimal_slave_that_gave_up_keeps_its_heartbeat() {
+    for (ntoggle, stays) in [(1, REDUNDANT), (2, NOMINAL)] {
+        let mut few = numbers();
+        few.redundancy.ntoggle = ntoggle;
+        let mut slave = Bench::new(MinimalSlave::new(node(5), few, Probe::default()));
+        slave.run_until(ms(1_500));
+        assert_eq!(slave.events.last(), Some(&MinimalEvent::GaveUp { bus: stays }));
+        slave.clear();
+        slave.run_until(ms(1_900));
+        assert_eq!(slave.frames(), [(stays, frame(0x705, &[0x05])); 4]);
+    }
+}
+
+/// Given a minimal slave without heartbeat that changes the bus for every reason, the last one a master that contradicts the heartbeat
+/// which it followed, then it sends nothing, not even a time stamp, and obeys where its master was before.
+///
+/// Verifies: ECSS 9.4.7.1a, 9.4.9.1.1a, 9.4.6.1a
+/// Notices: ECSS 9.4.7.1a: a minimal slave that changes the bus sends a time stamp there.
+/// Notices: ECSS 9.4.9.1.1a: a minimal slave stays on a bus that the heartbeat of its master contradicts.
+#[test]
+fn changes_of_the_bus_send_nothing() {
+    let mut slave = powered::<Probe>();
+    for (at, bus) in [(550, REDUNDANT), (650, REDUNDANT), (670, NOMINAL), (750, REDUNDANT)] {
+        slave.run_until(ms(at));
+        slave.receive(bus, 0x701, &[0x05]);
+    }
+    let causes = slave.events.iter().filter_map(|event| match event {
+        MinimalEvent::ActiveBus { bus, cause } => Some((*bus, *cause)),
+        _ => None,
+    });
+    let expected = [
+        (REDUNDANT, BusCause::Toggled),
+        (REDUNDANT, BusCause::Found),
+        (NOMINAL, BusCause::Followed),
+        (REDUNDANT, BusCause::TakenBack),
+    ];
+    assert_eq!(causes.collect::<Vec<_>>(), expected);
+    slave.receive(REDUNDANT, 0x205, &[1]);
+    assert_eq!((slave.node.device().commands.len(), slave.frames()), (1, vec![]));
 }
 
 /// Given telemetry that was asked for on the nominal bus, when the slave follows the master before the telemetry is sent, then it does
@@ -654,6 +765,7 @@ fn without_a_consumer_time_bus_off_is_recovered() {
 /// Notices: ECSS 9.3a: the filters of a slave whose TPDOs follow SYNC do not accept it.
 /// Notices: ECSS 9.3a: the filters accept SYNC only if it brings the first TPDO that is in use.
 /// Notices: ECSS 9.3a: the filters do not accept SYNC for a device that only listens to it.
+/// Notices: ECSS 9.3a: with four RPDOs and SYNC no filter is left for the heartbeat of the master.
 /// Notices: ECSS 9.4.6.1a: the filters of a minimal slave admit NMT commands.
 /// Notices: ECSS 9.4.7.1a: the filters of a minimal slave admit 100h.
 /// Notices: ECSS 9.4.7.2a: the filters of a minimal slave admit emergencies.
@@ -671,6 +783,8 @@ fn its_filters_are_exact() {
     assert_eq!(mixed.filters()[..], exact(&[0x205, 0x080, 0x701]));
     let listener = MinimalSlave::new(node(5), numbers(), Listener);
     assert_eq!(listener.filters()[..], exact(&[0x205, 0x080, 0x701]));
+    let full = MinimalSlave::new(node(5), numbers(), Full);
+    assert_eq!(full.filters()[..], exact(&[0x205, 0x305, 0x405, 0x505, 0x080, 0x701]));
 }
 
 /// One that is late still answers, on the bus that is active then.

@@ -383,6 +383,35 @@ mod dictionaries {
     mapped!(CommandRemapped, PdoMapping, StaticMapping);
     mapped!(TelemetryRemapped, StaticMapping, PdoMapping);
 
+    /// What is said of a dictionary with RPDO 1 and one of these objects.
+    macro_rules! refusals {
+        ($($index:literal)*) => {
+            vec![$({
+                #[derive(Debug, Objects)]
+                struct With {
+                    /// Parameters
+                    #[object(0x1400, record)]
+                    pdo: Fixed,
+                    /// Mapping
+                    #[object(0x1600, array, ro)]
+                    mapping: [u32; 1],
+                    /// Forbidden
+                    #[object($index, ro)]
+                    forbidden: u32,
+                }
+                ($index, refusal::<With>())
+            }),*]
+        };
+    }
+
+    /// Objects of every range of the table.
+    pub fn forbidden() -> Vec<(u16, Option<String>)> {
+        refusals![
+            0x1007 0x100C 0x100D 0x1010 0x1011 0x1012 0x1013 0x1014 0x1015 0x1200 0x1201 0x1240 0x127F 0x1280 0x1281 0x12C0
+            0x12FF 0x1404 0x1500 0x15FF 0x1604 0x1701 0x17FF 0x1804 0x1900 0x19FF 0x1A04 0x1B01 0x1BFF
+        ]
+    }
+
     /// As in a constant, where a panic stops the build.
     pub fn refusal<D: Objects>() -> Option<String> {
         refusal_with::<D>([None; PDOS])
@@ -457,6 +486,19 @@ fn first_and_last_object_of_a_forbidden_range_are_refused() {
         [refusal::<Stored>(), refusal::<EmcyInhibited>(), refusal::<LastTpdo>(), refusal::<Windowed>()]
     {
         assert_eq!(refusal.as_deref(), Some(reason));
+    }
+}
+
+/// Given a dictionary with one object of a range that Table 9-12 forbids, or has for tests alone, then it is refused, whichever it is.
+///
+/// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d
+/// Notices: ECSS 9.4.10d: of a forbidden range only the ends are checked: 1012h may have a value.
+/// Notices: ECSS 9.4.10d: the last range, 1A04h to 1BFFh, is not checked.
+#[test]
+fn each_object_of_a_forbidden_range_is_refused() {
+    let reason = "an object that Table 9-12 of the standard does not authorise";
+    for (index, refusal) in dictionaries::forbidden() {
+        assert_eq!(refusal.as_deref(), Some(reason), "{index:04X}h");
     }
 }
 

@@ -128,6 +128,22 @@ fn a_reset_starts_on_the_bus_found_last() {
     assert_eq!(board.start().frames(), [(REDUNDANT, frame(0x705, &[0]))]);
 }
 
+/// Given a slave with Bdefault redundant in its profile and in its store, when it finds its master on the nominal bus and its chip is
+/// reset at once, then it starts there.
+///
+/// Verifies: ECSS 8.3.3l, 8.3.3k
+/// Notices: ECSS 8.3.3l: a nominal bus that was found does not replace a stored Bdefault at a reset.
+#[test]
+fn a_reset_starts_on_the_nominal_bus_found_last() {
+    let mut board = Memories::new();
+    board.profile.bdefault = REDUNDANT;
+    let mut slave = board.start();
+    write(&mut slave, 0x1010, 1, b"save");
+    assert_eq!(board.starts_on(), REDUNDANT);
+    hear(&mut slave, NOMINAL, 0);
+    assert_eq!(board.starts_on(), NOMINAL);
+}
+
 #[test]
 fn without_power_a_bus_found_just_now_is_forgotten() {
     let mut board = Memories::new();

@@ -319,14 +319,18 @@ fn start_while_searching_moves_slave_to_its_bus_and_is_obeyed() {
 ///
 /// Verifies: ECSS 8.3.3g, 8.3.3d
 /// Notices: ECSS 8.3.3g: a command for another node does not end a search.
+/// Notices: ECSS 8.3.3g: a Stop for another node does not end a search.
 #[test]
 fn command_for_another_node_shows_the_active_bus_to_a_searching_slave() {
-    let mut slave = powered(&STANDARD);
-    slave.run_until(ms(50));
-    slave.clear();
-    slave.receive(REDUNDANT, 0x000, &[0x01, 0x06]);
-    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Found }]);
-    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x7F]))]);
+    for command in [0x01, 0x02, 0x80, 0x81, 0x82] {
+        let mut slave = powered(&STANDARD);
+        slave.run_until(ms(50));
+        slave.clear();
+        slave.receive(REDUNDANT, 0x000, &[command, 0x06]);
+        let found = SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Found };
+        assert_eq!(slave.events, [found], "{command:02X}h");
+        assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x7F]))]);
+    }
 }
 
 /// Verifies: ECSS 6.5.1a, 8.3.3g

@@ -4,7 +4,9 @@
 
 use std::path::Path;
 
+use ecss_can::node::minimal::Numbers;
 use ecss_can::node::{MasterObjects, NodeObjects};
+use ecss_can::od::Access;
 use ecss_can::types::NodeId;
 use mission::LIBRECUBE;
 use mission::minimal::MinimalObjects;
@@ -12,6 +14,7 @@ use mission::minimal::prototype::PrototypeObjects;
 use mission::{CommanderObjects, MissionObjects, slave};
 
 use crate::content::compare_declared;
+use crate::fixture::device;
 use crate::ini::Ini;
 use crate::values::compare_fresh;
 
@@ -50,6 +53,78 @@ fn files_of_master_and_minimal_slaves_list_every_object() {
     compare_declared::<NodeObjects<MasterObjects<CommanderObjects>>>(&committed("master.eds"));
     compare_declared::<MinimalObjects>(&committed("minimal.eds"));
     compare_declared::<PrototypeObjects>(&committed("minimal-librecube.eds"));
+}
+
+/// A data sheet that is made now.
+fn made<D: ecss_can::od::Objects>(make: impl Fn(NodeId) -> D) -> Ini {
+    let description = eds::Description::new(&device(), make).expect("its texts can be told");
+    Ini::parse(&description.eds("made.eds"))
+}
+
+/// Every value of the dictionary has its data type and its access in the file.
+fn compare_types<D: ecss_can::od::Objects>(file: &Ini) {
+    let values = file.values();
+    D::describe(&mut |object, _| {
+        for index in (0..object.count).map(|nth| object.index + nth) {
+            for entry in object.entries {
+                for sub in entry.sub..entry.sub + entry.count {
+                    let section = values[&(index, sub)];
+                    assert_eq!(
+                        section.number("DataType"),
+                        entry.data_type.index().into(),
+                        "{index:04X}sub{sub:X}"
+                    );
+                    let access = match entry.access {
+                        Access::Ro => "ro",
+                        Access::Wo => "wo",
+                        Access::Rw => "rw",
+                        Access::Rwr => "rwr",
+                        Access::Rww => "rww",
+                        Access::Const => "const",
+                    };
+                    assert_eq!(section.get("AccessType"), access, "{index:04X}sub{sub:X}");
+                }
+            }
+        }
+    });
+}
+
+/// Given data sheets of the master and of both minimal slaves. Then each has every object, also the last one of a long row, with the
+/// type and the access of each value: the mapping of a minimal slave cannot be written, and 1006h of the master is UNSIGNED32.
+///
+/// Verifies: ECSS 9.2a, 9.4.5a, 9.4.7.3b.2
+/// Notices: ECSS 9.2a: the last of more than sixteen objects in a row is missing.
+/// Notices: ECSS 9.4.5a: the data sheet has mappings that can be written.
+/// Notices: ECSS 9.4.7.3b.2: the data sheet has 1006h with two bytes.
+#[test]
+fn data_sheets_tell_type_and_access_of_every_value() {
+    let master = made(|_| mission::master(&LIBRECUBE, None).into_objects());
+    compare_declared::<NodeObjects<MasterObjects<CommanderObjects>>>(&master);
+    compare_types::<NodeObjects<MasterObjects<CommanderObjects>>>(&master);
+    let numbers = Numbers::of(&LIBRECUBE, NodeId::of::<6>());
+    let minimal = made(|id| MinimalObjects::new(id, &numbers));
+    compare_declared::<MinimalObjects>(&minimal);
+    compare_types::<MinimalObjects>(&minimal);
+    let prototype = made(|id| PrototypeObjects::new(id, &numbers));
+    compare_declared::<PrototypeObjects>(&prototype);
+    compare_types::<PrototypeObjects>(&prototype);
+}
+
+/// Given a minimal slave that sends no heartbeat, or consumes none, then 1017h and 1016h of its data sheet have a time of zero.
+///
+/// Verifies: ECSS 9.2a
+/// Notices: ECSS 9.2a: the data sheet of a minimal slave without heartbeat has a period in 1017h.
+#[test]
+fn data_sheet_of_a_minimal_slave_without_heartbeat_says_so() {
+    let of = |file: &Ini| ["1016sub1", "1017"].map(|name| file.section(name).number("DefaultValue"));
+    let mut numbers = Numbers::of(&LIBRECUBE, NodeId::of::<6>());
+    assert_eq!(of(&made(|id| MinimalObjects::new(id, &numbers))), [1 << 16 | 2_500, 250]);
+    numbers = numbers.without_heartbeat();
+    assert_eq!(of(&made(|id| MinimalObjects::new(id, &numbers))), [1 << 16 | 2_500, 0]);
+    assert_eq!(of(&made(|id| PrototypeObjects::new(id, &numbers))), [1 << 16 | 2_500, 0]);
+    numbers.redundancy.consumer = ecss_can::types::Duration::ZERO;
+    assert_eq!(of(&made(|id| MinimalObjects::new(id, &numbers))), [1 << 16, 0]);
+    assert_eq!(of(&made(|id| PrototypeObjects::new(id, &numbers))), [1 << 16, 0]);
 }
 
 #[test]

@@ -191,7 +191,8 @@ fn slave_has_the_objects_of_table_8_1_in_their_sizes() {
 /// Given a slave that follows its master, when a client writes another consumer time to 1016h, then the slave misses the master that time
 /// after the last heartbeat: later or earlier than before, and again as before when the old time is written.
 ///
-/// Verifies: ECSS 8.3.1c, 6.5.2b, 8.3.3c
+/// Verifies: ECSS 8.3.1c, 6.5.2b, 8.3.3c, 8.3.3e
+/// Notices: ECSS 8.3.3e: a time that a client writes to 1016h while the master is followed has no effect.
 /// Notices: ECSS 6.5.2b: a time that a client writes to 1016h while the master is heard has no effect.
 #[test]
 fn consumer_time_written_in_flight_is_when_master_is_missed() {

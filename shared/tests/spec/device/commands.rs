@@ -205,7 +205,8 @@ fn reset_communication_begins_a_search_switched_off_before() {
 /// Given a slave whose search ended in vain after one change of the bus (Ntoggle 1), when the communication is reset at 1.2 s, then
 /// the slave searches anew: it listens 500 ms on its bus, and then on the other one.
 ///
-/// Verifies: ECSS 8.3.2b
+/// Verifies: ECSS 8.3.2b, 8.3.3i
+/// Notices: ECSS 8.3.3i: the switches of the search before a reset of the communication count in the next search.
 /// Notices: ECSS 8.3.2b: a reset of the communication after giving up does not clear Ctoggle, so the slave does not toggle.
 #[test]
 fn reset_communication_begins_another_search_after_giving_up() {

@@ -77,7 +77,8 @@ fn a_node_in_maintenance_mode_answers_sdo_and_is_silent_else() {
     assert_eq!(slave.frames(), []);
 }
 
-/// Verifies: ECSS 6.10g, 6.10j, 6.10k
+/// Verifies: ECSS 6.10g, 6.10j, 6.10k, 9.1a
+/// Notices: ECSS 9.1a: a slave stores the Node-ID of the master.
 /// Notices: ECSS 6.10j: Node-IDs above those of the straps are refused.
 /// Notices: ECSS 6.10k: a Node-ID is stored although a bit of its complement is wrong.
 #[test]

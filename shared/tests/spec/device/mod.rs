@@ -23,6 +23,7 @@ use ecss_can::types::{Bus, CobId, NmtState};
 
 use self::fixture::{ask, done, powered, read, refused, write};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node, span};
+use crate::instrument::{self, STANDARD};
 
 /// Verifies: ECSS 6.1a, 6.8a, 6.5.2a, 6.5.4a, 8.3.1c
 /// Notices: ECSS 6.5.4a: a slave answers SDO requests in Stopped.
@@ -139,11 +140,18 @@ fn heartbeat_lives_no_longer_than_1017h() {
 ///
 /// Verifies: ECSS 9.4.10f, 6.8a, 6.10a
 /// Notices: ECSS 9.4.10f: both COB-IDs in 1200h are that of requests.
+/// Notices: ECSS 9.4.10f: the COB-IDs in 1200h have the low six bits of the Node-ID.
 #[test]
 fn sdo_parameters_are_those_of_the_server() {
     let mut slave = powered();
     let parameters = [1, 2].map(|sub| read(&mut slave, 0x1200, sub));
     assert_eq!(parameters, [[0x05, 0x06, 0, 0], [0x85, 0x05, 0, 0]]);
+    for raw in [2, 63, 64, 126] {
+        let slave = instrument::slave(node(raw), &STANDARD, vec![]);
+        let parameters = slave.objects().sdo.sdo_server;
+        let expected = [0x600, 0x580].map(|base| base + u32::from(raw));
+        assert_eq!([parameters.request, parameters.response], expected, "node {raw}");
+    }
 }
 
 /// Given each COB-ID from 1921 to 2014 and from 2032 to 2047, when a client writes it to 1005h, 1014h, 1400h or 1800h, then it is

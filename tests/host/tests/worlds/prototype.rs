@@ -135,7 +135,8 @@ fn sync_brings_the_local_time_that_181h_has_set() {
 
 /// Given no SYNC before it, then the spacecraft time is that of the end of its own frame.
 ///
-/// Verifies: ECSS 7.2.2c, 9.4.8a, 7.1.2f
+/// Verifies: ECSS 7.2.2c, 9.4.8a, 7.1.2f, 9.4.3b
+/// Notices: ECSS 9.4.3b: the spacecraft time brings telemetry of the prototype.
 #[test]
 fn time_without_sync_is_that_of_its_frame() {
     let mut world = powered();

@@ -3,16 +3,16 @@
 //! Verifies: ECSS 9.4.1a
 
 use can_wire::time::Time;
-use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::node::minimal::{MinimalDevice, MinimalSlave, Numbers, Payload};
 use ecss_can::node::{MasterRequest, Refusal};
 use ecss_can::od::{Access, DataType, Entry, Objects, checked};
 use ecss_can::pdo::{Mapping, StaticMapping};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::sdo::Error;
-use ecss_can::types::{Address, Bus, NodeId};
+use ecss_can::types::{Address, Bus, Instant, NodeId};
 use host_worlds::World;
 use host_worlds::world::Sent;
-use mission::minimal::prototype::PrototypeObjects;
+use mission::minimal::prototype::{PrototypeMission, PrototypeObjects};
 use mission::minimal::{FixedPdo, MinimalMission, MinimalObjects};
 use mission::{LIBRECUBE, STANDARD};
 
@@ -175,8 +175,9 @@ fn shipped_device_has_no_service_of_a_forbidden_object() {
 /// Given commands to the shipped device, known and unknown ones, each as CAN may deliver it: twice. Then none is answered, and what they
 /// set was set once.
 ///
-/// Verifies: ECSS 9.4.1c, 9.4.3b, 9.4.2a
+/// Verifies: ECSS 9.4.1c, 9.4.3b, 9.4.2a, 9.4.2b
 /// Notices: ECSS 9.4.1c: a repeated command is echoed by TPDO 3.
+/// Notices: ECSS 9.4.2b: after a repeat the request for the number of commands brings the value.
 /// Notices: ECSS 9.4.3b: a repeated command brings telemetry.
 #[test]
 fn shipped_device_answers_no_command() {
@@ -231,6 +232,54 @@ fn shipped_device_returns_the_register_that_a_request_names() {
     let [1, 1, a, b, 0, 0, 0, 0] = telemetry[0].frame.payload()[..] else { panic!("less than 65 s") };
     let uptime = u64::from(u16::from_le_bytes([a, b]));
     assert!((before..before + 2).contains(&uptime), "{uptime} ms, {before} ms before");
+}
+
+/// Given bytes that the shipped device keeps, when a command by RPDO 1 has no bytes, then it keeps none.
+///
+/// Verifies: ECSS 9.4.2a, 9.4.3a
+/// Notices: ECSS 9.4.1a: a command without bytes is not executed.
+#[test]
+fn shipped_device_executes_a_command_without_bytes() {
+    let mut world = alone(1_000);
+    for kept in [&[1, 2, 3][..], &[]] {
+        assert!(asked(&mut world, 0x205, kept).is_empty());
+        let telemetry = asked(&mut world, 0x505, &[]);
+        let [sent] = &telemetry[..] else { panic!("one answer") };
+        assert_eq!((sent.id(), sent.frame.payload()), (Some(0x485), kept));
+    }
+}
+
+/// Given the shipped device with its LED off and on, when a SYNC comes, then TPDO 2 has the objects that its mapping names, in their
+/// order: commands executed (four bytes), state of the LED.
+///
+/// Verifies: ECSS 9.4.5a, 9.4.3b.2
+/// Notices: ECSS 9.4.5a: telemetry of SYNC has another order while the LED is on.
+#[test]
+fn telemetry_of_sync_has_its_mapping_in_each_state_of_the_device() {
+    let mut world = alone(1_000);
+    for (executed, led) in [(0, 0), (1, 1), (2, 0)] {
+        if executed > 0 {
+            assert!(asked(&mut world, 0x305, &[1, 0, led, 0, 0, 0, 0, executed]).is_empty());
+        }
+        let telemetry = asked(&mut world, 0x080, &[]);
+        let [sent] = &telemetry[..] else { panic!("one PDO") };
+        assert_eq!((sent.id(), sent.frame.payload()), (Some(0x285), &[executed, 0, 0, 0, led][..]));
+    }
+}
+
+/// Given the devices of the shipped images 5,000 s after power-on, when the uptime is requested, then telemetry has 5,000,000 ms. Their
+/// clock counts more than 2^32 us.
+///
+/// Verifies: ECSS 9.4.3a, 9.4.2b
+/// Notices: ECSS 9.4.3a: the uptime begins with zero again after 4,295 s.
+#[test]
+fn uptime_of_shipped_devices_does_not_wrap_after_71_minutes() {
+    let at = Instant::from_micros(5_000_000_000);
+    let expected = Payload::from_slice(&[1, 1, 0x40, 0x4B, 0x4C, 0, 0, 0]).unwrap();
+    let request = [1, 1];
+    assert_eq!(MinimalMission::new().on_pdo(1, &request, at), Some((2, expected.clone())));
+    assert_eq!(MinimalMission::new().on_pdo(2, &request, at), Some((2, expected.clone())));
+    assert_eq!(PrototypeMission::new().on_pdo(2, &request, at), Some((2, expected)));
 }
 
 /// From the end of a request to the end of its telemetry, microseconds: 200 in the slave, one frame on its way and the telemetry, 135
@@ -371,6 +420,28 @@ fn objects_of_shipped_images_are_those_of_the_tables() {
     assert_eq!((prototype.consumer_heartbeat, prototype.producer_heartbeat), ([1 << 16 | 2_500], 250));
 }
 
+/// Given the devices of the shipped images with the lowest, a high and the highest Node-ID, then their COB-IDs are those of Tables 9-4 and
+/// 9-6, but for the time that the prototype takes by 181h.
+///
+/// Verifies: ECSS 9.4.2d, 9.4.4c
+/// Notices: ECSS 9.4.2d: COB-IDs of commands have the low six bits of the Node-ID.
+/// Notices: ECSS 9.4.4c: COB-IDs of telemetry have the low six bits of the Node-ID.
+#[test]
+fn cob_ids_of_shipped_images_follow_every_node_id() {
+    for raw in [2, 64, 126] {
+        let id = NodeId::new(raw).expect("2 to 126");
+        let ids = |bases: [u32; 4]| bases.map(|base| Some(base + u32::from(raw)));
+        let cob_ids = |pdos| of(pdos).map(|(cob_id, _)| cob_id);
+        let objects = MinimalObjects::new(id, &Numbers::of(&SPACECRAFT, id));
+        assert_eq!(cob_ids(objects.rpdos), ids([0x200, 0x300, 0x400, 0x500]));
+        assert_eq!(cob_ids(objects.tpdos)[1..], ids([0x180, 0x280, 0x380, 0x480])[1..]);
+        let objects = PrototypeObjects::new(id, &Numbers::of(&LIBRECUBE, id));
+        assert_eq!(cob_ids(objects.rpdos)[1..], ids([0x200, 0x300, 0x400, 0x500])[1..]);
+        let sent = cob_ids(objects.tpdos);
+        assert_eq!((sent[0], &sent[2..]), (ids([0x180; 4])[0], &ids([0, 0, 0x380, 0x480])[2..]));
+    }
+}
+
 /// Entries of a mapping: the eight bytes of this object.
 fn eight_bytes(index: u32) -> Vec<u32> {
     (1..=8).map(|sub| index << 16 | sub << 8 | 8).collect()
@@ -426,6 +497,7 @@ fn prototype_maps_its_time_as_figure_7_1_has_it() {
 ///
 /// Verifies: ECSS 9.4.7.3a, 9.4.7.3b.1, 9.4.7.3b.2, 9.4.7.3d, 9.4.7.3b
 /// Notices: ECSS 9.4.7.3a: 1005h of a minimal slave is 81h.
+/// Notices: ECSS 9.4.7.3a: 1005h of the prototype is that of a master, 8000 0080h.
 /// Notices: ECSS 9.4.7.3b.2: 1006h has milliseconds.
 #[test]
 fn sync_objects_of_shipped_images_have_their_access() {
@@ -435,8 +507,9 @@ fn sync_objects_of_shipped_images_have_their_access() {
         assert_eq!(cob_id, 0x80);
         assert!(entry::<D>(0x1006, 0).is_none() && entry::<D>(0x1007, 0).is_none());
     }
-    assert_consumer::<MinimalObjects>(MinimalObjects::default().cob_id_sync);
-    assert_consumer::<PrototypeObjects>(PrototypeObjects::default().cob_id_sync);
+    let numbers = Numbers::of(&SPACECRAFT, MINIMAL);
+    assert_consumer::<MinimalObjects>(MinimalObjects::new(MINIMAL, &numbers).cob_id_sync);
+    assert_consumer::<PrototypeObjects>(PrototypeObjects::new(MINIMAL, &numbers).cob_id_sync);
 
     fn declared<D: Objects>(_: &D, index: u16) -> Option<(Access, DataType)> {
         entry::<D>(index, 0).map(|entry| (entry.access, entry.data_type))

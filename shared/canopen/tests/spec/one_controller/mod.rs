@@ -216,7 +216,8 @@ fn port_may_listen_on_either_bus() {
 /// Given a bus that is dominant all the time, which lets no controller off, when the node goes to the other bus, then the
 /// controller is moved as it is.
 ///
-/// Verifies: ECSS 8.3.3b.2, 8.3.3e.2, 5.3.3.2.3e
+/// Verifies: ECSS 8.3.3b.2, 8.3.3e.2, 5.3.3.2.3e, 8.3.2b
+/// Notices: ECSS 8.3.2b: a node with one controller does not listen on the other bus while its own is dominant all the time.
 /// Notices: ECSS 8.3.3b.2: a node with one controller does not get away from a bus that is dominant all the time.
 /// Notices: ECSS 8.3.3e.2: a node with one controller does not get away from a bus that is dominant all the time.
 /// Notices: ECSS 5.3.3.2.3e: a node with one controller does not get away from a shorted bus.
