@@ -7,7 +7,7 @@ use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Babblers, BabblingStep};
-use ecss_can::types::{Instant, NmtState};
+use ecss_can::types::{Bus, Instant, NmtState};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::instrument::STANDARD;
@@ -148,6 +148,23 @@ fn the_application_may_start_a_babbler() {
     master.run_until(master.now + span(40));
     master.receive(NOMINAL, 0x705, &[NmtState::PreOperational.byte()]);
     assert_eq!(commands(&master)[2..], [[1, 5]], "and it is not held");
+}
+
+/// Given a network on either bus, when a slave babbles on that bus, then the master stops it there.
+///
+/// Notices: ECSS 5.3.3.1b: slaves are not watched while the redundant bus is the active one.
+#[test]
+fn a_babbler_is_stopped_on_whichever_bus_is_active() {
+    for bus in Bus::ALL {
+        let mut master = master_device::powered(&Profile { bdefault: bus, ..HEARD });
+        master.transmitted(bus, frame(0x701, &[5]));
+        master.receive(bus, 0x705, &[5]);
+        master.receive(bus, 0x585, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+        master.clear();
+        (0..6).for_each(|_| master.receive(bus, 0x085, &[0, 0x10, 1, 0, 0, 0, 0, 0]));
+        assert_eq!(commands(&master), [[2, 5]], "{bus:?}");
+        assert!(master.events.contains(&babbling(BabblingStep::Stopped)), "{bus:?}");
+    }
 }
 
 /// One foreign sender must not move a network.

@@ -95,7 +95,8 @@ fn obeys_every_command_without_a_heartbeat_of_the_master() {
     assert_eq!(sent(&slave), [], "silent until the chip is reset");
 }
 
-/// Verifies: ECSS 6.1a, 6.2a, 6.9b, 6.9e
+/// Verifies: ECSS 6.1a, 6.2a, 6.3a, 6.9b, 6.9e
+/// Notices: ECSS 6.3a: a plain slave has no use for SYNC in Operational.
 /// Notices: ECSS 6.9b: a synchronous TPDO of a plain slave ignores SYNC.
 #[test]
 fn exchanges_pdos_and_sdos() {
@@ -118,7 +119,8 @@ fn exchanges_pdos_and_sdos() {
 /// Given SYNCs that have a counter (1019h) and a TPDO that goes with each, when a SYNC comes without its counter, then
 /// the slave sends an emergency and no PDO.
 ///
-/// Verifies: ECSS 6.9e, 6.3b, 6.4a.2
+/// Verifies: ECSS 6.9e, 6.9b, 6.3b, 6.4a.2
+/// Notices: ECSS 6.9b: synchronous PDOs go with a SYNC of wrong length.
 /// Notices: ECSS 6.9e: a slave without a clock obeys a SYNC that lacks its counter.
 #[test]
 fn a_sync_without_its_counter_sends_no_pdo() {
@@ -231,6 +233,7 @@ fn takes_no_time_object() {
 
 /// Verifies: ECSS 6.5.2a, 6.8a
 /// Notices: ECSS 6.5.2a: a plain slave keeps its heartbeat period when 1017h is written.
+/// Notices: ECSS 6.5.2a: a period above 32,767 ms is another one.
 #[test]
 fn is_written_by_its_application_as_by_a_client() {
     let mut slave = operational();
@@ -241,6 +244,15 @@ fn is_written_by_its_application_as_by_a_client() {
     slave.run_until(ms(200));
     let beats = slave.times(NOMINAL, 0x705);
     assert!(beats.len() >= 5 && beats.windows(2).all(|two| two[1] - two[0] == 40), "{beats:?}");
+    for period in [32_768_u16, u16::MAX] {
+        slave.clear();
+        let begin = slave.now;
+        assert_eq!(slave.write((0x1017, 0), &period.to_le_bytes()), Ok(()));
+        slave.run_until(begin + span(3 * u64::from(period)));
+        let beats = slave.times(NOMINAL, 0x705);
+        assert_eq!(beats.len(), 4, "one at once, then one in each period");
+        assert!(beats.windows(2).all(|two| two[1] - two[0] == u64::from(period)), "{beats:?}");
+    }
     assert_eq!(slave.write((0x6000, 1), &[0, 0]), Err(AbortCode::NoSubIndex));
     assert!(!slave.node.is_stamped(NOMINAL, &frame(0x080, &[])), "it has no clock");
 }

@@ -412,7 +412,8 @@ fn services_that_are_forbidden_are_not_answered() {
     assert_eq!(slave.node.device().commands.len(), 1);
 }
 
-/// Verifies: ECSS 9.4.8a, 9.4.7.2a
+/// Verifies: ECSS 9.4.8a, 9.4.7.2a, 6.3b
+/// Notices: ECSS 6.3b: a minimal slave takes a SYNC with a byte.
 /// Notices: ECSS 9.4.8a: a command that is one byte too short is taken.
 /// Notices: ECSS 9.4.7.2a: a command that is too short brings an emergency.
 #[test]
@@ -751,13 +752,31 @@ fn without_a_consumer_time_it_stays_where_it_is() {
 fn without_a_consumer_time_bus_off_is_recovered() {
     let mut alone = numbers().without_heartbeat();
     alone.redundancy.consumer = Duration::ZERO;
-    let mut slave = Bench::new(MinimalSlave::new(node(5), alone, Probe::default()));
-    slave.clear();
-    slave.health(NOMINAL, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
-    slave.run_until(ms(9));
-    assert_eq!(slave.controls, []);
-    slave.run_until(ms(10));
-    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Recover)]);
+    for bus in Bus::ALL {
+        let mut slave = Bench::new(MinimalSlave::new(node(5), alone, Probe::default()));
+        slave.clear();
+        slave.health(bus, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
+        slave.run_until(ms(9));
+        assert_eq!(slave.controls, []);
+        slave.run_until(ms(10));
+        assert_eq!(slave.controls, [(bus, BusCommand::Recover)]);
+    }
+}
+
+/// Given a slave on one bus at a time, then its filters admit the heartbeat of the master, as with parallel access; without a consumer time
+/// they do not.
+///
+/// Verifies: ECSS 6.5.2b
+/// Notices: ECSS 6.5.2b: a minimal slave on one bus at a time has no filter for the heartbeat of the master.
+#[test]
+fn filters_admit_the_heartbeat_of_the_master_with_either_access() {
+    let master = Filter::exact(CobId::new(0x701).unwrap());
+    let mut alone = numbers();
+    alone.redundancy.consumer = Duration::ZERO;
+    for (numbers, is_admitted) in [(numbers(), true), (numbers().on_one_bus(), true), (alone, false)] {
+        let slave = MinimalSlave::new(node(5), numbers, Probe::default());
+        assert_eq!(slave.filters().contains(&master), is_admitted, "{numbers:?}");
+    }
 }
 
 /// Verifies: ECSS 6.3a, 9.3a, 9.4.6.1a, 9.4.7.1a, 9.4.7.2a

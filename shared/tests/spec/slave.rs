@@ -584,24 +584,27 @@ fn each_controller_recovers_from_bus_off_by_itself() {
     }
 }
 
-/// Given a slave that followed the master to the redundant bus, when its nominal controller is bus-off, then it recovers that controller
-/// after 10 ms.
+/// Given a slave that followed the master from one bus to the other, when its controller of the bus that was left is bus-off, then it
+/// recovers that controller after 10 ms, and likewise that of the bus in use.
 ///
 /// Verifies: ECSS 8.2.1a.2, 8.2.2a, 5.6.2a
 /// Notices: ECSS 8.2.1a.2: a slave with parallel access gives up the bus that the master left.
 /// Notices: ECSS 8.2.2a: the controller of the bus that the master left is not recovered from bus-off.
 /// Notices: ECSS 5.6.2a: the controller of the bus that the master left stays bus-off.
+/// Notices: ECSS 5.6.2a: the redundant controller stays bus-off.
 #[test]
 fn a_parallel_slave_recovers_the_bus_that_the_master_left() {
-    let mut slave = operational(&STANDARD);
-    slave.run_until(ms(50));
-    slave.receive(REDUNDANT, 0x701, &[0x05]);
-    slave.clear();
-    slave.health(NOMINAL, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
-    slave.run_until(ms(59));
-    assert_eq!(slave.controls, []);
-    slave.run_until(ms(60));
-    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Recover)]);
+    for off in Bus::ALL {
+        let mut slave = operational(&STANDARD);
+        slave.run_until(ms(50));
+        slave.receive(REDUNDANT, 0x701, &[0x05]);
+        slave.clear();
+        slave.health(off, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
+        slave.run_until(ms(59));
+        assert_eq!(slave.controls, []);
+        slave.run_until(ms(60));
+        assert_eq!(slave.controls, [(off, BusCommand::Recover)]);
+    }
 }
 
 /// Given a slave with selective access that has changed the bus, when the controller of the old bus reports that it was bus-off, then
@@ -636,12 +639,14 @@ fn selective_slave_indicates_a_joined_bus_as_error_active() {
     assert_eq!(slave.node.status(slave.now).health[NOMINAL], Health::default());
 }
 
-/// Verifies: ECSS 6.5.4a, 8.3.3h
+/// Verifies: ECSS 6.5.3a, 6.5.4a, 8.3.3h
+/// Notices: ECSS 6.5.3a: the boot-up message of a node that starts by itself has the state Operational.
 /// Notices: ECSS 8.3.3h: a slave that started by itself changes the bus in Operational.
 #[test]
 fn autostart_goes_operational_and_back_when_the_search_toggles() {
     let mut slave = powered(&Profile { autostart: true, ..STANDARD });
     assert_eq!(slave.events.last(), Some(&SlaveEvent::State(NmtState::Operational)));
+    assert_eq!(slave.frames().first(), Some(&(NOMINAL, frame(0x705, &[0x00]))));
     slave.run_until(ms(500));
     assert!(slave.events.contains(&SlaveEvent::State(NmtState::PreOperational)));
 }

@@ -100,7 +100,8 @@ fn first_slave_on_a_bus_reports_no_passive_controller() {
     assert_eq!(errors(&mut slave), Some(1));
 }
 
-/// Verifies: ECSS 8.2.1a.1, 8.3.3d, 8.3.3h
+/// Verifies: ECSS 6.4a.1, 8.2.1a.1, 8.3.3d, 8.3.3h
+/// Notices: ECSS 6.4a.1: the choice of a bus, which is no error, is reported by an EMCY.
 /// Notices: ECSS 8.2.3a: the bus cannot be chosen while the master is heard.
 #[test]
 fn application_chooses_the_bus_with_selective_access() {

@@ -178,6 +178,7 @@ fn selective_slave_boots_up_on_either_default_bus() {
 ///
 /// Verifies: ECSS 5.6.2c
 /// Notices: ECSS 5.6.2c: the error counters are shown for the other bus.
+/// Notices: ECSS 5.6.2c: the object of a bus has a receive error counter of 127 at most.
 #[test]
 fn error_counters_of_a_bus_are_read_twice_and_are_the_same() {
     let passive = Health { state: ErrorState::Passive, tec: 130, rec: 7, last_error: LastError::Crc };
@@ -188,6 +189,21 @@ fn error_counters_of_a_bus_are_read_twice_and_are_the_same() {
             let health = slave.node.status(slave.now).health;
             assert_eq!((health[bus], health[bus.other()]), (passive, Health::default()));
             slave.settle();
+        }
+    }
+    // The objects have all eight bits of both.
+    for (bus, low) in [(NOMINAL, 0x20), (REDUNDANT, 0x21)] {
+        for count in [1, 127, 128, 255] {
+            let mut slave = operational(&STANDARD);
+            slave.health(bus, Health { tec: 255 - count, rec: count, ..passive });
+            for (sub, value) in [(2, 255 - count), (3, count)] {
+                slave.clear();
+                slave.receive(NOMINAL, 0x605, &[0x40, low, 0x20, sub, 0, 0, 0, 0]);
+                assert_eq!(
+                    slave.frames(),
+                    [(NOMINAL, frame(0x585, &[0x4F, low, 0x20, sub, value, 0, 0, 0]))]
+                );
+            }
         }
     }
 }

@@ -175,6 +175,34 @@ fn a_tolerance_is_met_when_it_is_equal() {
     assert!(BitTiming::new(&BXCAN, Hertz(10 * MHZ), &network(3_907)).is_err());
 }
 
+/// Given each rate of the standard on a line as long as CiA 301 has it for that rate, better and worse oscillators, and clocks of
+/// several controllers, then there is a timing, and a bit has exactly the clocks of its rate.
+///
+/// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3
+/// Notices: ECSS 5.4.2a: of other rates than 1 Mbit/s none has a timing behind a clock above 48 MHz.
+/// Notices: ECSS 5.4.2a.1: 500 kbit/s is refused with oscillators worse than 0.1 %.
+/// Notices: ECSS 5.4.2a.2: 250 kbit/s is refused on a line above 100 m.
+/// Notices: ECSS 5.4.2a.3: 125 kbit/s is refused on a line above 250 m.
+#[test]
+fn each_rate_of_the_standard_is_there_on_long_lines_and_behind_each_clock() {
+    for (bit_rate, length) in [(BitRate::KBIT_500, 100), (BitRate::KBIT_250, 250), (BitRate::KBIT_125, 500)] {
+        for ppm in [100, 1_000, 2_000] {
+            for (limits, clock) in [(BXCAN, 36 * MHZ), (BXCAN, 42 * MHZ), (FDCAN, 80 * MHZ)] {
+                let network = Network {
+                    bit_rate,
+                    length: Metres(length),
+                    node_delay: Network::NODE_DELAY,
+                    oscillator_tolerance: PartsPerMillion(ppm),
+                    jump_width: Network::JUMP_WIDTH,
+                };
+                let timing = BitTiming::new(&limits, Hertz(clock), &network).unwrap();
+                let clocks = u32::from(timing.prescaler()) * u32::from(timing.quanta());
+                assert_eq!(clocks * bit_rate.get(), clock, "{network:?}");
+            }
+        }
+    }
+}
+
 /// What calculators for bxCAN give at the 42 MHz of our boards, as prescaler, TS1 and TS2.
 ///
 /// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.3a
@@ -224,12 +252,17 @@ fn more_propagation_wins_over_finer_quanta() {
 ///
 /// Verifies: ECSS 5.4.3a
 /// Notices: ECSS 5.4.3a: 25 time quanta, or the smallest prescaler, are not tried.
+/// Notices: ECSS 5.4.3a: segment 2 has 4 time quanta at most.
 #[test]
 fn another_controller_has_the_settings_of_its_registers() {
     let timing = BitTiming::new(&FDCAN, Hertz(80 * MHZ), &desk(1_000_000)).unwrap();
     assert_eq!([timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()], [20, 17, 2, 1]);
     let timing = BitTiming::new(&FDCAN, Hertz(12_500_000), &desk(500_000)).unwrap();
     assert_eq!([timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()], [25, 21, 3, 3]);
+    // Worse oscillators: phase segments of 5, and the sample point at 80 %.
+    let worse = Network { oscillator_tolerance: PartsPerMillion(7_000), ..desk(1_000_000) };
+    let timing = BitTiming::new(&FDCAN, Hertz(25 * MHZ), &worse).unwrap();
+    assert_eq!([timing.quanta(), timing.segment1(), timing.segment2()], [25, 19, 5]);
     // The least segment 2 is 3, the most SJW 2.
     let timing = BitTiming::new(&NARROW, Hertz(48 * MHZ), &desk(1_000_000)).unwrap();
     assert_eq!([timing.quanta(), timing.segment1(), timing.segment2()], [12, 8, 3]);

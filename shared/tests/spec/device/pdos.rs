@@ -165,6 +165,24 @@ fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
     assert_eq!(slave.node.objects().application.value, 9);
 }
 
+/// Given a slave that followed the master to the redundant bus, when a frame of a synchronous RPDO and then SYNC arrive there, then SYNC
+/// makes it take effect.
+///
+/// Verifies: ECSS 6.9e, 6.9b
+/// Notices: ECSS 6.9e: RPDOs that wait take no effect while the redundant bus is active.
+#[test]
+fn a_synchronous_rpdo_takes_effect_on_the_redundant_bus() {
+    let mut slave = autostarted();
+    map_synchronous_word(&mut slave);
+    slave.run_until(ms(50));
+    slave.receive(REDUNDANT, 0x701, &[5]);
+    let value = slave.node.objects().application.value;
+    slave.receive(REDUNDANT, 0x250, &[9, 0, 0, 0]);
+    assert_eq!(slave.node.objects().application.value, value);
+    slave.receive(REDUNDANT, 0x080, &[]);
+    assert_eq!(slave.node.objects().application.value, 9);
+}
+
 /// Given a synchronous RPDO that waits for SYNC, when the slave leaves Operational and is started again, then the next SYNC does not
 /// apply the old value.
 ///

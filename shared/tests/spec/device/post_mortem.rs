@@ -46,7 +46,7 @@ fn the_last_reset_is_reported_once_after_the_boot_up_message() {
     }
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a, 6.4a.1
 /// Notices: ECSS 6.4a.1: a start without an error before it is reported as a software error.
 #[test]
 fn a_reset_without_a_cause_is_not_reported() {

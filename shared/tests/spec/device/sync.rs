@@ -79,11 +79,12 @@ fn a_sync_of_wrong_length_is_right_once_1019h_says_so() {
 ///
 /// Verifies: ECSS 6.9d
 /// Notices: ECSS 6.9d: a slave accepts bit 30 of 1005h.
+/// Notices: ECSS 6.9d: a slave accepts bit 30 of 1005h beside bit 31.
 #[test]
 fn a_slave_does_not_become_a_producer_of_sync() {
     let mut slave = autostarted();
     write_all(&mut slave, &[(0x1006, 0, &10_000_u32.to_le_bytes())]);
-    for cob_id in [0x4000_0080_u32, 0x4000_0090] {
+    for cob_id in [0x4000_0080_u32, 0x4000_0090, 0xC000_0080, 0xC000_0090] {
         assert_eq!(write(&mut slave, 0x1005, 0, &cob_id.to_le_bytes()), refused(0x1005, 0, 0x0609_0030));
     }
     assert_eq!(read(&mut slave, 0x1005, 0), [0x80, 0, 0, 0]);

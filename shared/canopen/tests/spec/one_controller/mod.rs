@@ -162,6 +162,21 @@ fn port_without_the_controller_does_nothing_to_it() {
     assert_eq!(bench.told(), [Abort(0), Recover]);
 }
 
+/// Given a controller that is bus-off on the bus that is in use, when the port of that bus recovers it, then it is told to recover,
+/// whichever bus it is.
+///
+/// Verifies: ECSS 5.6.2a
+/// Notices: ECSS 5.6.2a: a controller is not recovered while the redundant bus is selected.
+#[test]
+fn port_with_the_controller_recovers_it_on_either_bus() {
+    let mut nominal = Bench::joined();
+    nominal.ports.nominal.recover();
+    assert_eq!(nominal.told(), [Recover]);
+    let mut redundant = Bench::moved();
+    redundant.ports.redundant.recover();
+    assert_eq!(redundant.told(), [Recover]);
+}
+
 /// A mailbox that is in use when its bus is left is still that of its bus.
 #[test]
 fn port_that_leaves_may_abort_its_mailbox() {

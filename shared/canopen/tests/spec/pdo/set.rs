@@ -134,6 +134,28 @@ fn object_6000() -> &'static Object {
     Device::object(0x6000).unwrap().0
 }
 
+/// Given a set with PDOs at bases of the pre-defined connection set, then in each node from 1 to 127 the COB-ID of a PDO, in use or not, is
+/// its base and the Node-ID. So no two nodes have one in common.
+///
+/// Verifies: ECSS 6.10l, 6.10m, 6.10a
+/// Notices: ECSS 6.10m: nodes from 65 on have the COB-IDs of those 64 below.
+/// Notices: ECSS 6.10a: PDO 4 that is not in use has no pre-defined COB-ID.
+#[test]
+fn every_node_has_cob_ids_of_its_own() {
+    let value = fields().into_iter().find(|field| directions(field.address()) == [true, true]).unwrap();
+    let rpdos = Vec::leak(vec![Rpdo::new(1, CobIdOf::node(0x200)).map(value)]);
+    let tpdos = Vec::leak(vec![Tpdo::new(2, ID).map(value)]);
+    let set = PdoSet::new(rpdos, tpdos);
+    for id in 1..=127 {
+        let objects: PdoObjects<4, 4> = set.at_power_on(NodeId::new(id).unwrap());
+        let of_node = |bases: [u32; 4]| bases.map(|base| base + u32::from(id));
+        let sent = objects.tpdos.map(|pdo| pdo.cob_id & 0x7FF);
+        assert_eq!(sent, of_node([0x180, 0x280, 0x380, 0x480]), "node {id}");
+        let received = objects.rpdos.map(|pdo| pdo.cob_id & 0x7FF);
+        assert_eq!(received, of_node([0x200, 0x300, 0x400, 0x500]), "node {id}");
+    }
+}
+
 /// CiA 301 7.5.2.35 and 7.5.2.37: sub 3 of 1800h counts 100 us, sub 5 of both milliseconds.
 #[test]
 fn timers_of_a_set_are_in_the_objects_at_power_on() {
