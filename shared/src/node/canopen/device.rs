@@ -27,6 +27,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Handles a received SYNC.
+    #[inline] // row `instructions.sync_tpdo_static`
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
             if self.control.state().allows_pdo() {

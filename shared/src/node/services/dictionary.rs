@@ -111,6 +111,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     }
 
     /// Returns the place of a value. A transfer asks for the same one repeatedly.
+    #[inline] // row `instructions.sdo_download`
     fn place(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
         match self.found {
             Some((found, place, entry)) if found == at => Ok((place, entry)),

@@ -97,6 +97,7 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Returns the object that a client wrote last, once. A written parameter clears 1020h: the configuration is
     /// no longer the verified one (CiA 301 7.5.2.23).
+    #[inline] // row `instructions.sdo_download`
     pub fn take_written(&mut self) -> Option<Address> {
         let at = self.dictionary.written.take()?;
         // History, signatures, the stamp itself, commands and the time are no parameters.

@@ -315,6 +315,7 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Takes a segment of a block download like nearly all, as [`sdo::Server::is_plain_segment`]. Returns whether the frame
     /// was one.
+    #[inline] // row `instructions.block_download_segment`
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
         let segment = frame.full().filter(|payload| self.server.is_plain_segment(payload));
         if let Some(payload) = segment {

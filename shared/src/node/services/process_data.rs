@@ -73,6 +73,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Samples the live objects if an SDO request is for one of them.
+    #[inline] // row `instructions.sdo_upload`
     pub fn refresh_for(&mut self, request: &Frame, now: Instant) {
         if self.dictionary.objects.spacecraft.spacecraft().is_some() && is_live((request.bits() >> 8) as u16)
         {
