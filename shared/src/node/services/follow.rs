@@ -134,6 +134,7 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Notes that a client wrote an object: an event for the application, and for the TPDOs that carry the
     /// object.
+    #[inline] // row `instructions.sdo_download`
     pub fn report_written<V: NodeEvent>(&mut self, at: Address, turn: &mut Turn<V>) {
         if at.index >= FIRST_REPORTED {
             if self.dictionary.tpdos.has_events() {
