@@ -154,6 +154,24 @@ fn an_acyclic_one_waits_for_an_event_and_then_for_the_next_sync() {
     assert_eq!(syncs_with(&mut node, 3), [1]);
 }
 
+/// Given a TPDO of type 0 with an event timer, when the timer would expire, then nothing is sent without a SYNC.
+///
+/// Verifies: ECSS 6.9b
+/// Notices: ECSS 6.9b: the event timer sends an acyclic PDO without a SYNC.
+#[test]
+fn an_acyclic_one_has_no_event_timer() {
+    let timed = PdoParameters { event_timer: 100, ..synchronous(0, 0) };
+    let mut node = Node::with(timed);
+    assert_eq!(node.run(ms(1_000)), [], "since Operational");
+    assert_eq!(syncs_with(&mut node, 3), []);
+    assert!(node.trigger(ms(1_000)));
+    assert_eq!(syncs_with(&mut node, 3), [1]);
+    assert_eq!(node.run(ms(2_000)), [], "since the last transmission");
+    node.configure(0, timed, &WORDS, ms(2_000)).unwrap();
+    assert_eq!(node.run(ms(3_000)), [], "since it was configured");
+    assert_eq!(syncs_with(&mut node, 3), []);
+}
+
 /// Given a TPDO whose event timer runs, when it becomes cyclic, then only SYNCs send it.
 ///
 /// Verifies: ECSS 6.9b
