@@ -249,7 +249,9 @@ pub fn device(input: &DeriveInput) -> TokenStream {
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
     quote! {
         #[diagnostic::do_not_recommend]
-        impl #impl_generics #ecss::node::DeviceObjects for #ident #type_generics #bounds {}
+        impl #impl_generics #ecss::node::DeviceObjects for #ident #type_generics #bounds {
+            type Sdo = #ecss::sdo::SdoServerObjects;
+        }
     }
 }
 

@@ -61,6 +61,7 @@ mod client;
 mod crc;
 mod objects;
 mod server;
+mod servers;
 mod wire;
 
 use crate::types::{AbortCode, Address};
@@ -69,6 +70,7 @@ pub use client::{Client, Error, Mode, STAGING};
 pub use crc::Crc;
 pub use objects::{SdoParameters, SdoServerObjects};
 pub use server::Server;
+pub use servers::SdoServers;
 pub use wire::Payload;
 
 /// Returns the payload that aborts the transfer of an object.

@@ -5,6 +5,7 @@ use crate::nmt::NmtStartup;
 use crate::node::{Communication, Device, DeviceObjects, NetworkObjects};
 use crate::od::Objects;
 use crate::pdo::PdoSet;
+use crate::sdo::SdoServerObjects;
 use crate::time::LocalUtc;
 use crate::types::{NodeId, UtcRelation};
 
@@ -30,7 +31,9 @@ pub struct MasterObjects<D: Device> {
 
 /// Its constructor is checked by [`Master`](super::Master).
 #[diagnostic::do_not_recommend]
-impl<D: Device> DeviceObjects for MasterObjects<D> {}
+impl<D: Device> DeviceObjects for MasterObjects<D> {
+    type Sdo = SdoServerObjects;
+}
 
 #[diagnostic::do_not_recommend]
 impl<D: Device> Device for MasterObjects<D> {

@@ -13,9 +13,12 @@ mod process_data;
 mod redundancy;
 mod rules;
 mod sdo;
+mod second_sdo;
+mod sharing;
 mod time;
 
 use self::guarded::Guarded;
+use self::second_sdo::SecondServer;
 use super::buses::Buses;
 use super::counters::BusCounters;
 use super::turn::{Part, Timed, Wakes};
@@ -29,7 +32,7 @@ use crate::node::{BusHealth, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
-use crate::sdo::Server;
+use crate::sdo::{SdoServers, Server};
 use crate::store::ParameterStore;
 use crate::sync;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
@@ -55,6 +58,8 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     /// COB-ID of requests to the SDO server.
     sdo_id: Sealed,
     server: Timed<Server>,
+    /// Second SDO server, if the device has one.
+    second_sdo: <D::Sdo as SdoServers>::Second<SecondServer>,
     pub time: E::Time,
     pub buses: Timed<Buses>,
     pub counters: BusCounters,
@@ -105,6 +110,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync_id: Sealed::of(CobId::SYNC),
             sdo_id: Sealed::of(CobId::sdo_request(id)),
             server: Timed::new(Server::new(profile.sdo_timeout)),
+            second_sdo: D::Sdo::second(|| SecondServer::new(profile.sdo_timeout)),
             time: E::new_time(profile),
             buses: Timed::new(Buses::new(profile.access(id), profile.bus_off)),
             counters: BusCounters::default(),
@@ -298,7 +304,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.allow_emergencies();
         if !state.allows_sdo() {
             self.dictionary.stored.give_up();
-            self.reset_server();
+            self.reset_servers();
         }
         if state.allows_pdo() {
             self.dictionary.tpdos.change(&mut self.wakes).start(now);
@@ -373,11 +379,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         taken
     }
 
-    /// Returns when to poll next, including the SDO server.
+    /// Returns when to poll next, including the SDO servers.
     pub fn deadline(&self, state: NmtState) -> Option<Instant> {
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
         let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
-        earliest(&all)
+        match self.second_sdo_deadline() {
+            None => earliest(&all),
+            second => earliest(&[second, earliest(&all)]),
+        }
     }
 }
 
