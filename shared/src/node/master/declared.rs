@@ -5,7 +5,7 @@ use crate::nmt::NmtStartup;
 use crate::node::{Communication, Device, DeviceObjects, NetworkObjects};
 use crate::od::Objects;
 use crate::pdo::PdoSet;
-use crate::sdo::SdoServerObjects;
+use crate::sdo::{SdoServerObjects, SdoServers};
 use crate::time::LocalUtc;
 use crate::types::{NodeId, UtcRelation};
 
@@ -40,7 +40,13 @@ impl<D: Device> Device for MasterObjects<D> {
     type Pdos = D::Pdos;
     type Consumers = D::Consumers;
 
-    const PDOS: PdoSet = D::PDOS;
+    const PDOS: PdoSet = {
+        assert!(
+            D::Sdo::SECOND_SERVER.is_none(),
+            "a master has one SDO server: its device has no `sdo_servers = 2`"
+        );
+        D::PDOS
+    };
     const FINE_BITS: u32 = D::FINE_BITS;
     const UTC: Option<UtcRelation> = D::UTC;
     const SUBMILLISECONDS: bool = D::SUBMILLISECONDS;

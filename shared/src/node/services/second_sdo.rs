@@ -1,6 +1,9 @@
 //! Second SDO server of a device that declares one: its channel, its transfers, and its part in saves. A device without it keeps nothing
 //! and has no code for it.
 
+#[cfg(test)]
+mod tests;
+
 use super::Services;
 use super::guarded::{Copied, Copies};
 use super::sharing::{Begun, Shared};
