@@ -3,7 +3,7 @@
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 use syn::spanned::Spanned;
-use syn::{DeriveInput, Error, Field, Ident, Path, Type};
+use syn::{DeriveInput, Error, Field, Ident, LitInt, Path, Type};
 
 use crate::attribute::{Attribute, Shape};
 use crate::errors::Errors;
@@ -58,13 +58,21 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     Ok(values)
 }
 
-/// `#[objects(check = function, device)]` on the whole declaration.
+/// `#[objects(check = function, device, sdo_servers = 2)]` on the whole declaration.
 #[derive(Default)]
 struct Options {
     /// Refuses what clients write.
     check: Option<Path>,
     /// It is the application of a device: where the word stands.
     device: Option<Span>,
+    /// Number of its SDO servers, if it is declared.
+    sdo_servers: Option<LitInt>,
+}
+
+impl Options {
+    fn has_two_sdo_servers(&self) -> bool {
+        self.sdo_servers.as_ref().is_some_and(|number| number.base10_digits() == "2")
+    }
 }
 
 fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
@@ -74,11 +82,20 @@ fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
             match meta.path.get_ident().map(Ident::to_string).as_deref() {
                 Some("check") => options.check = Some(meta.value()?.parse()?),
                 Some("device") => options.device = Some(meta.path.span()),
-                _ => return Err(meta.error("unknown word; known are `check` and `device`")),
+                Some("sdo_servers") => options.sdo_servers = Some(meta.value()?.parse()?),
+                _ => return Err(meta.error("unknown word; known are `check`, `device` and `sdo_servers`")),
             }
             Ok(())
         });
         errors.take(read);
+    }
+    if let Some(number) = &options.sdo_servers {
+        if options.device.is_none() {
+            errors.add(Error::new(number.span(), "`sdo_servers` is for a device: add `device`"));
+        } else if !matches!(number.base10_digits(), "1" | "2") {
+            let message = format!("a device has 1 or 2 SDO servers, not {number}");
+            errors.add(Error::new(number.span(), message));
+        }
     }
     if let Some(span) = options.device
         && path::ecss_at(span).is_none()
@@ -245,11 +262,18 @@ fn implementation(
 /// Returns what makes the declaration that of a device. Nothing without `ecss-can`, which has the trait.
 pub fn device(input: &DeriveInput) -> TokenStream {
     let Some(ecss) = path::ecss_at(Span::call_site()) else { return TokenStream::new() };
+    let sdo = if options(input, &mut Errors::default()).has_two_sdo_servers() {
+        quote!(TwoSdoServers)
+    } else {
+        quote!(SdoServerObjects)
+    };
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
     quote! {
         #[diagnostic::do_not_recommend]
-        impl #impl_generics #ecss::node::DeviceObjects for #ident #type_generics #bounds {}
+        impl #impl_generics #ecss::node::DeviceObjects for #ident #type_generics #bounds {
+            type Sdo = #ecss::sdo::#sdo;
+        }
     }
 }
 

@@ -161,13 +161,40 @@ fn a_declaration_knows_one_word_of_its_own() {
     for attribute in [parse_quote!(#[objects(verify = check)]), parse_quote!(#[objects(Check = check)])] {
         assert_eq!(
             refused(objects::expand(&with(attribute))),
-            "unknown word; known are `check` and `device`"
+            "unknown word; known are `check`, `device` and `sdo_servers`"
         );
     }
     // A function, by its path.
     for attribute in [parse_quote!(#[objects(check)]), parse_quote!(#[objects(check = 1)])] {
         assert!(objects::expand(&with(attribute)).is_err());
     }
+}
+
+/// A device needs the crate `ecss-can`, which the tests of this crate do not have: that is the error of each device here.
+#[test]
+fn a_device_has_one_or_two_sdo_servers() {
+    let with = |attribute: syn::Attribute| -> DeriveInput {
+        parse_quote! {
+            #attribute
+            struct Device {}
+        }
+    };
+    let texts = |attribute| -> Vec<String> {
+        let errors = objects::expand(&with(attribute)).unwrap_err();
+        errors.into_iter().map(|error| error.to_string()).collect()
+    };
+    let alone = "a device needs the crate `ecss-can`";
+    for number in [parse_quote!(1), parse_quote!(2), parse_quote!(0x2)] {
+        let number: syn::LitInt = number;
+        assert_eq!(texts(parse_quote!(#[objects(device, sdo_servers = #number)])), [alone], "{number}");
+    }
+    for number in [parse_quote!(0), parse_quote!(3), parse_quote!(128)] {
+        let number: syn::LitInt = number;
+        let message = format!("a device has 1 or 2 SDO servers, not {number}");
+        assert_eq!(texts(parse_quote!(#[objects(sdo_servers = #number, device)])), [&message, alone]);
+    }
+    let message = "`sdo_servers` is for a device: add `device`";
+    assert_eq!(texts(parse_quote!(#[objects(sdo_servers = 2)])), [message]);
 }
 
 #[test]

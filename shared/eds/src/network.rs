@@ -69,7 +69,7 @@ impl Sender {
             note(sync, "1005h".into());
         }
         for (index, sub) in
-            [(0x1014, 0), (0x1200, 2)].into_iter().chain((0x1800..=0x19FF).map(|tpdo| (tpdo, 1)))
+            [(0x1014, 0), (0x1200, 2), (0x1201, 2)].into_iter().chain((0x1800..=0x19FF).map(|tpdo| (tpdo, 1)))
         {
             if let Some(id) = object(index, sub)?.filter(|id| id & INVALID == 0) {
                 note(id, format!("{index:X}h"));

@@ -4,6 +4,7 @@ use super::{Communication, Node, Turn};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
+use crate::sdo::SdoServers;
 use crate::time::{LocalClock, LocalUtc};
 use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
 
@@ -92,7 +93,10 @@ pub trait Device: Objects + DeviceObjects + Default + 'static {
     label = "add `#[objects(device)]` to the declaration of `{Self}`",
     note = "write `#[objects(device)]` beside `#[derive(Objects)]`: the compiler then checks objects and PDOs of the device"
 )]
-pub trait DeviceObjects {}
+pub trait DeviceObjects {
+    /// SDO servers of the device, which its declaration names. Without a word about them it has the default one alone.
+    type Sdo: SdoServers;
+}
 
 /// Node with the objects of a device, which its application reads and changes.
 pub trait DeviceNode: Node {

@@ -4,7 +4,7 @@ use super::{Communication, Device, Extension, Spacecraft};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::redundancy::Parameters;
-use crate::sdo::SdoServerObjects;
+use crate::sdo::SdoServers;
 use crate::types::{Duration, NodeId};
 
 /// All objects of a node. `E`: parts of the node beyond CANopen.
@@ -25,9 +25,9 @@ pub struct NodeObjects<D: Device, E: Extension = Spacecraft> {
     /// Objects of the PDOs
     #[objects]
     pub pdos: D::Pdos,
-    /// Objects of the SDO server
+    /// Objects of the SDO servers
     #[objects]
-    pub sdo: SdoServerObjects,
+    pub sdo: D::Sdo,
 }
 
 impl<D: Device, E: Extension> NodeObjects<D, E> {
@@ -40,7 +40,7 @@ impl<D: Device, E: Extension> NodeObjects<D, E> {
             communication: D::communication(id),
             consumers: D::consumers(id),
             pdos: D::pdos(id),
-            sdo: SdoServerObjects::of(id),
+            sdo: D::Sdo::at_power_on(id),
         };
         objects.set_heartbeats(redundancy);
         objects
@@ -51,6 +51,10 @@ impl<D: Device, E: Extension> NodeObjects<D, E> {
         self.communication = D::communication(id);
         self.consumers = D::consumers(id);
         self.pdos = D::pdos(id);
+        // Those of the default server are constant.
+        if D::Sdo::SECOND_SERVER.is_some() {
+            self.sdo = D::Sdo::at_power_on(id);
+        }
         self.set_heartbeats(redundancy);
     }
 

@@ -30,3 +30,19 @@ impl Device for Probe {
         pdos
     }
 }
+
+/// A number, and two SDO servers.
+#[derive(Debug, Objects)]
+#[objects(device, sdo_servers = 2)]
+pub struct TwoServers {
+    /// Number
+    #[object(0x6000, rw)]
+    number: u8,
+}
+
+impl Device for TwoServers {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+}

@@ -215,6 +215,10 @@ impl<D: Device> Node for Slave<D> {
 
     #[inline(always)] // called from one place
     fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
+        // Its client limits it, as that of the default server.
+        if self.canopen.services.is_second_sdo_answer(frame.id()) {
+            return true;
+        }
         let over = self.budget.no_sooner().take(frame.id(), turn.now);
         over.map(|over| self.on_over_budget(frame.id(), over, turn)).is_none()
     }

@@ -47,7 +47,7 @@ pub use objects::{
 };
 pub use policy::ClockPolicy;
 pub use quality::{Quality, Step, TimeSource};
-pub use service::{PairOutcome, Places, TimeService, mean_of_truncated};
+pub use service::{ClientSamples, PairOutcome, Places, TimeService, mean_of_truncated};
 
 use crate::types::Instant;
 

@@ -41,10 +41,8 @@ pub struct TimeService {
     /// Times since the last SYNC.
     times: u8,
     twice: Run<TWICE_IN_A_ROW>,
-    /// Sample of which clients read 2011h, and that of 2013h.
-    samples: [FineScet; 2],
-    /// Parts of 2011h and 2013h that are still to be read.
-    read: [Parts; 2],
+    /// Samples of which a client reads 2011h and 2013h.
+    samples: ClientSamples,
     /// Parts of 2010h and 2012h that are still to be written.
     written: [Parts; 2],
     /// Number of heartbeats of this node that are still to be stamped.
@@ -100,6 +98,15 @@ impl Parts {
     }
 }
 
+/// Samples of the time for a client that reads the parts of a record one by one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ClientSamples {
+    /// Sample of 2011h, and that of 2013h.
+    samples: [FineScet; 2],
+    /// Parts of 2011h and 2013h that are still to be read.
+    left: [Parts; 2],
+}
+
 /// Number of a record among two: 0 for SCET (2010h, 2011h), 1 for UTC (2012h, 2013h).
 const fn record(at: Address) -> usize {
     (at.index >> 1 & 1) as usize
@@ -150,8 +157,7 @@ impl TimeService {
             uncaptured: Run(0),
             times: 0,
             twice: Run(0),
-            samples: [FineScet::default(); 2],
-            read: [Parts::default(); 2],
+            samples: ClientSamples::default(),
             written: [Parts::default(); 2],
             ranged: 0,
         }
@@ -267,6 +273,11 @@ impl TimeService {
         PairOutcome::Unused
     }
 
+    /// Returns the samples of the client that reads the time, to be exchanged for those of another client.
+    pub fn samples_mut(&mut self) -> &mut ClientSamples {
+        &mut self.samples
+    }
+
     /// Returns the sample for a client that reads part `at` of `count`: a new sample, unless the client read another
     /// part of the record before. `None`: sub-index 0 and those above `count` are no part of the time.
     pub fn read(&mut self, at: Address, count: u8, now: Instant) -> Option<FineScet> {
@@ -274,10 +285,11 @@ impl TimeService {
             return None;
         }
         let nth = record(at);
-        if !self.read[nth].take(at.sub, count, now) {
-            self.samples[nth] = self.clock.at(now.into());
+        let ClientSamples { samples, left } = &mut self.samples;
+        if !left[nth].take(at.sub, count, now) {
+            samples[nth] = self.clock.at(now.into());
         }
-        Some(self.samples[nth])
+        Some(samples[nth])
     }
 
     /// Notes that a client reads the time of a heartbeat: the next heartbeats are stamped.

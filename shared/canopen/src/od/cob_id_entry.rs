@@ -1,4 +1,4 @@
-//! COB-ID entries: the values of objects such as 1005h, 1014h, 1400h and 1800h.
+//! COB-ID entries: the values of objects such as 1005h, 1014h, 1201h, 1400h and 1800h.
 //!
 //! An entry is an unsigned number of 32 bits. The identifier is in the low 29 bits, and three flags are above. Bit
 //! 29 requests an extended frame, which this system does not support.
@@ -19,6 +19,8 @@ pub enum EntryUse {
     Sync,
     /// Entry of 1014h: bit 31 is "not valid", bit 30 is reserved.
     Emcy,
+    /// Entry of 1201h: bit 31 is "not valid", bit 30 is refused, because no COB-ID is assigned dynamically.
+    Sdo,
     /// Entry of 1400h, 1800h and the following: bit 31 is "not valid", bit 30 is "no RTR".
     Pdo,
 }
@@ -62,7 +64,7 @@ impl CobIdEntry {
     /// Returns the entry after a write.
     ///
     /// The identifier stays while the communication object is in use: valid, or the producer of SYNC (CiA 301
-    /// 7.5.2.5, 7.5.2.17, 7.5.2.35). The write that makes a PDO invalid may change it. That is how configuration
+    /// 7.5.2.5, 7.5.2.17, 7.5.2.34, 7.5.2.35). The write that makes a PDO invalid may change it. That is how configuration
     /// tools move a PDO. The write that ends the use of another object may not.
     ///
     /// # Errors
@@ -71,13 +73,13 @@ impl CobIdEntry {
     pub const fn written(self, raw: u32, entry_use: EntryUse) -> Result<CobIdEntry, AbortCode> {
         let new = CobIdEntry(raw);
         let reserved = match entry_use {
-            EntryUse::Emcy => EXTENDED | FLAG,
+            EntryUse::Emcy | EntryUse::Sdo => EXTENDED | FLAG,
             EntryUse::Sync | EntryUse::Pdo => EXTENDED,
         };
         let (fixed, restrictable) = match entry_use {
             // A consumer listens to the identifier as well.
             EntryUse::Sync => (self.flag(), true),
-            EntryUse::Emcy => (self.cob_id().is_some(), new.cob_id().is_some()),
+            EntryUse::Emcy | EntryUse::Sdo => (self.cob_id().is_some(), new.cob_id().is_some()),
             EntryUse::Pdo => (self.cob_id().is_some() && raw & INVALID == 0, new.cob_id().is_some()),
         };
         let id = new.id();

@@ -27,7 +27,7 @@
 //!
 //! # Limits
 //!
-//! - A server has one channel, and a client one transfer at a time.
+//! - A [`Server`] has one channel, and a client one transfer at a time. A device with [`TwoSdoServers`] has a second server.
 //! - A [`Server`] keeps at most 256 bytes of a value. A [`Client`] keeps one sub-block, which it may have to
 //!   repeat.
 //! - All calls of a server or client need `send` closures of the same type. Otherwise the compiler makes a copy of
@@ -60,7 +60,9 @@ mod block;
 mod client;
 mod crc;
 mod objects;
+mod second;
 mod server;
+mod servers;
 mod wire;
 
 use crate::types::{AbortCode, Address};
@@ -68,7 +70,9 @@ pub use block::WINDOW;
 pub use client::{Client, Error, Mode, STAGING};
 pub use crc::Crc;
 pub use objects::{SdoParameters, SdoServerObjects};
+pub use second::{SdoChannel, TwoSdoServers};
 pub use server::Server;
+pub use servers::SdoServers;
 pub use wire::Payload;
 
 /// Returns the payload that aborts the transfer of an object.

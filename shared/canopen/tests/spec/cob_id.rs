@@ -84,6 +84,8 @@ fn an_object_not_in_use_takes_any_free_identifier() {
         (EntryUse::Pdo, 0xC000_0181),
         (EntryUse::Emcy, 0x0000_00FF),
         (EntryUse::Emcy, 0x8000_0085),
+        (EntryUse::Sdo, 0x0000_06C5),
+        (EntryUse::Sdo, 0x8000_0605),
     ] {
         assert_eq!(write(UNUSED, raw, entry_use), Ok(raw), "{entry_use:?} {raw:08X}");
     }
@@ -92,9 +94,11 @@ fn an_object_not_in_use_takes_any_free_identifier() {
 /// Verifies: ECSS 6.10c
 #[test]
 fn the_identifier_of_an_object_in_use_stays() {
-    for (entry_use, code) in
-        [(EntryUse::Pdo, AbortCode::UnsupportedAccess), (EntryUse::Emcy, AbortCode::ValueRange)]
-    {
+    for (entry_use, code) in [
+        (EntryUse::Pdo, AbortCode::UnsupportedAccess),
+        (EntryUse::Emcy, AbortCode::ValueRange),
+        (EntryUse::Sdo, AbortCode::ValueRange),
+    ] {
         assert_eq!(write(0x0000_0201, 0x0000_0202, entry_use), Err(code));
         assert_eq!(write(0x0000_0201, 0x0000_0201, entry_use), Ok(0x0000_0201));
         // The write that ends the use may move a PDO, as the tools of others do.
@@ -114,7 +118,7 @@ fn the_identifier_of_an_object_in_use_stays() {
 #[test]
 fn restricted_identifiers_are_refused_for_valid_objects() {
     for raw in [0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x701, 0x7FF] {
-        for entry_use in [EntryUse::Pdo, EntryUse::Emcy] {
+        for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sdo] {
             assert_eq!(write(UNUSED, raw, entry_use), REFUSED, "{entry_use:?} {raw:03X}");
             assert!(write(UNUSED, 0x8000_0000 | raw, entry_use).is_ok());
         }
@@ -131,7 +135,7 @@ fn restricted_identifiers_are_refused_for_valid_objects() {
 #[test]
 fn free_cob_ids_are_refused_for_every_object() {
     for raw in (1921..=2014).chain(2032..=2047) {
-        for entry_use in [EntryUse::Pdo, EntryUse::Emcy] {
+        for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sdo] {
             assert_eq!(write(UNUSED, raw, entry_use), REFUSED, "{entry_use:?} {raw}");
         }
         assert_eq!(write(0x0000_0080, raw, EntryUse::Sync), REFUSED, "consumer {raw}");
@@ -141,12 +145,14 @@ fn free_cob_ids_are_refused_for_every_object() {
 
 #[test]
 fn extended_identifiers_and_reserved_bits_are_refused() {
-    for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sync] {
+    for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sync, EntryUse::Sdo] {
         for raw in [0x2000_0085, 0xA000_0085, 0x0000_0885, 0x1000_0085] {
             assert_eq!(write(UNUSED, raw, entry_use), REFUSED, "{entry_use:?} {raw:08X}");
         }
     }
-    assert_eq!(write(UNUSED, 0x4000_0085, EntryUse::Emcy), REFUSED);
+    for entry_use in [EntryUse::Emcy, EntryUse::Sdo] {
+        assert_eq!(write(UNUSED, 0x4000_0085, entry_use), REFUSED, "{entry_use:?}");
+    }
 }
 
 /// Verifies: ECSS 6.3b, 6.10c

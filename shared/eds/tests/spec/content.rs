@@ -94,6 +94,19 @@ fn sub_indices_are_hexadecimal() {
     assert_eq!(names.last(), Some(&"2020subA"), "{names:?}");
 }
 
+/// Given a device with two SDO servers, then the second one is not valid by default, and a tool may write it.
+#[test]
+fn the_second_sdo_server_is_described() {
+    let eds = eds();
+    assert_eq!(eds.section("1201").get("ParameterName"), "SDO server parameter 2");
+    for (sub, default, data_type) in [(1, "0x80000000", 7), (2, "0x80000000", 7), (3, "0x00", 5)] {
+        let section = eds.section(&format!("1201sub{sub}"));
+        assert_eq!((section.get("DefaultValue"), section.get("AccessType")), (default, "rw"), "{sub}");
+        assert_eq!(section.number("DataType"), data_type, "{sub}");
+    }
+    assert_eq!(eds.section("1201sub3").number("HighLimit"), 127);
+}
+
 #[test]
 fn several_in_a_row_are_numbered() {
     let eds = eds();

@@ -7,7 +7,7 @@ use ecss_can::od::{
     UnicodeString, VisibleString,
 };
 use ecss_can::pdo::{PdoObjects, PdoSet};
-use ecss_can::sdo::SdoServerObjects;
+use ecss_can::sdo::TwoSdoServers;
 use ecss_can::types::NodeId;
 use eds::{Description, Device, Timestamp};
 
@@ -26,7 +26,7 @@ pub struct Fixture {
     #[objects]
     pub pdos: PdoObjects,
     #[objects]
-    pub sdo: SdoServerObjects,
+    pub sdo: TwoSdoServers,
     #[objects]
     pub nodes: Nodes,
 }
@@ -172,7 +172,7 @@ pub fn fixture(node: NodeId) -> Fixture {
     fixture.communication.identity.product = 0x89;
     fixture.communication.identity.serial = 1000 + u32::from(id);
     fixture.communication.device_name = "Fixture";
-    fixture.sdo.sdo_server.request = 0x600 + u32::from(id);
+    fixture.sdo.default.sdo_server.request = 0x600 + u32::from(id);
     fixture.nodes.plain = id;
     fixture.nodes.high = 0xC000_0380 + u32::from(id);
     fixture.nodes.shifted = u32::from(id) << 16 | 250;

@@ -115,6 +115,19 @@ fn senders_are_read_from_files_of_other_tools() {
     assert_eq!(conflicts(&[sender, other]), [both]);
 }
 
+/// Given a device with a valid second SDO channel (1201h), then it sends the COB-ID of its answers. One that is not valid counts as nothing.
+///
+/// Verifies: ECSS 6.10l
+#[test]
+fn answers_of_a_second_sdo_server_are_sent() {
+    let mut file = dcf("5", "0x185");
+    file.extend(b"[1201sub2]\rDefaultValue=0x80000000\r");
+    let ids = |file: &[u8]| Sender::of_dcf("a.dcf", file).unwrap().sent.into_iter().map(|(id, _)| id);
+    assert_eq!(ids(&file).collect::<Vec<_>>(), [0x705, 0x085, 0x185]);
+    file.extend(b"ParameterValue=0x6B5\r");
+    assert_eq!(ids(&file).collect::<Vec<_>>(), [0x705, 0x085, 0x6B5, 0x185]);
+}
+
 /// Given an entry that the comparison needs and that is not understood, then the error names file, line, section, key and value.
 #[test]
 fn dcf_without_a_needed_value_is_refused() {

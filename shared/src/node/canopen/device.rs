@@ -5,6 +5,7 @@ use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, RPDO, SYNC_COB_ID};
 use crate::node::services::SdoStep;
 use crate::node::{Device, Extension, SlaveEvent};
+use crate::sdo::SdoServers;
 use crate::types::{Address, Bus, Frame};
 
 impl<D: Device, E: Extension> Canopen<D, E> {
@@ -18,7 +19,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.services.take_written()
     }
 
-    /// Runs the SDO server and sends its responses on `bus`.
+    /// Runs the SDO servers and sends their responses on `bus`.
     #[inline(never)] // of three callers
     pub fn serve(&mut self, step: SdoStep, bus: Bus, turn: &mut Turn) -> bool {
         let (now, out) = (turn.now, &mut *turn.out);
@@ -42,6 +43,9 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// Notes that an object of CANopen was written: services and filters follow.
     pub fn on_own_written(&mut self, at: Address, turn: &mut Turn) {
         self.services.on_own_written(at, turn);
+        if D::Sdo::SECOND_SERVER == Some(at.index) {
+            self.note_filter(self.second_sdo_filter());
+        }
         match at.index {
             SYNC_COB_ID => self.note_filter(SYNC_FILTER),
             CONSUMER_HEARTBEAT => {

@@ -12,7 +12,7 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant};
 const AFTER_OVERRUN: Duration = Duration::from_millis(1_000);
 
 impl<D: Device, E: Extension> Canopen<D, E> {
-    /// Counts the event, follows the error state, and passes the ends of transmissions to the SDO server.
+    /// Counts the event, follows the error state, and passes the ends of transmissions to the SDO servers.
     /// `is_active`: the node uses this bus.
     pub fn on_bus_event(&mut self, bus: Bus, is_active: bool, event: &LinkEvent, turn: &mut Turn) {
         self.services.counters.on_link(bus, event);
@@ -58,8 +58,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
                 self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
             }
             LinkEvent::Unsent { frames } => {
-                // Some may have been segments that the SDO server waits for.
-                (0..*frames).for_each(|_| self.services.on_sdo_sent());
+                // Some may have been segments that an SDO server waits for.
+                self.services.on_sdo_unsent(*frames);
                 self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
             }
             LinkEvent::Counters(_) => self.services.refresh_health(),
@@ -70,6 +70,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     fn on_sent(&mut self, frame: &Frame, now: Instant) {
         if frame.id() == CobId::sdo_response(self.control.id()) {
             self.services.on_sdo_sent();
+        } else if self.services.is_second_sdo_answer(frame.id()) {
+            self.services.on_second_sdo_sent();
         } else if E::IS_GUARDED && frame.id() == CobId::heartbeat(self.control.id()) {
             self.check_cob_ids(now);
         }

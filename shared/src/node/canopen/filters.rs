@@ -5,6 +5,7 @@ use crate::link::port::Filter;
 use crate::node::turn::Part;
 use crate::node::{BusCommand, Device, Extension, Filters, MAX_FILTERS};
 use crate::pdo::PdoSlots;
+use crate::sdo::SdoServers;
 use crate::types::{Bus, CobId, Duration, Instant, NodeId};
 
 /// Retry interval for changed filters.
@@ -38,7 +39,8 @@ impl Part for ChangedFilters {
 
 impl<D: Device, E: Extension> Canopen<D, E> {
     /// Returns the filters: exact COB-IDs only. There is one for each entry of 1016h and for each RPDO, in
-    /// use or not. The last one is for heartbeats of another node with this Node-ID. Filters above [`MAX_FILTERS`] are
+    /// use or not. Behind them is one for heartbeats of another node with this Node-ID, and one for the second SDO server
+    /// if the device has one. Filters above [`MAX_FILTERS`] are
     /// left out.
     pub fn filters(&self) -> Filters {
         (0..self.wanted_filters().min(MAX_FILTERS)).map(|number| self.filter(number)).collect()
@@ -46,6 +48,11 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// Returns the number of filters that the node would have without a limit.
     pub fn wanted_filters(&self) -> usize {
+        self.second_sdo_filter() + usize::from(D::Sdo::SECOND_SERVER.is_some())
+    }
+
+    /// Returns the number of the filter of the second SDO server.
+    pub fn second_sdo_filter(&self) -> usize {
         self.filters_of_rpdos() + D::Pdos::RECEIVE + 1
     }
 
@@ -78,6 +85,9 @@ impl<D: Device, E: Extension> Canopen<D, E> {
                 None => self.services.consumed(number - FILTERS_OF_PEERS),
                 // Behind the RPDOs: another node with this Node-ID.
                 Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.control.id())),
+                Some(last) if D::Sdo::SECOND_SERVER.is_some() && last > D::Pdos::RECEIVE => {
+                    self.services.second_sdo_id()
+                }
                 Some(pdo) => self.services.rpdo_id(pdo),
             },
         };

@@ -6,6 +6,7 @@ use crate::node::services::Services;
 use crate::node::{Communication, Device, DeviceObjects, NetworkObjects};
 use crate::od::Objects;
 use crate::pdo::PdoSet;
+use crate::sdo::{SdoServerObjects, SdoServers};
 use crate::time::LocalUtc;
 use crate::types::{NodeId, UtcRelation};
 
@@ -31,14 +32,22 @@ pub struct MasterObjects<D: Device> {
 
 /// Its constructor is checked by [`Master`](super::Master).
 #[diagnostic::do_not_recommend]
-impl<D: Device> DeviceObjects for MasterObjects<D> {}
+impl<D: Device> DeviceObjects for MasterObjects<D> {
+    type Sdo = SdoServerObjects;
+}
 
 #[diagnostic::do_not_recommend]
 impl<D: Device> Device for MasterObjects<D> {
     type Pdos = D::Pdos;
     type Consumers = D::Consumers;
 
-    const PDOS: PdoSet = D::PDOS;
+    const PDOS: PdoSet = {
+        assert!(
+            D::Sdo::SECOND_SERVER.is_none(),
+            "a master has one SDO server: its device has no `sdo_servers = 2`"
+        );
+        D::PDOS
+    };
     const FINE_BITS: u32 = D::FINE_BITS;
     const UTC: Option<UtcRelation> = D::UTC;
     const SUBMILLISECONDS: bool = D::SUBMILLISECONDS;

@@ -1,6 +1,7 @@
 //! Dictionary access: checks, rules of the objects, and notification of the services.
 
 use super::rules;
+use super::sharing::{self, Shared};
 use super::time::check_submilliseconds;
 use crate::emcy;
 use crate::emcy::ErrorCode;
@@ -12,6 +13,7 @@ use crate::node::{Communication, Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
 use crate::pdo::{PdoSlots, Rpdos, Tpdos};
+use crate::sdo::SdoServers;
 use crate::store::{Group, Loaded, ParameterStore, StoreError, StoreRequest};
 use crate::types::{AbortCode, Address, CobId, Duration, Instant, NmtState, NodeId};
 
@@ -33,6 +35,8 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub(super) id: NodeId,
     /// Instant of the last call of the SDO server.
     pub now: Instant,
+    /// Transfer of the other SDO server during a call of one of two.
+    pub shared: <D::Sdo as SdoServers>::Second<Shared>,
     /// Whether that call made something due.
     pub wakes: Wakes,
 }
@@ -55,6 +59,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             found: None,
             id,
             now: Instant::ZERO,
+            shared: D::Sdo::second(Shared::default),
             wakes: Wakes::never(),
             // Last: then the compiler makes it in its place.
             objects: objects(),
@@ -161,7 +166,8 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
             self.find(at)?;
             return Err(AbortCode::NoData);
         }
-        self.find(at)?.upload()
+        let transfer = self.find(at)?.upload();
+        sharing::begin(self.shared.as_mut(), at, transfer, false)
     }
 
     #[inline(always)] // called from one place
@@ -205,7 +211,8 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         if self.stored.deadline().is_some() {
             return Err(AbortCode::DeviceState);
         }
-        self.find(at)?.download(size)
+        let transfer = self.find(at)?.download(size);
+        sharing::begin(self.shared.as_mut(), at, transfer, true)
     }
 
     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
@@ -221,6 +228,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         let request = StoreRequest::of(at.index);
         request.map_or(Ok(()), |request| request.check(number))?;
         if request.is_some() {
+            sharing::may_save(self.shared.as_ref())?;
             // Obeyed when the save has ended.
             return self.stored.begin(self.id, at, self.now);
         }

@@ -18,7 +18,8 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// communication.
     pub fn configure(&mut self, now: Instant) {
         self.dictionary.stored.give_up();
-        self.reset_server();
+        self.reset_servers();
+        self.take_second_sdo();
         let Self { dictionary, monitor, wakes, .. } = self;
         dictionary.written = None;
         dictionary.rpdos.no_sooner().stop();
@@ -159,6 +160,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             self.note_mappings();
             self.wakes.take(&mut self.dictionary.wakes);
         }
+        self.follow_second_sdo(at);
         if E::IS_GUARDED {
             self.copy_written_cob_id(at);
         }

@@ -16,10 +16,11 @@ mod tests;
 use super::{Dictionary, Services};
 use crate::emcy::ErrorCode;
 use crate::node::index::{EMCY_COB_ID, LAST_RPDO, LAST_TPDO, RPDO, SYNC_COB_ID, TPDO};
-use crate::node::services::rules::SYNC_IS_USED;
+use crate::node::services::rules::{SYNC_IS_USED, is_channel};
 use crate::node::{Communication, Device, Extension, NodeObjects};
 use crate::od::CobIdEntry;
 use crate::pdo::{Direction, PdoSlots};
+use crate::sdo::SdoServers;
 use crate::types::{Address, CobId, Instant, NodeId, Sealed};
 
 /// Source of the emergency that reports a flipped bit; the number of those that were mended follows.
@@ -35,9 +36,12 @@ const FIRST_RPDO: usize = 2;
 
 /// A COB-ID and its complement.
 #[derive(Clone, Copy, Debug)]
-struct Copied([u32; 2]);
+pub struct Copied([u32; 2]);
 
 impl Copied {
+    /// Copy of no COB-ID. It is replaced before it is compared.
+    pub const NONE: Copied = Copied([0; 2]);
+
     const fn of(cob_id: u32) -> Copied {
         Copied([cob_id, !cob_id])
     }
@@ -50,12 +54,12 @@ impl Copied {
 }
 
 /// The three copies of a COB-ID.
-struct Copies<'a> {
-    object: &'a mut u32,
-    second: &'a mut Copied,
-    in_use: Sealed,
+pub struct Copies<'a> {
+    pub object: &'a mut u32,
+    pub second: &'a mut Copied,
+    pub in_use: Sealed,
     /// Bits of the object of which the service takes notice.
-    flags: u32,
+    pub flags: u32,
 }
 
 impl Copies<'_> {
@@ -96,30 +100,33 @@ pub struct Guarded<S: PdoSlots> {
 }
 
 impl<S: PdoSlots> Guarded<S> {
-    /// COB-IDs of a node.
-    const COB_IDS: usize = FIRST_RPDO + S::RECEIVE + S::TRANSMIT;
-    /// COB-IDs that are compared with each heartbeat.
-    const EACH_HEARTBEAT: usize = Self::COB_IDS.div_ceil(HEARTBEATS);
+    /// Number of the first COB-ID behind those of the PDOs.
+    const BEHIND: usize = FIRST_RPDO + S::RECEIVE + S::TRANSMIT;
 
     pub fn new() -> Self {
-        // They are copied before they are compared.
-        let none = Copied([0; 2]);
+        let none = Copied::NONE;
         Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none), next: 0 }
     }
 }
 
-/// Number of the COB-ID that an object has.
-fn number_of<S: PdoSlots>(index: u16) -> Option<usize> {
-    match index {
+/// Number of the COB-ID at an address.
+fn number_of<D: Device>(at: Address) -> Option<usize> {
+    match at.index {
+        index if is_channel::<D>(index, at.sub) => Some(Guarded::<D::Pdos>::BEHIND + usize::from(at.sub - 1)),
         SYNC_COB_ID => Some(SYNC),
         EMCY_COB_ID => Some(EMCY),
-        RPDO..=LAST_RPDO => Some(FIRST_RPDO + usize::from(index - RPDO)),
-        TPDO..=LAST_TPDO => Some(FIRST_RPDO + S::RECEIVE + usize::from(index - TPDO)),
+        index @ RPDO..=LAST_RPDO => Some(FIRST_RPDO + usize::from(index - RPDO)),
+        index @ TPDO..=LAST_TPDO => Some(FIRST_RPDO + D::Pdos::RECEIVE + usize::from(index - TPDO)),
         _ => None,
     }
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
+    /// COB-IDs of the node. Those of the second SDO server are the last ones.
+    const COB_IDS: usize = Guarded::<D::Pdos>::BEHIND + if D::Sdo::SECOND_SERVER.is_some() { 2 } else { 0 };
+    /// COB-IDs that are compared with each heartbeat.
+    const EACH_HEARTBEAT: usize = Self::COB_IDS.div_ceil(HEARTBEATS);
+
     /// Compares the Node-ID of the node with the copies in its services (ECSS 6.10k), and the COB-ID of SDO with it.
     /// What is wrong is corrected, and an emergency reports it.
     #[inline(never)] // with heartbeats
@@ -134,13 +141,13 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Copies all COB-IDs after the services took them.
     pub fn copy_cob_ids(&mut self) {
-        (0..Guarded::<D::Pdos>::COB_IDS).for_each(|number| self.copy_cob_id(number));
+        (0..Self::COB_IDS).for_each(|number| self.copy_cob_id(number));
     }
 
     /// Copies the COB-ID of an object that was written, if it has one. The other copies stay as they are, so that
     /// a flipped bit in one of them is still found.
     pub fn copy_written_cob_id(&mut self, at: Address) {
-        if let Some(number) = number_of::<D::Pdos>(at.index) {
+        if let Some(number) = number_of::<D>(at) {
             self.copy_cob_id(number);
         }
     }
@@ -155,9 +162,9 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// services, and an emergency reports it. Returns whether one was wrong.
     pub fn compare_cob_ids(&mut self, now: Instant) -> bool {
         let mut is_wrong = false;
-        for _ in 0..Guarded::<D::Pdos>::EACH_HEARTBEAT {
+        for _ in 0..Self::EACH_HEARTBEAT {
             let number = self.guarded.next;
-            self.guarded.next = (number + 1) % Guarded::<D::Pdos>::COB_IDS;
+            self.guarded.next = (number + 1) % Self::COB_IDS;
             is_wrong |= self.copies(number).is_some_and(Copies::correct);
         }
         if is_wrong {
@@ -168,6 +175,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             self.sync_id = Sealed::of(sync.id());
             let emcy = emcy.config();
             self.dictionary.emcy.change(&mut self.wakes).configure(emcy);
+            self.take_second_sdo();
             self.dictionary.set_pdos(now, &mut self.wakes);
             self.report_flipped();
         }
@@ -177,8 +185,8 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// The copies of a COB-ID.
     #[inline(never)] // once for all callers
     fn copies(&mut self, number: usize) -> Option<Copies<'_>> {
-        let Self { dictionary, guarded, sync_id, .. } = self;
-        let Dictionary { objects: NodeObjects { communication, pdos, .. }, emcy, rpdos, tpdos, .. } =
+        let Self { dictionary, guarded, sync_id, second_sdo, .. } = self;
+        let Dictionary { objects: NodeObjects { communication, pdos, sdo, .. }, emcy, rpdos, tpdos, .. } =
             dictionary;
         let flags = u32::MAX;
         match number {
@@ -191,6 +199,12 @@ impl<D: Device, E: Extension> Services<D, E> {
                 Some(Copies { object, second, in_use: emcy.id(), flags })
             }
             _ => {
+                if D::Sdo::SECOND_SERVER.is_some()
+                    && let Some(nth) = number.checked_sub(Guarded::<D::Pdos>::BEHIND)
+                {
+                    let ids = sdo.cob_ids_mut()?;
+                    return second_sdo.as_mut().first_mut()?.copies(nth, ids);
+                }
                 let nth = number.checked_sub(FIRST_RPDO)?;
                 let (direction, nth, second, in_use) = match nth.checked_sub(D::Pdos::RECEIVE) {
                     None => {

@@ -12,9 +12,13 @@ mod pdos;
 mod process_data;
 mod redundancy;
 mod rules;
+mod sdo;
+mod second_sdo;
+mod sharing;
 mod time;
 
 use self::guarded::Guarded;
+use self::second_sdo::SecondServer;
 use super::buses::Buses;
 use super::counters::BusCounters;
 use super::turn::{Part, Timed, Wakes};
@@ -23,37 +27,25 @@ use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, Monitor, monitored};
 use crate::link::Stamp;
 use crate::link::port::{ErrorState, Health, LastError};
-use crate::node::save::SaveEnd;
 use crate::node::stored::Storage;
 use crate::node::{BusHealth, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
+use crate::sdo::{SdoServers, Server};
 use crate::store::ParameterStore;
-use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
-use crate::{sdo, sync};
+use crate::sync;
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
+pub use sdo::SdoStep;
 pub use time::{MappedTime, carries_time};
 
 /// Frames, sent and received on a bus, within which a node may have been the first one there.
 const FIRST_FRAMES: u32 = 8;
 
-/// First byte of a request that aborts a transfer.
-const ABORT: u8 = 0x80;
-
 /// First object whose changes are reported to the application. Objects below belong to the services.
 pub const FIRST_REPORTED: u16 = index::REDUNDANCY;
-
-/// Task of the SDO server.
-pub enum SdoStep<'a> {
-    /// Handle a frame for the server.
-    Request(&'a Frame),
-    /// End the transfer: the bus of its client was left.
-    BusChanged,
-    /// Do what was due at this instant, or continue after one of its frames was sent.
-    Poll(Instant),
-}
 
 /// Dictionary and services of a node. `E`: parts of the node beyond CANopen.
 #[derive(Debug)]
@@ -65,7 +57,9 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     sync_id: Sealed,
     /// COB-ID of requests to the SDO server.
     sdo_id: Sealed,
-    server: Timed<sdo::Server>,
+    server: Timed<Server>,
+    /// Second SDO server, if the device has one.
+    second_sdo: <D::Sdo as SdoServers>::Second<SecondServer>,
     pub time: E::Time,
     pub buses: Timed<Buses>,
     pub counters: BusCounters,
@@ -115,7 +109,8 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync: sync::Consumer::new(0, 0),
             sync_id: Sealed::of(CobId::SYNC),
             sdo_id: Sealed::of(CobId::sdo_request(id)),
-            server: Timed::new(sdo::Server::new(profile.sdo_timeout)),
+            server: Timed::new(Server::new(profile.sdo_timeout)),
+            second_sdo: D::Sdo::second(|| SecondServer::new(profile.sdo_timeout)),
             time: E::new_time(profile),
             buses: Timed::new(Buses::new(profile.access(id), profile.bus_off)),
             counters: BusCounters::default(),
@@ -165,16 +160,6 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Returns whether this is the COB-ID of SYNC.
     pub fn is_sync(&self, id: CobId) -> bool {
         self.sync_id.is(id)
-    }
-
-    /// Returns whether this is the COB-ID of SDO requests.
-    pub fn is_sdo(&self, id: CobId) -> bool {
-        self.sdo_id.is(id)
-    }
-
-    /// Returns the COB-ID of SDO requests by the Node-ID.
-    pub fn sdo_id(&self) -> CobId {
-        CobId::sdo_request(self.id)
     }
 
     /// Returns the COB-ID of SYNC as it was just written.
@@ -313,83 +298,12 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Takes a segment of a block download like nearly all, as [`sdo::Server::is_plain_segment`]. Returns whether the frame
-    /// was one.
-    #[inline] // row `instructions.block_download_segment`
-    pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
-        let segment = frame.full().filter(|payload| self.server.is_plain_segment(payload));
-        if let Some(payload) = segment {
-            self.server.no_sooner().take_plain_segment(payload, now);
-        }
-        segment.is_some()
-    }
-
-    /// Runs the SDO server. Returns whether a frame was of use. Call it from one place, so that an image has its
-    /// code once.
-    #[inline(always)]
-    pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
-        let Some(response) = self.sdo_id.id().map(CobId::sdo_answer) else { return false };
-        let Self { dictionary, server, wakes, .. } = self;
-        dictionary.now = now;
-        let mut send = move |payload| send(Frame::of(response, payload));
-        let is_used = match step {
-            SdoStep::Request(frame) => {
-                let Some(payload) = frame.full() else { return false };
-                if payload[0] == ABORT
-                    && let Some(save) = dictionary.stored.running()
-                {
-                    save.drop_answer();
-                }
-                server.no_sooner().on_request(payload, now, dictionary, &mut send)
-            }
-            SdoStep::BusChanged => {
-                server.no_sooner().on_bus_changed(now, dictionary, &mut send);
-                true
-            }
-            SdoStep::Poll(until) => {
-                server.no_sooner().poll(until, dictionary, &mut send);
-                true
-            }
-        };
-        server.settle(wakes);
-        is_used
-    }
-
-    /// Returns the earlier one of `deadline` and the next slice of a running save, which a received frame does not run.
-    pub fn with_save(&self, deadline: Option<Instant>) -> Option<Instant> {
-        match self.dictionary.stored.deadline() {
-            // Nearly always.
-            None => deadline,
-            slice => earliest(&[slice, deadline]),
-        }
-    }
-
-    /// Continues a running save if that is due. At its end, returns the frame for the client that waits for it, and
-    /// the object that was written if the save succeeded.
-    pub fn advance_save(&mut self, now: Instant) -> Option<(Option<Frame>, Option<Address>)> {
-        let SaveEnd { at, result, answer } = self.dictionary.advance_save(now, &mut self.wakes)?;
-        let answer = answer.map(|answer| result.map_or_else(|code| sdo::abort(at, code), |()| answer));
-        let id = self.sdo_id.id().map(CobId::sdo_answer);
-        let frame = id.zip(answer).map(|(id, answer)| Frame::of(id, answer));
-        Some((frame, result.is_ok().then_some(at)))
-    }
-
-    /// Returns whether the SDO server has a transfer.
-    pub fn is_sdo_busy(&self) -> bool {
-        self.server.is_busy()
-    }
-
-    /// Notes that a response of the SDO server was sent, or failed.
-    pub fn on_sdo_sent(&mut self) {
-        self.server.change(&mut self.wakes).on_sent();
-    }
-
     /// Takes a new NMT state. A transfer ends without an abort if SDO is not allowed in it.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
         self.allow_emergencies();
         if !state.allows_sdo() {
             self.dictionary.stored.give_up();
-            self.reset_server();
+            self.reset_servers();
         }
         if state.allows_pdo() {
             self.dictionary.tpdos.change(&mut self.wakes).start(now);
@@ -401,12 +315,6 @@ impl<D: Device, E: Extension> Services<D, E> {
             }
             self.sync.open();
         }
-    }
-
-    /// Ends the transfer of the SDO server without an abort.
-    pub(super) fn reset_server(&mut self) {
-        let Self { dictionary, server, .. } = self;
-        server.no_sooner().reset(dictionary);
     }
 
     /// Handles a SYNC. Returns its counter, zero if it has none.
@@ -470,18 +378,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         taken
     }
 
-    /// Returns when to poll next, including the SDO server.
+    /// Returns when to poll next, including the SDO servers.
     pub fn deadline(&self, state: NmtState) -> Option<Instant> {
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
         let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
-        earliest(&all)
-    }
-}
-
-impl Part for sdo::Server {
-    #[inline] // row `instructions.sdo_upload`
-    fn earliest(&self) -> Option<Instant> {
-        self.deadline()
+        match self.second_sdo_deadline() {
+            None => earliest(&all),
+            second => earliest(&[second, earliest(&all)]),
+        }
     }
 }
 

@@ -54,6 +54,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         wakes: &mut Wakes,
     ) -> Result<(), AbortCode> {
         rules::check_pdo(direction, &self.objects.communication, pdo.cob_id)?;
+        rules::check_pdo_of_server(&self.objects.sdo, pdo.cob_id)?;
         let (_, mapping) = self.objects.pdos.pdo(direction, number).ok_or(AbortCode::NoObject)?;
         let resolved = pdo::resolve::<NodeObjects<D, E>>(direction, pdo, mapping.objects())?;
         match direction {

@@ -7,6 +7,7 @@ use crate::node::{Communication, Device, Extension, NetworkObjects, NodeObjects,
 use crate::od::{CobIdEntry, EntryUse, INVALID, Objects};
 use crate::pdo::{Direction, PdoSlots};
 use crate::redundancy::RedundancyObjects;
+use crate::sdo::SdoServers;
 use crate::sync;
 use crate::types::{AbortCode, Address, CobId, NodeId};
 
@@ -27,6 +28,7 @@ pub fn check<D: Device, E: Extension>(
     sync.may_write(at, value, id == NodeId::MASTER)?;
     emcy.may_write(at, value)?;
     nmt.may_write(at, value)?;
+    objects.sdo.may_write(at, value)?;
     objects.consumers.may_write(at, value)?;
     // A node does not carry the rules of objects that it has not.
     if const { has_object::<D, E>(index::REDUNDANCY) } {
@@ -37,14 +39,17 @@ pub fn check<D: Device, E: Extension>(
         EmcyConsumers::may_write(id, at, value)?;
     }
     match at.index {
+        index if is_channel::<D>(index, at.sub) => check_channel(id, objects, at, value),
         index::SYNC_COB_ID => {
             let sync = SYNC_IS_USED & value;
             let is_received = objects.pdos.rpdos().0.iter().any(|pdo| has(pdo.cob_id, sync));
-            free(!(is_received || is_sent(objects, sync) || has(emcy.cob_id, sync)))
+            let is_own = has(emcy.cob_id, sync) || is_of_second_sdo(&objects.sdo, sync);
+            free(!(is_received || is_sent(objects, sync) || is_own))
         }
         index::EMCY_COB_ID => {
             check_sender(id, &objects.consumers, value)?;
-            free(!(has(SYNC_IS_USED & sync.cob_id, value) || is_sent(objects, value)))
+            let is_own = has(SYNC_IS_USED & sync.cob_id, value) || is_of_second_sdo(&objects.sdo, value);
+            free(!(is_own || is_sent(objects, value)))
         }
         _ => Ok(()),
     }
@@ -63,6 +68,10 @@ pub fn check_stored<D: Device, E: Extension>(
     value: u32,
 ) -> Result<(), AbortCode> {
     match at.index {
+        index if is_channel::<D>(index, at.sub) => {
+            objects.sdo.may_write(at, value)?;
+            check_free(&objects.communication, value)
+        }
         index::SYNC_COB_ID | index::EMCY_COB_ID => Ok(()),
         index::SYNC_OVERFLOW => sync::check_overflow(value as u8, 0),
         // Those above are taken already, those below are of before.
@@ -87,6 +96,54 @@ pub fn are_possible(id: NodeId, communication: &Communication) -> bool {
 /// Returns whether the node has the record or the array with this index.
 const fn has_object<D: Device, E: Extension>(index: u16) -> bool {
     NodeObjects::<D, E>::DECLARED.find(Address::new(index, 1)).is_some()
+}
+
+/// Sub-index of the COB-ID of requests in the object of an SDO channel.
+const REQUEST: u8 = 1;
+/// Sub-index of the COB-ID of answers.
+const ANSWER: u8 = 2;
+
+/// Returns whether this is a COB-ID of the second SDO server.
+pub fn is_channel<D: Device>(index: u16, sub: u8) -> bool {
+    D::Sdo::SECOND_SERVER == Some(index) && matches!(sub, REQUEST | ANSWER)
+}
+
+/// Checks a COB-ID that a client gives to the second SDO server: SYNC, emergencies and PDOs of the node do not have it,
+/// and that of answers does not belong to another node.
+///
+/// # Errors
+/// [`AbortCode::ParameterIncompatible`].
+fn check_channel<D: Device, E: Extension>(
+    id: NodeId,
+    objects: &NodeObjects<D, E>,
+    at: Address,
+    value: u32,
+) -> Result<(), AbortCode> {
+    if at.sub == ANSWER {
+        check_sender(id, &objects.consumers, value)?;
+    }
+    let is_received = objects.pdos.rpdos().0.iter().any(|pdo| has(pdo.cob_id, value));
+    free(!(is_received || is_sent(objects, value)))?;
+    check_free(&objects.communication, value)
+}
+
+/// Checks that neither SYNC nor the emergencies of the node have a COB-ID.
+fn check_free(communication: &Communication, cob_id: u32) -> Result<(), AbortCode> {
+    let Communication { sync, emcy, .. } = communication;
+    free(!(has(SYNC_IS_USED & sync.cob_id, cob_id) || has(emcy.cob_id, cob_id)))
+}
+
+/// Checks the identifier of a PDO that becomes valid: the second SDO server does not have it.
+///
+/// # Errors
+/// [`AbortCode::ParameterIncompatible`].
+pub fn check_pdo_of_server(sdo: &impl SdoServers, cob_id: u32) -> Result<(), AbortCode> {
+    free(!is_of_second_sdo(sdo, cob_id))
+}
+
+/// Returns whether a COB-ID of the second SDO server is valid and has this identifier.
+fn is_of_second_sdo(sdo: &impl SdoServers, cob_id: u32) -> bool {
+    sdo.cob_ids().is_some_and(|ids| ids.into_iter().any(|own| has(own, cob_id)))
 }
 
 /// Checks the identifier of a PDO that becomes valid: no PDO may have that of SYNC (1005h), no TPDO that of the

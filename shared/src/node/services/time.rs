@@ -145,6 +145,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     pub fn refresh_time_for(&mut self, request: &Frame, now: Instant) {
         let Some(&[command, low, high, sub, ..]) = request.full() else { return };
         let at = Address::new(u16::from_le_bytes([low, high]), sub);
+        self.choose_client(request.id());
         let parts = if at.index == SCET_GET { LocalScet::PARTS } else { LocalUtc::PARTS };
         if is_local_time(at.index)
             && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD)

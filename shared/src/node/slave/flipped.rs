@@ -6,16 +6,17 @@ use std::vec::Vec;
 
 use crate::heartbeat::NodeControl;
 use crate::link::Stamp;
-use crate::node::probe::Probe;
-use crate::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent, Turn};
+use crate::node::probe::{Probe, TwoServers};
+use crate::node::{BusCommand, Device, DeviceNode, LinkEvent, Node, Outbox, Slave, SlaveEvent, Turn};
 use crate::profile::Profile;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
+use crate::sdo::TwoSdoServers;
+use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
 const ID: NodeId = NodeId::of::<5>();
 
 /// A slave whose frames are all acknowledged at once.
-struct Bench {
-    slave: Slave<Probe>,
+struct Bench<D: Device = Probe> {
+    slave: Slave<D>,
     now: Instant,
     sent: Vec<Frame>,
     /// Filters that were sent to the nominal bus.
@@ -24,7 +25,13 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let slave = Slave::new(ID, &Profile::DEFAULT, Probe::default());
+        Self::of(Probe::default())
+    }
+}
+
+impl<D: Device> Bench<D> {
+    fn of(device: D) -> Self {
+        let slave = Slave::new(ID, &Profile::DEFAULT, device);
         let mut bench = Bench { slave, now: Instant::ZERO, sent: Vec::new(), filters: 0 };
         bench.with(|slave, turn| slave.start(turn));
         bench.heartbeats(2);
@@ -32,7 +39,7 @@ impl Bench {
         bench
     }
 
-    fn with(&mut self, step: impl FnOnce(&mut Slave<Probe>, &mut Turn<'_, SlaveEvent>)) {
+    fn with(&mut self, step: impl FnOnce(&mut Slave<D>, &mut Turn<'_, SlaveEvent>)) {
         let mut out = Outbox::new();
         step(&mut self.slave, &mut Turn::new(self.now, &mut out));
         let mut ended = Vec::new();
@@ -55,7 +62,7 @@ impl Bench {
 
     /// Lets the slave run until it has sent this number of heartbeats.
     fn heartbeats(&mut self, number: usize) {
-        let heartbeats = |bench: &Bench| {
+        let heartbeats = |bench: &Self| {
             bench.sent.iter().filter(|frame| frame.id().function() == CobId::heartbeat(ID).function()).count()
         };
         let until = heartbeats(self) + number;
@@ -186,4 +193,43 @@ fn a_flipped_node_id_is_mended_before_the_boot_after_a_silence() {
     bench.with(|slave, turn| slave.poll(turn));
     assert_eq!(bench.sent[0], Frame::of(CobId::heartbeat(ID), [0]));
     assert_eq!(bench.mended(), 1);
+}
+
+/// Payloads that the second SDO server answers a request for 1000h with.
+fn answers_of_second_server(bench: &mut Bench<TwoServers>) -> usize {
+    bench.sent.clear();
+    let frame = Frame::of(CobId::new(0x6C5).unwrap(), [0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    let stamp = Stamp::interrupt(bench.now);
+    bench.link(Bus::Nominal, &LinkEvent::Received { frame, stamp });
+    bench.sent.iter().filter(|frame| frame.id().raw() == 0x6B5).count()
+}
+
+/// Given a slave with a valid second SDO channel, when a bit of one of its COB-IDs flips, in 1201h or where the server has it, then both
+/// COB-IDs are right again within 32 heartbeats, the slave counts it, and the channel works.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn a_flipped_cob_id_of_the_second_sdo_server_is_mended() {
+    let entries = [0x6C5, 0x6B5_u32];
+    for sub in [1, 2] {
+        for bit in 0..32 {
+            let mut bench = Bench::of(TwoServers::default());
+            for (sub, entry) in (1..).zip(entries) {
+                let at = Address::new(TwoSdoServers::SECOND.index(), sub);
+                bench.with(|slave, turn| assert_eq!(slave.write(at, &entry.to_le_bytes(), turn), Ok(())));
+            }
+            assert_eq!(answers_of_second_server(&mut bench), 1);
+            let second = &mut bench.slave.canopen.services.dictionary.objects.sdo.second;
+            *(if sub == 1 { &mut second.request } else { &mut second.response }) ^= 1 << bit;
+            assert_eq!(answers_of_second_server(&mut bench), 1, "the server has copies of its own");
+            bench.heartbeats(32);
+            let second = bench.slave.canopen.services.dictionary.objects.sdo.second;
+            assert_eq!([second.request, second.response], entries, "sub {sub}, bit {bit}");
+            assert_eq!(
+                (bench.mended(), answers_of_second_server(&mut bench)),
+                (1, 1),
+                "sub {sub}, bit {bit}"
+            );
+        }
+    }
 }

@@ -7,6 +7,7 @@ mod client;
 mod fixture;
 mod pair;
 mod random;
+mod second;
 mod server;
 mod server_blocks;
 
