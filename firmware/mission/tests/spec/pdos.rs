@@ -123,6 +123,29 @@ fn telemetry_answers_a_request() {
     assert_eq!(master.node.objects().application.device.telemetry[1].code, 0x102);
 }
 
+/// Given the master of the mission, then no telecommand and no telemetry request has an inhibit time or an event timer, whether its slave
+/// is a full or a minimal one. Two of them to one slave in one instant are sent.
+///
+/// Verifies: ECSS 9.4.1d
+/// Notices: ECSS 9.4.1d: telecommands of the master have an inhibit time of 10 ms.
+#[test]
+fn the_master_delays_no_command_and_no_request_and_repeats_none() {
+    let mut master = flying();
+    let tpdos = master.node.objects().pdos.tpdos;
+    let to_slaves = tpdos.iter().filter(|pdo| (0x300..0x500).contains(&(pdo.cob_id & 0x7FF)));
+    let timers: Vec<_> = to_slaves.map(|pdo| (pdo.transmission, pdo.inhibit, pdo.event_timer)).collect();
+    assert_eq!(timers, [(254, 0, 0); 2 * SLAVES]);
+    for value in [7_u8, 8] {
+        let message = Command::SetValue(value.into()).encode(value);
+        assert_eq!(command(&mut master.node, node(3), &message, ms(1)), Ok(()));
+        assert_eq!(master.sent(), [frame(0x303, &[2, 0, value, 0, 0, 0, 0, value])]);
+    }
+    for (asked, code) in [(Request::Value, [2, 1]), (Request::Executed, [3, 1])] {
+        assert_eq!(request(&mut master.node, node(3), &asked.encode(), ms(1)), Ok(()));
+        assert_eq!(master.sent(), [frame(0x403, &[code[0], code[1], 0, 0, 0, 0, 0, 0])]);
+    }
+}
+
 /// Objects of a PDO of the time in the order of Figure 7-1: fine time, then coarse time, of the object with this index.
 fn figure_7_1(index: u32) -> [u32; 2] {
     [index << 16 | 0x0218, index << 16 | 0x0120]

@@ -4,10 +4,12 @@
 //! the table of objects in the prototype's slides (CAN in Space workshop, June 2017), contents those of its listing of a slave.
 
 use can_wire::time::Time;
+use ecss_can::node::Node;
 use ecss_can::node::minimal::{MinimalSlave, Numbers};
-use ecss_can::types::{Bus, NodeId};
+use ecss_can::types::{Bus, CobId, NodeId};
 use host_worlds::World;
 use mission::LIBRECUBE;
+use mission::minimal::MinimalMission;
 use mission::minimal::prototype::PrototypeMission;
 
 use crate::indicators::IndicatorLog;
@@ -150,6 +152,30 @@ fn time_without_sync_is_that_of_its_frame() {
     assert_eq!(asks(&mut world, 0x181, &[0; 6]), []);
     let (_, data) = only(asks(&mut world, 0x080, &[]));
     assert!(units(&data) > units(&TIME), "as before");
+}
+
+/// Given the spacecraft time by 181h, when time stamp objects come, with the six bytes of CiA 301 or with as many as the spacecraft time,
+/// then SYNC brings the local time that 181h has set. The filters of no shipped device admit 100h.
+///
+/// Verifies: ECSS 9.4.7.1a
+/// Notices: ECSS 9.4.7.1a: RPDO 1 of the prototype is 100h.
+#[test]
+fn time_stamp_object_does_not_set_the_local_time() {
+    let mut world = powered();
+    assert_eq!(asks(&mut world, 0x181, &TIME), []);
+    for stamp in [&[0x11; 6][..], &[0x11; 7]] {
+        assert_eq!(asks(&mut world, 0x100, stamp), []);
+    }
+    let (_, data) = only(asks(&mut world, 0x080, &[]));
+    // Three times 20 ms.
+    let later = ((units(&data) - units(&TIME)) * 1_000) >> 24;
+    assert!((59..=60).contains(&later), "{later} ms");
+
+    let numbers = Numbers::of(&LIBRECUBE, TWO);
+    let prototype = MinimalSlave::new(TWO, numbers, PrototypeMission::new()).filters();
+    let standard = MinimalSlave::new(TWO, numbers, MinimalMission::new()).filters();
+    let stamp = CobId::new(0x100).unwrap();
+    assert!(prototype.iter().chain(&standard).all(|filter| !filter.admits(stamp)));
 }
 
 /// RPDO 1 is 181h, so that 202h is nobody's: three receive PDOs are left. The fourth is a command and a request in one.

@@ -28,6 +28,10 @@ const SPACECRAFT: Profile =
 
 /// Bit 31 of a COB-ID: the PDO is not in use.
 const NOT_IN_USE: u32 = 1 << 31;
+/// Bit 30: no remote frame asks for the PDO.
+const NO_REMOTE: u32 = 1 << 30;
+/// All other bits: of a PDO with a standard frame they are its CAN-ID.
+const IDENTIFIER: u32 = !(NOT_IN_USE | NO_REMOTE);
 
 fn entry<D: Objects>(index: u16, sub: u8) -> Option<&'static Entry> {
     D::DECLARED.find(Address::new(index, sub)).map(|(_, _, entry)| entry)
@@ -48,9 +52,10 @@ fn assert_fixed<D: Objects>(objects: &mut D, index: u16) {
     assert_eq!(number, [2], "{index:04X}h: number of entries");
 }
 
-/// CAN-ID, `None` where the PDO is not in use, and transmission type.
+/// CAN-ID, `None` where the PDO is not in use, and transmission type. Bit 29, which says that the identifier is an extended one, and those
+/// of such identifiers are taken along.
 fn of(pdos: [FixedPdo; 4]) -> [(Option<u32>, u8); 4] {
-    pdos.map(|pdo| ((pdo.cob_id & NOT_IN_USE == 0).then_some(pdo.cob_id & 0x7FF), pdo.transmission))
+    pdos.map(|pdo| ((pdo.cob_id & NOT_IN_USE == 0).then_some(pdo.cob_id & IDENTIFIER), pdo.transmission))
 }
 
 /// The objects of Tables 9-1 and 9-2, without 1006h, which producers of SYNC have, and 1007h, which Table 9-12 forbids.
@@ -421,24 +426,26 @@ fn objects_of_shipped_images_are_those_of_the_tables() {
 }
 
 /// Given the devices of the shipped images with the lowest, a high and the highest Node-ID, then their COB-IDs are those of Tables 9-4 and
-/// 9-6, but for the time that the prototype takes by 181h.
+/// 9-6, but for the time that the prototype takes by 181h. They are those of standard frames, and remote ones ask for no telemetry.
 ///
 /// Verifies: ECSS 9.4.2d, 9.4.4c
 /// Notices: ECSS 9.4.2d: COB-IDs of commands have the low six bits of the Node-ID.
 /// Notices: ECSS 9.4.4c: COB-IDs of telemetry have the low six bits of the Node-ID.
+/// Notices: ECSS 9.4.4c: COB-IDs of telemetry have bit 29, of extended frames, in place of bit 30.
 #[test]
 fn cob_ids_of_shipped_images_follow_every_node_id() {
     for raw in [2, 64, 126] {
         let id = NodeId::new(raw).expect("2 to 126");
         let ids = |bases: [u32; 4]| bases.map(|base| Some(base + u32::from(raw)));
         let cob_ids = |pdos| of(pdos).map(|(cob_id, _)| cob_id);
-        let objects = MinimalObjects::new(id, &Numbers::of(&SPACECRAFT, id));
-        assert_eq!(cob_ids(objects.rpdos), ids([0x200, 0x300, 0x400, 0x500]));
-        assert_eq!(cob_ids(objects.tpdos)[1..], ids([0x180, 0x280, 0x380, 0x480])[1..]);
+        let standard = MinimalObjects::new(id, &Numbers::of(&SPACECRAFT, id));
+        assert_eq!(cob_ids(standard.rpdos), ids([0x200, 0x300, 0x400, 0x500]));
+        assert_eq!(cob_ids(standard.tpdos)[1..], ids([0x180, 0x280, 0x380, 0x480])[1..]);
         let objects = PrototypeObjects::new(id, &Numbers::of(&LIBRECUBE, id));
         assert_eq!(cob_ids(objects.rpdos)[1..], ids([0x200, 0x300, 0x400, 0x500])[1..]);
         let sent = cob_ids(objects.tpdos);
         assert_eq!((sent[0], &sent[2..]), (ids([0x180; 4])[0], &ids([0, 0, 0x380, 0x480])[2..]));
+        assert!(standard.tpdos.iter().chain(&objects.tpdos).all(|pdo| pdo.cob_id & NO_REMOTE != 0));
     }
 }
 
