@@ -166,6 +166,26 @@ fn time_advances_to_the_next_deadline() {
     assert!(heartbeats.iter().all(|sent| sent.at == at(100)));
 }
 
+/// Given a master on both buses, when it changes the bus by command, then its controllers are independent: what it gives up on the
+/// bus that it leaves takes no frame from the queue of the other one, where its heartbeat goes out at that instant.
+///
+/// Verifies: ECSS 8.2.2a
+/// Notices: ECSS 8.2.2a: what is given up on one bus is dropped from the queue of the other one too.
+#[test]
+fn frames_for_one_bus_outlive_those_that_the_other_gives_up() {
+    let mut spacecraft = MockSpacecraft::new();
+    let (master, _) = spacecraft.power_on(master);
+    spacecraft.power_on(|| slave(TWO));
+    spacecraft.run_until(at(1_050));
+    for bus in [Bus::Redundant, Bus::Nominal] {
+        let begin = spacecraft.now();
+        master.request(MasterRequest::SwitchBus(bus));
+        let sent = spacecraft.run_until(begin + Duration::from_millis(50));
+        let mut heartbeats = sent.iter().filter(|sent| sent.frame.id() == CobId::heartbeat(NodeId::MASTER));
+        assert_eq!(heartbeats.next().map(|first| (first.bus, first.at)), Some((bus, begin)));
+    }
+}
+
 /// Given a master and two slaves, when the master starts them, then its frames reach both, and theirs reach the master, but a slave
 /// hears no frame of its own.
 #[test]

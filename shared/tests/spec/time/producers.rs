@@ -58,6 +58,24 @@ fn types_1_to_240_send_the_time_at_the_end_of_the_last_sync() {
     assert_eq!(lifetime, Duration::from_millis(50));
 }
 
+/// Given a master whose Spacecraft Time PDO is not valid, then it is no time producer, and sends its SYNC all the same.
+///
+/// Verifies: ECSS 7.2.3d
+/// Notices: ECSS 7.2.3d: a master without a time PDO produces no SYNC.
+#[test]
+fn master_that_produces_no_time_produces_sync() {
+    let mut master = high_resolution(1);
+    assert_eq!(write(&mut master, 0x1800, 1, 0xC000_0181, 4), Ok(()));
+    master.clear();
+    for nth in 1..=3 {
+        let until = ms(100 * nth);
+        master.run_until(until);
+        sync_sent(&mut master, until.into());
+    }
+    let syncs = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x080).count();
+    assert_eq!((syncs, sent(&master)), (3, vec![]));
+}
+
 /// Given SYNC every 20 ms by 1006h, then a SYNC lives 20 ms, and the time of one is gone before the next one.
 ///
 /// Verifies: ECSS 7.2.3c, 9.4.7.3b.1

@@ -342,8 +342,9 @@ fn utc_read_by_block_upload_is_of_one_sample() {
 /// Given a device with submilliseconds, when its SYNC is stamped in the interrupt 50.9 ms after power-on, then its Local Time PDO has UTC
 /// to the nearest multiple of eight microseconds: 900 us are 904. From 996 us on that is the next millisecond, not 1000 us.
 ///
-/// Verifies: ECSS 7.1.3c, 7.1.1b, 7.1.3d, 7.1.3e
+/// Verifies: ECSS 7.1.3c, 7.1.1b, 7.1.3d, 7.1.3e, 7.2.2f
 /// Notices: ECSS 7.1.3a: Local UTC Get is not sampled at a SYNC without capture.
+/// Notices: ECSS 7.2.2f: a Local Time PDO with UTC has an old time.
 /// Notices: ECSS 7.1.3d: the submilliseconds alone are rounded, to 1000.
 #[test]
 fn utc_goes_by_pdo_without_capture() {
