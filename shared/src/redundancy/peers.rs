@@ -80,8 +80,8 @@ impl<const N: usize> Peers<N> {
         }
         if is_heard {
             self.recheck(Instant::ZERO);
+            self.find_unasked();
         }
-        self.find_unasked();
     }
 
     /// Sets the consumer times of the entries of 1016h that are in use. Other nodes have the common one.
