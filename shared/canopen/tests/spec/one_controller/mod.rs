@@ -162,8 +162,7 @@ fn port_without_the_controller_does_nothing_to_it() {
     assert_eq!(bench.told(), [Abort(0), Recover]);
 }
 
-/// Given a controller that is bus-off on the bus that is in use, when the port of that bus recovers it, then it is told to recover,
-/// whichever bus it is.
+/// Given a bus-off controller, when the port of the selected bus recovers it, then the controller gets the command, on either bus.
 ///
 /// Verifies: ECSS 5.6.2a
 /// Notices: ECSS 5.6.2a: a controller is not recovered while the redundant bus is selected.
