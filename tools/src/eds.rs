@@ -282,7 +282,7 @@ fn device(product: &str, order_code: &str, description: &str, profile: Profile) 
 fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObjects>> {
     let mut objects = mission::master(profile, None).objects().clone();
     // Boards have a parameter store.
-    (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
+    (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
     objects
 }
 
@@ -290,6 +290,6 @@ fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObje
 fn slave(node: NodeId, profile: &profile::Profile) -> NodeObjects<MissionObjects<Vec<u8>>> {
     let mut objects = mission::slave(node, profile, Vec::new()).objects().clone();
     // Boards have a parameter store.
-    (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
+    (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
     objects
 }

@@ -63,7 +63,10 @@ macro_rules! pulse_task {
                 pulse: ::boards_stm32f4::Pulse,
                 node: ::ecss_can::runner::Handle<$board, $node>,
             ) -> impl Future<Output = ()> {
-                $crate::supervised("pulses", pulse.run(node.clock(), $per_second(node)))
+                $crate::supervised(
+                    "pulses",
+                    pulse.run(::ecss_can::runner::TimeHandle::clock(&node), $per_second(node)),
+                )
             }
 
             spawner.spawn(pulses(pulse, node).unwrap());

@@ -98,6 +98,8 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+#[cfg(feature = "mock")]
+extern crate alloc;
 // The derive macros name this crate from outside, also in here.
 extern crate self as async_canopen;
 
@@ -105,9 +107,14 @@ pub mod boot;
 pub mod emcy;
 pub mod heartbeat;
 pub mod link;
+#[cfg(feature = "mock")]
+pub mod mock;
 pub mod nmt;
+pub mod node;
 pub mod od;
 pub mod pdo;
+pub mod prelude;
+pub mod runner;
 pub mod sdo;
 pub mod store;
 pub mod sync;

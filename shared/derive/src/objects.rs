@@ -67,6 +67,8 @@ struct Options {
     device: Option<Span>,
     /// Number of its SDO servers, if it is declared.
     sdo_servers: Option<LitInt>,
+    /// The code beside the declaration says how the device keeps the spacecraft time.
+    has_own_time: bool,
 }
 
 impl Options {
@@ -83,7 +85,12 @@ fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
                 Some("check") => options.check = Some(meta.value()?.parse()?),
                 Some("device") => options.device = Some(meta.path.span()),
                 Some("sdo_servers") => options.sdo_servers = Some(meta.value()?.parse()?),
-                _ => return Err(meta.error("unknown word; known are `check`, `device` and `sdo_servers`")),
+                Some("time") => options.has_own_time = true,
+                _ => {
+                    return Err(
+                        meta.error("unknown word; known are `check`, `device`, `sdo_servers` and `time`")
+                    );
+                }
             }
             Ok(())
         });
@@ -96,11 +103,6 @@ fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
             let message = format!("a device has 1 or 2 SDO servers, not {number}");
             errors.add(Error::new(number.span(), message));
         }
-    }
-    if let Some(span) = options.device
-        && path::ecss_at(span).is_none()
-    {
-        errors.add(Error::new(span, "a device needs the crate `ecss-can`"));
     }
     options
 }
@@ -145,8 +147,8 @@ fn implementation(
     if let Some(span) = options.device {
         marked = device(input);
         let (beside, inside) = instance::assertion(input, span, |this| {
-            let ecss = path::ecss_at(span);
-            quote_spanned!(span=> #ecss::node::assert_device::<#this>())
+            let krate = path::ecss_at(span).unwrap_or_else(|| path::canopen_at(span));
+            quote_spanned!(span=> #krate::node::assert_device::<#this>())
         });
         asserted.extend(beside);
         in_default.extend(inside);
@@ -259,21 +261,27 @@ fn implementation(
     }
 }
 
-/// Returns what makes the declaration that of a device. Nothing without `ecss-can`, which has the trait.
+/// Returns what makes the declaration that of a device, with `ecss-can` also of a device for a spacecraft.
 pub fn device(input: &DeriveInput) -> TokenStream {
-    let Some(ecss) = path::ecss_at(Span::call_site()) else { return TokenStream::new() };
-    let sdo = if options(input, &mut Errors::default()).has_two_sdo_servers() {
-        quote!(TwoSdoServers)
-    } else {
-        quote!(SdoServerObjects)
-    };
+    let krate = path::canopen();
+    let options = options(input, &mut Errors::default());
+    let sdo = if options.has_two_sdo_servers() { quote!(TwoSdoServers) } else { quote!(SdoServerObjects) };
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+    let ecss = path::ecss_at(Span::call_site()).filter(|_| !options.has_own_time);
+    let spacecraft = ecss.map(|ecss| {
+        quote! {
+            #[diagnostic::do_not_recommend]
+            impl #impl_generics #ecss::node::SpacecraftDevice for #ident #type_generics #bounds {}
+        }
+    });
     quote! {
         #[diagnostic::do_not_recommend]
-        impl #impl_generics #ecss::node::DeviceObjects for #ident #type_generics #bounds {
-            type Sdo = #ecss::sdo::#sdo;
+        impl #impl_generics #krate::node::DeviceObjects for #ident #type_generics #bounds {
+            type Sdo = #krate::sdo::#sdo;
         }
+
+        #spacecraft
     }
 }
 

@@ -16,23 +16,23 @@ use crate::{Commissioning, Description, Device};
 /// `cargo tools eds --package NAME` runs that program and writes what it prints. The files are named after
 /// [`Device::order_code`], or else after the product. The bit rate is that of the profile where `sheet` has none. With a profile
 /// below 125 kbit/s, `sheet` has to name all bit rates (ECSS 5.4.2b).
-pub fn slave_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitCode {
+pub fn slave_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Device) -> ExitCode {
     let sheet = Device { boot_up_slave: true, ..sheet };
     program(&with_bit_rate(sheet, profile), |id| {
         let mut objects = Slave::new(id, profile, D::default()).into_objects();
         // Boards have a parameter store.
-        (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
+        (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects
     })
 }
 
 /// As [`slave_program`], for the master `D`.
-pub fn master_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitCode {
+pub fn master_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Device) -> ExitCode {
     let id = NodeId::MASTER.get();
     let sheet = Device { boot_up_master: true, nodes: id..=id, ..sheet };
     program(&with_bit_rate(sheet, profile), |_| {
         let mut objects = Master::new(profile, D::default(), None).into_objects();
-        (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
+        (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects
     })
 }

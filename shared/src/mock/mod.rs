@@ -1,6 +1,6 @@
 //! Mock of a board, for tests and examples of an application (feature `mock`).
 //!
-//! A *mock board* has a clock that the test sets, [`ManualClock`], and a port for each bus, [`LoopbackPort`]. The port
+//! [`async_canopen::mock`] has the parts. A *mock board* has a clock that the test sets, [`ManualClock`], and a port for each bus, [`LoopbackPort`]. The port
 //! acknowledges every frame of the node at once and keeps it for the test. [`Tasks`] runs the node without an executor.
 //!
 //! ```
@@ -42,22 +42,7 @@
 //! The module needs an allocator. A port sends in no time: there is no arbitration, no bit error and no bus-off. The packages
 //! `twin/wire` and `tools/worlds` of the repository simulate these.
 
-mod clock;
-mod port;
 mod spacecraft;
-mod tasks;
 
-pub use clock::ManualClock;
-pub use port::LoopbackPort;
+pub use async_canopen::mock::{LoopbackPort, ManualClock, MockBoard, Tasks, poll_once};
 pub use spacecraft::{MockSpacecraft, SentFrame};
-pub use tasks::{Tasks, poll_once};
-
-use crate::runner::Platform;
-
-/// Mock board: a [`LoopbackPort`] for each bus and a [`ManualClock`].
-pub struct MockBoard;
-
-impl Platform for MockBoard {
-    type Port = LoopbackPort;
-    type Clock = ManualClock;
-}

@@ -1,62 +1,42 @@
-//! Declaration of a device: its objects, its PDOs, its names.
+//! What a device of a spacecraft declares beyond CANopen.
 
-use super::{Communication, Node, Turn};
-use crate::heartbeat::ConsumerSlots;
-use crate::od::Objects;
-use crate::pdo::{PdoSet, PdoSlots};
-use crate::sdo::SdoServers;
+use super::{Device, Node};
 use crate::time::{LocalClock, LocalUtc};
-use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
+use crate::types::UtcRelation;
 
-/// Device for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs,
-/// and its communication profile at power-on.
+/// Device for a [`Slave`](super::Slave) or a [`Master`](super::Master): how exactly it keeps the spacecraft time.
 ///
-/// `#[objects(device)]` beside the derive makes `cargo check` refuse a device that is not possible. A declaration
-/// without it cannot be a device.
+/// `#[objects(device)]` implements it with the values below. A device with others says `#[objects(device, time)]`, and has an
+/// implementation of its own:
 ///
 /// ```
-/// use ecss_can::heartbeat::HeartbeatConsumers;
-/// use ecss_can::node::{Communication, Device, Identity};
-/// use ecss_can::od::Objects;
-/// use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
-/// use ecss_can::types::NodeId;
+/// use ecss_can::node::SpacecraftDevice;
+/// use ecss_can::prelude::*;
 ///
-/// /// A thermometer.
+/// /// A thermometer that keeps 16 bits of fine time.
 /// #[derive(Objects)]
-/// #[objects(device)]
+/// #[objects(device, time)]
 /// struct Thermometer {
 ///     /// Temperature
 ///     #[object(0x6000, ro, pdo)]
 ///     temperature: i16,
 /// }
 ///
-/// impl Device for Thermometer {
-///     type Pdos = PdoObjects<4, 4>;
-///     type Consumers = HeartbeatConsumers<1>;
-///     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE)]);
-///
-///     fn communication(id: NodeId) -> Communication {
-///         Communication { device_name: "Thermometer", ..Communication::new(id) }
-///     }
+/// impl SpacecraftDevice for Thermometer {
+///     const FINE_BITS: u32 = 16;
 /// }
+/// # impl Device for Thermometer {
+/// #     type Pdos = PdoObjects<4, 4>;
+/// #     type Consumers = HeartbeatConsumers<1>;
+/// #     const PDOS: PdoSet = PdoSet::NONE;
+/// # }
 /// ```
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a device",
-    label = "needs `impl Device for {Self}`",
-    note = "add `impl Device for {Self}`, and `#[objects(device)]` beside `#[derive(Objects)]`"
+    message = "`{Self}` is not a device of a spacecraft",
+    label = "needs `impl Device for {Self}`, and `#[objects(device)]` beside its declaration",
+    note = "`#[objects(device)]` implements `SpacecraftDevice`; `#[objects(device, time)]` leaves that to you"
 )]
-pub trait Device: Objects + DeviceObjects + Default + 'static {
-    /// Storage of the PDOs, including those that only clients configure.
-    type Pdos: PdoSlots;
-    /// Entries of 1016h. In a slave the first one is for the master.
-    type Consumers: ConsumerSlots;
-
-    /// PDOs at power-on and after "reset communication".
-    const PDOS: PdoSet;
-    /// COB-IDs of frames that no PDO covers. A master passes these frames to its application unchanged, except
-    /// heartbeats, claims and SDO, which it handles itself.
-    const RAW_FRAMES: &'static [CobId] = &[];
-
+pub trait SpacecraftDevice: Device {
     /// Number of bits of fine time that the device keeps, 0 to 24. The lower bits are sent as zero and ignored in
     /// reception (ECSS 7.1.2g, h).
     const FINE_BITS: u32 = 24;
@@ -69,55 +49,6 @@ pub trait Device: Objects + DeviceObjects + Default + 'static {
     fn utc(&mut self) -> Option<&mut LocalUtc> {
         None
     }
-
-    /// Returns the communication profile at power-on and after "reset communication": names, identity, and all
-    /// other values that differ from [`Communication::new`].
-    fn communication(id: NodeId) -> Communication {
-        Communication::new(id)
-    }
-
-    /// Returns 1016h at power-on and after "reset communication". The node fills in the entry of the master.
-    fn consumers(_id: NodeId) -> Self::Consumers {
-        Self::Consumers::default()
-    }
-
-    /// Returns the PDO parameters at power-on and after "reset communication": those of [`Device::PDOS`].
-    fn pdos(id: NodeId) -> Self::Pdos {
-        Self::PDOS.at_power_on(id)
-    }
-}
-
-/// Objects that are declared as those of a device: by `#[objects(device)]`, which also has them checked.
-#[diagnostic::on_unimplemented(
-    message = "the declaration of `{Self}` does not say that it is a device",
-    label = "add `#[objects(device)]` to the declaration of `{Self}`",
-    note = "write `#[objects(device)]` beside `#[derive(Objects)]`: the compiler then checks objects and PDOs of the device"
-)]
-pub trait DeviceObjects {
-    /// SDO servers of the device, which its declaration names. Without a word about them it has the default one alone.
-    type Sdo: SdoServers;
-}
-
-/// Node with the objects of a device, which its application reads and changes.
-pub trait DeviceNode: Node {
-    /// Type of the device.
-    type Device: Device;
-
-    /// Changes objects of the application. Each PDO that is sent on events and has another content afterwards
-    /// goes out, by its transmission type and its inhibit time.
-    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut Self::Device) -> R) -> R;
-
-    /// Writes an object, of a service or of the application, as a client of the SDO server does. The same checks
-    /// apply, and the services follow the new value.
-    ///
-    /// # Errors
-    /// The abort code that a client would receive. Then nothing has changed.
-    fn write(
-        &mut self,
-        at: Address,
-        value: &[u8],
-        turn: &mut Turn<'_, Self::Event, Self::Depth>,
-    ) -> Result<(), AbortCode>;
 }
 
 /// Node that keeps the spacecraft time.

@@ -1,83 +1,144 @@
-//! Parts of a node beyond CANopen: the objects of ECSS-E-ST-50-15C and a parameter store, or none.
+//! Parts of a node of a spacecraft beyond CANopen, as its services call them.
 
-use core::fmt::Debug;
+use async_canopen::node::extend::{Dictionary, Extension, NodeEvent};
 
-use super::Spacecraft;
-use super::stored::{NoStore, Storage, Stored};
+use super::index::{IDENTITY, REDUNDANCY, REQUEST_NMT, SCET_SET, SELF_TEST_START, UTC_SET};
+use super::services::{LiveServices, MappedTime, Services, State, TimeServices, check_submilliseconds};
+use super::stored::Stored;
+use super::{
+    BusHealth, Counters, NetworkObjects, NodeObjects, SelfTest, SlaveEvent, Spacecraft, SpacecraftDevice,
+    SpacecraftEvent, Turn,
+};
+use crate::emcy::EmcyConsumers;
+use crate::link::Stamp;
+use crate::link::port::Health;
 use crate::od::Objects;
-use crate::profile::Profile;
-use crate::time::TimeService;
+use crate::pdo::Mapping;
+use crate::redundancy::RedundancyObjects;
+use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NodeId, PerBus};
 
-/// Parts of a node beyond CANopen. The image of a node has no code for parts that the node does not have.
-pub trait Extension: Objects + Debug + Default {
-    /// Type of the parameter store.
-    type Storage: Storage;
-
-    /// Type of the time service.
-    type Time: Debug;
-
-    /// `true`: the node has a clock and its objects.
-    const HAS_TIME: bool;
-
-    /// `true`: the node looks for flipped bits in its Node-ID, its COB-IDs and its filters (ECSS 6.10d, k).
-    const IS_GUARDED: bool;
-
-    /// Returns the objects of a node of a spacecraft, if the node has them.
-    fn spacecraft(&mut self) -> Option<&mut Spacecraft>;
-
-    /// Makes the time service. The clock is not set.
-    fn new_time(profile: &Profile) -> Self::Time;
-
-    /// Returns the time service, if the node has one.
-    fn time(time: &mut Self::Time) -> Option<&mut TimeService>;
-}
-
-impl Extension for Spacecraft {
+impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
     type Storage = Stored;
+    type State = State<D::Pdos, D::Sdo>;
+    type Event = SpacecraftEvent;
+    type SlaveEvent = SlaveEvent;
 
-    type Time = TimeService;
-
-    const HAS_TIME: bool = true;
-
+    /// ECSS 6.10d, k.
     const IS_GUARDED: bool = true;
+    const LAST_RULED: u16 = REDUNDANCY;
+    /// A receiver's clock is late by what a frame with the time waits.
+    const SHORT_LIFETIME: Duration = Duration::from_millis(5);
 
-    #[inline(always)]
-    fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
-        Some(self)
+    fn is_special(mapping: &impl Mapping) -> bool {
+        MappedTime::of(mapping) != MappedTime::None
     }
 
-    fn new_time(profile: &Profile) -> TimeService {
-        TimeService::new(&profile.clocks, profile.network.longest_delay())
+    #[inline]
+    fn is_special_rpdo(state: &State<D::Pdos, D::Sdo>, number: usize) -> bool {
+        state.mapped_time(number) != MappedTime::None
     }
 
-    #[inline(always)]
-    fn time(time: &mut TimeService) -> Option<&mut TimeService> {
-        Some(time)
+    fn on_rpdo<V: NodeEvent<Extension = SpacecraftEvent>>(
+        services: &mut Services<D>,
+        number: usize,
+        bus: Bus,
+        stamp: &Stamp,
+        turn: &mut Turn<'_, V>,
+    ) {
+        services.take_time(number, bus, stamp, turn);
+    }
+
+    #[inline]
+    fn is_short_lived(state: &State<D::Pdos, D::Sdo>, number: usize) -> bool {
+        state.carries_time(number)
+    }
+
+    fn note_mappings(services: &mut Services<D>) {
+        services.note_live_values();
+    }
+
+    fn synchronous_lifetime(services: &Services<D>, whole: Duration) -> Duration {
+        TimeServices::synchronous_lifetime(services, whole)
+    }
+
+    fn on_sync(services: &mut Services<D>, bus: Bus, stamp: &Stamp) {
+        if services.state.notes_syncs() {
+            services.note_sync(bus, stamp);
+        }
+    }
+
+    fn sample_events(services: &mut Services<D>, until: Instant) {
+        services.sample_events(until);
+    }
+
+    #[inline] // row `instructions.sdo_upload`
+    fn sample_for(services: &mut Services<D>, request: &Frame, now: Instant) {
+        services.refresh_for(request, now);
+    }
+
+    fn on_pdos_stopped(state: &mut State<D::Pdos, D::Sdo>) {
+        state.time.stop();
+    }
+
+    fn may_write(id: NodeId, at: Address, value: u32) -> Result<(), AbortCode> {
+        RedundancyObjects::may_write(at, value)?;
+        // A slave does not carry the rules of objects that it has not.
+        if const { has_object::<D>(REQUEST_NMT) } {
+            NetworkObjects::may_write(at, value)?;
+            EmcyConsumers::may_write(id, at, value)?;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn check_value(at: Address, value: u32) -> Result<(), AbortCode> {
+        check_submilliseconds::<D>(at, value)
+    }
+
+    #[inline]
+    fn takes(index: u16) -> bool {
+        index == IDENTITY
+    }
+
+    fn take(dictionary: &mut Dictionary<D, Self>, _: Address, value: &[u8]) -> Result<(), AbortCode> {
+        dictionary.objects.extension.identity.stored = dictionary.stored.store_node_id(value)?;
+        Ok(())
+    }
+
+    #[inline]
+    fn is_command(index: u16) -> bool {
+        matches!(index, REQUEST_NMT | SCET_SET | UTC_SET | SELF_TEST_START)
+    }
+
+    fn on_written<V: NodeEvent<Extension = SpacecraftEvent>>(
+        services: &mut Services<D>,
+        at: Address,
+        turn: &mut Turn<'_, V>,
+    ) {
+        if at.index == SELF_TEST_START {
+            let running = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
+            services.dictionary.objects.extension.self_test = running;
+            turn.out.event(V::extension(SpacecraftEvent::SelfTest));
+        }
+        services.on_time_written(at, turn);
+    }
+
+    fn show_health(&mut self, health: &PerBus<Health>, counters: &PerBus<Counters>) {
+        let of = |bus| BusHealth::new(&health[bus], &counters[bus]);
+        (self.health_nominal, self.health_redundant) = (of(Bus::Nominal), of(Bus::Redundant));
+    }
+
+    fn show_store(&mut self, is_there: bool) {
+        self.storage.show(is_there);
+    }
+
+    fn count_mended(&mut self) -> u16 {
+        self.identity.mended = self.identity.mended.saturating_add(1);
+        self.identity.mended
     }
 }
 
-/// Extension of a node that has CANopen only.
-#[derive(Clone, Debug, PartialEq, Objects)]
-pub struct CanopenOnly {}
-
-impl Extension for CanopenOnly {
-    type Storage = NoStore;
-
-    type Time = ();
-
-    const HAS_TIME: bool = false;
-
-    const IS_GUARDED: bool = false;
-
-    #[inline(always)]
-    fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
-        None
-    }
-
-    fn new_time(_: &Profile) {}
-
-    #[inline(always)]
-    fn time((): &mut ()) -> Option<&mut TimeService> {
-        None
-    }
+/// Returns whether the node has the record or the array with this index.
+const fn has_object<D: SpacecraftDevice>(index: u16) -> bool {
+    NodeObjects::<D>::DECLARED.find(Address::new(index, 1)).is_some()
 }

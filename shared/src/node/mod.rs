@@ -7,8 +7,9 @@
 //! | --- | --- |
 //! | [`Slave`] | a slave of a spacecraft: CANopen, redundancy, spacecraft time |
 //! | [`Master`] | the master of a spacecraft, alone or as one of [`TwoBoards`](crate::redundancy::TwoBoards) |
-//! | [`CanopenSlave`] | a plain CANopen slave on one bus |
 //! | [`minimal::MinimalSlave`] | a slave of the minimal set (ECSS 9) |
+//!
+//! [`async_canopen::node::CanopenSlave`] is a plain CANopen slave on one bus.
 //!
 //! The [`runner`](crate::runner) runs a node on two CAN controllers. A test can call it directly:
 //!
@@ -46,22 +47,15 @@
 //!   refuses a frame and reports it.
 //! - A slow application loses events. They are counted, and the node never waits.
 
-mod buses;
-mod canopen;
-mod canopen_slave;
-mod communication;
-mod contract;
-mod counters;
 mod device;
+mod events;
 mod extension;
 mod index;
 mod master;
 mod master_api;
-mod messages;
 pub mod minimal;
 mod network_objects;
 mod objects;
-mod outbox;
 #[cfg(test)]
 pub(crate) mod probe;
 mod save;
@@ -69,25 +63,36 @@ mod services;
 mod slave;
 mod slave_api;
 mod spacecraft;
+mod status;
 mod stored;
 mod time_pdos;
-mod turn;
 
-pub use buses::Status;
-pub use canopen_slave::CanopenSlave;
-pub use communication::{Communication, Identity};
-pub use contract::Node;
-pub use counters::Counters;
-pub use device::{Device, DeviceNode, DeviceObjects, TimeKeeper};
-pub use extension::{CanopenOnly, Extension};
+pub use async_canopen::node::{
+    BusCommand, ClientNode, Communication, Counters, Device, DeviceNode, DeviceObjects, FailCause, Filters,
+    FullDepth, Identity, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH, Turn,
+};
+pub use device::{SpacecraftDevice, TimeKeeper};
+pub use events::SpacecraftEvent;
 pub use master::{Master, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
-pub use messages::{BusCommand, FailCause, Filters, FullDepth, LinkEvent, MAX_FILTERS, QUEUE_DEPTH};
 pub use network_objects::{MasterRole, NetworkObjects, Ranging};
 pub use objects::{NodeObjects, assert_device};
-pub use outbox::Outbox;
 pub use slave::Slave;
 pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
+pub use status::Status;
 pub use time_pdos::{LOCAL_TIME, SPACECRAFT_TIME};
-pub use turn::Turn;
+
+#[cfg(test)]
+mod tests {
+    use super::probe::Probe;
+    use super::{Master, Slave};
+
+    const fn assert_send<T: Send>() {}
+
+    /// A node may run at another priority than its application (docs/decisions/tasks-and-storage.md).
+    const _: () = {
+        assert_send::<Slave<Probe>>();
+        assert_send::<Master<Probe>>();
+    };
+}

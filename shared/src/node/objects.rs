@@ -1,102 +1,31 @@
-//! The object dictionary of a node, master or slave.
+//! The object dictionary of a node of a spacecraft, master or slave.
 
-use super::{Communication, Device, Extension, Spacecraft};
-use crate::heartbeat::ConsumerSlots;
-use crate::od::Objects;
+use async_canopen::node;
+
+use super::{Spacecraft, SpacecraftDevice};
 use crate::redundancy::Parameters;
-use crate::sdo::SdoServers;
-use crate::types::{Duration, NodeId};
+use crate::types::NodeId;
 
-/// All objects of a node. `E`: parts of the node beyond CANopen.
-#[derive(Clone, Debug, PartialEq, Objects)]
-pub struct NodeObjects<D: Device, E: Extension = Spacecraft> {
-    /// Objects of the application
-    #[objects]
-    pub application: D,
-    /// Objects of ECSS-E-ST-50-15C
-    #[objects]
-    pub spacecraft: E,
-    /// Objects of the communication profile
-    #[objects]
-    pub communication: Communication,
-    /// Objects of the heartbeat consumers
-    #[objects]
-    pub consumers: D::Consumers,
-    /// Objects of the PDOs
-    #[objects]
-    pub pdos: D::Pdos,
-    /// Objects of the SDO servers
-    #[objects]
-    pub sdo: D::Sdo,
+/// All objects of a node of a spacecraft.
+pub type NodeObjects<D> = node::NodeObjects<D, Spacecraft>;
+
+/// Makes the objects of a node at power-on. An application that uses indices of the node does not compile.
+pub fn at_power_on<D: SpacecraftDevice>(
+    id: NodeId,
+    redundancy: &Parameters,
+    application: D,
+) -> NodeObjects<D> {
+    let mut objects = NodeObjects::at_power_on(id, redundancy.heartbeats(), application);
+    objects.extension.set_redundancy(redundancy);
+    objects
 }
 
-impl<D: Device, E: Extension> NodeObjects<D, E> {
-    /// The objects at power-on. An application whose indices are those of the node does not compile.
-    pub(super) fn at_power_on(id: NodeId, redundancy: &Parameters, application: D) -> Self {
-        const { assert_objects::<D, E>() };
-        let mut objects = NodeObjects {
-            application,
-            spacecraft: E::default(),
-            communication: D::communication(id),
-            consumers: D::consumers(id),
-            pdos: D::pdos(id),
-            sdo: D::Sdo::at_power_on(id),
-        };
-        objects.set_heartbeats(redundancy);
-        objects
-    }
-
-    /// The communication profile as at power-on.
-    pub(super) fn restore_communication(&mut self, id: NodeId, redundancy: &Parameters) {
-        self.communication = D::communication(id);
-        self.consumers = D::consumers(id);
-        self.pdos = D::pdos(id);
-        // Those of the default server are constant.
-        if D::Sdo::SECOND_SERVER.is_some() {
-            self.sdo = D::Sdo::at_power_on(id);
-        }
-        self.set_heartbeats(redundancy);
-    }
-
-    /// Objects 1016h and 1017h: the master is consumed first of all (ECSS 6.5.2b).
-    fn set_heartbeats(&mut self, redundancy: &Parameters) {
-        // They hold at most 65 535 ms, whose microseconds fit into 32 bits: no division of 64 for them.
-        let millis = |time: Duration| (time.as_micros() as u32 / 1_000) as u16;
-        if let Some(first) = self.consumers.entries_mut().first_mut() {
-            *first = u32::from(NodeId::MASTER.get()) << 16 | u32::from(millis(redundancy.consumer));
-        }
-        self.communication.heartbeat.time = millis(redundancy.producer);
-    }
-}
-
-impl<D: Device> NodeObjects<D> {
-    /// Makes the objects of a node of a spacecraft at power-on. An application that uses indices of the node does
-    /// not compile.
-    pub fn new(id: NodeId, redundancy: &Parameters, application: D) -> Self {
-        let mut objects = Self::at_power_on(id, redundancy, application);
-        objects.set_redundancy(redundancy);
-        objects
-    }
-
-    /// Object 2000h.
-    pub(super) fn set_redundancy(&mut self, redundancy: &Parameters) {
-        self.spacecraft.redundancy.parameters = redundancy.into();
-    }
-}
-
-/// Stops the build if a node cannot have the PDOs of this device, or if the device uses indices of the node.
+/// Stops the build if a node of a spacecraft cannot have the PDOs of this device, or if the device uses indices of the node.
 /// `#[objects(device)]` writes a call of it.
 ///
 /// # Panics
 /// When called at run time, for the same reasons.
 #[track_caller]
-pub const fn assert_device<D: Device>() {
-    assert_objects::<D, Spacecraft>();
-}
-
-#[track_caller]
-const fn assert_objects<D: Device, E: Extension>() {
-    let declared = NodeObjects::<D, E>::DECLARED;
-    declared.assert_distinct();
-    D::PDOS.assert_within::<D::Pdos>(declared);
+pub const fn assert_device<D: SpacecraftDevice>() {
+    node::extend::assert_objects::<D, Spacecraft>();
 }

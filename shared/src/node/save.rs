@@ -3,6 +3,8 @@
 //! A client writes one of these objects, and its answer waits until the flash has the new set. The save moves on by a
 //! slice of a few words, and pauses between two slices: a word of flash stops the processor, and frames wait.
 
+use async_canopen::node::extend::SaveEnd;
+
 use crate::store::{Group, ParameterStore, Parameters, Save, StoreError, StoreRequest};
 use crate::types::{AbortCode, Address, Duration, Instant, NodeId};
 
@@ -30,16 +32,6 @@ pub struct RunningSave {
     at: Address,
     answer: Answer,
     due: Instant,
-}
-
-/// End of a save or a restore.
-pub struct SaveEnd {
-    /// Object and sub-index that were written.
-    pub at: Address,
-    /// Abort code for the client if it failed. Then the set that was stored before stays.
-    pub result: Result<(), AbortCode>,
-    /// Answer for the client that waits, if it succeeded.
-    pub answer: Option<[u8; 8]>,
 }
 
 impl RunningSave {

@@ -9,13 +9,12 @@ mod objects;
 mod redundancy;
 mod retained;
 
-use super::canopen::{Canopen, Turn};
-use super::counters::BusCounters;
-use super::turn::{Part, Timed};
-use super::{Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
+use super::services::State;
+use super::{ParallelAccess, SlaveEvent, Spacecraft, SpacecraftDevice, Status, objects as own_objects};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
 use crate::link::port::Filter;
+use crate::node::services::TimeServices;
 use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
@@ -23,12 +22,17 @@ use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Scet, earliest};
+use async_canopen::node::extend::{BusCounters, Part, SlaveCore, Timed};
+
+/// CANopen part of a slave of a spacecraft.
+type Core<D> = SlaveCore<D, Spacecraft>;
+type Turn<'a> = super::Turn<'a, SlaveEvent>;
 
 /// Slave of a spacecraft: NMT slave, redundancy slave, consumer of SYNC and time, CANopen device.
 #[doc(alias("NMT slave", "redundancy slave", "SYNC consumer", "time consumer"))]
 #[derive(Debug)]
-pub struct Slave<D: Device> {
-    canopen: Canopen<D>,
+pub struct Slave<D: SpacecraftDevice> {
+    canopen: Core<D>,
     redundancy: Timed<SlaveRedundancy>,
     memory: retained::Memory,
     budget: Timed<Budget>,
@@ -37,13 +41,18 @@ pub struct Slave<D: Device> {
     stamped: &'static [CobId],
 }
 
-impl<D: Device> Slave<D> {
+impl<D: SpacecraftDevice> Slave<D> {
     /// Makes a slave before power-on. `id` is 2 to 126, or 127 for [`Slave::in_maintenance`].
     #[inline(never)] // places on a small stack are reached by short instructions
     pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
         Slave {
-            canopen: Canopen::new(id, profile, NodeObjects::new(id, &redundancy, application)),
+            canopen: SlaveCore::new(
+                id,
+                &profile.settings(id),
+                own_objects::at_power_on(id, &redundancy, application),
+                || State::new(profile),
+            ),
             redundancy: Timed::new(SlaveRedundancy::new(
                 profile.access(id),
                 redundancy,
@@ -157,7 +166,7 @@ impl<D: Device> Slave<D> {
     }
 }
 
-impl<D: Device> Node for Slave<D> {
+impl<D: SpacecraftDevice> Node for Slave<D> {
     type Event = SlaveEvent;
     type Request = core::convert::Infallible;
     type Depth = FullDepth;
@@ -225,30 +234,24 @@ impl<D: Device> Node for Slave<D> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        let Canopen { services, control, .. } = &self.canopen;
+        let SlaveCore { services, control, .. } = &self.canopen;
         let is_measured = if services.is_sync(id) {
             is_sync_length(frame)
         } else {
-            let is_ranged = services.time.is_ranged() && id == CobId::heartbeat(control.id());
+            let is_ranged = services.state.time.is_ranged() && id == CobId::heartbeat(control.id());
             is_ranged || self.stamped.contains(&id)
         };
         is_measured && bus == self.redundancy.selected()
     }
 }
 
-impl<D: Device> TimeKeeper for Slave<D> {
+impl<D: SpacecraftDevice> TimeKeeper for Slave<D> {
     fn spacecraft_clock(&self) -> &LocalClock {
-        self.canopen.services.time.clock()
+        self.canopen.services.state.time.clock()
     }
 }
 
 impl Part for SlaveRedundancy {
-    fn earliest(&self) -> Option<Instant> {
-        self.deadline()
-    }
-}
-
-impl Part for Budget {
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }

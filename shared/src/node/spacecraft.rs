@@ -5,7 +5,7 @@ use crate::emcy::PostMortemObjects;
 use crate::link::port::Health;
 use crate::node::Counters;
 use crate::od::{Objects, Record};
-use crate::redundancy::RedundancyObjects;
+use crate::redundancy::{Parameters, RedundancyObjects};
 use crate::store::StoreObjects;
 use crate::time::{ClockObjects, LocalScet};
 
@@ -47,6 +47,13 @@ pub struct Spacecraft {
     /// Transmit budget
     #[object(0x2047, record)]
     pub over_budget: OverBudget,
+}
+
+impl Spacecraft {
+    /// Writes object 2000h.
+    pub(super) fn set_redundancy(&mut self, redundancy: &Parameters) {
+        self.redundancy.parameters = redundancy.into();
+    }
 }
 
 /// Node-ID and COB-IDs that are protected against failures (2046h; ECSS 6.10d, g, k).

@@ -1,6 +1,8 @@
 //! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
-use super::save::{RunningSave, SaveEnd};
+use async_canopen::node::extend::{SaveEnd, Storage};
+
+use super::save::RunningSave;
 use crate::od::checked::find;
 use crate::od::{Entry, Objects, checked, number};
 use crate::store;
@@ -8,109 +10,8 @@ use crate::store::identity::is_slave;
 use crate::store::{Content, Group, Loaded, Loss, ParameterStore, Parameters, Row, SaveLimit, StoreError};
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 
-/// Parameter store as a node uses it.
-pub trait Storage: core::fmt::Debug {
-    /// Takes the store of the board, if there is one.
-    fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self;
-
-    /// Returns whether there is a store.
-    fn is_there(&self) -> bool;
-
-    /// Checks the stored set. Returns the loss since the last save, if there is one.
-    fn check(&mut self) -> Option<Loss>;
-
-    /// Applies the stored parameters of a group. Numbers are checked by the `rules` of their objects. Returns
-    /// `Ok(None)` without a store.
-    ///
-    /// # Errors
-    /// [`StoreError::Hardware`]. Parameters that were applied before stay.
-    fn load<D: Objects>(
-        &mut self,
-        id: NodeId,
-        group: Group,
-        objects: &mut D,
-        rules: impl Fn(&D, Address, u32) -> Result<(), AbortCode>,
-    ) -> Result<Option<Loaded>, StoreError>;
-
-    /// Begins to save a group, or to restore its defaults at the next reset. `at` is the object and sub-index of
-    /// 1010h or 1011h that was written.
-    ///
-    /// # Errors
-    /// The abort code to answer. Then the set that was stored before stays.
-    fn begin(&mut self, id: NodeId, at: Address, now: Instant) -> Result<(), AbortCode>;
-
-    /// Returns the save or the restore that is running.
-    fn running(&mut self) -> Option<&mut RunningSave>;
-
-    /// Returns when a running save continues.
-    fn deadline(&self) -> Option<Instant>;
-
-    /// Continues a running save if that is due. Returns its end.
-    fn advance<D: Objects>(&mut self, objects: &mut D, now: Instant) -> Option<SaveEnd>;
-
-    /// Aborts a running save. The set that was stored before stays, and its client gets no answer.
-    fn give_up(&mut self);
-
-    /// Stores a Node-ID, or none, in maintenance mode (ECSS 6.10g). The bytes from the lowest one on are: Node-ID
-    /// or 0, its complement, 49h, 44h. Returns the Node-ID that is stored now.
-    ///
-    /// # Errors
-    /// [`AbortCode::DeviceState`] outside of maintenance mode, [`AbortCode::CannotTransfer`] for other bytes,
-    /// [`AbortCode::ValueRange`] for the master's Node-ID and above 127, or an error of the store.
-    fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode>;
-}
-
-/// Storage of a device that has no parameter store.
-#[derive(Debug)]
-pub struct NoStore;
-
-impl Storage for NoStore {
-    fn new(_store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
-        NoStore
-    }
-
-    fn is_there(&self) -> bool {
-        false
-    }
-
-    fn check(&mut self) -> Option<Loss> {
-        None
-    }
-
-    fn load<D: Objects>(
-        &mut self,
-        _: NodeId,
-        _: Group,
-        _: &mut D,
-        _: impl Fn(&D, Address, u32) -> Result<(), AbortCode>,
-    ) -> Result<Option<Loaded>, StoreError> {
-        Ok(None)
-    }
-
-    fn begin(&mut self, _: NodeId, _: Address, _: Instant) -> Result<(), AbortCode> {
-        Err(AbortCode::NoObject)
-    }
-
-    fn running(&mut self) -> Option<&mut RunningSave> {
-        None
-    }
-
-    fn deadline(&self) -> Option<Instant> {
-        None
-    }
-
-    fn advance<D: Objects>(&mut self, _: &mut D, _: Instant) -> Option<SaveEnd> {
-        None
-    }
-
-    fn give_up(&mut self) {}
-
-    fn store_node_id(&mut self, _: &[u8]) -> Result<u32, AbortCode> {
-        Err(AbortCode::NoObject)
-    }
-}
-
 /// Storage of a device that may have a parameter store.
+#[derive(Default)]
 pub struct Stored {
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
     /// Store in maintenance mode, in which it has no parameters.
@@ -126,10 +27,6 @@ impl core::fmt::Debug for Stored {
 }
 
 impl Storage for Stored {
-    fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
-        Stored { store, maintained: None, limit: SaveLimit::default(), running: None }
-    }
-
     fn is_there(&self) -> bool {
         self.store.is_some()
     }
@@ -172,8 +69,14 @@ impl Storage for Stored {
         Ok(())
     }
 
-    fn running(&mut self) -> Option<&mut RunningSave> {
-        self.running.as_mut()
+    fn hold(&mut self, answer: &[u8; 8]) -> bool {
+        self.running.as_mut().is_some_and(|save| save.hold(answer))
+    }
+
+    fn drop_answer(&mut self) {
+        if let Some(save) = &mut self.running {
+            save.drop_answer();
+        }
     }
 
     fn deadline(&self) -> Option<Instant> {
@@ -190,9 +93,22 @@ impl Storage for Stored {
     fn give_up(&mut self) {
         self.running = None;
     }
+}
 
+impl Stored {
+    /// Takes the store of the board, if there is one.
+    pub fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
+        Stored { store, ..Stored::default() }
+    }
+
+    /// Stores a Node-ID, or none, in maintenance mode (ECSS 6.10g). The bytes from the lowest one on are: Node-ID
+    /// or 0, its complement, 49h, 44h. Returns the Node-ID that is stored now.
+    ///
+    /// # Errors
+    /// [`AbortCode::DeviceState`] outside of maintenance mode, [`AbortCode::CannotTransfer`] for other bytes,
+    /// [`AbortCode::ValueRange`] for the master's Node-ID and above 127, or an error of the store.
     #[inline(never)] // a write to another object need not pay for it
-    fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode> {
+    pub fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode> {
         let store = self.maintained.as_mut().ok_or(AbortCode::DeviceState)?;
         let id = match *value {
             [id, complement, b'I', b'D'] if id == !complement => id,
@@ -206,9 +122,7 @@ impl Storage for Stored {
         store.store_node_id(node).map_err(StoreError::abort_code)?;
         Ok(id.into())
     }
-}
 
-impl Stored {
     /// Writes Bdefault as a note. Returns `None` without a store.
     pub fn note_bdefault(&mut self, id: NodeId, bus: Bus) -> Option<Result<(), StoreError>> {
         Some(store::note_bdefault(&mut **self.store.as_mut()?, id, bus))

@@ -44,7 +44,6 @@
 //!   [`is_search_long_enough`](crate::profile::Profile::is_search_long_enough).
 
 mod babblers;
-mod bus_off;
 mod hold_off;
 mod manager;
 mod master;
@@ -57,8 +56,9 @@ mod slave_search;
 mod standby;
 mod trial;
 
+pub use async_canopen::link::access::BusAccess;
+pub use async_canopen::link::bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use babblers::{Babblers, BabblingStep};
-pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use master::{
     MasterAction, MasterBoards, MasterRedundancy, MasterSetup, MasterVerdict, OneBoard, Sending, TwoBoards,
@@ -71,26 +71,7 @@ pub use slave::{BusCause, Retained, SlaveAction, SlaveActions, SlaveRedundancy, 
 pub use standby::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
 
 use crate::types::{Bus, Canonical, Duration};
-
-/// Access of a node to its two buses (ECSS 8.2).
-#[doc(alias("parallel access", "selective access"))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Canonical)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum BusAccess {
-    /// Two controllers, each on its bus all the time.
-    #[default]
-    Parallel,
-    /// On one bus at a time. The node is silent on the other one.
-    Selective,
-}
-
-impl BusAccess {
-    /// Returns whether a node with this access takes part in `bus` while `active` is active.
-    #[inline(always)] // a comparison
-    pub fn joins(self, bus: Bus, active: Bus) -> bool {
-        self == BusAccess::Parallel || bus == active
-    }
-}
+use async_canopen::node::HeartbeatTimes;
 
 /// Parameters of the bus redundancy management of a node (ECSS Tables 8-1 and 8-2).
 #[doc(alias("2000h", "Bdefault", "Ttoggle", "Ntoggle", "Ctoggle"))]
@@ -114,6 +95,11 @@ pub struct Parameters {
 impl Parameters {
     /// Ntoggle of a master that goes on changing the bus until it hears a slave.
     pub const NO_LIMIT: u8 = 255;
+
+    /// Returns the times of heartbeats among them.
+    pub const fn heartbeats(&self) -> HeartbeatTimes {
+        HeartbeatTimes { consumer: self.consumer, producer: self.producer }
+    }
 
     /// Returns the time that a slave listens on one bus: Ttoggle consumer times.
     pub const fn toggling_time(&self) -> Duration {

@@ -5,9 +5,9 @@
 //! master receives the heartbeat one delay later. The delays of the receivers cancel, because each end stamps its
 //! own frames by its own receiver.
 
-use super::left::MEASUREMENT;
-use super::{Handle, Platform};
-use crate::node::{Device, Master, NetworkObjects, Ranging};
+use super::extend::AtEnd;
+use super::{Handle, MasterHandle, Platform};
+use crate::node::{Master, NetworkObjects, Ranging, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::sdo::Error;
 use crate::time::{ClockObjects, TimeCorrection};
@@ -32,48 +32,47 @@ pub struct Cable {
     pub delay_ns: i32,
 }
 
-impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
-    /// Measures the cable to a slave on the active bus by 16 of its heartbeats. Its clock has to follow the SYNCs
-    /// of this master, and both have to stamp in hardware. For 2014h of the slave add the delay of its receiver,
-    /// which this method does not measure.
-    ///
-    /// # Errors
-    /// Those of the SDO client, which reads 2014h and 2016h. [`Error::BusChanged`]. [`Error::Timeout`] if there is
-    /// no heartbeat that both have stamped.
-    ///
-    /// # Cancel safety
-    /// A dropped future ends the measurement and aborts a transfer that is running. Call it again to measure from
-    /// the start.
-    pub async fn measure_cable(&self, node: NodeId) -> Result<Cable, Error> {
+impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> MasterHandle for Handle<B, Master<D, M>> {
+    async fn measure_cable(&self, node: NodeId) -> Result<Cable, Error> {
+        Measurement(*self).run(node).await
+    }
+}
+
+/// Measurement of a cable by a master.
+struct Measurement<B: Platform, D: SpacecraftDevice, M: MasterBoards>(Handle<B, Master<D, M>>);
+
+impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
+    async fn run(&self, node: NodeId) -> Result<Cable, Error> {
         self.range(node.get())?;
-        let _ends = Ends(self);
+        // 2044h names no slave any more afterwards, also when this future is dropped.
+        let _end = AtEnd::new(self.0, Master::stop_ranging);
         self.cable(node).await
     }
 
     fn range(&self, node: u8) -> Result<(), Error> {
         let at = NetworkObjects::RANGING.field(Ranging::NODE).address();
-        self.write(at, &[node]).map_err(Error::Abort)
+        self.0.write(at, &[node]).map_err(Error::Abort)
     }
 
     async fn cable(&self, node: NodeId) -> Result<Cable, Error> {
-        let bus = self.with(|master, _| master.ranged().bus);
+        let bus = self.0.with(|master, _| master.ranged().bus);
         let of_bus = match bus {
             Bus::Nominal => TimeCorrection::NOMINAL,
             Bus::Redundant => TimeCorrection::REDUNDANT,
         };
         let mut correction = [0; 4];
-        self.sdo().read(node, ClockObjects::CORRECTION.field(of_bus).address(), &mut correction).await?;
+        self.0.sdo().read(node, ClockObjects::CORRECTION.field(of_bus).address(), &mut correction).await?;
         let (mut last, mut samples, mut sum) = (0, 0, 0_i64);
         for _ in 0..LOOKS {
-            let now = self.now();
-            self.wait_until(now + LOOK).await;
-            let heard = self.with(|master, _| master.ranged().heard);
+            let now = self.0.now();
+            self.0.wait_until(now + LOOK).await;
+            let heard = self.0.with(|master, _| master.ranged().heard);
             if heard == last {
                 continue;
             }
             last = heard;
             let mut sent = [0; 8];
-            self.sdo().read(node, ClockObjects::HEARTBEAT_SENT.address(), &mut sent).await?;
+            self.0.sdo().read(node, ClockObjects::HEARTBEAT_SENT.address(), &mut sent).await?;
             let difference = heard.wrapping_sub(u64::from_le_bytes(sent)) as i64;
             if difference.unsigned_abs() > SAME {
                 continue;
@@ -81,7 +80,7 @@ impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
             sum += difference;
             samples += 1;
             if samples == SAMPLES {
-                let ranged = self.with(|master, _| master.ranged());
+                let ranged = self.0.with(|master, _| master.ranged());
                 if ranged.bus != bus {
                     return Err(Error::BusChanged);
                 }
@@ -93,15 +92,6 @@ impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
             }
         }
         Err(Error::Timeout)
-    }
-}
-
-/// Ends a measurement: 2044h names no slave any more, also when its future is dropped.
-struct Ends<'a, B: Platform, D: Device, M: MasterBoards>(&'a Handle<B, Master<D, M>>);
-
-impl<B: Platform, D: Device, M: MasterBoards> Drop for Ends<'_, B, D, M> {
-    fn drop(&mut self) {
-        self.0.core.give_back(MEASUREMENT, |shared, _| shared.node.stop_ranging());
     }
 }
 

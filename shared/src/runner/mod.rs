@@ -54,32 +54,17 @@
 //! - The module uses no HAL and no executor.
 //! - `Handle::with` must not be called within `Handle::with`, and [`Resources::start`] not twice: both panic.
 
-mod alarm;
-mod bus;
 mod cable;
-mod diagnostics;
-mod due;
-mod filters;
 mod handle;
-mod left;
-mod platform;
-mod resources;
-mod sdo_client;
-mod shared;
-mod single;
 mod spacecraft_clock;
-mod storage;
 
-pub use bus::BusRunner;
+pub use async_canopen::runner::*;
 pub use cable::Cable;
-pub use diagnostics::{Diagnostics, Interrupts, Stamps, Tally};
-pub use due::DueRunner;
-pub use handle::{EventSource, Events, Handle};
-pub use platform::Platform;
-pub use resources::{Resources, Runners};
-pub use sdo_client::SdoClient;
-pub use single::{Single, SingleRunners};
+pub use handle::{MasterHandle, TimeHandle};
 pub use spacecraft_clock::SpacecraftClock;
 
-/// Events that a bus handles before other tasks have their turn.
-const TURN: usize = 2;
+use crate::node::Master;
+use crate::redundancy::OneBoard;
+
+/// SDO client of the master with this device.
+pub type SdoClient<B, D, M = OneBoard> = async_canopen::runner::SdoClient<B, Master<D, M>>;

@@ -2,13 +2,12 @@
 
 use core::future::poll_fn;
 use core::pin::pin;
-use core::task::{Poll, Waker};
+use core::task::Poll;
 
-use super::Platform;
-use super::shared::Shared;
-use super::storage::Core;
+use super::extend::Waiter;
+use super::{Handle, Platform};
 use crate::node::TimeKeeper;
-use crate::time::{Clock, Quality};
+use crate::time::Quality;
 use crate::types::{Duration, FineInstant, Instant, Scet};
 
 /// Period at which a waiting task without a place checks the clock for a step.
@@ -17,7 +16,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Clock of a node that keeps the spacecraft time.
 #[doc(alias("SCET", "spacecraft elapsed time"))]
 pub struct SpacecraftClock<B: Platform, N: TimeKeeper> {
-    core: &'static Core<B, N>,
+    handle: Handle<B, N>,
 }
 
 impl<B: Platform, N: TimeKeeper> Clone for SpacecraftClock<B, N> {
@@ -29,8 +28,8 @@ impl<B: Platform, N: TimeKeeper> Clone for SpacecraftClock<B, N> {
 impl<B: Platform, N: TimeKeeper> Copy for SpacecraftClock<B, N> {}
 
 impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
-    pub(super) const fn new(core: &'static Core<B, N>) -> Self {
-        SpacecraftClock { core }
+    pub(super) const fn new(handle: Handle<B, N>) -> Self {
+        SpacecraftClock { handle }
     }
 
     /// Returns the spacecraft time at the present microsecond.
@@ -38,20 +37,20 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     /// # Panics
     /// When called from within [`Handle::with`](super::Handle::with), like all methods of this type.
     pub fn now(&self) -> Scet {
-        let now = self.core.clock.now();
-        self.core.lock(|shared| shared.node.spacecraft_clock().at(now.into()).scet())
+        let now = self.handle.now();
+        self.handle.inspect(|node| node.spacecraft_clock().at(now.into()).scet())
     }
 
     /// Returns the quality of the clock.
     pub fn quality(&self) -> Quality {
-        let now = self.core.clock.now();
-        self.core.lock(|shared| shared.node.spacecraft_clock().quality(now.into()))
+        let now = self.handle.now();
+        self.handle.inspect(|node| node.spacecraft_clock().quality(now.into()))
     }
 
     /// Returns the instant of the node's timers at which the spacecraft time is, or was, `scet`: for a timer that
     /// makes an edge then. The instant moves a little while the clock is steered, so call it as late as possible.
     pub fn when(&self, scet: Scet) -> FineInstant {
-        self.core.lock(|shared| shared.node.spacecraft_clock().when(scet.into()))
+        self.handle.inspect(|node| node.spacecraft_clock().when(scet.into()))
     }
 
     /// Waits until the spacecraft time is `scet`, or until the clock is set to that time or a later one. Completes
@@ -61,10 +60,10 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     /// # Cancel safety
     /// A dropped future has no effect.
     pub async fn at(&self, scet: Scet) {
-        let slot = WaiterSlot::take(self.core);
+        let slot = Waiter::take(self.handle);
         while let Err(due) = self.reached(scet) {
-            let due = if slot.nth.is_some() { due } else { due.min(self.core.clock.now() + LOOK) };
-            let mut timer = pin!(self.core.clock.at(due));
+            let due = if slot.has_place() { due } else { due.min(self.handle.now() + LOOK) };
+            let mut timer = pin!(self.handle.wait_until(due));
             let mut is_first = true;
             // Woken by the timer or by a step: look again.
             poll_fn(|context| {
@@ -81,9 +80,9 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     /// # Errors
     /// Instant at which to check again.
     fn reached(&self, scet: Scet) -> Result<(), Instant> {
-        let now = self.core.clock.now();
-        self.core.lock(|shared| {
-            let clock = shared.node.spacecraft_clock();
+        let now = self.handle.now();
+        self.handle.inspect(|node| {
+            let clock = node.spacecraft_clock();
             if !clock.at(now.into()).scet().is_before(scet) {
                 return Ok(());
             }
@@ -91,38 +90,5 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
             let due = clock.when(scet.into()).instant() + Duration::from_micros(1);
             Err(due.max(now + Duration::from_micros(1)))
         })
-    }
-}
-
-/// Place among the tasks that are woken at a step of the clock.
-struct WaiterSlot<B: Platform, N: TimeKeeper> {
-    core: &'static Core<B, N>,
-    nth: Option<usize>,
-}
-
-impl<B: Platform, N: TimeKeeper> WaiterSlot<B, N> {
-    fn take(core: &'static Core<B, N>) -> Self {
-        let nth = core.lock(|shared| {
-            let nth = shared.waiters.iter().position(Option::is_none)?;
-            // Reserved: the task waits soon.
-            *shared.waiters.get_mut(nth)? = Some(Waker::noop().clone());
-            Some(nth)
-        });
-        WaiterSlot { core, nth }
-    }
-
-    fn wake_by(&self, waker: &Waker) {
-        self.core.lock(|shared| {
-            if let Some(slot) = self.nth.and_then(|nth| shared.waiters.get_mut(nth)) {
-                *slot = Some(waker.clone());
-            }
-        });
-    }
-}
-
-impl<B: Platform, N: TimeKeeper> Drop for WaiterSlot<B, N> {
-    fn drop(&mut self) {
-        let Some(nth) = self.nth else { return };
-        self.core.give_back(nth, Shared::free);
     }
 }

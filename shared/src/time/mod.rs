@@ -41,6 +41,7 @@ mod quality;
 mod service;
 mod trust;
 
+pub use async_canopen::runner::Clock;
 pub use clock::LocalClock;
 pub use objects::{
     ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,
@@ -48,18 +49,3 @@ pub use objects::{
 pub use policy::ClockPolicy;
 pub use quality::{Quality, Step, TimeSource};
 pub use service::{ClientSamples, PairOutcome, Places, TimeService, mean_of_truncated};
-
-use crate::types::Instant;
-
-/// Time source of the protocol: one for each node, monotonic.
-#[allow(async_fn_in_trait)] // spawned on single-threaded executors only
-pub trait Clock {
-    /// Returns the present instant.
-    fn now(&self) -> Instant;
-
-    /// Waits until `deadline`. Completes at once if it has passed.
-    ///
-    /// # Cancel safety
-    /// A dropped future must have no effect.
-    async fn at(&self, deadline: Instant);
-}

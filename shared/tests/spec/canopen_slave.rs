@@ -1,11 +1,10 @@
 //! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C.
 
+use async_canopen::node::{BusCommand, CanopenSlave, Device, DeviceNode, Event, Node, Settings};
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{BusCommand, CanopenSlave, Device, DeviceNode, Node, SlaveEvent};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-use ecss_can::profile::Profile;
 use ecss_can::types::{AbortCode, NmtState};
 
 use crate::bench::{Bench, NOMINAL, frame, ms, node, span};
@@ -37,7 +36,7 @@ impl Device for Channel {
 
 /// Without power.
 pub fn slave() -> CanopenSlave<Channel> {
-    CanopenSlave::new(node(5), &Profile::DEFAULT, Channel::default())
+    CanopenSlave::new(node(5), &Settings::DEFAULT, Channel::default())
 }
 
 fn powered() -> Bench<CanopenSlave<Channel>> {
@@ -89,7 +88,7 @@ fn obeys_every_command_without_a_heartbeat_of_the_master() {
     assert_eq!(sent(&slave), vec![(0x705, vec![0x00]); 10], "resets are not counted");
     slave.clear();
     slave.receive(NOMINAL, 0x000, &[0x81, 5]);
-    assert_eq!(slave.events, [SlaveEvent::ResetNode]);
+    assert_eq!(slave.events, [Event::ResetNode]);
     slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x60, 0, 0, 0, 0, 0]);
     slave.run_until(ms(5_000));
     assert_eq!(sent(&slave), [], "silent until the chip is reset");

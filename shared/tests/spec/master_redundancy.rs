@@ -36,7 +36,7 @@ fn search(master: &mut Bench<Master>, limit: Instant) -> (Vec<u64>, Option<Bus>)
 }
 
 fn ctoggle(master: &Bench<Master>) -> u8 {
-    master.node.objects().spacecraft.redundancy.parameters.ctoggle
+    master.node.objects().extension.redundancy.parameters.ctoggle
 }
 
 /// Given Ntoggle 1, When no slave is heard for 11 dwells, Then the master changes the bus once, shows it in Ctoggle, and

@@ -5,7 +5,7 @@ use std::task::Waker;
 use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{LinkEvent, MasterEvent};
+use ecss_can::node::{ClientNode, LinkEvent, MasterEvent};
 use ecss_can::profile::Profile;
 use ecss_can::sdo::Mode;
 use ecss_can::types::{Address, Bus, NodeId};
@@ -109,7 +109,7 @@ fn error_counters_follow_the_controller_unasked() {
     let mut master = powered(&STANDARD);
     for bus in Bus::ALL {
         master.link(bus, LinkEvent::Counters(Health { tec: 7, rec: 9, ..Health::default() }));
-        let objects = &master.node.objects().spacecraft;
+        let objects = &master.node.objects().extension;
         let health = if bus == NOMINAL { &objects.health_nominal } else { &objects.health_redundant };
         assert_eq!((health.tec, health.rec), (7, 9));
     }

@@ -6,7 +6,9 @@
 pub mod time;
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, Device, FailCause, Master, MasterEvent, MasterRequest, Refusal};
+use ecss_can::node::{
+    BusCommand, ClientNode, FailCause, Master, MasterEvent, MasterRequest, Refusal, SpacecraftDevice,
+};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{Bus, Frame, NmtState};
@@ -48,14 +50,14 @@ fn standing_by() -> Board {
 }
 
 /// With another device.
-fn standing_by_with<D: Device>(device: D) -> Bench<Master<D, TwoBoards>> {
+fn standing_by_with<D: SpacecraftDevice>(device: D) -> Bench<Master<D, TwoBoards>> {
     let mut board = Bench::new(Master::of_two(&PROFILE, Strap::Prime, device, None));
     stand_by(&mut board);
     board
 }
 
 /// A board that got power becomes this standby.
-fn stand_by<D: Device>(board: &mut Bench<Master<D, TwoBoards>>) {
+fn stand_by<D: SpacecraftDevice>(board: &mut Bench<Master<D, TwoBoards>>) {
     for beat in 1..=10 {
         board.run_until(ms(100 * beat));
         board.receive(REDUNDANT, 0x701, &[0x05]);
@@ -543,7 +545,7 @@ fn commanded_standby_is_silent_then_takes_over_if_no_other_does() {
 fn ctoggle_of_a_board_that_takes_over_again_reads_zero() {
     let mut board = taken_over();
     assert_eq!(board.write((0x2000, 4), &[3]), Ok(()));
-    let ctoggle = |board: &Board| board.node.objects().spacecraft.redundancy.parameters.ctoggle;
+    let ctoggle = |board: &Board| board.node.objects().extension.redundancy.parameters.ctoggle;
     assert_eq!(ctoggle(&board), 3);
     board.request(MasterRequest::StandBy);
     board.run_until(ms(1_800));

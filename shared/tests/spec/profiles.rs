@@ -4,7 +4,7 @@ use crate::instrument::Instrument;
 use crate::instrument::STANDARD;
 use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Limits, Metres, Network, Range};
 use ecss_can::link::budget::{BudgetPolicy, Rate};
-use ecss_can::node::NodeObjects;
+use ecss_can::node::Slave;
 use ecss_can::od::checked::find;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Pair, Parameters};
@@ -16,8 +16,8 @@ use crate::bench::{node, span};
 /// Notices: ECSS 6.5.2b: 1016h of a slave does not name the master.
 #[test]
 fn a_slave_holds_the_objects_of_table_8_1() {
-    let parameters = Parameters { ctoggle: 3, ..STANDARD.redundancy() };
-    let mut objects = NodeObjects::new(node(5), &parameters, Instrument::default());
+    let mut objects = Slave::new(node(5), &STANDARD, Instrument::default()).into_objects();
+    objects.extension.redundancy.parameters = (&Parameters { ctoggle: 3, ..STANDARD.redundancy() }).into();
     let values: [(u16, u8, &[u8]); 8] = [
         (0x1016, 0, &[8]),
         (0x1016, 1, &[0xFA, 0, 1, 0]),

@@ -101,7 +101,7 @@ fn consumer_takes_heartbeats_with_bit_7() {
             slave.receive(NOMINAL, 0x701, &[byte]);
         }
         let one = node(1);
-        assert_eq!(slave.events, [SlaveEvent::PeerState { node: one, state }]);
+        assert_eq!(slave.events, [async_canopen::node::Event::PeerState { node: one, state }]);
         assert_eq!(slave.node.counters().malformed, 20);
         assert_eq!(slave.node.state(), NmtState::Operational);
         slave.receive(NOMINAL, 0x701, &[0x80]);

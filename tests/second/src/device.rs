@@ -39,7 +39,7 @@ pub fn data_sheet() -> anyhow::Result<PathBuf> {
     let objects = |node| {
         let mut objects = fixtures::device(node, &LIBRECUBE, Vec::new()).objects().clone();
         // Boards have a parameter store.
-        (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
+        (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects
     };
     let description = Description::new(&device, objects)?;

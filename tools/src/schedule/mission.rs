@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{Communication, Device, Extension, NodeObjects};
+use ecss_can::node::{Communication, Device, NodeObjects, SpacecraftDevice};
 use ecss_can::od::{CobIdEntry, INVALID};
 use ecss_can::pdo::{Mapping, PdoParameters, PdoSlots};
 use ecss_can::profile::Profile;
@@ -108,12 +108,12 @@ impl Set<'_> {
     }
 
     /// Heartbeat, emergencies and PDOs of a node.
-    fn node<D: Device, E: Extension>(
+    fn node<D: SpacecraftDevice>(
         &mut self,
         name: &str,
         sync: usize,
         cycle: Duration,
-        objects: &NodeObjects<D, E>,
+        objects: &NodeObjects<D>,
     ) {
         let communication = &objects.communication;
         let inhibit = tenths(communication.emcy.inhibit);

@@ -2,7 +2,7 @@
 
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
-use ecss_can::node::{Device, Master, Slave};
+use ecss_can::node::{Master, Slave, SpacecraftDevice};
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::types::{Frame, NodeId};
 
@@ -42,7 +42,7 @@ impl Builder {
     /// # Panics
     /// When there is one.
     #[must_use]
-    pub fn master<D: Device, B: MasterBoards, A: Future<Output = ()> + 'static>(
+    pub fn master<D: SpacecraftDevice, B: MasterBoards, A: Future<Output = ()> + 'static>(
         self,
         node: impl Fn(MockBoard) -> Master<D, B> + 'static,
         application: impl Fn(Handle<Master<D, B>>, Events<Master<D, B>>) -> A + 'static,
@@ -55,7 +55,7 @@ impl Builder {
     /// # Panics
     /// When there is a node with this Node-ID, or it is the master's.
     #[must_use]
-    pub fn slave<D: Device, A: Future<Output = ()> + 'static>(
+    pub fn slave<D: SpacecraftDevice, A: Future<Output = ()> + 'static>(
         self,
         id: NodeId,
         node: impl Fn(MockBoard) -> Slave<D> + 'static,

@@ -7,7 +7,8 @@ use std::rc::Rc;
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalDevice, MinimalEvent, MinimalSlave};
 use ecss_can::node::{
-    Device, Master, MasterEvent, MasterRequest, Node, NodeObjects, Slave, SlaveEvent, Status,
+    Device, Master, MasterEvent, MasterRequest, Node, NodeObjects, Slave, SlaveEvent, SpacecraftDevice,
+    Status,
 };
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::runner::{self, EventSource};
@@ -61,7 +62,7 @@ pub trait Member: Node + Sized {
     }
 }
 
-impl<D: Device, B: MasterBoards> Member for Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Member for Master<D, B> {
     fn node_event(event: &MasterEvent) -> NodeEvent {
         NodeEvent::Master(*event)
     }
@@ -87,7 +88,7 @@ impl<D: Device, B: MasterBoards> Member for Master<D, B> {
     }
 }
 
-impl<D: Device> Member for Slave<D> {
+impl<D: SpacecraftDevice> Member for Slave<D> {
     fn node_event(event: &SlaveEvent) -> NodeEvent {
         NodeEvent::Slave(*event)
     }
@@ -116,7 +117,7 @@ impl<D: MinimalDevice> Member for MinimalSlave<D> {
 }
 
 /// PDOs of a dictionary as it is now.
-fn mapped<D: Device>(name: &str, objects: &NodeObjects<D>) -> Option<pdos::Node> {
+fn mapped<D: SpacecraftDevice>(name: &str, objects: &NodeObjects<D>) -> Option<pdos::Node> {
     pdos::Node::of::<NodeObjects<D>, _>(name, &mut objects.pdos.clone()).ok()
 }
 

@@ -14,7 +14,7 @@ use can_wire::timing::BitTiming;
 use can_wire::wire::{Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
 use ecss_can::node::minimal::MinimalEvent;
-use ecss_can::node::{Device, Master, MasterRequest, Slave, SlaveEvent, Status};
+use ecss_can::node::{Master, MasterRequest, Slave, SlaveEvent, SpacecraftDevice, Status};
 use ecss_can::runner::Diagnostics;
 use ecss_can::types::{Address, Bus, NmtState, NodeId, PerBus};
 
@@ -347,7 +347,7 @@ impl World {
     ///
     /// # Panics
     /// When it is off, or of another device: a mistake in a test.
-    pub fn master<D: Device>(&self) -> Handle<Master<D>> {
+    pub fn master<D: SpacecraftDevice>(&self) -> Handle<Master<D>> {
         self.node(NodeKey::MASTER)
     }
 
@@ -355,7 +355,7 @@ impl World {
     ///
     /// # Panics
     /// When it is off, or of another device: a mistake in a test.
-    pub fn slave<D: Device>(&self, node: NodeId) -> Handle<Slave<D>> {
+    pub fn slave<D: SpacecraftDevice>(&self, node: NodeId) -> Handle<Slave<D>> {
         self.node(node)
     }
 

@@ -1,7 +1,7 @@
 //! Measures the cable to the slave in 6320h.
 
 use ecss_can::redundancy::MasterBoards;
-use ecss_can::runner::{Handle, Platform};
+use ecss_can::runner::{Handle, MasterHandle, Platform};
 use ecss_can::types::NodeId;
 #[cfg(not(target_os = "none"))]
 use embassy_sync::blocking_mutex::raw::NoopRawMutex as Raw;

@@ -25,6 +25,8 @@
 //! | [`queue`], [`depth`] | transmit queue of a bus, depth of all queues of a node |
 //! | [`bit_timing`] | bit timing by ECSS 5.4.3, computed by constants |
 //! | [`budget`] | limit of the frames that a node may send (ECSS 5.3.3.1b) |
+//! | [`bus_off`] | recovery of a controller from bus-off |
+//! | [`access`] | access of a node to two buses |
 //! | [`one_controller`] | one controller behind a transceiver switch (ECSS A.4.1) |
 //!
 //! # Another chip
@@ -41,8 +43,10 @@
 //! - At most [`LATE_RESULTS`](port::LATE_RESULTS) results of transmissions may follow a frame that was received
 //!   later.
 
+pub mod access;
 pub mod bit_timing;
 pub mod budget;
+pub mod bus_off;
 pub mod depth;
 pub mod one_controller;
 mod pattern;

@@ -23,7 +23,7 @@ type Objects = NodeObjects<MissionObjects<Vec<u8>>>;
 fn fresh(node: NodeId) -> Objects {
     let mut objects = slave(node, &LIBRECUBE, Vec::new()).objects().clone();
     // Boards have a parameter store.
-    (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
+    (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
     objects
 }
 

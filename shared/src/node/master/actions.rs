@@ -1,15 +1,17 @@
 //! Actions of the redundancy, translated into the services of the node.
 
+use super::MasterServices;
 use super::{Master, MasterEvent, Turn, objects};
 use crate::emcy::ErrorCode;
 use crate::link::port::{ErrorState, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::NmtMessage;
-use crate::node::{BusCommand, Device, FailCause, LinkEvent};
+use crate::node::services::{LiveServices, RedundancyServices};
+use crate::node::{BusCommand, FailCause, LinkEvent, SpacecraftDevice};
 use crate::redundancy::{MasterAction, MasterBoards, Sending};
 use crate::types::{Bus, Duration, Frame};
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub(super) fn send_nmt(&mut self, message: NmtMessage, turn: &mut Turn) -> bool {
         self.send(message.encode(), self.services.lifetimes.heartbeat, turn)
     }

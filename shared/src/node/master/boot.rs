@@ -1,17 +1,19 @@
 //! Boot-up process in the master: SDO transfers, starts of slaves, and reports.
 
+use super::MasterServices;
 use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
 use crate::boot::{Boot, BootAction, BootRequest, Identified};
 use crate::emcy::EmcyObjects;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{RPDO, TPDO};
-use crate::node::turn::Part;
-use crate::node::{Communication, Device};
+use crate::node::services::TimeServices;
+use crate::node::{Communication, SpacecraftDevice};
 use crate::profile::Profile;
 use crate::redundancy::MasterBoards;
 use crate::sdo::Mode;
 use crate::types::earliest;
+use async_canopen::node::extend::Part;
 
 /// Bytes taken from the client at once.
 const CHUNK: usize = 32;
@@ -36,7 +38,7 @@ pub(super) fn at_power_on(profile: &Profile) -> Boot {
     boot
 }
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// The transfer that was running fails. The boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, turn: &mut Turn) {
         self.boot_mut().on_bus_changed();

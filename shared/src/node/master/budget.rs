@@ -4,11 +4,12 @@ use super::{Master, MasterEvent, Turn};
 use crate::emcy::ErrorCode;
 use crate::link::budget::{Budget, BudgetStep, Over, is_sdo};
 use crate::nmt::{Command, NmtMessage, Target};
-use crate::node::Device;
-use crate::node::turn::Part;
+use crate::node::SpacecraftDevice;
+use crate::node::services::BudgetServices;
 use crate::profile::Profile;
 use crate::redundancy::{Babblers, BabblingStep, MasterBoards};
 use crate::types::{Bus, CobId, Instant, NodeId, earliest};
+use async_canopen::node::extend::Part;
 
 /// Budgets of the frames that the master sends, and of those that it hears from its slaves.
 #[derive(Debug)]
@@ -33,7 +34,7 @@ impl Part for Budgets {
     }
 }
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// A frame is to go out. Silence is Pre-operational: no PDO, and no frame of the application. What the network
     /// lives on has bounds of its own and goes on: slaves that miss their master would search it.
     pub(super) fn takes_token(&mut self, id: CobId, turn: &mut Turn) -> bool {

@@ -1,9 +1,11 @@
 //! Objects of a master beside those of every node.
 
+use easy_ext::ext;
+
 use crate::emcy::{ActiveErrors, EmcyConsumers};
 use crate::nmt::NmtStartup;
 use crate::node::services::Services;
-use crate::node::{Communication, Device, DeviceObjects, NetworkObjects};
+use crate::node::{Communication, Device, DeviceObjects, NetworkObjects, SpacecraftDevice};
 use crate::od::Objects;
 use crate::pdo::PdoSet;
 use crate::sdo::{SdoServerObjects, SdoServers};
@@ -15,7 +17,7 @@ const PRODUCES: u32 = 1 << 30;
 
 /// Objects of a master beside those of every node: the objects of its device and of its network management.
 #[derive(Clone, Debug, PartialEq, Objects)]
-pub struct MasterObjects<D: Device> {
+pub struct MasterObjects<D: SpacecraftDevice> {
     /// Objects of the device
     #[objects]
     pub device: D,
@@ -32,12 +34,12 @@ pub struct MasterObjects<D: Device> {
 
 /// Its constructor is checked by [`Master`](super::Master).
 #[diagnostic::do_not_recommend]
-impl<D: Device> DeviceObjects for MasterObjects<D> {
+impl<D: SpacecraftDevice> DeviceObjects for MasterObjects<D> {
     type Sdo = SdoServerObjects;
 }
 
 #[diagnostic::do_not_recommend]
-impl<D: Device> Device for MasterObjects<D> {
+impl<D: SpacecraftDevice> Device for MasterObjects<D> {
     type Pdos = D::Pdos;
     type Consumers = D::Consumers;
 
@@ -48,13 +50,6 @@ impl<D: Device> Device for MasterObjects<D> {
         );
         D::PDOS
     };
-    const FINE_BITS: u32 = D::FINE_BITS;
-    const UTC: Option<UtcRelation> = D::UTC;
-    const SUBMILLISECONDS: bool = D::SUBMILLISECONDS;
-
-    fn utc(&mut self) -> Option<&mut LocalUtc> {
-        self.device.utc()
-    }
 
     /// Produces SYNC (ECSS 6.9d), and reports its errors as a slave does (1014h).
     fn communication(id: NodeId) -> Communication {
@@ -73,21 +68,33 @@ impl<D: Device> Device for MasterObjects<D> {
     }
 }
 
+#[diagnostic::do_not_recommend]
+impl<D: SpacecraftDevice> SpacecraftDevice for MasterObjects<D> {
+    const FINE_BITS: u32 = D::FINE_BITS;
+    const UTC: Option<UtcRelation> = D::UTC;
+    const SUBMILLISECONDS: bool = D::SUBMILLISECONDS;
+
+    fn utc(&mut self) -> Option<&mut LocalUtc> {
+        self.device.utc()
+    }
+}
+
 /// Objects of the master that its parts read and show.
-impl<D: Device> Services<MasterObjects<D>> {
-    pub(super) fn network(&self) -> &NetworkObjects {
+#[ext(MasterServices)]
+impl<D: SpacecraftDevice> Services<MasterObjects<D>> {
+    pub fn network(&self) -> &NetworkObjects {
         &self.dictionary.objects.application.network
     }
 
-    pub(super) fn network_mut(&mut self) -> &mut NetworkObjects {
+    pub fn network_mut(&mut self) -> &mut NetworkObjects {
         &mut self.dictionary.objects.application.network
     }
 
-    pub(super) fn errors(&self) -> &ActiveErrors {
+    pub fn errors(&self) -> &ActiveErrors {
         &self.dictionary.objects.application.errors
     }
 
-    pub(super) fn errors_mut(&mut self) -> &mut ActiveErrors {
+    pub fn errors_mut(&mut self) -> &mut ActiveErrors {
         &mut self.dictionary.objects.application.errors
     }
 }

@@ -5,10 +5,11 @@
 //! and every ten seconds.
 //! The boot-up process and the identification of new nodes go first.
 
+use super::MasterServices;
 use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
 use crate::emcy::{ActiveError, Emergency, ReadOutcome};
-use crate::node::Device;
+use crate::node::SpacecraftDevice;
 use crate::redundancy::MasterBoards;
 use crate::sdo::{Error, Mode};
 use crate::types::{Duration, Instant, NodeId};
@@ -18,7 +19,7 @@ pub(super) const PERIOD: Duration = Duration::from_millis(10_000);
 /// Most bytes of an answer.
 const BYTES: usize = 4;
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the active errors of the slaves, as far as they reported them (objects 2048h and 2049h).
     pub fn active_errors(&self) -> impl Iterator<Item = ActiveError> {
         self.services.errors().iter()

@@ -3,10 +3,11 @@
 use super::{Master, Turn};
 use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
-use crate::node::turn::Part;
-use crate::node::{BusCommand, Device, Filters};
+use crate::node::services::TimeServices;
+use crate::node::{BusCommand, Filters, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::types::{Address, Bus, CobId, Duration, Instant, NodeId};
+use async_canopen::node::extend::Part;
 
 /// Retry interval for changed filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
@@ -41,7 +42,7 @@ impl Part for SentFilters {
     }
 }
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the filters by function codes: heartbeats, SDO responses, EMCY, SYNCs of another master, PDOs, and
     /// requests to the SDO server of the master.
     pub fn filters(&self) -> Filters {

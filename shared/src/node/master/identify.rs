@@ -4,13 +4,14 @@
 //! the node is heard, and takes a late answer as well. The boot-up process goes first. After a question without an answer
 //! the SDO client is free for others for the same time.
 
+use super::MasterServices;
 use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
-use crate::node::turn::Part;
-use crate::node::{Communication, Device};
+use crate::node::{Communication, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::sdo::{Error, Mode};
 use crate::types::{Address, Instant};
+use async_canopen::node::extend::Part;
 
 const DEVICE_TYPE: Address = Communication::DEVICE_TYPE.address();
 /// Bytes of a device type.
@@ -30,7 +31,7 @@ impl Part for Identification {
     }
 }
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns when a waiting question can be asked. `None` while the client is not free for it.
     pub(super) fn identification_deadline(&self) -> Option<Instant> {
         let is_free = self.transfers.owner == Owner::Nobody && self.redundancy.is_announced();

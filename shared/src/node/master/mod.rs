@@ -15,17 +15,18 @@ mod role;
 mod sending;
 mod transfers;
 
+use crate::node::services::TimeServices;
 pub use declared::MasterObjects;
+use declared::MasterServices;
 
 use self::budget::Budgets;
 use self::filters::{FUNCTIONS, SentFilters};
 use self::identify::Identification;
 use self::objects::Initial;
 use self::transfers::Transfers;
-use super::buses::BusNews;
-use super::services::Services;
-use super::turn::{self, Part, Timed};
-use super::{Device, MasterEvent, MasterRequest, Status};
+use super::services::{Services, State};
+use super::stored::Stored;
+use super::{MasterEvent, MasterRequest, SpacecraftDevice, Status};
 use crate::boot::Boot;
 use crate::emcy::ErrorReader;
 use crate::link::Stamp;
@@ -38,8 +39,10 @@ use crate::store::{Group, ParameterStore};
 use crate::sync;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet, earliest};
+use async_canopen::node::extend::BusNews;
+use async_canopen::node::extend::{Part, Timed};
 
-type Turn<'a> = turn::Turn<'a, MasterEvent>;
+type Turn<'a> = super::Turn<'a, MasterEvent>;
 
 /// Master of a spacecraft: NMT master, redundancy master, producer of SYNC and time, SDO client, CANopen device;
 /// commands and telemetry.
@@ -47,7 +50,7 @@ type Turn<'a> = turn::Turn<'a, MasterEvent>;
 /// `B` is [`TwoBoards`] if another board may take over from this one.
 #[doc(alias("NMT master", "redundancy master", "SYNC producer", "time producer"))]
 #[derive(Debug)]
-pub struct Master<D: Device, B: MasterBoards = OneBoard> {
+pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
     services: Services<MasterObjects<D>>,
     boot: Timed<Boot>,
     transfers: Timed<Transfers>,
@@ -68,7 +71,7 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     initial: Initial,
 }
 
-impl<D: Device> Master<D> {
+impl<D: SpacecraftDevice> Master<D> {
     /// Makes a master before power-on. With a parameter store objects 1010h and 1011h work, and the stored
     /// parameters apply from power-on.
     #[inline(always)] // a copy of a master is 20 kB of stack
@@ -81,7 +84,7 @@ impl<D: Device> Master<D> {
     }
 }
 
-impl<D: Device> Master<D, TwoBoards> {
+impl<D: SpacecraftDevice> Master<D, TwoBoards> {
     /// Makes one of two masters before power-on. `strap` is the number of the board (ECSS 8.1a, Figure 4-2). The
     /// board listens first, and then becomes active or the standby. With a profile that has no numbers for two
     /// boards ([`Profile::standby`]) it is the same as [`Master::new`].
@@ -96,7 +99,7 @@ impl<D: Device> Master<D, TwoBoards> {
     }
 }
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     // One expression of calls: each part is made in its place, and a copy of a master is 20 kB of stack.
     #[inline(never)]
     fn with(
@@ -120,7 +123,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             boot: Timed::new(boot::at_power_on(profile)),
             transfers: Timed::new(Transfers::new(profile.sdo_timeout, profile.network.bit_rate)),
             redundancy: Timed::new(MasterRedundancy::new(boards, &objects::setup(profile))),
-            services: Services::new(NodeId::MASTER, || initial.objects(profile, device), profile, store),
+            services: Services::new(
+                NodeId::MASTER,
+                || initial.objects(profile, device),
+                Stored::new(store),
+                &profile.settings(NodeId::MASTER),
+                || State::new(profile),
+            ),
             initial,
         }
     }
@@ -295,7 +304,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 }
 
-impl<D: Device, B: MasterBoards> Node for Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
     type Event = MasterEvent;
     type Request = MasterRequest;
     type Depth = FullDepth;
@@ -363,31 +372,13 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     }
 }
 
-impl<D: Device, B: MasterBoards> TimeKeeper for Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> TimeKeeper for Master<D, B> {
     fn spacecraft_clock(&self) -> &LocalClock {
-        self.services.time.clock()
+        self.services.state.time.clock()
     }
 }
 
 impl<B: MasterBoards> Part for MasterRedundancy<B> {
-    fn earliest(&self) -> Option<Instant> {
-        self.deadline()
-    }
-}
-
-impl Part for Boot {
-    fn earliest(&self) -> Option<Instant> {
-        if self.is_due() { Some(Instant::ZERO) } else { self.deadline() }
-    }
-}
-
-impl Part for ErrorReader {
-    fn earliest(&self) -> Option<Instant> {
-        self.deadline()
-    }
-}
-
-impl Part for sync::Producer {
     fn earliest(&self) -> Option<Instant> {
         self.deadline()
     }

@@ -2,12 +2,12 @@
 
 use super::{Master, MasterEvent, Turn, objects};
 use crate::nmt::{Command, NmtMessage, Reaction, Target};
-use crate::node::{BusCommand, Device};
+use crate::node::{BusCommand, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::store::Group;
 use crate::types::{NmtState, NodeId};
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Sends the boot-up message and enters Operational without a command (CiA 301 7.3.2.2.1).
     pub(super) fn boot_up(&mut self, turn: &mut Turn) {
         let (boot_up, state) = self.redundancy_mut().boot_up(turn.now);

@@ -1,5 +1,6 @@
 //! Dictionary of the master, and effects of written objects.
 
+use super::MasterServices;
 use super::declared::MasterObjects;
 use super::{Master, Turn};
 use crate::boot::Assignment;
@@ -13,14 +14,18 @@ use crate::node::index::{
     RPDO, SYNC_COB_ID, SYNC_DITHER,
 };
 use crate::node::network_objects::entry;
-use crate::node::services::{SdoStep, Services, carries_time};
-use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
+use crate::node::services::{LiveServices, PostMortemServices};
+use crate::node::services::{Services, carries_time};
+use crate::node::{
+    Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, SpacecraftDevice, assert_device,
+};
 use crate::pdo::PdoSlots;
 use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
 use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use async_canopen::node::extend::SdoStep;
 
 /// Transmission type of a PDO that goes with each SYNC.
 const EVERY_SYNC: u8 = 1;
@@ -58,11 +63,15 @@ impl Initial {
 
     /// Makes the objects at power-on.
     #[inline(never)] // made in their place
-    pub fn objects<D: Device>(&self, profile: &Profile, device: D) -> NodeObjects<MasterObjects<D>> {
+    pub fn objects<D: SpacecraftDevice>(
+        &self,
+        profile: &Profile,
+        device: D,
+    ) -> NodeObjects<MasterObjects<D>> {
         const { assert_device::<MasterObjects<D>>() };
         NodeObjects {
             application: application(profile, device),
-            spacecraft: self.spacecraft(),
+            extension: self.spacecraft(),
             communication: self.communication::<D>(),
             consumers: self.consumers::<D>(),
             pdos: self.pdos::<D>(),
@@ -71,7 +80,7 @@ impl Initial {
     }
 
     /// Restores the communication profile of power-on.
-    pub fn restore<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
+    pub fn restore<D: SpacecraftDevice>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
         objects.communication = self.communication::<D>();
         objects.consumers = self.consumers::<D>();
         objects.pdos = self.pdos::<D>();
@@ -84,7 +93,7 @@ impl Initial {
     }
 
     /// Returns the communication profile with the periods of the mission.
-    pub fn communication<D: Device>(&self) -> Communication {
+    pub fn communication<D: SpacecraftDevice>(&self) -> Communication {
         let mut communication = MasterObjects::<D>::communication(NodeId::MASTER);
         communication.heartbeat.time = self.redundancy.producer.as_millis() as u16;
         communication.sync.cycle_period = self.sync.as_micros() as u32;
@@ -92,7 +101,7 @@ impl Initial {
     }
 
     /// 1016h: entries take the time of the profile where the device declares none.
-    fn consumers<D: Device>(&self) -> D::Consumers {
+    fn consumers<D: SpacecraftDevice>(&self) -> D::Consumers {
         let mut consumers = D::consumers(NodeId::MASTER);
         let time = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
         for entry in consumers.entries_mut() {
@@ -105,7 +114,7 @@ impl Initial {
 
     /// PDOs of the time take the period of the profile where the device declares none: with SYNCs every n-th one.
     #[inline(never)] // made in their place
-    fn pdos<D: Device>(&self) -> D::Pdos {
+    fn pdos<D: SpacecraftDevice>(&self) -> D::Pdos {
         let mut pdos = D::pdos(NodeId::MASTER);
         let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
         let syncs = self.time.as_micros() / self.sync.as_micros().max(1);
@@ -125,7 +134,7 @@ impl Initial {
 }
 
 #[inline(never)] // made in their place
-fn application<D: Device>(profile: &Profile, device: D) -> MasterObjects<D> {
+fn application<D: SpacecraftDevice>(profile: &Profile, device: D) -> MasterObjects<D> {
     MasterObjects {
         device,
         emergencies: EmcyConsumers::of_others(NodeId::MASTER),
@@ -150,7 +159,7 @@ fn network(profile: &Profile) -> NetworkObjects {
 
 /// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h). Without an entry of 1016h in use the
 /// consumer time is that of power-on.
-pub(super) fn written_redundancy<D: Device>(
+pub(super) fn written_redundancy<D: SpacecraftDevice>(
     objects: &NodeObjects<MasterObjects<D>>,
     initial: &Initial,
 ) -> Parameters {
@@ -159,10 +168,10 @@ pub(super) fn written_redundancy<D: Device>(
     let longest = in_use.map(|entry| *entry as u16).max();
     let consumer = longest.map_or(initial.redundancy.consumer, |time| Duration::from_millis(u64::from(time)));
     let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
-    objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
+    objects.extension.redundancy.parameters.parameters(consumer, producer)
 }
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<MasterObjects<D>> {
         &self.services.dictionary.objects
@@ -343,7 +352,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
-        self.services.change(now, |objects| objects.spacecraft.self_test = result);
+        self.services.change(now, |objects| objects.extension.self_test = result);
     }
 
     /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
@@ -353,7 +362,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 }
 
-impl<D: Device, B: MasterBoards> DeviceNode for Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> DeviceNode for Master<D, B> {
     type Device = D;
 
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {

@@ -3,11 +3,12 @@
 use super::{Master, MasterEvent, Turn};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
-use crate::node::{Device, FailCause};
+use crate::node::services::{PostMortemServices, TimeServices};
+use crate::node::{FailCause, SpacecraftDevice};
 use crate::redundancy::{MasterBoards, MasterVerdict, Parameters};
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Takes a received frame. Schedules the next run as early as its effect needs: most frames have none.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if !self.redundancy.is_joined(bus) {

@@ -3,15 +3,17 @@
 //! A standby sends no dominant bit. It follows the active master: the bus of its heartbeat, the states of the
 //! slaves, and the spacecraft time. So the time continues when it takes over.
 
+use super::MasterServices;
 use super::{Master, MasterEvent, Turn};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
-use crate::node::Device;
 use crate::node::MasterRole;
+use crate::node::SpacecraftDevice;
+use crate::node::services::{RedundancyServices, TimeServices};
 use crate::redundancy::{MasterBoards, MasterVerdict, Role, RoleChange};
 use crate::types::{Bus, CobId, Frame, Instant, NmtState};
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns whether the board manages the network. `false` while it listens or is the standby.
     #[inline(always)] // constant for one board
     pub fn is_active(&self) -> bool {
@@ -26,7 +28,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     #[inline(always)] // constant for one board
     pub fn withheld_time(&self) -> Option<CobId> {
         let is_known = self.redundancy.standby().is_none_or(|standby| standby.has_begun());
-        if is_known || self.services.time.clock().is_set() {
+        if is_known || self.services.state.time.clock().is_set() {
             return None;
         }
         self.services.time_pdo().map(|pdo| pdo.id)

@@ -3,12 +3,12 @@
 use super::Master;
 use crate::link::queue::Outgoing;
 use crate::node::minimal::MinimalPdos;
-use crate::node::{Device, Refusal};
+use crate::node::{Refusal, SpacecraftDevice};
 use crate::profile::MinimalNode;
 use crate::redundancy::MasterBoards;
 use crate::types::{Frame, Instant, NmtState, NodeId};
 
-impl<D: Device, B: MasterBoards> Master<D, B> {
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the last state of a slave. `None` if the slave was never heard, is lost or forgotten.
     pub fn slave_state(&self, node: NodeId) -> Option<NmtState> {
         self.redundancy.peers().state(node)

@@ -7,14 +7,14 @@ use embassy_sync::waitqueue::MultiWakerRegistration;
 
 use super::{Master, Turn};
 use crate::link::bit_timing::BitRate;
-use crate::node::Device;
-use crate::node::services::SdoStep;
-use crate::node::stored::Storage;
-use crate::node::turn::Part;
+use crate::node::{ClientNode, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::sdo;
 use crate::sdo::Client;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
+use async_canopen::node::extend::Part;
+use async_canopen::node::extend::SdoStep;
+use async_canopen::node::extend::Storage;
 
 /// Tasks that may wait for the client without waking each other.
 const TASKS: usize = 4;
@@ -115,12 +115,9 @@ impl Part for Transfers {
     }
 }
 
-/// For [`runner::SdoClient`](crate::runner::SdoClient), which knows whose turn it is.
-impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// Returns the SDO client for a transfer with the server in `node`, if no task has it and the boot-up process
-    /// does not need it. Otherwise the task is woken when it may ask again. Start the transfer at once, and
-    /// [release](Master::release_sdo) the client when it is over.
-    pub fn claim_sdo(&mut self, node: NodeId, task: &Waker) -> Option<&mut Client> {
+impl<D: SpacecraftDevice, B: MasterBoards> ClientNode for Master<D, B> {
+    /// The boot-up process goes first.
+    fn claim_sdo(&mut self, node: NodeId, task: &Waker) -> Option<&mut Client> {
         if self.transfers.owner != Owner::Nobody || self.boot.is_busy() || !self.is_active() {
             self.transfers.no_sooner().tasks.register(task);
             return None;
@@ -129,20 +126,20 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Some(&mut self.transfers.no_sooner().client)
     }
 
-    /// Returns the SDO client that was claimed. The task is woken when the transfer needs it.
-    pub fn claimed_sdo(&mut self, task: &Waker) -> &mut Client {
+    fn claimed_sdo(&mut self, task: &Waker) -> &mut Client {
         self.transfers_mut().is_due = true;
         let transfers = self.transfers.no_sooner();
         transfers.tasks.register(task);
         &mut transfers.client
     }
 
-    /// Releases the SDO client. A transfer that is not over is aborted.
-    pub fn release_sdo(&mut self) {
+    fn release_sdo(&mut self) {
         let transfers = self.transfers_mut();
         (transfers.owner, transfers.is_due) = (Owner::Abandoned, true);
     }
+}
 
+impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Lets the client do something; its frames go out on the active bus.
     fn with_client<R>(
         &mut self,

@@ -1,9 +1,11 @@
 //! Budget of a node that sends too many frames: counted and reported (ECSS 5.3.3.1b).
 
+use easy_ext::ext;
+
 use super::Services;
 use crate::emcy::ErrorCode;
 use crate::link::budget::Over;
-use crate::node::{Device, Extension};
+use crate::node::SpacecraftDevice;
 use crate::types::CobId;
 
 /// Source of the emergency that reports a COB-ID; its function code is in the low four bits.
@@ -11,16 +13,15 @@ const COB_ID: u8 = 0x10;
 /// Source of the one that reports the node.
 const NODE: u8 = 0x20;
 
-impl<D: Device, E: Extension> Services<D, E> {
+#[ext(BudgetServices)]
+impl<D: SpacecraftDevice> Services<D> {
     /// Counts a refused frame. Returns `false` if this error is active already.
     #[inline(always)] // called from one place
     pub fn over_budget(&mut self, id: CobId, over: Over) -> bool {
         let raw = id.raw();
-        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
-            let shown = &mut objects.over_budget;
-            (shown.refused, shown.last) = (shown.refused.saturating_add(1), raw);
-            shown.silenced = shown.silenced.saturating_add(u16::from(over == Over::Node));
-        }
+        let shown = &mut self.dictionary.objects.extension.over_budget;
+        (shown.refused, shown.last) = (shown.refused.saturating_add(1), raw);
+        shown.silenced = shown.silenced.saturating_add(u16::from(over == Over::Node));
         let source = match over {
             Over::CobId => COB_ID | (raw >> 7) as u8,
             Over::Node => NODE,

@@ -1,18 +1,21 @@
 //! Time objects of a node: times that PDOs and clients bring, and times that they request (ECSS 7.1, 7.2).
 
-use super::{NodeEvent, Services};
+use easy_ext::ext;
+
+use super::Services;
+use super::live::LiveServices;
 use crate::boot::TimePdo;
 use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
-use crate::node::turn::Turn;
-use crate::node::{Device, Extension, NodeObjects};
+use crate::node::{NodeObjects, SpacecraftDevice, SpacecraftEvent, Turn};
 use crate::od::checked::find;
 use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
 use crate::types::{AbortCode, Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
+use async_canopen::node::extend::NodeEvent;
 
 /// Kind of time that a receive PDO carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,7 +74,7 @@ impl MappedTime {
 ///
 /// # Errors
 /// [`AbortCode::ValueTooHigh`].
-pub fn check_submilliseconds<D: Device>(at: Address, value: u32) -> Result<(), AbortCode> {
+pub fn check_submilliseconds<D: SpacecraftDevice>(at: Address, value: u32) -> Result<(), AbortCode> {
     let has_limit = const { D::UTC.is_some() && D::SUBMILLISECONDS };
     let is_too_high = has_limit && at == SUBMILLISECONDS && value >= 1_000;
     if is_too_high { Err(AbortCode::ValueTooHigh) } else { Ok(()) }
@@ -87,30 +90,27 @@ pub fn is_local_time(index: u16) -> bool {
     matches!(index, SCET_GET | UTC_GET)
 }
 
-impl<D: Device> Services<D> {
+#[ext(TimeServices)]
+impl<D: SpacecraftDevice> Services<D> {
     /// Returns the local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
-        self.time.clock().at(now.into()).scet()
+        self.state.time.clock().at(now.into()).scet()
     }
 
     /// Returns the spacecraft time at the last SYNC.
     pub fn scet_at_sync(&mut self) -> Option<Scet> {
         let at = self.last_sync()?;
-        Some(self.time.clock().at(at).scet())
+        Some(self.state.time.clock().at(at).scet())
     }
-}
 
-impl<D: Device, E: Extension> Services<D, E> {
     /// Returns when the last SYNC ended at its producer.
-    fn last_sync(&mut self) -> Option<FineInstant> {
-        let objects = self.dictionary.objects.spacecraft.spacecraft()?;
-        E::time(&mut self.time)?.last_sync(&objects.clock.correction)
+    pub fn last_sync(&mut self) -> Option<FineInstant> {
+        self.state.time.last_sync(&self.dictionary.objects.extension.clock.correction)
     }
 
     /// Shows the time `scet` in 2011h and 2013h; `is_short`: rounded, with the lowest three bits zero.
-    fn show_time(&mut self, scet: FineScet, is_short: bool) {
-        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
-        let Some(objects) = spacecraft.spacecraft() else { return };
+    pub fn show_time(&mut self, scet: FineScet, is_short: bool) {
+        let NodeObjects { application, extension: objects, .. } = &mut self.dictionary.objects;
         let (bits, scet, utc, used) = if is_short {
             (Places::SHORT, scet.plus(HALF_OF_SCET), scet.plus(HALF_OF_UTC), !LOWEST)
         } else {
@@ -127,16 +127,14 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Samples the local time for transmit PDOs.
     pub fn refresh_time(&mut self, at: FineInstant) {
-        if let Some(time) = E::time(&mut self.time) {
-            let (scet, is_short) = (time.clock().at(at), time.is_coarse());
-            self.show_time(scet, is_short);
-        }
+        let (scet, is_short) = (self.state.time.clock().at(at), self.state.time.is_coarse());
+        self.show_time(scet, is_short);
     }
 
     /// Samples the local time for transmit PDOs that are sent without SYNC. It is the time of the last SYNC if
     /// the spacecraft time is distributed with SYNC (ECSS 7.2.3k), otherwise the present time (7.2.2).
     pub fn refresh_time_of_events(&mut self, now: Instant) {
-        let of_sync = if self.is_time_by_sync { self.last_sync() } else { None };
+        let of_sync = if self.state.is_time_by_sync { self.last_sync() } else { None };
         self.refresh_time(of_sync.unwrap_or_else(|| now.into()));
     }
 
@@ -149,35 +147,28 @@ impl<D: Device, E: Extension> Services<D, E> {
         let parts = if at.index == SCET_GET { LocalScet::PARTS } else { LocalUtc::PARTS };
         if is_local_time(at.index)
             && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD)
-            && let Some(sample) = E::time(&mut self.time).and_then(|time| time.read(at, parts, now))
+            && let Some(sample) = self.state.time.read(at, parts, now)
         {
             self.show_time(sample, false);
         }
         if at.index == CLOCK_QUALITY {
             self.refresh_quality(now);
         }
-        if at.index == HEARTBEAT_SENT
-            && let Some(time) = E::time(&mut self.time)
-        {
-            time.range();
+        if at.index == HEARTBEAT_SENT {
+            self.state.time.range();
         }
     }
 
     /// Updates object 2015h.
     pub fn refresh_quality(&mut self, now: Instant) {
-        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
-            && let Some(time) = E::time(&mut self.time)
-        {
-            objects.clock.quality = time.quality(&objects.clock.correction, now);
-        }
+        let clock = &mut self.dictionary.objects.extension.clock;
+        clock.quality = self.state.time.quality(&clock.correction, now);
     }
 
     /// Takes a SYNC on the active bus: its PDOs are sampled at its end (ECSS 7.2.3k).
     pub fn note_sync(&mut self, bus: Bus, stamp: &Stamp) {
-        if let Some(time) = E::time(&mut self.time) {
-            time.on_sync(bus, stamp);
-        }
-        if self.carries_live_value
+        self.state.time.on_sync(bus, stamp);
+        if self.state.carries_live_value
             && let Some(at) = self.last_sync()
         {
             self.refresh(at);
@@ -187,17 +178,21 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Takes the end of a heartbeat of this node (2016h). This instant and the one at which another node received
     /// the heartbeat give the delay of the cable between them.
     pub fn note_heartbeat(&mut self, stamp: &Stamp) {
-        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
-            && let Some(sent) = E::time(&mut self.time).and_then(|time| time.on_heartbeat(stamp.fine()))
-        {
-            objects.clock.heartbeat_sent = sent.units();
+        if let Some(sent) = self.state.time.on_heartbeat(stamp.fine()) {
+            self.dictionary.objects.extension.clock.heartbeat_sent = sent.units();
         }
     }
 
     /// Takes the time that a receive PDO brought.
     #[inline(never)] // seldom
-    pub fn take_time<V: NodeEvent>(&mut self, number: usize, bus: Bus, stamp: &Stamp, turn: &mut Turn<V>) {
-        let kind = self.mapped_time.as_ref().get(number).copied().unwrap_or_default();
+    pub fn take_time<V: NodeEvent<Extension = SpacecraftEvent>>(
+        &mut self,
+        number: usize,
+        bus: Bus,
+        stamp: &Stamp,
+        turn: &mut Turn<'_, V>,
+    ) {
+        let kind = self.state.mapped_time.as_ref().get(number).copied().unwrap_or_default();
         // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
         let pdo = self.dictionary.objects.pdos.rpdos().0.get(number);
         let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
@@ -208,7 +203,12 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Takes a spacecraft time that another master sent, as this one would send it. Returns whether the frame was
     /// one.
-    pub fn overhear_time<V: NodeEvent>(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn<V>) -> bool {
+    pub fn overhear_time<V: NodeEvent<Extension = SpacecraftEvent>>(
+        &mut self,
+        frame: &Frame,
+        stamp: &Stamp,
+        turn: &mut Turn<'_, V>,
+    ) -> bool {
         let Some((number, pdo)) = self.numbered_time_pdo().filter(|(_, pdo)| pdo.id == frame.id()) else {
             return false;
         };
@@ -239,22 +239,17 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// The clock follows the time that was brought. Whether it is one.
-    fn follow_time<V: NodeEvent>(
+    pub fn follow_time<V: NodeEvent<Extension = SpacecraftEvent>>(
         &mut self,
         kind: MappedTime,
         by_sync: bool,
         stamp: &Stamp,
-        turn: &mut Turn<V>,
+        turn: &mut Turn<'_, V>,
     ) -> bool {
-        if let Some(time) = E::time(&mut self.time) {
-            time.forget_written();
-        }
+        self.state.time.forget_written();
         let Some((scet, places)) = self.brought_time(kind) else { return false };
-        let NodeObjects { spacecraft, .. } = &mut self.dictionary.objects;
-        let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else {
-            return false;
-        };
-        let correction = &objects.clock.correction;
+        let time = &mut self.state.time;
+        let correction = &self.dictionary.objects.extension.clock.correction;
         let was_set = time.clock().is_synchronised();
         time.on_places(places);
         let taken = if by_sync {
@@ -264,10 +259,10 @@ impl<D: Device, E: Extension> Services<D, E> {
         };
         match taken {
             PairOutcome::Unused => {}
-            PairOutcome::Steered => turn.out.event(V::time(scet.scet())),
+            PairOutcome::Steered => turn.out.event(V::extension(SpacecraftEvent::Time(scet.scet()))),
             PairOutcome::Stepped(step) => {
-                turn.out.event(V::time(scet.scet()));
-                turn.out.step(V::step(step));
+                turn.out.event(V::extension(SpacecraftEvent::Time(scet.scet())));
+                turn.out.signal(V::extension(SpacecraftEvent::Step(step)));
                 if was_set {
                     self.report_past(ErrorCode::EXTERNAL, [CLOCK_STEPPED, 0, 0, 0, 0]);
                 }
@@ -278,8 +273,8 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Emergencies that last as long as their cause.
-    fn report_clock(&mut self) {
-        let Some(time) = E::time(&mut self.time) else { return };
+    pub fn report_clock(&mut self) {
+        let time = &self.state.time;
         let (are_two, is_saturated) = (time.has_two_producers(), time.clock().is_saturated());
         self.set_error(ErrorCode::CAN_ID_COLLISION, TWO_PRODUCERS, are_two);
         self.set_error(ErrorCode::EXTERNAL, CLOCK_SATURATED, is_saturated);
@@ -287,15 +282,14 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Notes that this node sent a SYNC. Returns whether it was found just now that its SYNCs are not captured.
     pub fn on_sync_produced(&mut self) -> bool {
-        let is_uncaptured = E::time(&mut self.time).is_some_and(|time| time.is_uncaptured());
+        let is_uncaptured = self.state.time.is_uncaptured();
         self.set_error(ErrorCode::EXTERNAL, SYNC_UNCAPTURED, is_uncaptured)
     }
 
     /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and its places.
     /// `None`: it is no time.
-    fn brought_time(&mut self, kind: MappedTime) -> Option<(FineScet, Places)> {
-        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
-        let objects = spacecraft.spacecraft()?;
+    pub fn brought_time(&mut self, kind: MappedTime) -> Option<(FineScet, Places)> {
+        let NodeObjects { application, extension: objects, .. } = &mut self.dictionary.objects;
         if kind == MappedTime::Utc {
             let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
             // 7.1.3g: bits that a device lacks do not say how the producer stamps.
@@ -310,28 +304,34 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     /// Sets the clock by command.
-    pub fn set_time<V: NodeEvent>(&mut self, scet: FineScet, turn: &mut Turn<V>) {
-        if let Some(time) = E::time(&mut self.time) {
-            turn.out.step(V::step(time.set(scet, turn.now.into())));
-        }
+    pub fn set_time<V: NodeEvent<Extension = SpacecraftEvent>>(
+        &mut self,
+        scet: FineScet,
+        turn: &mut Turn<'_, V>,
+    ) {
+        let step = self.state.time.set(scet, turn.now.into());
+        turn.out.signal(V::extension(SpacecraftEvent::Step(step)));
     }
 
     /// Takes a write to 2010h or 2012h by a client. The clock is set when the last sub-index of the record is
     /// written.
-    pub fn on_time_written<V: NodeEvent>(&mut self, at: Address, turn: &mut Turn<V>) {
+    pub fn on_time_written<V: NodeEvent<Extension = SpacecraftEvent>>(
+        &mut self,
+        at: Address,
+        turn: &mut Turn<'_, V>,
+    ) {
         let parts = match at.index {
             SCET_SET => LocalScet::PARTS,
             UTC_SET => LocalUtc::PARTS,
             _ => return,
         };
         // Noted whatever the other parts are: a PDO may have left a time there that is none.
-        if !E::time(&mut self.time).is_some_and(|time| time.on_part_written(at, parts, turn.now)) {
+        if !self.state.time.on_part_written(at, parts, turn.now) {
             return;
         }
-        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
+        let NodeObjects { application, extension: objects, .. } = &mut self.dictionary.objects;
         let scet = if at.index == SCET_SET {
-            let scet = spacecraft.spacecraft().map(|objects| Scet::from(objects.time.scet_set));
-            scet.map(|scet| FineScet::from(scet.truncated(D::FINE_BITS)))
+            Some(FineScet::from(Scet::from(objects.time.scet_set).truncated(D::FINE_BITS)))
         } else {
             brought_utc(application)
         };
@@ -345,36 +345,28 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.numbered_time_pdo().map(|(_, pdo)| pdo)
     }
 
-    fn numbered_time_pdo(&self) -> Option<(usize, TimePdo)> {
+    pub fn numbered_time_pdo(&self) -> Option<(usize, TimePdo)> {
         let pdos = &self.dictionary.objects.pdos;
-        let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref()).enumerate();
+        let mut tpdos = pdos.tpdos().0.iter().zip(self.state.carries_time.as_ref()).enumerate();
         tpdos.find_map(|(number, (pdo, carries))| {
             let id = CobIdEntry::from_raw(pdo.cob_id).cob_id().filter(|_| *carries)?;
             Some((number, TimePdo { id, transmission: pdo.transmission }))
         })
     }
 
-    /// Returns the lifetime of a SYNC, at most the communication cycle period (1006h).
-    pub fn sync_lifetime(&self) -> Duration {
-        let period = Duration::from_micros(self.dictionary.objects.communication.sync.cycle_period.into());
-        let most = self.lifetimes.synchronous;
-        if period > Duration::ZERO { most.min(period) } else { most }
-    }
-
     /// Returns the lifetime of a synchronous PDO. A PDO that carries the time must not be taken for that of the
     /// next SYNC.
-    pub fn synchronous_lifetime(&self) -> Duration {
+    pub fn synchronous_lifetime(&self, whole: Duration) -> Duration {
         let pdos = &self.dictionary.objects.pdos;
-        let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref());
+        let mut tpdos = pdos.tpdos().0.iter().zip(self.state.carries_time.as_ref());
         let carries_time = tpdos
             .any(|(pdo, carries)| *carries && pdo.cob_id & INVALID == 0 && is_synchronous(pdo.transmission));
-        let whole = self.sync_lifetime();
         if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
     }
 }
 
 /// The time in 2012h.
-fn brought_utc<D: Device>(application: &mut D) -> Option<FineScet> {
+fn brought_utc<D: SpacecraftDevice>(application: &mut D) -> Option<FineScet> {
     let (relation, objects) = D::UTC.zip(application.utc())?;
     let mut brought = objects.utc_set;
     if !D::SUBMILLISECONDS {

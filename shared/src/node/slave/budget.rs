@@ -2,11 +2,12 @@
 
 use super::Slave;
 use crate::link::budget::{BudgetStep, Over};
-use crate::node::canopen::Turn;
-use crate::node::{Device, SlaveEvent};
+use crate::node::services::BudgetServices;
+use crate::node::slave::Turn;
+use crate::node::{SlaveEvent, SpacecraftDevice};
 use crate::types::CobId;
 
-impl<D: Device> Slave<D> {
+impl<D: SpacecraftDevice> Slave<D> {
     /// A frame was refused.
     #[inline(never)] // seldom
     pub(super) fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {

@@ -1,11 +1,12 @@
 //! Events of a slave's controllers that its redundancy depends on, except received frames.
 
 use super::Slave;
-use crate::node::canopen::Turn;
-use crate::node::{Device, LinkEvent};
+use crate::node::services::{PostMortemServices, TimeServices};
+use crate::node::slave::Turn;
+use crate::node::{LinkEvent, SpacecraftDevice};
 use crate::types::{Bus, CobId};
 
-impl<D: Device> Slave<D> {
+impl<D: SpacecraftDevice> Slave<D> {
     pub(super) fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
         self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, turn);
         match event {

@@ -7,7 +7,9 @@ use std::vec::Vec;
 use crate::heartbeat::NodeControl;
 use crate::link::Stamp;
 use crate::node::probe::{Probe, TwoServers};
-use crate::node::{BusCommand, Device, DeviceNode, LinkEvent, Node, Outbox, Slave, SlaveEvent, Turn};
+use crate::node::{
+    BusCommand, DeviceNode, LinkEvent, Node, Outbox, Slave, SlaveEvent, SpacecraftDevice, Turn,
+};
 use crate::profile::Profile;
 use crate::sdo::TwoSdoServers;
 use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
@@ -15,7 +17,7 @@ use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 const ID: NodeId = NodeId::of::<5>();
 
 /// A slave whose frames are all acknowledged at once.
-struct Bench<D: Device = Probe> {
+struct Bench<D: SpacecraftDevice = Probe> {
     slave: Slave<D>,
     now: Instant,
     sent: Vec<Frame>,
@@ -29,7 +31,7 @@ impl Bench {
     }
 }
 
-impl<D: Device> Bench<D> {
+impl<D: SpacecraftDevice> Bench<D> {
     fn of(device: D) -> Self {
         let slave = Slave::new(ID, &Profile::DEFAULT, device);
         let mut bench = Bench { slave, now: Instant::ZERO, sent: Vec::new(), filters: 0 };
@@ -73,7 +75,7 @@ impl<D: Device> Bench<D> {
     }
 
     fn mended(&self) -> u16 {
-        self.slave.canopen.services.dictionary.objects.spacecraft.identity.mended
+        self.slave.canopen.services.dictionary.objects.extension.identity.mended
     }
 }
 

@@ -1,12 +1,12 @@
 //! Maintenance mode: the only mode in which a Node-ID can be stored (ECSS 6.10g).
 
 use super::Slave;
-use crate::node::Device;
+use crate::node::SpacecraftDevice;
 use crate::redundancy::Parameters;
 use crate::store::ParameterStore;
 use crate::types::{Bus, Duration};
 
-impl<D: Device> Slave<D> {
+impl<D: SpacecraftDevice> Slave<D> {
     /// Makes it a slave in maintenance mode, with the Node-ID [`MAINTENANCE`](crate::store::identity::MAINTENANCE).
     /// Use it in place of [`Slave::with_store`] and [`Slave::with_retained`].
     ///
@@ -36,6 +36,6 @@ impl<D: Device> Slave<D> {
     /// Object 2046h.
     pub(super) fn show_node_id(&mut self, store: &mut (dyn ParameterStore + Send)) {
         let id = store.node_id().map_or(0, |id| id.get().into());
-        self.canopen.services.dictionary.objects.spacecraft.identity.stored = id;
+        self.canopen.services.dictionary.objects.extension.identity.stored = id;
     }
 }

@@ -3,16 +3,17 @@
 use super::Slave;
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::link::Stamp;
-use crate::node::canopen::Turn;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
-use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
+use crate::node::services::{PostMortemServices, RedundancyServices};
+use crate::node::slave::Turn;
+use crate::node::{DeviceNode, NodeObjects, SelfTest, SpacecraftDevice};
 use crate::store::Group;
 use crate::types::{AbortCode, Address, Frame, Instant};
 
 /// The last object that a node follows.
 const LAST_OWN: u16 = SELF_TEST_START;
 
-impl<D: Device> Slave<D> {
+impl<D: SpacecraftDevice> Slave<D> {
     /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<D> {
         &self.canopen.services.dictionary.objects
@@ -116,7 +117,7 @@ impl<D: Device> Slave<D> {
 
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
-        self.canopen.services.change(now, |objects| objects.spacecraft.self_test = result);
+        self.canopen.services.change(now, |objects| objects.extension.self_test = result);
     }
 
     /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
@@ -126,7 +127,7 @@ impl<D: Device> Slave<D> {
     }
 }
 
-impl<D: Device> DeviceNode for Slave<D> {
+impl<D: SpacecraftDevice> DeviceNode for Slave<D> {
     type Device = D;
 
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {

@@ -3,13 +3,14 @@
 use super::Slave;
 use crate::link::Stamp;
 use crate::nmt::Reaction;
-use crate::node::canopen::Turn;
-use crate::node::services::SdoStep;
-use crate::node::{Device, SlaveEvent};
+use crate::node::services::RedundancyServices;
+use crate::node::slave::Turn;
+use crate::node::{SlaveEvent, SpacecraftDevice};
 use crate::redundancy::{BusCause, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use crate::types::{Bus, CobId, Frame};
+use async_canopen::node::extend::SdoStep;
 
-impl<D: Device> Slave<D> {
+impl<D: SpacecraftDevice> Slave<D> {
     /// Lets the redundancy decide, and carries out what it decided.
     pub(super) fn decide<R>(
         &mut self,
@@ -33,7 +34,7 @@ impl<D: Device> Slave<D> {
 
     /// Restores the communication profile, boots up and begins the search (ECSS 8.3.2).
     pub(super) fn boot(&mut self, turn: &mut Turn) {
-        self.canopen.restore_communication(&self.initial, turn.now);
+        self.canopen.restore_communication(self.initial.heartbeats(), turn.now);
         let services = &mut self.canopen.services;
         let parameters = services.written_redundancy();
         let bus = self.redundancy.change(&mut services.wakes).boot(parameters, turn.now);

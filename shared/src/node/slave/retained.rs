@@ -1,8 +1,9 @@
 //! Start of a slave on the Bdefault that outlived a reset.
 
 use super::Slave;
-use crate::node::Device;
-use crate::node::canopen::Turn;
+use crate::node::SpacecraftDevice;
+use crate::node::services::RedundancyServices;
+use crate::node::slave::Turn;
 use crate::redundancy::Retained;
 use crate::store::{Group, RetainedMemory};
 
@@ -24,7 +25,7 @@ impl Memory {
     }
 }
 
-impl<D: Device> Slave<D> {
+impl<D: SpacecraftDevice> Slave<D> {
     /// Adds memory that outlives a reset. The slave starts on the bus where it last found its master, and counts
     /// resets in a row across resets of its chip.
     #[must_use]
@@ -37,7 +38,7 @@ impl<D: Device> Slave<D> {
 
     /// Before power-on: takes what is stored.
     pub(super) fn load_all(&mut self) {
-        self.canopen.services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
+        self.canopen.services.dictionary.objects.extension.redundancy.parameters.bdefault =
             self.initial.bdefault.bdefault();
         self.canopen.services.load(Group::All);
         self.select_bdefault(self.redundancy.retained());
@@ -48,7 +49,7 @@ impl<D: Device> Slave<D> {
         let services = &mut self.canopen.services;
         let stored = services.written_redundancy();
         self.redundancy.no_sooner().restart(services.buses.access(), stored, retained);
-        services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
+        services.dictionary.objects.extension.redundancy.parameters.bdefault =
             self.redundancy.selected().bdefault();
     }
 

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use crate::instrument::{self, STANDARD};
-use ecss_can::node::{Device, Slave};
+use ecss_can::node::{Slave, SpacecraftDevice};
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::profile::Profile;
 use ecss_can::store::{Loss, ParameterStore, StoreError};
@@ -124,11 +124,15 @@ pub(crate) fn powered_with(memory: &Memory) -> Bench<TestSlave> {
 }
 
 /// Answer to an SDO request on the nominal bus.
-pub(crate) fn ask<A: Device>(slave: &mut Bench<Slave<A>>, request: [u8; 8]) -> [u8; 8] {
+pub(crate) fn ask<A: SpacecraftDevice>(slave: &mut Bench<Slave<A>>, request: [u8; 8]) -> [u8; 8] {
     ask_on(slave, NOMINAL, request)
 }
 
-pub(crate) fn ask_on<A: Device>(slave: &mut Bench<Slave<A>>, bus: Bus, request: [u8; 8]) -> [u8; 8] {
+pub(crate) fn ask_on<A: SpacecraftDevice>(
+    slave: &mut Bench<Slave<A>>,
+    bus: Bus,
+    request: [u8; 8],
+) -> [u8; 8] {
     slave.sent.clear();
     slave.receive(bus, 0x605, &request);
     if slave.sent.iter().all(|sent| sent.frame.id().raw() != 0x585) {
@@ -140,11 +144,16 @@ pub(crate) fn ask_on<A: Device>(slave: &mut Bench<Slave<A>>, bus: Bus, request: 
     answers[0].frame.padded()
 }
 
-pub(crate) fn write<A: Device>(slave: &mut Bench<Slave<A>>, index: u16, sub: u8, value: &[u8]) -> [u8; 8] {
+pub(crate) fn write<A: SpacecraftDevice>(
+    slave: &mut Bench<Slave<A>>,
+    index: u16,
+    sub: u8,
+    value: &[u8],
+) -> [u8; 8] {
     write_on(slave, NOMINAL, index, sub, value)
 }
 
-pub(crate) fn write_on<A: Device>(
+pub(crate) fn write_on<A: SpacecraftDevice>(
     slave: &mut Bench<Slave<A>>,
     bus: Bus,
     index: u16,
@@ -168,7 +177,7 @@ pub(crate) fn refused(index: u16, sub: u8, code: u32) -> [u8; 8] {
     [0x80, low, high, sub, a, b, c, d]
 }
 
-pub(crate) fn read<A: Device>(slave: &mut Bench<Slave<A>>, index: u16, sub: u8) -> [u8; 4] {
+pub(crate) fn read<A: SpacecraftDevice>(slave: &mut Bench<Slave<A>>, index: u16, sub: u8) -> [u8; 4] {
     let [low, high] = index.to_le_bytes();
     let answer = ask(slave, [0x40, low, high, sub, 0, 0, 0, 0]);
     assert_eq!(answer[0] & 0xE3, 0x43, "an expedited answer: {answer:02X?}");
@@ -193,14 +202,14 @@ pub(crate) fn autostarted() -> Bench<TestSlave> {
 }
 
 /// Several writes, all of which are taken.
-pub(crate) fn write_all<A: Device>(slave: &mut Bench<Slave<A>>, steps: &[(u16, u8, &[u8])]) {
+pub(crate) fn write_all<A: SpacecraftDevice>(slave: &mut Bench<Slave<A>>, steps: &[(u16, u8, &[u8])]) {
     for (index, sub, value) in steps {
         assert_eq!(write(slave, *index, *sub, value), done(*index, *sub), "{index:04X}h:{sub} {value:02X?}");
     }
 }
 
 /// TPDO `number`, with its COB-ID of the pre-defined connection set, carries these objects from now on.
-pub(crate) fn map_tpdo<A: Device>(
+pub(crate) fn map_tpdo<A: SpacecraftDevice>(
     slave: &mut Bench<Slave<A>>,
     number: u16,
     transmission: u8,
@@ -217,7 +226,7 @@ pub(crate) fn map_tpdo<A: Device>(
 }
 
 /// Time passes with the master heard on the nominal bus, ten times a second.
-pub(crate) fn run_with_master<A: Device>(slave: &mut Bench<Slave<A>>, until: Instant) {
+pub(crate) fn run_with_master<A: SpacecraftDevice>(slave: &mut Bench<Slave<A>>, until: Instant) {
     while slave.now < until {
         slave.run_until((slave.now + span(100)).min(until));
         slave.receive(NOMINAL, 0x701, &[5]);
@@ -225,7 +234,7 @@ pub(crate) fn run_with_master<A: Device>(slave: &mut Bench<Slave<A>>, until: Ins
 }
 
 /// Payloads of this COB-ID that were sent so far.
-pub(crate) fn payloads<A: Device>(slave: &Bench<Slave<A>>, id: u16) -> Vec<Vec<u8>> {
+pub(crate) fn payloads<A: SpacecraftDevice>(slave: &Bench<Slave<A>>, id: u16) -> Vec<Vec<u8>> {
     let of_id = slave.sent.iter().filter(|sent| sent.frame.id().raw() == id);
     of_id.map(|sent| sent.frame.data().to_vec()).collect()
 }
@@ -237,7 +246,12 @@ pub(crate) fn initiate(index: u16, sub: u8, size: usize) -> [u8; 8] {
 }
 
 /// The answer to the last segment of a download.
-pub(crate) fn download<A: Device>(slave: &mut Bench<Slave<A>>, index: u16, sub: u8, value: &[u8]) -> [u8; 8] {
+pub(crate) fn download<A: SpacecraftDevice>(
+    slave: &mut Bench<Slave<A>>,
+    index: u16,
+    sub: u8,
+    value: &[u8],
+) -> [u8; 8] {
     assert_eq!(ask(slave, initiate(index, sub, value.len())), done(index, sub));
     let (mut answer, mut toggle, mut rest) = ([0; 8], 0, value);
     while !rest.is_empty() {
@@ -253,6 +267,6 @@ pub(crate) fn download<A: Device>(slave: &mut Bench<Slave<A>>, index: u16, sub: 
 }
 
 /// The register 1001h and how many errors 1003h remembers.
-pub(crate) fn errors<A: Device>(slave: &mut Bench<Slave<A>>) -> (u8, u8) {
+pub(crate) fn errors<A: SpacecraftDevice>(slave: &mut Bench<Slave<A>>) -> (u8, u8) {
     (read(slave, 0x1001, 0)[0], read(slave, 0x1003, 0)[0])
 }

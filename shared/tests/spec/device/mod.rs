@@ -209,7 +209,7 @@ fn redundancy_parameters_are_written_and_obeyed() {
     assert_eq!(slave.events, []);
     slave.run_until(ms(400));
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
-    assert_eq!(slave.node.objects().spacecraft.redundancy.parameters.ctoggle, 1);
+    assert_eq!(slave.node.objects().extension.redundancy.parameters.ctoggle, 1);
     assert_eq!(slave.node.objects().communication.emcy.errors.errors[0], 0x0001_8130);
 }
 

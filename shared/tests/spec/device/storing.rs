@@ -30,7 +30,7 @@ fn stored_values_survive_a_reset_and_defaults_return_on_command() {
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT, "Bdefault was stored");
     let objects = slave.node.objects();
     assert_eq!(
-        (objects.communication.heartbeat.time, objects.spacecraft.redundancy.parameters.ntoggle),
+        (objects.communication.heartbeat.time, objects.extension.redundancy.parameters.ntoggle),
         (50, 50)
     );
     assert_eq!(objects.application.value, 7);

@@ -1,7 +1,7 @@
 //! The spacecraft time of two master boards.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, Master, MasterEvent, MasterRequest, Node};
+use ecss_can::node::{Device, Master, MasterEvent, MasterRequest, Node, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
 use ecss_can::redundancy::Strap;
@@ -54,7 +54,7 @@ fn a_standby_follows_a_spacecraft_time_that_is_set_anew() {
 
 /// A master whose spacecraft time is in UTC: SCET 0 was day 100, 0:00.
 #[derive(Debug, Objects)]
-#[objects(device)]
+#[objects(device, time)]
 pub struct Calendar {
     /// Time
     #[objects]
@@ -72,15 +72,18 @@ impl Device for Calendar {
             .map(LocalUtc::UTC_GET.field(UtcGet::MS))
             .map(LocalUtc::UTC_GET.field(UtcGet::DAY))],
     );
+
+    fn consumers(_: NodeId) -> Self::Consumers {
+        HeartbeatConsumers { consumer_heartbeat: [2 << 16, 3 << 16] }
+    }
+}
+
+impl SpacecraftDevice for Calendar {
     const UTC: Option<UtcRelation> =
         Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
 
     fn utc(&mut self) -> Option<&mut LocalUtc> {
         Some(&mut self.utc)
-    }
-
-    fn consumers(_: NodeId) -> Self::Consumers {
-        HeartbeatConsumers { consumer_heartbeat: [2 << 16, 3 << 16] }
     }
 }
 

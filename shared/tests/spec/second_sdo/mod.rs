@@ -6,11 +6,11 @@ mod transfers;
 
 use std::collections::VecDeque;
 
+use async_canopen::node::{CanopenSlave, Settings};
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{CanopenSlave, Device, DeviceNode, Node, Slave};
+use ecss_can::node::{Device, DeviceNode, Node, Slave};
 use ecss_can::od::{Domain, Objects, VisibleString};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-use ecss_can::profile::Profile;
 use ecss_can::sdo::{Client, Error, Mode};
 use ecss_can::types::Address;
 
@@ -83,7 +83,7 @@ fn stored_slave(memory: Option<&Memory>) -> TestSlave {
 
 /// Slave by CiA 301 alone, in Operational.
 fn plain_slave() -> Bench<CanopenSlave<Recorder>> {
-    let mut slave = Bench::new(CanopenSlave::new(node(5), &Profile::DEFAULT, Recorder::default()));
+    let mut slave = Bench::new(CanopenSlave::new(node(5), &Settings::DEFAULT, Recorder::default()));
     slave.receive(NOMINAL, 0x000, &[1, 5]);
     slave
 }

@@ -173,7 +173,7 @@ fn answers_of_the_second_server_are_not_over_the_budget() {
         assert_eq!(reads[0].outcome, Some(Ok(2_000)));
     }
     assert!(slave.node.deadline().is_some());
-    assert_eq!(slave.node.objects().spacecraft.over_budget.refused, 0);
+    assert_eq!(slave.node.objects().extension.over_budget.refused, 0);
 }
 
 /// Given two clients that read both parts of the local time (2011h) in turn, then the parts of each belong to one sample.

@@ -1,7 +1,7 @@
 //! Slaves that consume the time: one that keeps 8 bits of fine time, one that keeps UTC, and one that produces it.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, Slave};
+use ecss_can::node::{Device, Slave, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -39,7 +39,7 @@ impl Device for Keeper {
 
 /// Keeps 8 bits of fine time.
 #[derive(Debug, Objects)]
-#[objects(device)]
+#[objects(device, time)]
 pub struct Coarse {
     /// Value
     #[object(0x6000, rw)]
@@ -50,6 +50,9 @@ impl Device for Coarse {
     type Pdos = PdoObjects<2, 2>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::new(&[SCET], &[LOCAL_SCET]);
+}
+
+impl SpacecraftDevice for Coarse {
     const FINE_BITS: u32 = 8;
 }
 
@@ -76,7 +79,7 @@ impl Device for Producer {
 
 /// Keeps UTC: SCET 0 was day 100, 0:00. `MICROS`: with submilliseconds.
 #[derive(Debug, Objects)]
-#[objects(device)]
+#[objects(device, time)]
 pub struct Universal<const MICROS: bool> {
     /// Time
     #[objects]
@@ -98,6 +101,9 @@ impl<const MICROS: bool> Device for Universal<MICROS> {
             .map(LocalUtc::UTC_GET.field(UtcGet::MS))
             .map(LocalUtc::UTC_GET.field(UtcGet::DAY))],
     );
+}
+
+impl<const MICROS: bool> SpacecraftDevice for Universal<MICROS> {
     const UTC: Option<UtcRelation> =
         Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
     const SUBMILLISECONDS: bool = MICROS;
@@ -110,7 +116,7 @@ impl<const MICROS: bool> Device for Universal<MICROS> {
 pub type Node<D> = Bench<Slave<D>>;
 
 /// Node 5 with this device, operational, its master on the nominal bus.
-pub fn operational<D: Device>() -> Node<D> {
+pub fn operational<D: SpacecraftDevice>() -> Node<D> {
     let profile = Profile { autostart: true, ..STANDARD };
     let mut slave = Bench::new(Slave::new(node(5), &profile, D::default()));
     slave.receive(NOMINAL, 0x701, &[5]);

@@ -3,7 +3,7 @@
 //! Verifies: ECSS 7.2.1a
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{Device, LinkEvent, MasterEvent};
+use ecss_can::node::{LinkEvent, MasterEvent, SpacecraftDevice};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Instant, Scet};
 
@@ -15,7 +15,7 @@ use crate::device::fixture::{read, write, write_all};
 use crate::instrument::STANDARD;
 
 /// Emergencies of slave 5 so far: code, and the first byte of the manufacturer.
-fn emergencies<D: Device>(slave: &mut Node<D>) -> Vec<(u16, u8)> {
+fn emergencies<D: SpacecraftDevice>(slave: &mut Node<D>) -> Vec<(u16, u8)> {
     let of_slave = slave.sent.iter().filter(|sent| sent.frame.id().raw() == 0x085);
     let decode = |data: [u8; 8]| (u16::from_le_bytes([data[0], data[1]]), data[3]);
     of_slave.map(|sent| decode(sent.frame.padded())).collect()

@@ -2,7 +2,7 @@
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
-use ecss_can::node::{Device, LinkEvent, Master};
+use ecss_can::node::{Device, LinkEvent, Master, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
@@ -32,7 +32,7 @@ impl Device for Bare {
 
 /// Keeps UTC, SCET 0 was day 100, and declares no PDO; has six of each direction.
 #[derive(Debug, Objects)]
-#[objects(device)]
+#[objects(device, time)]
 struct Vacant {
     /// Time
     #[objects]
@@ -43,6 +43,9 @@ impl Device for Vacant {
     type Pdos = PdoObjects<6, 6>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::NONE;
+}
+
+impl SpacecraftDevice for Vacant {
     const UTC: Option<UtcRelation> =
         Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
 
@@ -68,7 +71,7 @@ const LOCAL: [u32; 2] = [0x2011_0218, 0x2011_0120];
 const AT_1500: [u8; 7] = [0, 0, 0x80, 1, 0, 0, 0];
 
 /// Maps Local SCET Set to RPDO 1, 181h.
-fn map_scet_set<D: Device>(slave: &mut Node<D>, transmission: u8) {
+fn map_scet_set<D: SpacecraftDevice>(slave: &mut Node<D>, transmission: u8) {
     let steps: [(u16, u8, &[u8]); 7] = [
         (0x1400, 1, &[0x81, 1, 0, 0xC0]),
         (0x1600, 0, &[0]),
@@ -82,7 +85,7 @@ fn map_scet_set<D: Device>(slave: &mut Node<D>, transmission: u8) {
 }
 
 /// Takes Local SCET Get out of TPDO 1.
-fn unmap_local_time<D: Device>(slave: &mut Node<D>, id: u8) {
+fn unmap_local_time<D: SpacecraftDevice>(slave: &mut Node<D>, id: u8) {
     write_all(slave, &[(0x1800, 1, &[id, 1, 0, 0xC0]), (0x1A00, 0, &[0])]);
 }
 
@@ -203,7 +206,7 @@ fn spacecraft_time_is_mapped_at_a_master_that_had_none() {
 }
 
 /// Asserts: after "reset communication" TPDO 1, `id`, has the local time again, which a client had taken out of it.
-fn assert_restored<D: Device>(id: u16, syncs: usize) {
+fn assert_restored<D: SpacecraftDevice>(id: u16, syncs: usize) {
     let mut slave = operational::<D>();
     unmap_local_time(&mut slave, id as u8);
     run(&mut slave, ms(100));
@@ -377,7 +380,7 @@ fn fine_bits_a_device_lacks_leave_the_quality_alone() {
 
 /// Keeps 22 bits of fine time: one of the three that are zero in times of a producer without capture.
 #[derive(Debug, Objects)]
-#[objects(device)]
+#[objects(device, time)]
 struct Almost {
     /// Value
     #[object(0x6000, rw)]
@@ -388,6 +391,9 @@ impl Device for Almost {
     type Pdos = PdoObjects<2, 2>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = Keeper::PDOS;
+}
+
+impl SpacecraftDevice for Almost {
     const FINE_BITS: u32 = 22;
 }
 

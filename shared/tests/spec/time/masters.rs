@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{Device, LinkEvent, Master, MasterRequest};
+use ecss_can::node::{Device, LinkEvent, Master, MasterRequest, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -22,7 +22,7 @@ const RELATION: UtcRelation =
 
 /// Keeps 8 bits of fine time, and UTC without submilliseconds; takes the time of slave 5.
 #[derive(Debug, Objects)]
-#[objects(device)]
+#[objects(device, time)]
 struct Modest {
     /// Time
     #[objects]
@@ -54,6 +54,9 @@ impl Device for Modest {
                 .map(LocalUtc::UTC_GET.field(UtcGet::DAY)),
         ],
     );
+}
+
+impl SpacecraftDevice for Modest {
     const FINE_BITS: u32 = 8;
     const UTC: Option<UtcRelation> = Some(RELATION);
     const SUBMILLISECONDS: bool = false;
@@ -65,7 +68,7 @@ impl Device for Modest {
 
 /// Sends its time by transmission type `TYPE`, SCET or UTC, without an event timer.
 #[derive(Debug, Objects)]
-#[objects(device)]
+#[objects(device, time)]
 struct Teller<const TYPE: u8, const UTC: bool> {
     /// Time
     #[objects]
@@ -89,6 +92,9 @@ impl<const TYPE: u8, const UTC: bool> Device for Teller<TYPE, UTC> {
     type Pdos = PdoObjects<1, 1>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::new(&[], &[Self::TIME]);
+}
+
+impl<const TYPE: u8, const UTC: bool> SpacecraftDevice for Teller<TYPE, UTC> {
     const UTC: Option<UtcRelation> = Some(RELATION);
 
     fn utc(&mut self) -> Option<&mut LocalUtc> {
@@ -97,21 +103,21 @@ impl<const TYPE: u8, const UTC: bool> Device for Teller<TYPE, UTC> {
 }
 
 /// A master with this device, its boot-up message acknowledged.
-fn powered<D: Device>(profile: &Profile) -> Bench<Master<D>> {
+fn powered<D: SpacecraftDevice>(profile: &Profile) -> Bench<Master<D>> {
     let mut master = Bench::new(Master::new(profile, D::default(), None));
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     master
 }
 
 /// The SYNC of this master ends now, stamped in hardware or in its interrupt.
-fn sync_sent<D: Device>(master: &mut Bench<Master<D>>, is_captured: bool) {
+fn sync_sent<D: SpacecraftDevice>(master: &mut Bench<Master<D>>, is_captured: bool) {
     let now = master.now;
     let stamp = if is_captured { Stamp::captured(now.into()) } else { Stamp::interrupt(now) };
     master.link(NOMINAL, LinkEvent::Transmitted { frame: frame(0x080, &[]), stamp });
 }
 
 /// Payloads of this COB-ID.
-fn payloads<D: Device>(master: &Bench<Master<D>>, id: u16) -> Vec<Vec<u8>> {
+fn payloads<D: SpacecraftDevice>(master: &Bench<Master<D>>, id: u16) -> Vec<Vec<u8>> {
     let of_id = master.sent.iter().filter(|sent| sent.frame.id().raw() == id);
     of_id.map(|sent| sent.frame.data().to_vec()).collect()
 }
@@ -172,7 +178,7 @@ fn master_ignores_submilliseconds_that_it_lacks() {
 }
 
 /// Answer of this master to an SDO request.
-fn ask<D: Device>(master: &mut Bench<Master<D>>, request: [u8; 8]) -> [u8; 8] {
+fn ask<D: SpacecraftDevice>(master: &mut Bench<Master<D>>, request: [u8; 8]) -> [u8; 8] {
     master.clear();
     master.receive(NOMINAL, 0x601, &request);
     let answer = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x581);

@@ -10,7 +10,7 @@ mod producers;
 mod universal;
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{Device, LinkEvent};
+use ecss_can::node::{LinkEvent, SpacecraftDevice};
 use ecss_can::types::{FineInstant, Instant, Scet};
 
 use self::devices::Node;
@@ -25,7 +25,7 @@ fn us(us: u64) -> Instant {
 }
 
 /// Runs to `until`, a heartbeat of the master every 100 ms.
-fn run<D: Device>(slave: &mut Node<D>, until: Instant) {
+fn run<D: SpacecraftDevice>(slave: &mut Node<D>, until: Instant) {
     while slave.now.as_micros() / 100_000 < until.as_micros() / 100_000 {
         let next = (slave.now.as_micros() / 100_000 + 1) * 100_000;
         slave.run_until(us(next));
@@ -35,18 +35,18 @@ fn run<D: Device>(slave: &mut Node<D>, until: Instant) {
 }
 
 /// A SYNC that was stamped in hardware, units of 2^-8 us, and is handled now.
-fn sync_at<D: Device>(slave: &mut Node<D>, units: u64) {
+fn sync_at<D: SpacecraftDevice>(slave: &mut Node<D>, units: u64) {
     let stamp = Stamp::captured(FineInstant::from_units(units));
     slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp });
 }
 
 /// A SYNC ended now.
-fn sync<D: Device>(slave: &mut Node<D>) {
+fn sync<D: SpacecraftDevice>(slave: &mut Node<D>) {
     let now = FineInstant::from(slave.now).units();
     sync_at(slave, now);
 }
 
 /// The spacecraft time arrives.
-fn time<D: Device>(slave: &mut Node<D>, time: Scet) {
+fn time<D: SpacecraftDevice>(slave: &mut Node<D>, time: Scet) {
     slave.receive(NOMINAL, 0x181, &time.encode());
 }

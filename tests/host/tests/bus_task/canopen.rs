@@ -1,12 +1,11 @@
 //! A CANopen slave without anything of ECSS, on one bus.
 
+use async_canopen::node::{CanopenSlave, Device, Settings};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{CanopenSlave, Device};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-use ecss_can::profile::Profile;
 use ecss_can::types::NodeId;
 
 use crate::bench::{Bench, Probe};
@@ -41,7 +40,7 @@ impl Device for Channel {
 /// Verifies: ECSS 6.10d
 #[test]
 fn busy_canopen_slave_sets_each_filter_within_five_seconds() {
-    let slave = || CanopenSlave::new(NODE, &Profile::DEFAULT, Channel::default());
+    let slave = || CanopenSlave::new(NODE, &Settings::DEFAULT, Channel::default());
     let mut bench = Bench::on_one_bus(slave, Probe::default());
     bench.start();
     bench.see_eleven_recessive_bits();

@@ -87,7 +87,7 @@ fn a_babbling_application_leaves_the_bus_to_others() {
     let report = [0x00, 0x81, 0x11, 0x17, 0x82, 0x03, 0, 0];
     assert_eq!(reports(&world), [report]);
     assert_eq!(told(&world, TWO, from, |event| matches!(event, SlaveEvent::OverBudget { .. })).len(), 1);
-    let over = world.slave(TWO, |slave| slave.objects().spacecraft.over_budget);
+    let over = world.slave(TWO, |slave| slave.objects().extension.over_budget);
     assert_eq!((over.last, over.silenced), (0x382, 0));
     // All that it tried: sent, or counted.
     let sent = answers(&world, TWO, from) as u32;

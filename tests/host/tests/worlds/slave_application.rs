@@ -41,7 +41,7 @@ fn self_test(world: &mut MissionWorld, node: NodeId) -> SelfTest {
     let task = world.on_master(|master| async move { master.sdo().write(node, start, &[1]).await });
     world.run_for(ms(20));
     assert_eq!(task.take().expect("the transfer ended").1, Ok(()));
-    world.slave(node, |slave| slave.objects().spacecraft.self_test)
+    world.slave(node, |slave| slave.objects().extension.self_test)
 }
 
 /// Given a slave that runs, when it is commanded to switch its LED and to keep a value, then the LED follows, and telemetry and the

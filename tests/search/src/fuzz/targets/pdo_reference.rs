@@ -56,7 +56,7 @@ fn addresses(wanted: &dyn Fn(&ecss_can::od::Entry) -> bool) -> Vec<(Address, Acc
 
 /// Whether everything watched is equal.
 pub fn is_equal(one: &Dictionary, other: &Dictionary) -> bool {
-    let spacecraft = (&one.spacecraft, &other.spacecraft);
+    let spacecraft = (&one.extension, &other.extension);
     let is_same = one.application == other.application
         && spacecraft.0.redundancy == spacecraft.1.redundancy
         && spacecraft.0.time.scet_set == spacecraft.1.time.scet_set

@@ -1,0 +1,219 @@
+//! CANopen slave on one bus.
+
+use super::slave_core::SlaveCore;
+use super::turn;
+use super::{
+    CanopenOnly, Counters, Device, DeviceNode, Event, Filters, FullDepth, HeartbeatTimes, LinkEvent, Node,
+    NodeObjects, Settings,
+};
+use crate::emcy::ErrorCode;
+use crate::heartbeat::is_heartbeat;
+use crate::link::Stamp;
+use crate::link::port::Filter;
+use crate::nmt::NmtMessage;
+use crate::types::{AbortCode, Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
+
+type Turn<'a> = turn::Turn<'a, Event>;
+
+/// Its only bus.
+const BUS: Bus = Bus::Nominal;
+
+/// CANopen slave on one bus: NMT slave, heartbeat, EMCY, SYNC, PDOs and SDO server, as CiA 301 defines them.
+///
+/// It has no parameter store, and obeys every reset. It runs on the port of
+/// [`Single`](crate::runner::Single).
+#[doc(alias("CANopen slave", "NMT slave"))]
+#[derive(Debug)]
+pub struct CanopenSlave<D: Device> {
+    canopen: SlaveCore<D, CanopenOnly>,
+    initial: HeartbeatTimes,
+}
+
+impl<D: Device> CanopenSlave<D> {
+    /// Makes a slave before power-on. `id` is 2 to 127.
+    #[inline(never)]
+    pub fn new(id: NodeId, settings: &Settings, device: D) -> Self {
+        let initial = settings.heartbeats;
+        let objects = NodeObjects::at_power_on(id, initial, device);
+        CanopenSlave { canopen: SlaveCore::new(id, settings, objects, || ()), initial }
+    }
+
+    /// Returns the object dictionary.
+    pub fn objects(&self) -> &NodeObjects<D, CanopenOnly> {
+        &self.canopen.services.dictionary.objects
+    }
+
+    /// Returns the NMT state of the slave.
+    pub fn state(&self) -> NmtState {
+        self.canopen.control.state()
+    }
+
+    /// Returns the counters of the frames of the bus.
+    pub fn counters(&self) -> &Counters {
+        &self.canopen.services.counters.all()[BUS]
+    }
+
+    /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
+    /// it, and counts that, unless the node is Operational and the PDO is valid.
+    pub fn send_pdo(&mut self, number: usize, now: Instant) {
+        self.canopen.send_pdo(BUS, number, now);
+    }
+
+    /// Reports an error of the device that appeared. The first of the five bytes is its source.
+    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
+        self.canopen.services.raise(code, info);
+    }
+
+    /// Reports that an error of the device is gone.
+    pub fn clear(&mut self, code: ErrorCode, source: u8) {
+        self.canopen.services.clear(code, source);
+    }
+
+    fn boot(&mut self, turn: &mut Turn) {
+        self.canopen.restore_communication(self.initial, turn.now);
+        self.canopen.boot(BUS, turn);
+    }
+
+    /// A frame that may be for this node.
+    #[inline(never)] // what is for others need not pay for it
+    fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        let (id, state) = (frame.id(), self.canopen.control.state());
+        let services = &mut self.canopen.services;
+        if services.is_sync(id) && state.allows_sync() {
+            self.canopen.on_sync(BUS, frame, stamp, turn);
+        } else if services.is_sdo(id) && self.canopen.control.reporting_state().allows_sdo() {
+            if !services.on_plain_segment(frame, turn.now) {
+                self.on_request(frame, turn);
+            }
+        } else if state.allows_pdo() && services.on_pdo(BUS, frame, stamp, turn) {
+        } else if id == CobId::NMT {
+            self.on_nmt(frame, turn);
+        } else if is_heartbeat(id) && state != NmtState::Initialising {
+            self.canopen.on_peer_heartbeat(BUS, frame, stamp, turn);
+        } else {
+            services.counters.ignored(BUS);
+        }
+        self.run(turn);
+    }
+
+    fn on_request(&mut self, frame: &Frame, turn: &mut Turn) {
+        if let Some(at) = self.canopen.on_request(BUS, frame, turn) {
+            self.on_written(at, turn);
+        }
+    }
+
+    fn on_nmt(&mut self, frame: &Frame, turn: &mut Turn) {
+        let Some(message) = NmtMessage::decode(frame) else {
+            return self.canopen.services.counters.malformed(BUS);
+        };
+        if !message.target.includes(self.canopen.control.id()) || self.state() == NmtState::Initialising {
+            return;
+        }
+        let reaction = self
+            .canopen
+            .control
+            .change(&mut self.canopen.services.wakes)
+            .on_command(message.command, turn.now);
+        if self.canopen.follow(reaction, turn) {
+            self.boot(turn);
+        }
+    }
+
+    fn on_written(&mut self, at: Address, turn: &mut Turn) {
+        self.canopen.on_own_written(at, turn);
+        self.canopen.services.report_written(at, turn);
+    }
+
+    /// Does what is due.
+    fn run(&mut self, turn: &mut Turn) {
+        if turn.until >= self.canopen.services.wakes.next() {
+            self.run_due(turn);
+        }
+    }
+
+    #[inline(never)] // most frames find nothing due
+    fn run_due(&mut self, turn: &mut Turn) {
+        if self.state() == NmtState::Initialising {
+            return;
+        }
+        self.canopen.poll(BUS, turn);
+        self.canopen.set_filters(&[BUS], turn);
+        self.canopen.services.wakes.set(self.canopen.due());
+    }
+}
+
+impl<D: Device> Node for CanopenSlave<D> {
+    type Event = Event;
+    type Request = core::convert::Infallible;
+    type Depth = FullDepth;
+
+    fn filters(&self) -> Filters {
+        self.canopen.filters()
+    }
+
+    fn filter(&self, number: usize) -> Option<Filter> {
+        self.canopen.wanted_filter(number)
+    }
+
+    fn start(&mut self, turn: &mut Turn) {
+        self.canopen.services.buses.no_sooner().join_one(BUS, turn.out);
+        self.boot(turn);
+        self.run(turn);
+    }
+
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
+        if let LinkEvent::Received { frame, stamp } = event {
+            return self.on_received(bus, frame, stamp, turn);
+        }
+        self.canopen.on_bus_event(bus, true, event, turn);
+        // On one bus an acknowledgement is all that there is to know.
+        self.canopen.services.dictionary.emcy.no_sooner().confirm();
+        self.run(turn);
+    }
+
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        self.canopen.services.counters.received(bus);
+        // A frame is judged by its end.
+        turn.until = stamp.at.min(turn.now);
+        self.run(turn);
+        turn.until = turn.now;
+        if self.canopen.may_take(frame.id()) {
+            self.on_frame(frame, stamp, turn);
+        } else {
+            self.canopen.services.counters.ignored(bus);
+        }
+    }
+
+    fn on_request(&mut self, request: Self::Request, _turn: &mut Turn) {
+        match request {}
+    }
+
+    fn poll(&mut self, turn: &mut Turn) {
+        self.run_due(turn);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.canopen.deadline()
+    }
+
+    /// Without a clock no frame is worth a stamp.
+    fn is_stamped(&self, _bus: Bus, _frame: &Frame) -> bool {
+        false
+    }
+}
+
+impl<D: Device> DeviceNode for CanopenSlave<D> {
+    type Device = D;
+
+    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
+        self.canopen.services.change(now, |objects| change(&mut objects.application))
+    }
+
+    fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
+        if let Some(at) = self.canopen.services.write(at, value, turn.now)? {
+            self.on_written(at, turn);
+        }
+        self.run(turn);
+        Ok(())
+    }
+}

@@ -1,0 +1,229 @@
+//! Guards COB-IDs against a flipped bit in memory (ECSS 6.10d).
+//!
+//! | copy of a COB-ID | place | used for |
+//! | --- | --- | --- |
+//! | first | the object | reads and writes of clients |
+//! | second, with its complement | [`Guarded`] | nothing else |
+//! | third, with its complement | the service | the frames: none is sent or taken while a bit of it is wrong |
+//!
+//! After each heartbeat the node compares one COB-ID, or a few. So the comparison needs no wake-up of its own and
+//! no long step (row `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while
+//! it fits its complement. Otherwise the object is right.
+
+#[cfg(test)]
+mod tests;
+
+use super::{Dictionary, Services};
+use crate::emcy::ErrorCode;
+use crate::node::index::{EMCY_COB_ID, LAST_RPDO, LAST_TPDO, RPDO, SYNC_COB_ID, TPDO};
+use crate::node::services::rules::{SYNC_IS_USED, is_channel};
+use crate::node::{Communication, Device, Extension, NodeObjects};
+use crate::od::CobIdEntry;
+use crate::pdo::{Direction, PdoSlots};
+use crate::sdo::SdoServers;
+use crate::types::{Address, CobId, Instant, NodeId, Sealed};
+
+/// Source of the emergency that reports a flipped bit; the number of those that were mended follows.
+const FLIPPED: u8 = 1;
+
+/// All COB-IDs are compared within this number of heartbeats: 8 s, at one every 250 ms.
+const HEARTBEATS: usize = 32;
+
+/// Numbers of SYNC and emergencies among the COB-IDs. Receive PDOs follow, then transmit PDOs.
+const SYNC: usize = 0;
+const EMCY: usize = 1;
+const FIRST_RPDO: usize = 2;
+
+/// A COB-ID and its complement.
+#[derive(Clone, Copy, Debug)]
+pub struct Copied([u32; 2]);
+
+impl Copied {
+    /// Copy of no COB-ID. It is replaced before it is compared.
+    pub const NONE: Copied = Copied([0; 2]);
+
+    const fn of(cob_id: u32) -> Copied {
+        Copied([cob_id, !cob_id])
+    }
+
+    /// Returns the copied value, unless a bit has flipped.
+    fn whole(self) -> Option<u32> {
+        let Copied([cob_id, complement]) = self;
+        (cob_id == !complement).then_some(cob_id)
+    }
+}
+
+/// The three copies of a COB-ID.
+pub struct Copies<'a> {
+    pub object: &'a mut u32,
+    pub second: &'a mut Copied,
+    pub in_use: Sealed,
+    /// Bits of the object of which the service takes notice.
+    pub flags: u32,
+}
+
+impl Copies<'_> {
+    /// Corrects object and second copy. Returns whether one of the three was wrong.
+    fn correct(self) -> bool {
+        let whole = self.second.whole();
+        let right = whole.unwrap_or(*self.object);
+        let is_used = Sealed::maybe(CobIdEntry::from_raw(right & self.flags).cob_id()) == self.in_use;
+        let is_right = is_used && whole == Some(*self.object);
+        (*self.object, *self.second) = (right, Copied::of(right));
+        !is_right
+    }
+}
+
+/// Corrects the one of three copies of a Node-ID that differs from the others (ECSS 6.10k). Returns whether one
+/// differed.
+pub fn correct(copies: [&mut NodeId; 3]) -> bool {
+    let [first, second, third] = copies;
+    let wrong = match (first == second, second == third) {
+        (true, true) => return false,
+        (true, false) => (third, *first),
+        (false, true) => (first, *second),
+        (false, false) => (second, *first),
+    };
+    *wrong.0 = wrong.1;
+    true
+}
+
+/// Second copies of the COB-IDs of a node.
+#[derive(Debug)]
+pub struct Guarded<S: PdoSlots> {
+    sync: Copied,
+    emcy: Copied,
+    rpdos: S::Receive<Copied>,
+    tpdos: S::Transmit<Copied>,
+    /// Number of the COB-ID that is compared next.
+    next: usize,
+}
+
+impl<S: PdoSlots> Guarded<S> {
+    /// Number of the first COB-ID behind those of the PDOs.
+    const BEHIND: usize = FIRST_RPDO + S::RECEIVE + S::TRANSMIT;
+
+    pub fn new() -> Self {
+        let none = Copied::NONE;
+        Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none), next: 0 }
+    }
+}
+
+/// Number of the COB-ID at an address.
+fn number_of<D: Device>(at: Address) -> Option<usize> {
+    match at.index {
+        index if is_channel::<D>(index, at.sub) => Some(Guarded::<D::Pdos>::BEHIND + usize::from(at.sub - 1)),
+        SYNC_COB_ID => Some(SYNC),
+        EMCY_COB_ID => Some(EMCY),
+        index @ RPDO..=LAST_RPDO => Some(FIRST_RPDO + usize::from(index - RPDO)),
+        index @ TPDO..=LAST_TPDO => Some(FIRST_RPDO + D::Pdos::RECEIVE + usize::from(index - TPDO)),
+        _ => None,
+    }
+}
+
+impl<D: Device, E: Extension<D>> Services<D, E> {
+    /// COB-IDs of the node. Those of the second SDO server are the last ones.
+    const COB_IDS: usize = Guarded::<D::Pdos>::BEHIND + if D::Sdo::SECOND_SERVER.is_some() { 2 } else { 0 };
+    /// COB-IDs that are compared with each heartbeat.
+    const EACH_HEARTBEAT: usize = Self::COB_IDS.div_ceil(HEARTBEATS);
+
+    /// Compares the Node-ID of the node with the copies in its services (ECSS 6.10k), and the COB-ID of SDO with it.
+    /// What is wrong is corrected, and an emergency reports it.
+    #[inline(never)] // with heartbeats
+    pub fn compare_node_ids(&mut self, own: &mut NodeId) {
+        let is_wrong = correct([own, &mut self.id, &mut self.dictionary.id]);
+        let sdo_id = Sealed::of(CobId::sdo_request(*own));
+        if is_wrong || self.sdo_id != sdo_id {
+            self.sdo_id = sdo_id;
+            self.report_flipped();
+        }
+    }
+
+    /// Copies all COB-IDs after the services took them.
+    pub fn copy_cob_ids(&mut self) {
+        (0..Self::COB_IDS).for_each(|number| self.copy_cob_id(number));
+    }
+
+    /// Copies the COB-ID of an object that was written, if it has one. The other copies stay as they are, so that
+    /// a flipped bit in one of them is still found.
+    pub fn copy_written_cob_id(&mut self, at: Address) {
+        if let Some(number) = number_of::<D>(at) {
+            self.copy_cob_id(number);
+        }
+    }
+
+    fn copy_cob_id(&mut self, number: usize) {
+        if let Some(Copies { object, second, .. }) = self.copies(number) {
+            *second = Copied::of(*object);
+        }
+    }
+
+    /// Compares the copies of the next COB-IDs in turn. If one is wrong, all three are corrected, also in the
+    /// services, and an emergency reports it. Returns whether one was wrong.
+    pub fn compare_cob_ids(&mut self, now: Instant) -> bool {
+        let mut is_wrong = false;
+        for _ in 0..Self::EACH_HEARTBEAT {
+            let number = self.guarded.next;
+            self.guarded.next = (number + 1) % Self::COB_IDS;
+            is_wrong |= self.copies(number).is_some_and(Copies::correct);
+        }
+        if is_wrong {
+            let Dictionary {
+                objects: NodeObjects { communication: Communication { sync, emcy, .. }, .. },
+                ..
+            } = &mut self.dictionary;
+            self.sync_id = Sealed::of(sync.id());
+            let emcy = emcy.config();
+            self.dictionary.emcy.change(&mut self.wakes).configure(emcy);
+            self.take_second_sdo();
+            self.dictionary.set_pdos(now, &mut self.wakes);
+            self.report_flipped();
+        }
+        is_wrong
+    }
+
+    /// The copies of a COB-ID.
+    #[inline(never)] // once for all callers
+    fn copies(&mut self, number: usize) -> Option<Copies<'_>> {
+        let Self { dictionary, guarded, sync_id, second_sdo, .. } = self;
+        let Dictionary { objects: NodeObjects { communication, pdos, sdo, .. }, emcy, rpdos, tpdos, .. } =
+            dictionary;
+        let flags = u32::MAX;
+        match number {
+            SYNC => {
+                let (object, second) = (&mut communication.sync.cob_id, &mut guarded.sync);
+                Some(Copies { object, second, in_use: *sync_id, flags: SYNC_IS_USED })
+            }
+            EMCY => {
+                let (object, second) = (&mut communication.emcy.cob_id, &mut guarded.emcy);
+                Some(Copies { object, second, in_use: emcy.id(), flags })
+            }
+            _ => {
+                if D::Sdo::SECOND_SERVER.is_some()
+                    && let Some(nth) = number.checked_sub(Guarded::<D::Pdos>::BEHIND)
+                {
+                    let ids = sdo.cob_ids_mut()?;
+                    return second_sdo.as_mut().first_mut()?.copies(nth, ids);
+                }
+                let nth = number.checked_sub(FIRST_RPDO)?;
+                let (direction, nth, second, in_use) = match nth.checked_sub(D::Pdos::RECEIVE) {
+                    None => {
+                        (Direction::Receive, nth, guarded.rpdos.as_mut().get_mut(nth)?, rpdos.sealed(nth))
+                    }
+                    Some(nth) => {
+                        (Direction::Transmit, nth, guarded.tpdos.as_mut().get_mut(nth)?, tpdos.sealed(nth))
+                    }
+                };
+                let (pdo, _) = pdos.pdo_mut(direction, nth)?;
+                Some(Copies { object: &mut pdo.cob_id, second, in_use, flags })
+            }
+        }
+    }
+
+    /// A flipped bit was mended.
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`
+    fn report_flipped(&mut self) {
+        let [low, high] = self.dictionary.objects.extension.count_mended().to_le_bytes();
+        self.report_past(ErrorCode::HARDWARE, [FLIPPED, low, high, 0, 0]);
+    }
+}

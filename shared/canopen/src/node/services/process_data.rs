@@ -1,0 +1,135 @@
+//! Process data of a node: received frames, SYNC, events and timers, and values that are sampled for
+//! transmission.
+
+use super::{Dictionary, Services};
+use crate::link::Stamp;
+use crate::node::events::NodeEvent;
+use crate::node::turn::Turn;
+use crate::node::{Device, Extension};
+use crate::pdo::Taken;
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
+
+impl<D: Device, E: Extension<D>> Services<D, E> {
+    /// Follows the mappings of the PDOs, and how long those of a SYNC live. Call after each change of a PDO or of 1006h.
+    pub(super) fn note_mappings(&mut self) {
+        E::note_mappings(self);
+        self.synchronous_lifetime = E::synchronous_lifetime(self, self.sync_lifetime());
+    }
+
+    /// Returns the lifetime of a SYNC, at most the communication cycle period (1006h).
+    pub fn sync_lifetime(&self) -> Duration {
+        let period = Duration::from_micros(self.dictionary.objects.communication.sync.cycle_period.into());
+        let most = self.lifetimes.synchronous;
+        if period > Duration::ZERO { most.min(period) } else { most }
+    }
+
+    /// Lets the SYNC consumer pass on each SYNC, or only those that are not plain.
+    pub fn watch_syncs(&mut self, all: bool) {
+        self.sync.watch(all);
+    }
+
+    /// Handles a SYNC with this counter in Operational. Synchronous TPDOs are sampled before RPDOs take effect.
+    /// `withheld`: COB-ID of a PDO that is not sent.
+    #[inline(always)] // called from one place
+    pub fn exchange<V: NodeEvent<Extension = E::Event>>(
+        &mut self,
+        bus: Bus,
+        counter: u8,
+        withheld: Option<CobId>,
+        turn: &mut Turn<V>,
+    ) {
+        // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
+        let expires = (turn.now + self.synchronous_lifetime).min(self.window_end());
+        self.sample(counter, &mut |frame, may_wait| {
+            if may_wait {
+                return turn.out.offer(bus, frame, expires);
+            }
+            if withheld != Some(frame.id()) {
+                turn.out.send_until(bus, frame, expires);
+            }
+            true
+        });
+        if self.is_rpdo_waiting() {
+            self.end_sync(bus, turn);
+        }
+    }
+
+    /// Receive PDOs that waited for the SYNC.
+    #[inline(never)] // few SYNCs find any
+    fn end_sync<V: NodeEvent<Extension = E::Event>>(&mut self, bus: Bus, turn: &mut Turn<V>) {
+        let Self { dictionary, counters, wakes, .. } = self;
+        let ended = &mut |number, all: bool| {
+            if all { turn.out.event(V::synchronised(number as u16)) } else { counters.malformed(bus) }
+        };
+        let Dictionary { objects, rpdos, .. } = dictionary;
+        rpdos.no_sooner().on_sync(objects, ended);
+        if rpdos.has_events() {
+            dictionary.report_rpdos(wakes);
+        }
+    }
+
+    /// Handles a frame on the active bus in Operational. Returns whether its COB-ID is that of an RPDO.
+    #[inline(always)] // called from one place
+    pub fn on_pdo<V: NodeEvent<Extension = E::Event>>(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        turn: &mut Turn<V>,
+    ) -> bool {
+        let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
+        loop {
+            if self.on_plain_rpdo(number, frame) && !E::is_special_rpdo(&self.state, number) {
+                turn.out.event(V::pdo(bus, number as u16, frame.padded()));
+            } else {
+                self.on_special_pdo(number, bus, frame, stamp, turn);
+            }
+            match self.dictionary.rpdos.next(frame.id(), number) {
+                Some(next) => number = next,
+                None => return true,
+            }
+        }
+    }
+
+    /// A frame of an RPDO that is synchronous, has a deadline, carries the time, or is not as it should be.
+    #[inline(never)]
+    fn on_special_pdo<V: NodeEvent<Extension = E::Event>>(
+        &mut self,
+        number: usize,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        turn: &mut Turn<V>,
+    ) {
+        match self.on_rpdo(number, frame, stamp.at) {
+            Taken::Applied if E::is_special_rpdo(&self.state, number) => {
+                E::on_rpdo(self, number, bus, stamp, turn);
+            }
+            Taken::Applied => turn.out.event(V::pdo(bus, number as u16, frame.padded())),
+            Taken::Held => {}
+            Taken::OutsideWindow => self.counters.ignored(bus),
+            Taken::Rejected | Taken::Refused => self.counters.malformed(bus),
+        }
+    }
+
+    /// Sends what is due, except SDO responses. Each frame has the end of its lifetime and a flag: it is
+    /// [short-lived](Extension::is_short_lived). `send` returns `false` if there is no room: the frame then waits. Emergencies go first because their COB-IDs
+    /// have the higher priority.
+    pub fn poll(
+        &mut self,
+        until: Instant,
+        now: Instant,
+        state: NmtState,
+        send: &mut impl FnMut(Frame, Instant, bool) -> bool,
+    ) {
+        E::sample_events(self, until);
+        let expires = now + self.lifetimes.event;
+        self.dictionary.poll(until, &mut self.wakes, state, &mut |frame| send(frame, expires, false));
+        let Self { dictionary, state, .. } = self;
+        dictionary.tpdos.no_sooner().poll(until, &dictionary.objects, &mut |number, frame| {
+            let is_short_lived = E::is_short_lived(state, number);
+            let expires = if is_short_lived { expires.min(now + E::SHORT_LIFETIME) } else { expires };
+            send(frame, expires, is_short_lived)
+        });
+    }
+}

@@ -1,0 +1,235 @@
+//! CANopen part of a slave (CiA 301): NMT slave, heartbeat, services, and the frames that they take.
+//!
+//! Each call names the bus to use. A node with redundancy has its choice of the bus around this part.
+
+mod cob_id_set;
+mod device;
+mod events;
+mod filters;
+
+use super::events::SlaveEvents;
+use super::services::Services;
+use super::turn::{Part, Timed, Turn};
+use super::{Device, Extension, HeartbeatTimes, NodeObjects, Settings};
+use crate::emcy::ErrorCode;
+use crate::heartbeat::{self, NodeControl};
+use crate::link::Stamp;
+use crate::nmt::{NmtStartup, Reaction};
+use crate::od::INVALID;
+use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use cob_id_set::CobIdSet;
+use filters::ChangedFilters;
+pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
+
+/// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
+#[derive(Debug)]
+pub struct SlaveCore<D: Device, E: Extension<D>> {
+    /// NMT state and heartbeat of the node.
+    pub control: Timed<NodeControl>,
+    /// Dictionary and services.
+    pub services: Services<D, E>,
+    startup: NmtStartup,
+    /// It receives SDO requests alone, and sends their answers alone.
+    is_maintained: bool,
+    /// COB-IDs that are taken; frames without a mark are for others.
+    taken: CobIdSet,
+    changed_filters: Timed<ChangedFilters>,
+}
+
+impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
+    /// Makes the part before power-on.
+    pub fn new(
+        id: NodeId,
+        settings: &Settings,
+        mut objects: NodeObjects<D, E>,
+        state: impl FnOnce() -> E::State,
+    ) -> Self {
+        let startup = NmtStartup::of_slave(settings.autostart);
+        objects.communication.nmt.startup = startup.raw();
+        SlaveCore {
+            control: Timed::new(NodeControl::new(
+                id,
+                settings.heartbeats.producer,
+                settings.late_heartbeat,
+                settings.autostart,
+            )),
+            services: Services::new(id, || objects, E::Storage::default(), settings, state),
+            startup,
+            is_maintained: false,
+            taken: CobIdSet::ALL,
+            changed_filters: Timed::new(ChangedFilters::default()),
+        }
+    }
+
+    /// Enters maintenance mode: SDO on one bus. Call it before power-on.
+    pub fn maintain(&mut self) {
+        self.is_maintained = true;
+        self.startup = NmtStartup::of_slave(false);
+        self.services.buses.no_sooner().keep_to_one();
+    }
+
+    /// Sends the boot-up message on `bus`, and enters Pre-operational. The caller restores the
+    /// communication profile of power-on before.
+    pub fn boot(&mut self, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) {
+        let boot_up = self.control.change(&mut self.services.wakes).boot(turn.now);
+        // A master that hears of a node starts it, and misses it later.
+        if !self.is_maintained {
+            turn.out.send_for(bus, boot_up, turn.now, self.services.lifetimes.heartbeat);
+        }
+        self.entered(self.control.state(), turn);
+        self.update_taken();
+    }
+
+    /// Follows a change of the NMT state. Returns whether the caller has to boot the node up again.
+    pub fn follow(&mut self, reaction: Reaction, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
+        match reaction {
+            Reaction::Unchanged => {}
+            Reaction::Entered(state) => self.entered(state, turn),
+            Reaction::ResetNode => self.wait_for_reset(turn),
+            Reaction::ResetCommunication => return true,
+        }
+        false
+    }
+
+    /// Notes that the node entered another NMT state.
+    fn entered(&mut self, state: NmtState, turn: &mut Turn<'_, E::SlaveEvent>) {
+        self.services.entered(state, turn.now);
+        turn.out.event(E::SlaveEvent::state(state));
+    }
+
+    /// Sends nothing more until the chip is reset.
+    pub fn wait_for_reset(&mut self, turn: &mut Turn<'_, E::SlaveEvent>) {
+        self.taken = CobIdSet::ALL;
+        turn.out.event(E::SlaveEvent::reset_node());
+    }
+
+    /// Handles a heartbeat of another node that 1016h may name.
+    #[inline(always)] // called from one place
+    pub fn on_peer_heartbeat(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        turn: &mut Turn<'_, E::SlaveEvent>,
+    ) {
+        let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
+            return self.services.counters.malformed(bus);
+        };
+        let Services { monitor, wakes, .. } = &mut self.services;
+        let heard = monitor.step(wakes, |monitor| monitor.on_heartbeat(node, state, stamp.at));
+        let Some(heard) = heard else {
+            return self.services.counters.ignored(bus);
+        };
+        self.services.counters.taken(bus, frame);
+        if heard.resolved {
+            self.services.clear(ErrorCode::HEARTBEAT, node.get());
+        }
+        if heard.before != Some(state) {
+            turn.out.event(E::SlaveEvent::peer_state(node, state));
+        }
+    }
+
+    fn on_peer_missed(&mut self, node: NodeId, turn: &mut Turn<'_, E::SlaveEvent>) {
+        self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
+        turn.out.event(E::SlaveEvent::peer_missed(node));
+        let behaviour = self.services.dictionary.objects.communication.nmt.error_behaviour();
+        let reaction = self.control.change(&mut self.services.wakes).on_communication_error(behaviour);
+        if let Reaction::Entered(state) = reaction {
+            self.entered(state, turn);
+        }
+    }
+
+    /// Does what was due at `until`, which may be before `now`. Frames go out on `bus`.
+    pub fn poll(&mut self, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) {
+        while let Some(missed) = self.services.monitor.no_sooner().poll(turn.until) {
+            self.on_peer_missed(missed.node, turn);
+        }
+        if E::IS_GUARDED && self.control.deadline().is_some_and(|due| due <= turn.until) {
+            self.check_node_id();
+        }
+        if let Some(frame) = self.control.no_sooner().poll(turn.until) {
+            let lifetime = self.services.lifetimes.heartbeat.min(self.control.period());
+            turn.out.send_for(bus, frame, turn.now, lifetime);
+        }
+        while let Some(bus) = self.services.buses.no_sooner().poll(turn) {
+            turn.out.event(E::SlaveEvent::bus_failed(bus));
+        }
+        self.run_device(bus, turn);
+    }
+
+    /// Looks for flipped bits in the Node-ID, before a heartbeat has it and before a command of the master is obeyed
+    /// .
+    #[inline(never)] // between heartbeats nothing is to be looked for
+    pub fn check_node_id(&mut self) {
+        let mut id = self.control.id();
+        self.services.compare_node_ids(&mut id);
+        self.control.no_sooner().set_id(id);
+    }
+
+    /// Looks for flipped bits in COB-IDs, a few after each heartbeat: with it they would make a long
+    /// step longer (row `rx.inside_look`).
+    fn check_cob_ids(&mut self, now: Instant) {
+        if self.services.compare_cob_ids(now) {
+            // A bus may have taken its filter from the object that was wrong.
+            self.note_all_filters();
+        }
+    }
+
+    /// Sends all filters to the buses. A controller that has them already is not disturbed.
+    fn note_all_filters(&mut self) {
+        (0..self.wanted_filters()).for_each(|number| self.note_filter(number));
+    }
+
+    /// Returns when to poll next.
+    #[inline(never)] // smaller than in its callers
+    pub fn due(&self) -> Option<Instant> {
+        let own = [
+            self.control.deadline(),
+            self.services.buses.deadline(),
+            self.services.monitor.deadline(),
+            self.services.deadline(self.control.reporting_state()),
+            self.changed_filters.earliest(),
+        ];
+        earliest(&own)
+    }
+
+    /// Returns when to poll next. `None`: the node waits for its reset, or nothing will be due.
+    pub fn deadline(&self) -> Option<Instant> {
+        let is_silent =
+            self.control.state() == NmtState::Initialising || self.services.wakes.next() == Instant::NEVER;
+        if is_silent { None } else { Some(self.services.wakes.next()) }
+    }
+
+    /// Restores the communication profile of power-on, with the stored parameters.
+    pub fn restore_communication(&mut self, initial: HeartbeatTimes, now: Instant) {
+        let objects = &mut self.services.dictionary.objects;
+        objects.restore_communication(self.control.id(), initial);
+        objects.communication.nmt.startup = self.startup.raw();
+        if self.is_maintained {
+            objects.communication.emcy.cob_id |= INVALID;
+        }
+        self.services.load(crate::store::Group::Communication);
+        self.services.configure(now);
+        let communication = &self.services.dictionary.objects.communication;
+        self.control.no_sooner().set_autostart(communication.nmt.startup().autostart());
+        self.follow_heartbeat(now);
+        self.note_all_filters();
+    }
+
+    /// Takes the new period of the heartbeat (1017h).
+    pub fn follow_heartbeat(&mut self, now: Instant) {
+        let time = self.services.dictionary.objects.communication.heartbeat.time;
+        self.control.change(&mut self.services.wakes).set_period(Duration::from_millis(u64::from(time)), now);
+    }
+
+    /// Sends a transmit PDO (0 is the first) by its transmission type. Refuses it, and counts that on `bus`,
+    /// unless the node is Operational and the PDO is valid.
+    pub fn send_pdo(&mut self, bus: Bus, number: usize, now: Instant) {
+        let tpdos = &mut self.services.dictionary.tpdos;
+        if self.control.state().allows_pdo() && tpdos.is_valid(number) {
+            tpdos.change(&mut self.services.wakes).trigger(number, now);
+        } else {
+            self.services.counters.refused(bus);
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! Names for a device, its application and its `main`: `use async_canopen::prelude::*;`
+
+pub use crate::heartbeat::HeartbeatConsumers;
+pub use crate::link::bit_timing::BitRate;
+pub use crate::nmt::{NmtMessage, Target};
+pub use crate::node::{CanopenSlave, Communication, Device, DeviceNode, Event, Identity, Node, Settings};
+pub use crate::od::{Domain, Objects, Record};
+pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+pub use crate::runner::{
+    BusRunner, Clock, Diagnostics, DueRunner, EventSource, Events, Handle, Platform, Single, SingleRunners,
+};
+pub use crate::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};

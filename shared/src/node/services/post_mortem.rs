@@ -1,0 +1,30 @@
+//! Record of the last reset (2032h), which an emergency reports after the boot-up message.
+
+use easy_ext::ext;
+
+use super::Services;
+use crate::emcy::PostMortem;
+use crate::node::SpacecraftDevice;
+
+#[ext(PostMortemServices)]
+impl<D: SpacecraftDevice> Services<D> {
+    /// Writes object 2032h. An emergency reports it after the boot-up message.
+    pub fn set_post_mortem(&mut self, record: PostMortem) {
+        self.dictionary.objects.extension.post_mortem.record = record;
+        self.state.is_reset_due = true;
+    }
+
+    /// Notes that a heartbeat or boot-up message was sent.
+    pub fn on_heartbeat_sent(&mut self) {
+        if core::mem::take(&mut self.state.is_reset_due) {
+            self.report_reset();
+        }
+    }
+
+    #[inline(never)] // once
+    pub fn report_reset(&mut self) {
+        if let Some((code, info)) = self.dictionary.objects.extension.post_mortem.record.emergency() {
+            self.report_past(code, info);
+        }
+    }
+}
