@@ -7,8 +7,7 @@ use std::rc::Rc;
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalDevice, MinimalEvent, MinimalSlave};
 use ecss_can::node::{
-    Device, Master, MasterEvent, MasterRequest, Node, NodeObjects, Slave, SlaveEvent, SpacecraftDevice,
-    Status,
+    Master, MasterEvent, MasterRequest, Node, NodeObjects, Slave, SlaveEvent, SpacecraftDevice, Status,
 };
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::runner::{self, EventSource};
