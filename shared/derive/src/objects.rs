@@ -68,7 +68,7 @@ struct Options {
     /// Number of its SDO servers, if it is declared.
     sdo_servers: Option<LitInt>,
     /// The code beside the declaration says how the device keeps the spacecraft time.
-    has_own_time: bool,
+    own_time: Option<Span>,
 }
 
 impl Options {
@@ -85,7 +85,7 @@ fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
                 Some("check") => options.check = Some(meta.value()?.parse()?),
                 Some("device") => options.device = Some(meta.path.span()),
                 Some("sdo_servers") => options.sdo_servers = Some(meta.value()?.parse()?),
-                Some("time") => options.has_own_time = true,
+                Some("time") => options.own_time = Some(meta.path.span()),
                 _ => {
                     return Err(
                         meta.error("unknown word; known are `check`, `device`, `sdo_servers` and `time`")
@@ -102,6 +102,14 @@ fn options(input: &DeriveInput, errors: &mut Errors) -> Options {
         } else if !matches!(number.base10_digits(), "1" | "2") {
             let message = format!("a device has 1 or 2 SDO servers, not {number}");
             errors.add(Error::new(number.span(), message));
+        }
+    }
+    if let Some(span) = options.own_time {
+        if options.device.is_none() {
+            errors.add(Error::new(span, "`time` is for a device: add `device`"));
+        } else if path::ecss_at(span).is_none() {
+            let message = "`time` is for a device of `ecss-can`, on which this package does not depend";
+            errors.add(Error::new(span, message));
         }
     }
     options
@@ -268,7 +276,7 @@ pub fn device(input: &DeriveInput) -> TokenStream {
     let sdo = if options.has_two_sdo_servers() { quote!(TwoSdoServers) } else { quote!(SdoServerObjects) };
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
-    let ecss = path::ecss_at(Span::call_site()).filter(|_| !options.has_own_time);
+    let ecss = path::ecss_at(Span::call_site()).filter(|_| options.own_time.is_none());
     let spacecraft = ecss.map(|ecss| {
         quote! {
             #[diagnostic::do_not_recommend]

@@ -161,7 +161,7 @@ fn a_declaration_knows_one_word_of_its_own() {
     for attribute in [parse_quote!(#[objects(verify = check)]), parse_quote!(#[objects(Check = check)])] {
         assert_eq!(
             refused(objects::expand(&with(attribute))),
-            "unknown word; known are `check`, `device` and `sdo_servers`"
+            "unknown word; known are `check`, `device`, `sdo_servers` and `time`"
         );
     }
     // A function, by its path.
@@ -170,7 +170,6 @@ fn a_declaration_knows_one_word_of_its_own() {
     }
 }
 
-/// A device needs the crate `ecss-can`, which the tests of this crate do not have: that is the error of each device here.
 #[test]
 fn a_device_has_one_or_two_sdo_servers() {
     let with = |attribute: syn::Attribute| -> DeriveInput {
@@ -183,18 +182,42 @@ fn a_device_has_one_or_two_sdo_servers() {
         let errors = objects::expand(&with(attribute)).unwrap_err();
         errors.into_iter().map(|error| error.to_string()).collect()
     };
-    let alone = "a device needs the crate `ecss-can`";
-    for number in [parse_quote!(1), parse_quote!(2), parse_quote!(0x2)] {
+    for (number, sdo) in [
+        (parse_quote!(1), "SdoServerObjects"),
+        (parse_quote!(2), "TwoSdoServers"),
+        (parse_quote!(0x2), "TwoSdoServers"),
+    ] {
         let number: syn::LitInt = number;
-        assert_eq!(texts(parse_quote!(#[objects(device, sdo_servers = #number)])), [alone], "{number}");
+        let expanded = objects::expand(&with(parse_quote!(#[objects(device, sdo_servers = #number)])));
+        let expanded = expanded.unwrap().to_string();
+        assert!(
+            expanded.contains(&format!("type Sdo = :: async_canopen :: sdo :: {sdo} ;")),
+            "{number}: {expanded}"
+        );
     }
     for number in [parse_quote!(0), parse_quote!(3), parse_quote!(128)] {
         let number: syn::LitInt = number;
         let message = format!("a device has 1 or 2 SDO servers, not {number}");
-        assert_eq!(texts(parse_quote!(#[objects(sdo_servers = #number, device)])), [&message, alone]);
+        assert_eq!(texts(parse_quote!(#[objects(sdo_servers = #number, device)])), [message]);
     }
     let message = "`sdo_servers` is for a device: add `device`";
     assert_eq!(texts(parse_quote!(#[objects(sdo_servers = 2)])), [message]);
+}
+
+/// The tests of this crate do not depend on `ecss-can`.
+#[test]
+fn only_a_device_of_a_spacecraft_has_its_own_time() {
+    let texts = |attribute: syn::Attribute| -> Vec<String> {
+        let declaration = parse_quote! {
+            #attribute
+            struct Device {}
+        };
+        let errors = objects::expand(&declaration).unwrap_err();
+        errors.into_iter().map(|error| error.to_string()).collect()
+    };
+    assert_eq!(texts(parse_quote!(#[objects(time)])), ["`time` is for a device: add `device`"]);
+    let alone = "`time` is for a device of `ecss-can`, on which this package does not depend";
+    assert_eq!(texts(parse_quote!(#[objects(device, time)])), [alone]);
 }
 
 #[test]

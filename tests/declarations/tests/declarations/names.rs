@@ -13,14 +13,14 @@ type Dependency = (&'static str, &'static str);
 const CANOPEN: &str = "async-canopen";
 const ECSS: &str = "ecss-can";
 
-/// Each package: its name, its dependencies, and whether its struct is a device, which `ecss-can` has.
-const PACKAGES: [(&str, &[Dependency], bool); 6] = [
-    ("canopen-alone", &[(CANOPEN, CANOPEN)], false),
-    ("canopen-renamed", &[("can", CANOPEN)], false),
-    ("ecss-alone", &[(ECSS, ECSS)], true),
-    ("ecss-renamed", &[("spacecraft", ECSS)], true),
-    ("both", &[(CANOPEN, CANOPEN), (ECSS, ECSS)], true),
-    ("both-renamed", &[("can", CANOPEN), ("spacecraft", ECSS)], true),
+/// Each package: its name and its dependencies.
+const PACKAGES: [(&str, &[Dependency]); 6] = [
+    ("canopen-alone", &[(CANOPEN, CANOPEN)]),
+    ("canopen-renamed", &[("can", CANOPEN)]),
+    ("ecss-alone", &[(ECSS, ECSS)]),
+    ("ecss-renamed", &[("spacecraft", ECSS)]),
+    ("both", &[(CANOPEN, CANOPEN), (ECSS, ECSS)]),
+    ("both-renamed", &[("can", CANOPEN), ("spacecraft", ECSS)]),
 ];
 
 /// Folder of a package of this repository.
@@ -37,17 +37,13 @@ fn manifest(name: &str, dependencies: &[Dependency]) -> String {
     text
 }
 
-/// Objects with a record and with limits, and a state machine, by the names of the last dependency.
-fn source(dependencies: &[Dependency], is_device: bool) -> String {
+/// A device with a record and with limits, and a state machine, by the names of the last dependency.
+fn source(dependencies: &[Dependency], mark: &str) -> String {
     let name = dependencies.last().expect("there is one").0.replace('-', "_");
-    let (mark, device) = match is_device {
-        true => ("#[objects(device)]", DEVICE.replace("NAME", &name)),
-        false => ("", String::new()),
-    };
-    OBJECTS.replace("NAME", &name).replace("MARK", mark) + &device
+    SOURCE.replace("NAME", &name).replace("MARK", mark)
 }
 
-const OBJECTS: &str = "
+const SOURCE: &str = "
 /// A heater.
 #[derive(NAME::od::Objects)]
 MARK
@@ -92,9 +88,7 @@ pub enum Phase {
 }
 
 const _: fn(&mut Thermostat, NAME::types::Instant, &NAME::types::Duration) = NAME::types::Canonical::canonical;
-";
 
-const DEVICE: &str = "
 impl NAME::node::Device for Heater {
     type Pdos = NAME::pdo::PdoObjects<4, 4>;
     type Consumers = NAME::heartbeat::HeartbeatConsumers<1>;
@@ -128,20 +122,23 @@ fn check(workspace: &str, packages: &[(&str, &[Dependency], String)]) -> (bool, 
 #[test]
 fn declarations_compile_by_each_name_of_their_crate() {
     let packages =
-        PACKAGES.map(|(name, dependencies, is_device)| (name, dependencies, source(dependencies, is_device)));
+        PACKAGES.map(|(name, dependencies)| (name, dependencies, source(dependencies, "#[objects(device)]")));
     let (compiles, said) = check("names", &packages);
     assert!(compiles, "{said}");
 }
 
-/// A device is of `ecss-can`. The rest of the declaration is usable: there is one error.
+/// How a device keeps the spacecraft time is a matter of `ecss-can`. The rest of the declaration is usable: there is one error.
 #[test]
-fn a_device_without_its_crate_is_refused_with_a_reason() {
+fn time_of_a_device_without_ecss_can_is_refused_with_a_reason() {
     let dependencies: &[Dependency] = &[(CANOPEN, CANOPEN)];
-    let source = OBJECTS.replace("NAME", "async_canopen").replace("MARK", "#[objects(device)]");
-    let (compiles, said) = check("no-device", &[("heater", dependencies, source)]);
+    let source = source(dependencies, "#[objects(device, time)]");
+    let (compiles, said) = check("no-time", &[("heater", dependencies, source)]);
     assert!(!compiles);
     let errors: Vec<&str> = said.lines().filter(|line| line.starts_with("error")).collect();
-    assert_eq!(errors[0], "error: a device needs the crate `ecss-can`", "{said}");
+    assert_eq!(
+        errors[0], "error: `time` is for a device of `ecss-can`, on which this package does not depend",
+        "{said}"
+    );
     assert!(
         errors[1].starts_with("error: could not compile `heater` (lib) due to 1 previous error"),
         "{said}"
