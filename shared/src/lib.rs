@@ -12,7 +12,7 @@
 //! | --- | --- |
 //! | write a slave | the tour below, [`node::Device`], [`od`] for objects, [`pdo`] for PDOs, [`node::SlaveEvent`] |
 //! | write a master | [`node::Master`], [`profile::Profile`], [`boot`], [`runner::SdoClient`], [`node::MasterEvent`] |
-//! | port it to another chip | [`link::port::CanPort`], [`time::Clock`], [`runner::Platform`], [`link::bit_timing`] |
+//! | port it to another chip | [`link::port::CanPort`], [`runner::Clock`], [`runner::Platform`], [`link::bit_timing`] |
 //!
 //! # A tour
 //!

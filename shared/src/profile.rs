@@ -33,12 +33,13 @@ mod heartbeats;
 mod node_ids;
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
+use crate::link::access::BusAccess;
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
 use crate::link::budget::{BudgetPolicy, Rate};
-use crate::redundancy::{BusAccess, BusOffPolicy, Pair, Parameters};
+use crate::link::bus_off::BusOffPolicy;
+use crate::redundancy::{Pair, Parameters};
 use crate::time::ClockPolicy;
 use crate::types::{Bus, CobId, Duration, NodeId};
-use async_canopen::node::Settings;
 
 /// Numbers of a mission.
 #[doc(alias("mission", "configuration"))]
@@ -330,20 +331,6 @@ impl Profile {
         let redundancy = self.redundancy();
         let both_buses = redundancy.dwell(self.dwell).times(2);
         self.selective.is_empty() || redundancy.search_time().as_micros() >= both_buses.as_micros()
-    }
-
-    /// Returns the numbers of a node that no object has.
-    pub fn settings(&self, node: NodeId) -> Settings {
-        Settings {
-            heartbeats: self.redundancy().heartbeats(),
-            late_heartbeat: self.late_heartbeat,
-            sync: self.sync,
-            event: self.event,
-            sdo_timeout: self.sdo_timeout,
-            access: self.access(node),
-            bus_off: self.bus_off,
-            autostart: self.autostart,
-        }
     }
 
     /// Returns the redundancy parameters of a slave.

@@ -8,7 +8,7 @@ use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent};
 use ecss_can::mock::{LoopbackPort, ManualClock, MockSpacecraft, SentFrame, Tasks};
 use ecss_can::prelude::*;
-use ecss_can::time::Clock;
+use ecss_can::runner::Clock;
 use ecss_can::types::FineInstant;
 
 #[derive(Debug, Objects)]

@@ -18,7 +18,7 @@
 use core::sync::atomic::{Ordering, fence};
 
 use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp};
-use ecss_can::time::Clock;
+use ecss_can::runner::Clock;
 use ecss_can::types::{Frame, PerBus};
 use embassy_stm32::gpio::{AfType, Flex, Pull};
 use embassy_stm32::pac::TIM5;

@@ -1,6 +1,6 @@
 //! Uptime as the protocol's clock.
 
-use ecss_can::time::Clock;
+use ecss_can::runner::Clock;
 use ecss_can::types::Instant;
 use embassy_time::Timer;
 

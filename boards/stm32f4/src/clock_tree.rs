@@ -5,7 +5,7 @@
 //! ever: the oscillator may start late, as the clock that a NUCLEO gets from its ST-LINK does without USB.
 
 use cortex_m::peripheral::SYST;
-use ecss_can::time::Clock;
+use ecss_can::runner::Clock;
 use ecss_can::types::Duration;
 use embassy_stm32::gpio::{AnyPin, Pin};
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC, TIM2};

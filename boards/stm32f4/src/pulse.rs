@@ -10,8 +10,8 @@
 //! used: a board has them for other things, such as PA2 and PA3, the serial port of the ST-LINK on the Nucleo.
 
 use ecss_can::node::TimeKeeper;
+use ecss_can::runner::Clock;
 use ecss_can::runner::{Platform, SpacecraftClock};
-use ecss_can::time::Clock;
 use ecss_can::types::{Duration, FineInstant};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Speed};
 use embassy_stm32::pac::timer::vals::{Mms, Ocm, Sms, Ts};

@@ -16,7 +16,7 @@
 //! | `#[objects(check = function)]` | a struct | the function may refuse a value that a client writes |
 //! | `#[objects(device)]` | a struct | the struct is the application of a `Device`, and is checked with its PDOs |
 //! | `#[objects(device, sdo_servers = 2)]` | a struct | the device has a second SDO server (1201h), which a client configures |
-//! | `#[objects(device, time)]` | a struct | the code beside it implements `SpacecraftDevice` of `ecss-can`, otherwise the macro does |
+//! | `#[objects(device, time)]` | a struct | the code beside it implements `DeviceTime` of `ecss-can`, otherwise the macro does |
 //!
 //! A second SDO server is an extension: Table 11-1 of ECSS-E-ST-50-15C omits 1201h, and Table 9-12 forbids it for the minimal set. It is for
 //! slaves; a master with such a device does not compile.

@@ -280,7 +280,7 @@ pub fn device(input: &DeriveInput) -> TokenStream {
     let spacecraft = ecss.map(|ecss| {
         quote! {
             #[diagnostic::do_not_recommend]
-            impl #impl_generics #ecss::node::SpacecraftDevice for #ident #type_generics #bounds {}
+            impl #impl_generics #ecss::node::DeviceTime for #ident #type_generics #bounds {}
         }
     });
     quote! {

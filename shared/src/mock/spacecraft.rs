@@ -6,8 +6,8 @@ use core::future::Future;
 
 use super::{LoopbackPort, ManualClock, MockBoard, Tasks};
 use crate::node::Node;
+use crate::runner::Clock;
 use crate::runner::{Diagnostics, Events, Handle, Resources};
-use crate::time::Clock;
 use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// Several nodes on two buses. All have the same clock.

@@ -4,13 +4,13 @@ use super::{Device, Node};
 use crate::time::{LocalClock, LocalUtc};
 use crate::types::UtcRelation;
 
-/// Device for a [`Slave`](super::Slave) or a [`Master`](super::Master): how exactly it keeps the spacecraft time.
+/// How exactly a device keeps the spacecraft time.
 ///
 /// `#[objects(device)]` implements it with the values below. A device with others says `#[objects(device, time)]`, and has an
 /// implementation of its own:
 ///
 /// ```
-/// use ecss_can::node::SpacecraftDevice;
+/// use ecss_can::node::DeviceTime;
 /// use ecss_can::prelude::*;
 ///
 /// /// A thermometer that keeps 16 bits of fine time.
@@ -22,7 +22,7 @@ use crate::types::UtcRelation;
 ///     temperature: i16,
 /// }
 ///
-/// impl SpacecraftDevice for Thermometer {
+/// impl DeviceTime for Thermometer {
 ///     const FINE_BITS: u32 = 16;
 /// }
 /// # impl Device for Thermometer {
@@ -32,11 +32,11 @@ use crate::types::UtcRelation;
 /// # }
 /// ```
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a device of a spacecraft",
-    label = "needs `impl Device for {Self}`, and `#[objects(device)]` beside its declaration",
-    note = "`#[objects(device)]` implements `SpacecraftDevice`; `#[objects(device, time)]` leaves that to you"
+    message = "the declaration of `{Self}` does not say that it is a device",
+    label = "add `#[objects(device)]` to the declaration of `{Self}`",
+    note = "`#[objects(device)]` implements `DeviceTime`; `#[objects(device, time)]` leaves that to you"
 )]
-pub trait SpacecraftDevice: Device {
+pub trait DeviceTime {
     /// Number of bits of fine time that the device keeps, 0 to 24. The lower bits are sent as zero and ignored in
     /// reception (ECSS 7.1.2g, h).
     const FINE_BITS: u32 = 24;
@@ -50,6 +50,17 @@ pub trait SpacecraftDevice: Device {
         None
     }
 }
+
+/// Device for a [`Slave`](super::Slave) or a [`Master`](super::Master).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a device",
+    label = "needs `impl Device for {Self}`",
+    note = "add `impl Device for {Self}`, and `#[objects(device)]` beside `#[derive(Objects)]`"
+)]
+pub trait SpacecraftDevice: Device + DeviceTime {}
+
+#[diagnostic::do_not_recommend]
+impl<D: Device + DeviceTime> SpacecraftDevice for D {}
 
 /// Node that keeps the spacecraft time.
 pub trait TimeKeeper: Node {

@@ -1,6 +1,6 @@
 //! Parts of a node of a spacecraft beyond CANopen, as its services call them.
 
-use async_canopen::node::extend::{Dictionary, Extension, NodeEvent};
+use async_canopen::node::extend::{Extension, NodeEvent};
 
 use super::index::{IDENTITY, REDUNDANCY, REQUEST_NMT, SCET_SET, SELF_TEST_START, UTC_SET};
 use super::services::{LiveServices, MappedTime, Services, State, TimeServices, check_submilliseconds};
@@ -100,8 +100,8 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
         index == IDENTITY
     }
 
-    fn take(dictionary: &mut Dictionary<D, Self>, _: Address, value: &[u8]) -> Result<(), AbortCode> {
-        dictionary.objects.extension.identity.stored = dictionary.stored.store_node_id(value)?;
+    fn take(&mut self, stored: &mut Stored, _: Address, value: &[u8]) -> Result<(), AbortCode> {
+        self.identity.stored = stored.store_node_id(value)?;
         Ok(())
     }
 

@@ -60,6 +60,7 @@ mod objects;
 pub(crate) mod probe;
 mod save;
 mod services;
+mod settings;
 mod slave;
 mod slave_api;
 mod spacecraft;
@@ -71,7 +72,7 @@ pub use async_canopen::node::{
     BusCommand, ClientNode, Communication, Counters, Device, DeviceNode, DeviceObjects, FailCause, Filters,
     FullDepth, Identity, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH, Turn,
 };
-pub use device::{SpacecraftDevice, TimeKeeper};
+pub use device::{DeviceTime, SpacecraftDevice, TimeKeeper};
 pub use events::SpacecraftEvent;
 pub use master::{Master, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};

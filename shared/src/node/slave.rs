@@ -10,6 +10,7 @@ mod redundancy;
 mod retained;
 
 use super::services::State;
+use super::settings;
 use super::{ParallelAccess, SlaveEvent, Spacecraft, SpacecraftDevice, Status, objects as own_objects};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
@@ -49,7 +50,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         Slave {
             canopen: SlaveCore::new(
                 id,
-                &profile.settings(id),
+                &settings::of_profile(profile, id),
                 own_objects::at_power_on(id, &redundancy, application),
                 || State::new(profile),
             ),

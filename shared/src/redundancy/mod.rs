@@ -12,7 +12,6 @@
 //! | [`Selector`] | which bus a slave considers active |
 //! | [`SlaveRedundancy`] | all of a slave: its bus, its NMT state, which resets it obeys |
 //! | [`Standby`] | which of two master boards is active |
-//! | [`BusOffRecovery`] | when a controller returns from bus-off, and when its bus is failed |
 //! | [`Babblers`] | what the master does against a slave that sends too many frames |
 //! | [`Peers`] | which nodes count as slaves, and which of them are lost or silent |
 //!
@@ -56,8 +55,6 @@ mod slave_search;
 mod standby;
 mod trial;
 
-pub use async_canopen::link::access::BusAccess;
-pub use async_canopen::link::bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use babblers::{Babblers, BabblingStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use master::{
@@ -70,8 +67,8 @@ pub use selector::{MasterMessage, Selection, Selector};
 pub use slave::{BusCause, Retained, SlaveAction, SlaveActions, SlaveRedundancy, SlaveStep, SlaveVerdict};
 pub use standby::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
 
+use crate::heartbeat::HeartbeatTimes;
 use crate::types::{Bus, Canonical, Duration};
-use async_canopen::node::HeartbeatTimes;
 
 /// Parameters of the bus redundancy management of a node (ECSS Tables 8-1 and 8-2).
 #[doc(alias("2000h", "Bdefault", "Ttoggle", "Ntoggle", "Ctoggle"))]

@@ -6,7 +6,7 @@
 //! own frames by its own receiver.
 
 use super::extend::AtEnd;
-use super::{Handle, MasterHandle, Platform};
+use super::{Handle, Platform};
 use crate::node::{Master, NetworkObjects, Ranging, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::sdo::Error;
@@ -30,6 +30,22 @@ pub struct Cable {
     pub bus: Bus,
     /// Delay from the connector of the master to that of the slave, in nanoseconds.
     pub delay_ns: i32,
+}
+
+/// What the handle of a master has beyond that of a CANopen node.
+pub trait MasterHandle {
+    /// Measures the cable to a slave on the active bus by 16 of its heartbeats. Its clock has to follow the SYNCs
+    /// of this master, and both have to stamp in hardware. For 2014h of the slave add the delay of its receiver,
+    /// which this method does not measure.
+    ///
+    /// # Errors
+    /// Those of the SDO client, which reads 2014h and 2016h. [`Error::BusChanged`]. [`Error::Timeout`] if there is
+    /// no heartbeat that both have stamped.
+    ///
+    /// # Cancel safety
+    /// A dropped future ends the measurement and aborts a transfer that is running. Call it again to measure from
+    /// the start.
+    fn measure_cable(&self, node: NodeId) -> impl Future<Output = Result<Cable, Error>>;
 }
 
 impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> MasterHandle for Handle<B, Master<D, M>> {

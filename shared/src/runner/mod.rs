@@ -55,13 +55,11 @@
 //! - `Handle::with` must not be called within `Handle::with`, and [`Resources::start`] not twice: both panic.
 
 mod cable;
-mod handle;
 mod spacecraft_clock;
 
 pub use async_canopen::runner::*;
-pub use cable::Cable;
-pub use handle::{MasterHandle, TimeHandle};
-pub use spacecraft_clock::SpacecraftClock;
+pub use cable::{Cable, MasterHandle};
+pub use spacecraft_clock::{SpacecraftClock, TimeHandle};
 
 use crate::node::Master;
 use crate::redundancy::OneBoard;

@@ -92,3 +92,23 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
         })
     }
 }
+
+/// What the handle of a node that keeps the spacecraft time has beyond that of a CANopen node.
+pub trait TimeHandle {
+    /// Board of the node.
+    type Board: Platform;
+    /// Type of the node.
+    type Node: TimeKeeper;
+
+    /// Returns the clock of the spacecraft time.
+    fn clock(&self) -> SpacecraftClock<Self::Board, Self::Node>;
+}
+
+impl<B: Platform, N: TimeKeeper> TimeHandle for Handle<B, N> {
+    type Board = B;
+    type Node = N;
+
+    fn clock(&self) -> SpacecraftClock<B, N> {
+        SpacecraftClock::new(*self)
+    }
+}

@@ -19,7 +19,6 @@
 //!
 //! | type | purpose |
 //! | --- | --- |
-//! | [`Clock`] | trait for the timer of a board |
 //! | [`LocalClock`] | spacecraft time at every instant, with a [`Quality`] |
 //! | [`TimeService`] | clock of a node with its SYNCs, and the reads and writes of its objects |
 //! | [`ClockPolicy`] | limits of the crystals, on which the error bound relies |
@@ -41,7 +40,6 @@ mod quality;
 mod service;
 mod trust;
 
-pub use async_canopen::runner::Clock;
 pub use clock::LocalClock;
 pub use objects::{
     ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,

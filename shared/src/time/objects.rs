@@ -178,7 +178,7 @@ impl ClockQuality {
 }
 
 /// Time objects of a device that keeps UTC (ECSS 7.1.3). The device has it as a field with `#[objects]` and
-/// returns it from [`Device::utc`](crate::node::Device::utc).
+/// returns it from [`DeviceTime::utc`](crate::node::DeviceTime::utc).
 #[doc(alias("2012h", "2013h", "UTC", "Local UTC"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct LocalUtc {

@@ -2,8 +2,8 @@
 //!
 //! Verifies: ECSS 5.6.2a
 
+use ecss_can::link::bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 use ecss_can::link::port::ErrorState::{Active, BusOff, Passive};
-use ecss_can::redundancy::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 
 use crate::bench::ms;
 

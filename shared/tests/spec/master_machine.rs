@@ -2,11 +2,12 @@
 //!
 //! Heartbeat 40 ms, consumer time 100 ms. Slave 2 is assigned. Four frames may wait.
 
+use ecss_can::link::access::BusAccess;
 use ecss_can::link::queue::Outgoing;
 use ecss_can::nmt::{Command, NmtMessage, Reaction, Target};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{
-    BusAccess, Claim, MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, RoleCause, Sending, Strap,
+    Claim, MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, RoleCause, Sending, Strap,
     SwitchCause, TwoBoards,
 };
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};

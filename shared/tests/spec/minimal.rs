@@ -1,5 +1,6 @@
 //! The minimal slave (ECSS 9).
 
+use ecss_can::link::access::BusAccess;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Stamp, port::Filter};
 use ecss_can::node::minimal::{
@@ -9,7 +10,7 @@ use ecss_can::node::minimal::{
 use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{BusAccess, BusCause};
+use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, CobId, Duration, Instant, NodeId};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};

@@ -1,7 +1,8 @@
 //! The numbers of the model: small, in the proportions of the default profile.
 
+use ecss_can::link::access::BusAccess;
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{BusAccess, MasterSetup, Pair, Parameters};
+use ecss_can::redundancy::{MasterSetup, Pair, Parameters};
 use ecss_can::types::{Bus, Duration, NodeId};
 use host_worlds::judge::Bounds;
 

@@ -5,8 +5,8 @@ mod fault;
 mod report;
 
 use ecss_can::heartbeat;
+use ecss_can::link::access::BusAccess;
 use ecss_can::nmt::{NmtMessage, Target};
-use ecss_can::redundancy::BusAccess;
 use ecss_can::types::{Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId};
 
 use crate::defect::{self, Defect};

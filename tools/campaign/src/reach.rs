@@ -1,7 +1,7 @@
 //! What faults leave of the network.
 
 use can_wire::time::Time;
-use ecss_can::redundancy::BusAccess;
+use ecss_can::link::access::BusAccess;
 use ecss_can::types::{Bus, PerBus};
 use host_worlds::judge::{MASTERS, Master, Slave, View};
 

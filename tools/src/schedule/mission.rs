@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{Communication, Device, NodeObjects, SpacecraftDevice};
+use ecss_can::node::{Communication, NodeObjects, SpacecraftDevice};
 use ecss_can::od::{CobIdEntry, INVALID};
 use ecss_can::pdo::{Mapping, PdoParameters, PdoSlots};
 use ecss_can::profile::Profile;

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use can_wire::time::{TICKS_PER_US, Time};
-use ecss_can::time::Clock;
+use ecss_can::runner::Clock;
 use ecss_can::types::{FineInstant, Instant};
 
 use crate::timeline::{Sleep, Timeline};

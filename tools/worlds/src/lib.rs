@@ -88,7 +88,7 @@
 //! here, and interrupts have none: those are the part of the emulated board.
 //!
 //! [`CanPort`]: ecss_can::link::port::CanPort
-//! [`Clock`]: ecss_can::time::Clock
+//! [`Clock`]: ecss_can::runner::Clock
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -8,7 +8,7 @@ use core::task::{Context, Poll, Waker};
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
-use ecss_can::time::Clock;
+use ecss_can::runner::Clock;
 use ecss_can::types::CobId;
 use embassy_stm32::pac::can::Can;
 use embassy_sync::blocking_mutex::Mutex;

@@ -11,7 +11,7 @@ use ecss_can::link::Stamp;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::one_controller::Movable;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
-use ecss_can::time::Clock;
+use ecss_can::runner::Clock;
 use ecss_can::types::{CobId, Frame};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::Priority;

@@ -28,7 +28,7 @@ mod firmware {
     use boards_stm32f4::{Board, Pulse, Uptime};
     use ecss_can::link::bit_timing::BitTiming;
     use ecss_can::profile::Profile;
-    use ecss_can::time::Clock;
+    use ecss_can::runner::Clock;
     use ecss_can::types::{Duration, FineInstant};
     use embassy_executor::Spawner;
 

@@ -1,6 +1,6 @@
 //! The numbers of the two profiles.
 
-use ecss_can::redundancy::BusAccess;
+use ecss_can::link::access::BusAccess;
 use mission::{COMMAND_PERIOD, LIBRECUBE, STANDARD, TELEMETRY_PERIOD};
 
 use crate::{node, span};

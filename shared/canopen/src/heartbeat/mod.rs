@@ -37,6 +37,7 @@ mod node_control;
 mod objects;
 mod producer;
 mod staggered;
+mod times;
 
 pub use consumer::{Consumer, ConsumerTimes};
 pub use entry::{check_entry, monitored};
@@ -45,6 +46,7 @@ pub use node_control::NodeControl;
 pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};
 pub use producer::Producer;
 pub use staggered::Staggered;
+pub use times::HeartbeatTimes;
 
 use crate::types::{CobId, Frame, NmtState, NodeId};
 

@@ -2,15 +2,13 @@
 
 use super::slave_core::SlaveCore;
 use super::turn;
-use super::{
-    CanopenOnly, Counters, Device, DeviceNode, Event, Filters, FullDepth, HeartbeatTimes, LinkEvent, Node,
-    NodeObjects, Settings,
-};
+use super::{Counters, Device, DeviceNode, Event, Filters, FullDepth, LinkEvent, Node, Settings};
 use crate::emcy::ErrorCode;
-use crate::heartbeat::is_heartbeat;
+use crate::heartbeat::{HeartbeatTimes, is_heartbeat};
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::NmtMessage;
+use crate::node::services::{CanopenOnly, NodeObjects};
 use crate::types::{AbortCode, Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 type Turn<'a> = turn::Turn<'a, Event>;

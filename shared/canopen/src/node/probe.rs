@@ -1,8 +1,9 @@
 //! A small device for tests inside the nodes, and an extension that guards its COB-IDs.
 
-use super::{Device, Event, Extension};
+use super::{Device, Event};
 use crate::heartbeat::HeartbeatConsumers;
 use crate::node::extend::NoStore;
+use crate::node::services::Extension;
 use crate::od::{NO_REMOTE, Objects};
 use crate::pdo::{Mapping, PdoObjects, PdoSet};
 use crate::types::NodeId;

@@ -1,6 +1,6 @@
 //! Numbers of a node that no object has.
 
-use super::HeartbeatTimes;
+use crate::heartbeat::HeartbeatTimes;
 use crate::link::access::BusAccess;
 use crate::link::bus_off::BusOffPolicy;
 use crate::types::Duration;

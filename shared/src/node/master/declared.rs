@@ -5,7 +5,7 @@ use easy_ext::ext;
 use crate::emcy::{ActiveErrors, EmcyConsumers};
 use crate::nmt::NmtStartup;
 use crate::node::services::Services;
-use crate::node::{Communication, Device, DeviceObjects, NetworkObjects, SpacecraftDevice};
+use crate::node::{Communication, Device, DeviceObjects, DeviceTime, NetworkObjects, SpacecraftDevice};
 use crate::od::Objects;
 use crate::pdo::PdoSet;
 use crate::sdo::{SdoServerObjects, SdoServers};
@@ -69,7 +69,7 @@ impl<D: SpacecraftDevice> Device for MasterObjects<D> {
 }
 
 #[diagnostic::do_not_recommend]
-impl<D: SpacecraftDevice> SpacecraftDevice for MasterObjects<D> {
+impl<D: SpacecraftDevice> DeviceTime for MasterObjects<D> {
     const FINE_BITS: u32 = D::FINE_BITS;
     const UTC: Option<UtcRelation> = D::UTC;
     const SUBMILLISECONDS: bool = D::SUBMILLISECONDS;

@@ -25,6 +25,7 @@ use self::identify::Identification;
 use self::objects::Initial;
 use self::transfers::Transfers;
 use super::services::{Services, State};
+use super::settings;
 use super::stored::Stored;
 use super::{MasterEvent, MasterRequest, SpacecraftDevice, Status};
 use crate::boot::Boot;
@@ -127,7 +128,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                 NodeId::MASTER,
                 || initial.objects(profile, device),
                 Stored::new(store),
-                &profile.settings(NodeId::MASTER),
+                &settings::of_profile(profile, NodeId::MASTER),
                 || State::new(profile),
             ),
             initial,

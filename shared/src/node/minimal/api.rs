@@ -1,10 +1,12 @@
 //! Events and methods between a minimal slave and its device.
 
 use super::pdos::{MinimalPdos, Payload};
+use crate::link::access::BusAccess;
+use crate::link::bus_off::BusOffPolicy;
 use crate::link::port::Health;
 use crate::profile::Profile;
 use crate::redundancy::BusCause;
-use crate::redundancy::{BusAccess, BusOffPolicy, Parameters};
+use crate::redundancy::Parameters;
 use crate::types::{Bus, Duration, Instant, NodeId};
 
 /// Device of a minimal slave: its PDOs and its reactions.

@@ -4,81 +4,15 @@ use async_canopen::node::extend;
 use easy_ext::ext;
 
 use super::Services;
-use super::time::{self, MappedTime, TimeServices, is_local_time};
+use super::mapped::{self, MappedTime, is_local_time};
+use super::time::TimeServices;
+use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT, HEARTBEAT_SENT};
 use crate::node::{NodeObjects, SpacecraftDevice};
 use crate::od::INVALID;
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
-use crate::profile::Profile;
-use crate::sdo::SdoServers;
-use crate::time::{ClientSamples, TimeService};
-use crate::types::{CobId, FineInstant, Frame, Instant, NodeId};
-
-/// State of a node of a spacecraft beside its objects.
-#[derive(Debug)]
-pub struct State<P: PdoSlots, S: SdoServers> {
-    /// Clock and time service.
-    pub time: TimeService,
-    /// Samples of the time for a second client.
-    other_client: S::Second<OtherClient>,
-    /// The time that each receive PDO carries (2010h, 2012h).
-    pub(super) mapped_time: P::Receive<MappedTime>,
-    /// `true`: one of them carries the time of the last SYNC.
-    pub(super) is_time_by_sync: bool,
-    /// Transmit PDOs that carry the local time (2011h, 2013h).
-    pub(super) carries_time: P::Transmit<bool>,
-    /// `true`: a transmit PDO carries a live value: the local time, 2015h, 2020h, 2021h.
-    pub(super) carries_live_value: bool,
-    /// `true`: a transmit PDO carries 2015h, which takes a thousand instructions.
-    carries_quality: bool,
-    /// `true`: the time of SYNCs is needed, for a live value or for a time that a PDO brings.
-    notes_syncs: bool,
-    /// The last reset is reported when the boot-up message was sent.
-    pub(super) is_reset_due: bool,
-}
-
-/// Samples of the time for a client that is not the last one to read it: that of another SDO server.
-#[derive(Debug, Default)]
-pub struct OtherClient {
-    samples: ClientSamples,
-    /// Number of the server whose client read the time last.
-    reader: usize,
-}
-
-impl<P: PdoSlots, S: SdoServers> State<P, S> {
-    /// Makes the state at power-on. The clock is not set.
-    pub fn new(profile: &Profile) -> Self {
-        State {
-            time: TimeService::new(&profile.clocks, profile.network.longest_delay()),
-            other_client: S::second(OtherClient::default),
-            mapped_time: P::receive(MappedTime::None),
-            is_time_by_sync: false,
-            carries_time: P::transmit(false),
-            carries_live_value: false,
-            carries_quality: false,
-            notes_syncs: false,
-            is_reset_due: false,
-        }
-    }
-
-    /// Returns the time that the receive PDO with this number carries.
-    #[inline]
-    pub fn mapped_time(&self, number: usize) -> MappedTime {
-        self.mapped_time.as_ref().get(number).copied().unwrap_or_default()
-    }
-
-    /// Returns whether the time of SYNCs is needed.
-    pub const fn notes_syncs(&self) -> bool {
-        self.notes_syncs
-    }
-
-    /// Returns whether the transmit PDO with this number carries the local time.
-    #[inline]
-    pub fn carries_time(&self, number: usize) -> bool {
-        self.carries_time.as_ref().get(number).is_some_and(|carries| *carries)
-    }
-}
+use crate::types::{Bus, FineInstant, Frame, Instant, NodeId};
 
 /// Returns whether an object is sampled when it is read: local time, quality of the clock, health of the buses.
 pub fn is_live(index: u16) -> bool {
@@ -108,7 +42,7 @@ impl<D: SpacecraftDevice> Services<D> {
                 && is_synchronous(pdo.transmission);
         }
         for (carries_time, mapping) in state.carries_time.as_mut().iter_mut().zip(pdos.tpdos().1) {
-            *carries_time = time::carries_time(mapping);
+            *carries_time = mapped::carries_time(mapping);
         }
         let mut carried = pdos.tpdos().1.iter();
         state.carries_live_value = carried.clone().any(|mapping| has(mapping, is_live));
@@ -141,15 +75,13 @@ impl<D: SpacecraftDevice> Services<D> {
         }
     }
 
-    /// Gives the time service the samples of the client that sends requests with this COB-ID: parts that a client reads one by
-    /// one belong to one sample, whatever the other client reads between them.
-    #[inline]
-    pub fn choose_client(&mut self, request: CobId) {
-        let nth = self.server_of(request);
-        let State { other_client, time, .. } = &mut self.state;
-        if let Some(other) = other_client.as_mut().first_mut().filter(|other| other.reader != nth) {
-            core::mem::swap(&mut other.samples, time.samples_mut());
-            other.reader = nth;
+    /// Takes a SYNC on the active bus: its PDOs are sampled at its end (ECSS 7.2.3k).
+    pub fn note_sync(&mut self, bus: Bus, stamp: &Stamp) {
+        self.state.time.on_sync(bus, stamp);
+        if self.state.carries_live_value
+            && let Some(at) = self.last_sync()
+        {
+            self.refresh(at);
         }
     }
 

@@ -3,7 +3,8 @@
 use easy_ext::ext;
 
 use super::Services;
-use super::live::LiveServices;
+use super::mapped::{MappedTime, is_local_time};
+use super::state::State;
 use crate::boot::TimePdo;
 use crate::emcy::ErrorCode;
 use crate::link::Stamp;
@@ -14,20 +15,10 @@ use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
-use crate::types::{AbortCode, Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
+use crate::types::{
+    AbortCode, Address, Bus, CobId, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc,
+};
 use async_canopen::node::extend::NodeEvent;
-
-/// Kind of time that a receive PDO carries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MappedTime {
-    /// No time at all.
-    #[default]
-    None,
-    /// SCET by object 2010h.
-    Scet,
-    /// UTC by object 2012h.
-    Utc,
-}
 
 /// Binary places of a second that hold a microsecond, and a millisecond.
 const BITS_OF_MICROS: u32 = 20;
@@ -59,17 +50,6 @@ const UPLOAD: u8 = 0x40;
 /// Initiate block upload.
 const BLOCK_UPLOAD: u8 = 0xA0;
 
-impl MappedTime {
-    pub fn of(mapping: &impl Mapping) -> MappedTime {
-        let indices = mapping.objects().iter().map(|object| (object >> 16) as u16);
-        indices.fold(MappedTime::None, |kind, index| match index {
-            SCET_SET => MappedTime::Scet,
-            UTC_SET => MappedTime::Utc,
-            _ => kind,
-        })
-    }
-}
-
 /// Checks a `value` that a client writes: submilliseconds of a device that has them (7.1.3g) are below 1000.
 ///
 /// # Errors
@@ -78,16 +58,6 @@ pub fn check_submilliseconds<D: SpacecraftDevice>(at: Address, value: u32) -> Re
     let has_limit = const { D::UTC.is_some() && D::SUBMILLISECONDS };
     let is_too_high = has_limit && at == SUBMILLISECONDS && value >= 1_000;
     if is_too_high { Err(AbortCode::ValueTooHigh) } else { Ok(()) }
-}
-
-/// Returns whether a mapping has the local time.
-pub fn carries_time(mapping: &impl Mapping) -> bool {
-    mapping.objects().iter().any(|object| is_local_time((object >> 16) as u16))
-}
-
-/// Returns whether the object with this index is the local time.
-pub fn is_local_time(index: u16) -> bool {
-    matches!(index, SCET_GET | UTC_GET)
 }
 
 #[ext(TimeServices)]
@@ -165,13 +135,15 @@ impl<D: SpacecraftDevice> Services<D> {
         clock.quality = self.state.time.quality(&clock.correction, now);
     }
 
-    /// Takes a SYNC on the active bus: its PDOs are sampled at its end (ECSS 7.2.3k).
-    pub fn note_sync(&mut self, bus: Bus, stamp: &Stamp) {
-        self.state.time.on_sync(bus, stamp);
-        if self.state.carries_live_value
-            && let Some(at) = self.last_sync()
-        {
-            self.refresh(at);
+    /// Gives the time service the samples of the client that sends requests with this COB-ID: parts that a client reads one by
+    /// one belong to one sample, whatever the other client reads between them.
+    #[inline]
+    pub fn choose_client(&mut self, request: CobId) {
+        let nth = self.server_of(request);
+        let State { other_client, time, .. } = &mut self.state;
+        if let Some(other) = other_client.as_mut().first_mut().filter(|other| other.reader != nth) {
+            core::mem::swap(&mut other.samples, time.samples_mut());
+            other.reader = nth;
         }
     }
 

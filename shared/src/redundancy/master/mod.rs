@@ -5,7 +5,8 @@
 //!
 //! ```
 //! use ecss_can::profile::Profile;
-//! use ecss_can::redundancy::{BusAccess, MasterAction, MasterRedundancy, MasterSetup, OneBoard};
+//! use ecss_can::link::access::BusAccess;
+//! use ecss_can::redundancy::{MasterAction, MasterRedundancy, MasterSetup, OneBoard};
 //! use ecss_can::types::{Bus, Duration, Instant};
 //!
 //! let setup = MasterSetup {
@@ -45,8 +46,9 @@ pub use reception::MasterVerdict;
 
 use self::held::Held;
 use super::peers::PLACES;
-use super::{Action, BusAccess, Claim, Manager, Parameters, PeerHeartbeat, Peers, Rivals};
+use super::{Action, Claim, Manager, Parameters, PeerHeartbeat, Peers, Rivals};
 use crate::heartbeat;
+use crate::link::access::BusAccess;
 use crate::link::port::Health;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, NmtSlave, Reaction, Target};

@@ -23,7 +23,8 @@ mod selection;
 #[cfg(test)]
 mod tests;
 
-use super::{BusAccess, Parameters, Selector};
+use super::{Parameters, Selector};
+use crate::link::access::BusAccess;
 use crate::nmt::{ClashWatch, ResetGuard};
 use crate::types::{Bus, Canonical, Duration, Instant, PerBus, earliest};
 pub use action::{BusCause, SlaveAction, SlaveActions, SlaveStep, SlaveVerdict};

@@ -8,8 +8,9 @@ use super::action::MOST;
 use super::{BusCause, Retained, SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict as Verdict};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, NodeControl};
+use crate::link::access::BusAccess;
 use crate::nmt::{Command, NmtMessage, Reaction, Target};
-use crate::redundancy::{BusAccess, Parameters};
+use crate::redundancy::Parameters;
 use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
 const ID: NodeId = NodeId::of::<5>();

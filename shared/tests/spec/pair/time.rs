@@ -1,7 +1,7 @@
 //! The spacecraft time of two master boards.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, Master, MasterEvent, MasterRequest, Node, SpacecraftDevice};
+use ecss_can::node::{Device, DeviceTime, Master, MasterEvent, MasterRequest, Node};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
 use ecss_can::redundancy::Strap;
@@ -78,7 +78,7 @@ impl Device for Calendar {
     }
 }
 
-impl SpacecraftDevice for Calendar {
+impl DeviceTime for Calendar {
     const UTC: Option<UtcRelation> =
         Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
 

@@ -1,7 +1,7 @@
 //! Slaves that consume the time: one that keeps 8 bits of fine time, one that keeps UTC, and one that produces it.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, Slave, SpacecraftDevice};
+use ecss_can::node::{Device, DeviceTime, Slave, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -52,7 +52,7 @@ impl Device for Coarse {
     const PDOS: PdoSet = PdoSet::new(&[SCET], &[LOCAL_SCET]);
 }
 
-impl SpacecraftDevice for Coarse {
+impl DeviceTime for Coarse {
     const FINE_BITS: u32 = 8;
 }
 
@@ -103,7 +103,7 @@ impl<const MICROS: bool> Device for Universal<MICROS> {
     );
 }
 
-impl<const MICROS: bool> SpacecraftDevice for Universal<MICROS> {
+impl<const MICROS: bool> DeviceTime for Universal<MICROS> {
     const UTC: Option<UtcRelation> =
         Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
     const SUBMILLISECONDS: bool = MICROS;

@@ -2,7 +2,7 @@
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
-use ecss_can::node::{Device, LinkEvent, Master, SpacecraftDevice};
+use ecss_can::node::{Device, DeviceTime, LinkEvent, Master, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
@@ -45,7 +45,7 @@ impl Device for Vacant {
     const PDOS: PdoSet = PdoSet::NONE;
 }
 
-impl SpacecraftDevice for Vacant {
+impl DeviceTime for Vacant {
     const UTC: Option<UtcRelation> =
         Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
 
@@ -393,7 +393,7 @@ impl Device for Almost {
     const PDOS: PdoSet = Keeper::PDOS;
 }
 
-impl SpacecraftDevice for Almost {
+impl DeviceTime for Almost {
     const FINE_BITS: u32 = 22;
 }
 

@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{Device, LinkEvent, Master, MasterRequest, SpacecraftDevice};
+use ecss_can::node::{Device, DeviceTime, LinkEvent, Master, MasterRequest, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -56,7 +56,7 @@ impl Device for Modest {
     );
 }
 
-impl SpacecraftDevice for Modest {
+impl DeviceTime for Modest {
     const FINE_BITS: u32 = 8;
     const UTC: Option<UtcRelation> = Some(RELATION);
     const SUBMILLISECONDS: bool = false;
@@ -94,7 +94,7 @@ impl<const TYPE: u8, const UTC: bool> Device for Teller<TYPE, UTC> {
     const PDOS: PdoSet = PdoSet::new(&[], &[Self::TIME]);
 }
 
-impl<const TYPE: u8, const UTC: bool> SpacecraftDevice for Teller<TYPE, UTC> {
+impl<const TYPE: u8, const UTC: bool> DeviceTime for Teller<TYPE, UTC> {
     const UTC: Option<UtcRelation> = Some(RELATION);
 
     fn utc(&mut self) -> Option<&mut LocalUtc> {

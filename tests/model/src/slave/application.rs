@@ -1,6 +1,6 @@
 //! The application of a slave of the model: it chooses a bus, saves its parameters, and sends too many frames.
 
-use ecss_can::redundancy::BusAccess;
+use ecss_can::link::access::BusAccess;
 use ecss_can::types::{Bus, Instant};
 
 use super::Slave;

@@ -9,18 +9,18 @@ use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetK
 /// Each room with the rooms below it. The longest folder that fits is the room of a package.
 const ROOMS: [(&str, &[&str]); 10] = [
     ("shared/derive", &[]),
-    // CANopen without ECSS. Packages above `shared` name `ecss-can` alone, which exports it.
+    // CANopen without ECSS. Packages above `shared` that have nothing to do with ECSS name it alone.
     ("shared/canopen", &["shared/derive"]),
     ("shared", &["shared/canopen"]),
-    ("boards", &["shared"]),
-    ("firmware", &["boards", "shared"]),
+    ("boards", &["shared", "shared/canopen"]),
+    ("firmware", &["boards", "shared", "shared/canopen"]),
     // The emulated board reads an ELF file and a description of a board, no package.
     ("twin", &["shared"]),
     // Images on boards.
     ("twin/foreign", &["boards", "shared"]),
     ("tools", &["twin", "firmware", "boards", "shared"]),
     ("xtask", &["tools", "twin", "firmware", "boards", "shared"]),
-    ("tests", &["xtask", "tools", "twin/foreign", "twin", "firmware", "boards", "shared"]),
+    ("tests", &["xtask", "tools", "twin/foreign", "twin", "firmware", "boards", "shared", "shared/canopen"]),
 ];
 
 /// Rooms of images. Only a package with an image may depend on a board.
@@ -134,7 +134,7 @@ fn a_dependency_on_a_higher_room_is_found() {
     let pairs = [
         ("shared/canopen", "shared/eds"),
         ("shared/derive", "shared/canopen"),
-        ("firmware/slave", "shared/canopen"),
+        ("twin/board", "shared/canopen"),
         ("shared/eds", "boards/stm32f4"),
         ("shared/eds", "twin/wire"),
         ("boards/stm32f4", "firmware/mission"),

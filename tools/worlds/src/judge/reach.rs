@@ -62,7 +62,7 @@ impl View<'_> {
 
 #[cfg(test)]
 mod tests {
-    use ecss_can::redundancy::BusAccess;
+    use ecss_can::link::access::BusAccess;
     use ecss_can::types::PerBus;
 
     use super::*;

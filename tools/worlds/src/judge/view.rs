@@ -1,6 +1,7 @@
 //! A network at one instant.
 
-use ecss_can::redundancy::{BusAccess, Parameters};
+use ecss_can::link::access::BusAccess;
+use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, NmtState, PerBus};
 
 /// Most masters of a view.

@@ -5,9 +5,11 @@ use super::sharing::{self, Shared};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO, STORE};
+use crate::node::services::extension::Extension;
+use crate::node::services::objects::NodeObjects;
 use crate::node::storage::{SaveEnd, Storage};
 use crate::node::turn::{Timed, Wakes};
-use crate::node::{Communication, Device, Extension, NodeObjects};
+use crate::node::{Communication, Device};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
 use crate::pdo::{Rpdos, Tpdos};
@@ -198,7 +200,7 @@ impl<D: Device, E: Extension<D>> ObjectAccess for Dictionary<D, E> {
 
     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
         if E::takes(at.index) {
-            E::take(self, at, value)?;
+            self.objects.extension.take(&mut self.stored, at, value)?;
             self.written = Some(at);
             return Ok(());
         }

@@ -2,13 +2,15 @@
 
 use super::{Dictionary, FIRST_REPORTED, Services};
 use crate::emcy::ErrorCode;
+use crate::node::Device;
 use crate::node::events::NodeEvent;
 use crate::node::index::{
     CONFIGURATION, CYCLE_PERIOD, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RESTORE, RPDO, STORE,
 };
+use crate::node::services::extension::Extension;
+use crate::node::services::objects::NodeObjects;
 use crate::node::storage::Storage;
 use crate::node::turn::Turn;
-use crate::node::{Device, Extension, NodeObjects};
 use crate::od::{ObjectAccess, Transfer};
 use crate::store::{Group, Loaded};
 use crate::types::{AbortCode, Address, Instant, NodeId, Sealed};

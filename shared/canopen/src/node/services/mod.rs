@@ -4,8 +4,10 @@
 //! the frames that it returns.
 
 mod dictionary;
+mod extension;
 mod follow;
 mod guarded;
+mod objects;
 mod pdos;
 mod process_data;
 mod rules;
@@ -18,7 +20,7 @@ use self::second_sdo::SecondServer;
 use super::buses::Buses;
 use super::counters::BusCounters;
 use super::turn::{Timed, Wakes};
-use super::{Device, Extension, NodeObjects, Settings};
+use super::{Device, Settings};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{ConsumerSlots, Monitor, monitored};
 use crate::link::Stamp;
@@ -31,6 +33,8 @@ use crate::sdo::{SdoServers, Server};
 use crate::sync;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
 pub use dictionary::Dictionary;
+pub use extension::{CanopenOnly, Extension};
+pub use objects::{NodeObjects, assert_device, assert_objects};
 pub use sdo::SdoStep;
 
 /// Frames, sent and received on a bus, within which a node may have been the first one there.

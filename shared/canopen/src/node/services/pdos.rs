@@ -3,9 +3,11 @@
 use super::{Dictionary, Services, rules};
 use crate::emcy;
 use crate::emcy::ErrorCode;
+use crate::node::Device;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
+use crate::node::services::extension::Extension;
+use crate::node::services::objects::NodeObjects;
 use crate::node::turn::Wakes;
-use crate::node::{Device, Extension, NodeObjects};
 use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::{Direction, Mapping, PdoParameters, PdoSlots, RpdoEvent, rules as pdo};
 use crate::types::{AbortCode, Address, CobId, Frame, Instant, NmtState};

@@ -3,9 +3,10 @@
 
 use super::{Dictionary, Services};
 use crate::link::Stamp;
+use crate::node::Device;
 use crate::node::events::NodeEvent;
+use crate::node::services::extension::Extension;
 use crate::node::turn::Turn;
-use crate::node::{Device, Extension};
 use crate::pdo::Taken;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
 

@@ -2,7 +2,9 @@
 //! objects. The rules that concern several services are here.
 
 use crate::heartbeat::{ConsumerSlots, check_entry, monitored};
-use crate::node::{Communication, Device, Extension, NodeObjects, index};
+use crate::node::services::extension::Extension;
+use crate::node::services::objects::NodeObjects;
+use crate::node::{Communication, Device, index};
 use crate::od::{CobIdEntry, EntryUse, INVALID};
 use crate::pdo::{Direction, PdoSlots};
 use crate::sdo::SdoServers;

@@ -2,8 +2,9 @@
 
 use super::Services;
 use super::second_sdo::{DEFAULT, select};
+use crate::node::Device;
+use crate::node::services::extension::Extension;
 use crate::node::storage::{SaveEnd, Storage};
-use crate::node::{Device, Extension};
 use crate::sdo::abort;
 use crate::types::{Address, CobId, Frame, Instant, earliest};
 
@@ -31,7 +32,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         CobId::sdo_request(self.id)
     }
 
-    /// Takes a segment of a block download like nearly all, as [`Server::is_plain_segment`]. Returns whether the frame
+    /// Takes a segment of a block download like nearly all, as [`Server::is_plain_segment`](crate::sdo::Server::is_plain_segment). Returns whether the frame
     /// was one.
     #[inline] // row `instructions.block_download_segment`
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {

@@ -2,11 +2,12 @@
 
 use super::{FILTERS_OF_PEERS, SYNC_FILTER, SlaveCore};
 use crate::link::Stamp;
+use crate::node::Device;
 use crate::node::events::SlaveEvents;
 use crate::node::index::{CONSUMER_HEARTBEAT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, RPDO, SYNC_COB_ID};
+use crate::node::services::Extension;
 use crate::node::services::SdoStep;
 use crate::node::turn::Turn;
-use crate::node::{Device, Extension};
 use crate::sdo::SdoServers;
 use crate::types::{Address, Bus, Frame};
 

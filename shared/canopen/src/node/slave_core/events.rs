@@ -5,9 +5,10 @@ use crate::emcy::ErrorCode;
 use crate::link::port::Health;
 use crate::node::buses::BusNews;
 use crate::node::events::SlaveEvents;
+use crate::node::services::Extension;
 use crate::node::services::Services;
 use crate::node::turn::Turn;
-use crate::node::{Device, Extension, FailCause, LinkEvent};
+use crate::node::{Device, FailCause, LinkEvent};
 use crate::types::{Bus, CobId, Duration, Frame, Instant};
 
 /// From an overrun to the next frames of all states. A receiver that is too slow has many overruns: they are sent once for all.

@@ -2,8 +2,9 @@
 
 use super::SlaveCore;
 use crate::link::port::Filter;
+use crate::node::services::Extension;
 use crate::node::turn::{Part, Turn};
-use crate::node::{BusCommand, Device, Extension, Filters, MAX_FILTERS};
+use crate::node::{BusCommand, Device, Filters, MAX_FILTERS};
 use crate::pdo::PdoSlots;
 use crate::sdo::SdoServers;
 use crate::types::{Bus, CobId, Duration, Instant, NodeId};

@@ -7,9 +7,10 @@ use std::vec::Vec;
 use super::SECOND;
 use crate::node::extend::NoStore;
 use crate::node::probe::{Guard, TwoServers};
+use crate::node::services::objects::NodeObjects;
 use crate::node::services::{SdoStep, Services};
 use crate::node::turn::Turn;
-use crate::node::{Event, NodeObjects, Outbox, Settings};
+use crate::node::{Event, Outbox, Settings};
 use crate::sdo::TwoSdoServers;
 use crate::types::{Address, CobId, Frame, Instant, NodeId, Sealed};
 

@@ -3,13 +3,13 @@
 
 use core::fmt::Debug;
 
-use super::events::{NodeEvent, SlaveEvents};
-use super::services::{Dictionary, Services};
-use super::storage::{NoStore, Storage};
-use super::turn::Turn;
-use super::{Counters, Device, Event};
+use super::Services;
 use crate::link::Stamp;
 use crate::link::port::Health;
+use crate::node::events::{NodeEvent, SlaveEvents};
+use crate::node::storage::{NoStore, Storage};
+use crate::node::turn::Turn;
+use crate::node::{Counters, Device, Event};
 use crate::od::Objects;
 use crate::pdo::Mapping;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NodeId, PerBus};
@@ -36,7 +36,7 @@ pub trait Extension<D: Device>: Objects + Debug + Default {
     const IS_GUARDED: bool = false;
 
     /// Index above which no object has a rule: the last one of the communication profile, or a later one of the extension.
-    const LAST_RULED: u16 = super::extend::index::LAST_COMMUNICATION;
+    const LAST_RULED: u16 = crate::node::index::LAST_COMMUNICATION;
 
     /// Lifetime of a transmit PDO for which [`Extension::is_short_lived`] holds.
     const SHORT_LIFETIME: Duration = Duration::ZERO;
@@ -112,7 +112,7 @@ pub trait Extension<D: Device>: Objects + Debug + Default {
     ///
     /// # Errors
     /// The abort code to answer.
-    fn take(_dictionary: &mut Dictionary<D, Self>, _at: Address, _value: &[u8]) -> Result<(), AbortCode> {
+    fn take(&mut self, _stored: &mut Self::Storage, _at: Address, _value: &[u8]) -> Result<(), AbortCode> {
         Ok(())
     }
 

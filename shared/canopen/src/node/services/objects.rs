@@ -1,7 +1,8 @@
 //! The object dictionary of a node.
 
-use super::{CanopenOnly, Communication, Device, Extension};
-use crate::heartbeat::ConsumerSlots;
+use crate::heartbeat::{ConsumerSlots, HeartbeatTimes};
+use crate::node::services::extension::{CanopenOnly, Extension};
+use crate::node::{Communication, Device};
 use crate::od::Objects;
 use crate::sdo::SdoServers;
 use crate::types::{Duration, NodeId};
@@ -66,15 +67,6 @@ impl<D: Device, E: Extension<D>> NodeObjects<D, E> {
         }
         self.communication.heartbeat.time = millis(heartbeats.producer);
     }
-}
-
-/// Times of heartbeats, as 1016h and 1017h have them: at most 65,535 ms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HeartbeatTimes {
-    /// Consumer heartbeat time for the master. Zero: no monitoring.
-    pub consumer: Duration,
-    /// Producer heartbeat time. Zero: no heartbeat.
-    pub producer: Duration,
 }
 
 /// Stops the build if a node cannot have the PDOs of this device, or if the device uses indices of the node.

@@ -1,0 +1,12 @@
+//! Times of heartbeats.
+
+use crate::types::Duration;
+
+/// Times of heartbeats, as 1016h and 1017h have them: at most 65,535 ms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HeartbeatTimes {
+    /// Consumer heartbeat time for the master. Zero: no monitoring.
+    pub consumer: Duration,
+    /// Producer heartbeat time. Zero: no heartbeat.
+    pub producer: Duration,
+}
