@@ -26,12 +26,14 @@
 //! | [`bit_timing`] | bit timing by ECSS 5.4.3, computed by constants |
 //! | [`budget`] | limit of the frames that a node may send (ECSS 5.3.3.1b) |
 //! | [`one_controller`] | one controller behind a transceiver switch (ECSS A.4.1) |
+//! | [`adapter`] | a port over a driver of another project |
 //!
 //! # Another chip
 //!
 //! 1. Describe the timing registers as [`Limits`](bit_timing::Limits), and compute a
 //!    [`BitTiming`](bit_timing::BitTiming).
 //! 2. Implement [`CanPort`](port::CanPort) for each controller. A port starts off the bus.
+//!    If there is a driver already, an [`Adapter`](adapter::Adapter) makes a port of it, with limits.
 //! 3. For stamps in hardware, let a DMA write the captured edges of CAN_RX into an [`EdgeRing`]. Otherwise use the
 //!    stamp of the interrupt.
 //!
@@ -41,6 +43,7 @@
 //! - At most [`LATE_RESULTS`](port::LATE_RESULTS) results of transmissions may follow a frame that was received
 //!   later.
 
+pub mod adapter;
 pub mod bit_timing;
 pub mod budget;
 pub mod depth;
