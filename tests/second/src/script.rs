@@ -56,6 +56,16 @@ pub fn run_with_thermometer() -> anyhow::Result<String> {
     )
 }
 
+/// Runs `embassy.py` with the example slave on embassy's CAN driver as node 3.
+///
+/// # Errors
+/// As [`run`], and when the image cannot be built.
+pub fn run_with_embassy() -> anyhow::Result<String> {
+    let built = Package::of_workspace("embassy-slave").build("pyboard-v11")?;
+    let slave = format!("--slave=3={}", built.first().context("a package with a program")?.display());
+    run("embassy.py", &["--slaves", "0", "--no-master", &slave])
+}
+
 /// As [`run`], with the images of master and slaves 2 and 3 for 125 kbit/s, profile `standard`. The script finds the bit rate in
 /// `BIT_RATE`.
 ///

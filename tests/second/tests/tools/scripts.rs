@@ -114,6 +114,12 @@ fn a_thermometer_is_known_by_its_own_data_sheet() {
     script::run_with_thermometer().unwrap_or_else(|failure| panic!("{failure:#}"));
 }
 
+/// The example slave on the CAN driver of embassy-stm32.
+#[test]
+fn a_slave_on_embassys_driver_obeys_the_canopen_package() {
+    script::run_with_embassy().unwrap_or_else(|failure| panic!("{failure:#}"));
+}
+
 /// 1010h and 1011h.
 #[test]
 fn parameters_are_stored_and_restored() {

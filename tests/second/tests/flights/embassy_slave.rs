@@ -1,0 +1,128 @@
+//! A CANopen slave on the CAN driver of embassy-stm32: `firmware/examples/embassy-slave`. A guest is its master.
+
+use can_wire::fault::Fault;
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::time::Time;
+use firmware_images::Package;
+use twin::guest::{GuestEvent, Presence};
+use twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig};
+
+use flight::{PYBOARD_V11, bare, parsed};
+
+const HEARTBEAT: u16 = 0x703;
+/// Of the default profile.
+const PERIOD_MS: u64 = 100;
+const OPERATIONAL: u8 = 5;
+
+struct Bench {
+    twin: Spacecraft,
+    guest: GuestId,
+}
+
+impl Bench {
+    /// The slave was started by its master, and is Operational.
+    fn operational() -> Bench {
+        let built = Package::of_workspace("embassy-slave").build(PYBOARD_V11).unwrap();
+        let mut twin = Spacecraft::new(SpacecraftConfig::default());
+        twin.add_board(bare(PYBOARD_V11, parsed(&built[0])));
+        let guest = twin.add_guest(Bus::Nominal, 10.0);
+        let mut bench = Bench { twin, guest };
+        bench.send(100, 0x000, &[1, 3]);
+        bench.run_to(200);
+        bench
+    }
+
+    fn send(&mut self, ms: u64, id: u16, data: &[u8]) {
+        self.twin.inject(self.guest, Time::from_ms(ms), WireFrame::standard(id, data));
+    }
+
+    fn run_to(&mut self, ms: u64) {
+        self.twin.run_until(Time::from_ms(ms)).unwrap();
+        assert!(self.twin.boards().all(|(_, board)| board.counters().panics == 0));
+    }
+
+    /// Frames of the slave since the last call, each with its end in milliseconds.
+    fn heard(&mut self) -> Vec<(u64, u16, Vec<u8>)> {
+        let of_slave = |(at, event): (Time, GuestEvent)| match event {
+            GuestEvent::Received(frame) => {
+                let WireId::Standard(id) = frame.id else { panic!("{frame:?}") };
+                Some((at.as_us() / 1_000, id, frame.payload().to_vec()))
+            }
+            GuestEvent::Sent(_) => None,
+        };
+        self.twin.take_heard(self.guest).into_iter().filter_map(of_slave).collect()
+    }
+
+    /// Ends of its heartbeats since the last call, in milliseconds. All have this state, and it has sent nothing else.
+    fn heartbeats(&mut self, state: u8) -> Vec<u64> {
+        let heard = self.heard().into_iter();
+        heard
+            .inspect(|(_, id, data)| assert_eq!((*id, &data[..]), (HEARTBEAT, &[state][..])))
+            .map(|(at, ..)| at)
+            .collect()
+    }
+}
+
+/// Given embassy's driver of bxCAN, then the slave boots, obeys NMT, serves SDO, and takes and sends PDOs.
+#[test]
+fn slave_on_embassys_driver_serves_its_master() {
+    let mut bench = Bench::operational();
+    let boot = bench.heard();
+    assert_eq!(boot.first().map(|(_, id, data)| (*id, &data[..])), Some((HEARTBEAT, &[0][..])), "{boot:?}");
+    bench.send(210, 0x603, &[0x2F, 0x00, 0x60, 0, 30, 0, 0, 0]);
+    bench.send(220, 0x603, &[0x2F, 0x00, 0x60, 0, 101, 0, 0, 0]);
+    bench.send(230, 0x203, &[50]);
+    bench.run_to(240);
+    let answers: Vec<_> = bench.heard().into_iter().filter(|(_, id, _)| *id != HEARTBEAT).collect();
+    let expected: [(u64, u16, Vec<u8>); 4] = [
+        (210, 0x583, vec![0x60, 0x00, 0x60, 0, 0, 0, 0, 0]),
+        (210, 0x183, 230_u16.to_le_bytes().to_vec()),
+        (220, 0x583, vec![0x80, 0x00, 0x60, 0, 0x31, 0x00, 0x09, 0x06]),
+        (230, 0x183, 250_u16.to_le_bytes().to_vec()),
+    ];
+    assert_eq!(answers, expected);
+    bench.run_to(2_240);
+    assert_eq!(bench.heartbeats(OPERATIONAL).len() as u64, 2_000 / PERIOD_MS);
+}
+
+/// Given a PDO that nobody acknowledges for a second, then the port aborts it when its lifetime ends: it does not leave when the
+/// master is back.
+#[test]
+fn pdo_that_nobody_acknowledges_is_aborted() {
+    let mut bench = Bench::operational();
+    bench.heard();
+    bench.send(201, 0x203, &[50]);
+    // Away as soon as the command has left.
+    for us in 201_000.. {
+        bench.twin.run_until(Time::from_us(us)).unwrap();
+        if bench.twin.take_heard(bench.guest).iter().any(|(_, event)| matches!(event, GuestEvent::Sent(_))) {
+            break;
+        }
+    }
+    bench.twin.set_presence(bench.guest, Presence::Away);
+    bench.run_to(1_150);
+    assert!(bench.twin.wire(Bus::Nominal).error_counters(0).transmit >= 128, "it has tried");
+    bench.twin.set_presence(bench.guest, Presence::Present);
+    bench.run_to(2_150);
+    assert_eq!(bench.heartbeats(OPERATIONAL).len() as u64, 1_000 / PERIOD_MS + 1);
+    bench.send(2_160, 0x603, &[0x40, 0x01, 0x60, 0, 0, 0, 0, 0]);
+    bench.run_to(2_170);
+    let answer = vec![0x4B, 0x01, 0x60, 0, 250, 0, 0, 0];
+    assert!(bench.heard().contains(&(2_160, 0x583, answer)), "it took the command");
+}
+
+/// Given a bus that shows one level whatever is sent, when it heals, then the controller is back by itself (ABOM), and the slave is
+/// Operational.
+#[test]
+fn slave_on_embassys_driver_survives_bus_off() {
+    let mut bench = Bench::operational();
+    let short = Fault::Short { position_m: 5.0, level: true };
+    bench.twin.wire_mut(Bus::Nominal).schedule(Time::from_ms(200), short).unwrap();
+    bench.run_to(900);
+    assert!(bench.twin.wire(Bus::Nominal).error_counters(0).bus_off());
+    bench.heard();
+    bench.twin.wire_mut(Bus::Nominal).schedule(Time::from_ms(900), Fault::ClearShorts).unwrap();
+    bench.run_to(2_000);
+    let ends = bench.heartbeats(OPERATIONAL);
+    assert!(ends.len() >= 4, "{ends:?}");
+}
