@@ -56,13 +56,14 @@ pub fn run_with_thermometer() -> anyhow::Result<String> {
     )
 }
 
-/// Runs `embassy.py` with the example slave on embassy's CAN driver as node 3.
+/// Runs `embassy.py` with one of the example slaves on embassy's CAN driver as node 3: this program.
 ///
 /// # Errors
 /// As [`run`], and when the image cannot be built.
-pub fn run_with_embassy() -> anyhow::Result<String> {
+pub fn run_with_embassy(program: &str) -> anyhow::Result<String> {
     let built = Package::of_workspace("embassy-slave").build("pyboard-v11")?;
-    let slave = format!("--slave=3={}", built.first().context("a package with a program")?.display());
+    let image = built.iter().find(|image| image.ends_with(program));
+    let slave = format!("--slave=3={}", image.context("the package has no such program")?.display());
     run("embassy.py", &["--slaves", "0", "--no-master", &slave])
 }
 
