@@ -87,6 +87,7 @@
 //! # Features
 //!
 //! - `defmt`: every public type implements `defmt::Format`.
+//! - `embedded-can`: [`link::adapter`] makes a port of any driver that implements `embedded_can::nb::Can`.
 //! - `mock`: the module `mock`. It needs an allocator; the rest of the crate has no heap.
 
 #![no_std]

@@ -52,7 +52,7 @@ pub use self::driver::{Accepted, Driver, Mode, Received, Refused};
 #[cfg(feature = "embedded-can")]
 pub use self::nonblocking::{Nonblocking, WakeUp};
 use self::slots::{SLOTS, Slots};
-use crate::link::port::{Busy, CanPort, Filter, Health, LastError, Mailbox, PortEvent};
+use crate::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent};
 use crate::types::Frame;
 
 /// Greatest number of filters that a port may have.
@@ -69,6 +69,8 @@ pub struct Adapter<D> {
     slots: Slots,
     /// As of the last poll: reading it may clear the cause of the last error in the controller.
     health: Health,
+    /// Error state of the last event with one.
+    reported: ErrorState,
     /// Cause of the last error since the last successful transfer.
     last_error: LastError,
     /// Task that polled last.
@@ -84,6 +86,7 @@ impl<D: Driver> Adapter<D> {
             filters: Vec::new(),
             slots: Slots::default(),
             health: Health::default(),
+            reported: ErrorState::default(),
             last_error: LastError::None,
             task: None,
         }
@@ -136,14 +139,14 @@ impl<D: Driver> Adapter<D> {
         Poll::Pending
     }
 
-    /// Reads the health of the driver. Returns it if the error state is another one.
-    fn take_health(&mut self) -> Option<Health> {
+    /// Reads the health of the driver. Returns whether the error state is another one than that reported last.
+    fn look(&mut self) -> bool {
         let mut health = self.driver.health().unwrap_or_default();
         if health.last_error == LastError::None {
             health.last_error = self.last_error;
         }
-        let before = core::mem::replace(&mut self.health, health);
-        (before.state != health.state).then_some(health)
+        self.health = health;
+        health.state != self.reported
     }
 }
 
@@ -216,9 +219,10 @@ impl<D: Driver> CanPort for Adapter<D> {
             return Poll::Ready(end);
         }
         let event = self.poll_receive(context);
-        match self.take_health() {
-            Some(health) if event.is_pending() => Poll::Ready(PortEvent::Health(health)),
-            _ => event,
+        if self.look() && event.is_pending() {
+            self.reported = self.health.state;
+            return Poll::Ready(PortEvent::Health(self.health));
         }
+        event
     }
 }

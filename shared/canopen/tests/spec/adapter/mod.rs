@@ -233,6 +233,16 @@ fn error_state_is_reported_when_it_changes() {
 }
 
 #[test]
+fn error_state_is_reported_after_a_frame_that_came_with_it() {
+    let mut bench = Bench::joined(3, Replaces::Lowest);
+    let off = Health { state: ErrorState::BusOff, ..Health::default() };
+    bench.chip.borrow_mut().health = Some(off);
+    bench.chip.borrow_mut().inbox.push_back(Ok(Own::of(&frame(0x80, &[]))));
+    let events = bench.events();
+    assert!(matches!(events[..], [PortEvent::Received { .. }, PortEvent::Health(health)] if health == off));
+}
+
+#[test]
 fn interrupt_wakes_the_task_that_polled() {
     let mut bench = Bench::joined(3, Replaces::Lowest);
     assert!(bench.poll().is_pending());
