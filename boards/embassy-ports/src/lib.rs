@@ -43,8 +43,13 @@
 //! 6. An abort of bxCAN reads the result after the interrupt handler may have cleared it. `Bxcan` disables interrupts.
 //! 7. `set_automatic_retransmit` of bxCAN does the opposite. `Bxcan` leaves it at its default.
 //!
-//! `Can::new` of bxCAN also enables the time-triggered mode (TTCM), which the errata of the STM32F4 advise against. No
-//! function disables it.
+//! # Limits
+//!
+//! - `join` and `listen` of `Bxcan` wait, without yielding, until the controller was initialised: up to a frame when it
+//!   was on the bus, longer when that is dominant all the time.
+//! - `Fdcan` has not run, neither on a board nor on the emulated one, which has no FDCAN.
+//! - `Can::new` of bxCAN enables the time-triggered mode (TTCM), which the errata of the STM32F4 forbid. No function
+//!   disables it.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! CANopen slaves on the CAN driver of embassy-stm32: `firmware/examples/embassy-slave`. A guest is their master.
+//! Ports and CANopen slaves on the CAN driver of embassy-stm32: `firmware/examples/embassy-slave`. A guest is their master.
 
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
@@ -153,4 +153,43 @@ fn slaves_on_embassys_driver_survive_bus_off() {
         let ends = bench.heartbeats(OPERATIONAL);
         assert!(ends.len() >= 4, "{program}: {ends:?}");
     }
+}
+
+/// Frames of a guest at 5, 15, 25, 35, 45 and 55 ms, and the board that changes the mode of its port every 10 ms; another guest, too,
+/// if `others_acknowledge`. Returns the log of the board, and the milliseconds in which the frames were acknowledged.
+fn modes(others_acknowledge: bool) -> (Vec<String>, Vec<u64>) {
+    let built = Package::of_workspace("embassy-slave").build(PYBOARD_V11).unwrap();
+    let image = built.iter().find(|image| image.ends_with("bxcan-modes")).unwrap();
+    let mut twin = Spacecraft::new(SpacecraftConfig::default());
+    twin.add_board(bare(PYBOARD_V11, parsed(image)));
+    let guest = twin.add_guest(Bus::Nominal, 10.0);
+    if others_acknowledge {
+        twin.add_guest(Bus::Nominal, 20.0);
+    }
+    for number in 0..6_u16 {
+        let at = Time::from_ms(u64::from(5 + 10 * number));
+        twin.inject(guest, at, WireFrame::standard(0x100 + number, &[]));
+    }
+    twin.run_until(Time::from_ms(60)).unwrap();
+    let is_own = |event: &GuestEvent| matches!(event, GuestEvent::Sent(_));
+    let sent = twin.take_heard(guest).into_iter().filter(|(_, event)| is_own(event));
+    let sent = sent.map(|(at, _)| at.as_us() / 1_000).collect();
+    (twin.take_logs().into_iter().map(|log| log.text).collect(), sent)
+}
+
+/// Given another node that acknowledges, then the port receives while it is on the bus or listens.
+#[test]
+fn port_on_embassys_driver_receives_on_the_bus_and_listening() {
+    let (log, sent) = modes(true);
+    assert_eq!(sent, [5, 15, 25, 35, 45, 55]);
+    let expected = ["sent", "received 101", "received 103", "sent", "received 104", "sent", "received 105"];
+    assert_eq!(log, expected);
+}
+
+/// Given no other node, then the port acknowledges on the bus alone: off it and listening, the frames of the guest wait.
+#[test]
+fn port_on_embassys_driver_acknowledges_on_the_bus_alone() {
+    let (_, sent) = modes(false);
+    // The clock of the board starts about 2 ms after its power.
+    assert!(matches!(sent[..], [10..=13, 15, 40..=43, 40..=43, 45, 55]), "{sent:?}");
 }
