@@ -51,7 +51,7 @@ enum Command {
     TestAll(test_all::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware_images::support::board::Target),
-    /// Check that embassy-stm32 has a chip of each STM32F4 line, and that chip support compiles for one of each family
+    /// Check that embassy-stm32 has a chip of each STM32F4 line, that chip support compiles for one of each family, and slaves on its CAN drivers
     Chips,
 }
 

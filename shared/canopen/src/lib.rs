@@ -88,6 +88,7 @@
 //! # Features
 //!
 //! - `defmt`: every public type implements `defmt::Format`.
+//! - `embedded-can`: [`link::adapter`] makes a port of any driver that implements `embedded_can::nb::Can`.
 //!
 //! # Limits
 //!

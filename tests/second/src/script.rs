@@ -56,6 +56,17 @@ pub fn run_with_thermometer() -> anyhow::Result<String> {
     )
 }
 
+/// Runs `embassy.py` with one of the example slaves on embassy's CAN driver as node 3: this program.
+///
+/// # Errors
+/// As [`run`], and when the image cannot be built.
+pub fn run_with_embassy(program: &str) -> anyhow::Result<String> {
+    let built = Package::of_workspace("embassy-slave").build("pyboard-v11")?;
+    let image = built.iter().find(|image| image.ends_with(program));
+    let slave = format!("--slave=3={}", image.context("the package has no such program")?.display());
+    run("embassy.py", &["--slaves", "0", "--no-master", &slave])
+}
+
 /// As [`run`], with the images of master and slaves 2 and 3 for 125 kbit/s, profile `standard`. The script finds the bit rate in
 /// `BIT_RATE`.
 ///

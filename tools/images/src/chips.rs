@@ -1,4 +1,4 @@
-//! Chip support, checked for a chip of each line.
+//! Chip support, checked for a chip of each line, and slaves on the drivers of embassy-stm32.
 
 use std::process::Command;
 
@@ -26,7 +26,12 @@ pub const CHIPS: [&str; 11] = [
 /// no CRYP and HASH (F40x, F42x, F469), no Ethernet and DCMI (F405), no LTDC (F427).
 const COMPILED: [&str; 4] = ["stm32f417vg", "stm32f439zi", "stm32f446re", "stm32f479ni"];
 
+/// Slaves on the CAN drivers of embassy-stm32, and the boards that they compile for: two with FDCAN, one with bxCAN.
+pub(crate) const ON_EMBASSY: &str = "embassy-slave";
+const BOARDS_ON_EMBASSY: [&str; 3] = ["nucleo-g474re", "nucleo-h743zi", "pyboard-v11"];
+
 /// Checks that embassy-stm32 has each of [`CHIPS`], and that chip support compiles for one of each family, with all of its features.
+/// Also that the slaves on the drivers of embassy-stm32 compile.
 ///
 /// # Errors
 /// See [`Error`].
@@ -40,11 +45,16 @@ pub fn check_chips() -> Result<(), Error> {
     if !resolved.status.success() {
         return Err(Error::Failed(line, resolved.status));
     }
+    let check = |what: &str, package: &str, features: &str| {
+        let job = Job { home: &root, task: format!("check {what}"), log: LOG, is_locked: true };
+        let what = ["--package", package, "--features", features].map(str::to_owned);
+        job.run(&["check"], &what, &[], run)
+    };
     for chip in COMPILED {
-        let task = format!("check chip support for {chip}");
-        let job = Job { home: &root, task, log: LOG, is_locked: true };
-        let what = ["--package", PACKAGE, "--features", &features(&[chip])].map(str::to_owned);
-        job.run(&["check"], &what, &[], run)?;
+        check(&format!("chip support for {chip}"), PACKAGE, &features(&[chip]))?;
+    }
+    for board in BOARDS_ON_EMBASSY {
+        check(&format!("a slave for {board}"), ON_EMBASSY, &format!("{ON_EMBASSY}/{board}"))?;
     }
     Ok(())
 }

@@ -202,6 +202,10 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     for kind in ["bare", "runtime"].into_iter().filter(|_| board == FIXTURES_FLY) {
         job.run(&["clippy"], &packages(&[FIXTURES], Some(board), kind), &["--", "-D", "warnings"], run)?;
     }
+    if board == FIXTURES_FLY {
+        let what = packages(&[chips::ON_EMBASSY], Some(board), "standard");
+        job.run(&["clippy"], &what, &["--", "-D", "warnings"], run)?;
+    }
     for profile in [profile, &format!("{profile}+one-controller")] {
         job.run(&["clippy"], &packages(&[MINIMAL], Some(board), profile), &["--", "-D", "warnings"], run)?;
     }

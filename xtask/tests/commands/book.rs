@@ -89,6 +89,13 @@ fn readme_shows_code_that_tests_build() {
 }
 
 #[test]
+fn page_about_ports_shows_its_slave_of_60_lines_as_it_is_compiled() {
+    let slave = text("firmware/examples/embassy-slave/src/bin/fdcan.rs");
+    assert!(slave.lines().count() <= 60);
+    assert!(text("docs/ports.md").contains(&format!("```rust,ignore\n{slave}```")));
+}
+
+#[test]
 fn words_in_tables_and_code_do_not_count() {
     let page = "# Two words\n\nThree `more` words.\n\n| a | b |\n| - | - |\n| c d | e |\n\n    code here\n";
     assert_eq!(words(page), 5);

@@ -28,12 +28,14 @@
 //! | [`bus_off`] | recovery of a controller from bus-off |
 //! | [`access`] | access of a node to two buses |
 //! | [`one_controller`] | one controller behind a transceiver switch (ECSS A.4.1) |
+//! | [`adapter`] | a port over a driver of another project |
 //!
 //! # Another chip
 //!
 //! 1. Describe the timing registers as [`Limits`](bit_timing::Limits), and compute a
 //!    [`BitTiming`](bit_timing::BitTiming).
 //! 2. Implement [`CanPort`](port::CanPort) for each controller. A port starts off the bus.
+//!    If there is a driver already, an [`Adapter`](adapter::Adapter) makes a port of it, with limits.
 //! 3. For stamps in hardware, let a DMA write the captured edges of CAN_RX into an [`EdgeRing`]. Otherwise use the
 //!    stamp of the interrupt.
 //!
@@ -44,6 +46,7 @@
 //!   later.
 
 pub mod access;
+pub mod adapter;
 pub mod bit_timing;
 pub mod budget;
 pub mod bus_off;

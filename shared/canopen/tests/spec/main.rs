@@ -3,6 +3,7 @@
 //! Sans-IO: every test makes its own time. Tests that verify a requirement name it.
 
 mod active_errors;
+mod adapter;
 mod bench;
 mod bit_timing;
 mod boot;

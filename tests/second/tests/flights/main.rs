@@ -11,6 +11,7 @@ mod data_sheet;
 mod division;
 mod dominant;
 mod drivers_of_others;
+mod embassy_ports;
 mod equal_boards;
 mod filters;
 mod flipped;

@@ -114,6 +114,14 @@ fn a_thermometer_is_known_by_its_own_data_sheet() {
     script::run_with_thermometer().unwrap_or_else(|failure| panic!("{failure:#}"));
 }
 
+/// The example slaves on the CAN driver of embassy-stm32: all of it, and as a driver of `embedded_can::nb`.
+#[test]
+fn slaves_on_embassys_driver_obey_the_canopen_package() {
+    for program in ["bxcan-slave", "nonblocking-slave"] {
+        script::run_with_embassy(program).unwrap_or_else(|failure| panic!("{program}: {failure:#}"));
+    }
+}
+
 /// 1010h and 1011h.
 #[test]
 fn parameters_are_stored_and_restored() {
