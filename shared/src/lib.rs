@@ -99,8 +99,9 @@ extern crate alloc;
 extern crate self as ecss_can;
 
 // Users name one crate.
-pub use async_canopen::{boot, emcy, heartbeat, link, nmt, od, pdo, sdo, sync, types};
+pub use async_canopen::{boot, heartbeat, link, nmt, od, pdo, sdo, sync};
 
+pub mod emcy;
 #[cfg(feature = "mock")]
 pub mod mock;
 pub mod node;
@@ -110,3 +111,4 @@ pub mod redundancy;
 pub mod runner;
 pub mod store;
 pub mod time;
+pub mod types;

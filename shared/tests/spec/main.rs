@@ -45,6 +45,7 @@ mod profiles;
 mod random;
 mod retained;
 mod room;
+mod scet;
 mod second_sdo;
 mod selector;
 mod slave;

@@ -2,7 +2,7 @@
 //!
 //! A slave is *assigned* if 1F81h of the master names it, and *mandatory* if SYNC has to wait for it. The *boot-up
 //! process* of a slave reads its device type and identity, compares its configuration, writes the values that
-//! differ, checks that no other node sends one of its COB-IDs, and starts it. ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors.
+//! differ, checks that no other node sends one of its COB-IDs, and starts it. CiA 302-2 has the objects and the errors.
 //!
 //! ```
 //! use async_canopen::boot::{AssignedSlave, Boot, BootAction, BootPolicy, BootProgress, BootRequest, Expected, Identified};
@@ -65,7 +65,7 @@ mod senders;
 
 pub use action::BootAction;
 pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
-pub use process::{BootRequest, Identified, TimePdo};
+pub use process::{BootRequest, CommonPdo, Identified};
 pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
 use core::mem::{replace, take};
@@ -271,18 +271,18 @@ impl Boot {
     }
 
     /// Returns the next SDO transfer if none is running. `expected` returns the expected identity of a slave.
-    /// `time` describes the Spacecraft Time PDO if the master sends one.
+    /// `common` is a PDO of the master whose consumers are checked, if there is one.
     pub fn request(
         &mut self,
         expected: impl FnOnce(NodeId) -> Expected,
-        time: Option<TimePdo>,
+        common: Option<CommonPdo>,
     ) -> Option<BootRequest<'_>> {
         if self.process.is_none() {
             let node = self.records.next_queued(self.last)?;
             self.last = node.get();
             self.records.set_queued(node, false);
             self.senders.forget(node);
-            self.process = Some(Process::new(node, self.objects, expected(node), self.settings, time));
+            self.process = Some(Process::new(node, self.objects, expected(node), self.settings, common));
             self.set_progress(node, BootProgress::Checking);
         }
         self.process.as_mut().filter(|process| !process.is_asked).map(Process::request)

@@ -26,16 +26,17 @@ pub struct Identified {
     pub tpdo: u16,
 }
 
-/// Spacecraft Time PDO. The transmission types of its producer and of the slaves must match (ECSS 7.2.2d).
+/// PDO of the master that slaves may consume, such as that of the time. The transmission types of its producer and of the
+/// slaves must match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimePdo {
+pub struct CommonPdo {
     /// COB-ID of the PDO.
     pub id: CobId,
     /// Transmission type that the producer uses.
     pub transmission: u8,
 }
 
-/// RPDOs of a slave that are searched for the spacecraft time.
+/// RPDOs of a slave that are searched for the common PDO.
 const RPDOS: u8 = 8;
 /// TPDOs of a slave whose COB-IDs are compared with those of other nodes.
 const TPDOS: u8 = 8;
@@ -72,8 +73,8 @@ enum Step {
     Write(usize),
     /// COB-ID of an RPDO.
     TimeId(u8),
-    /// Transmission type of the one that takes the time.
-    TimeType(u8),
+    /// Transmission type of the one that is the common PDO.
+    CommonType(u8),
     /// COB-ID that the slave sends: 0 of its emergencies, then of its TPDOs.
     Sent(u8),
     WriteStamp(u8),
@@ -96,7 +97,7 @@ pub(super) struct Process {
     objects: Identified,
     expected: Expected,
     settings: &'static [Setting],
-    time: Option<TimePdo>,
+    common: Option<CommonPdo>,
     step: Step,
     attempts: u8,
     /// An SDO abort ended the process once, and it began again.
@@ -125,7 +126,7 @@ impl Process {
         objects: Identified,
         expected: Expected,
         settings: &'static [Setting],
-        time: Option<TimePdo>,
+        common: Option<CommonPdo>,
     ) -> Process {
         Process {
             node,
@@ -135,7 +136,7 @@ impl Process {
             sent: None,
             expected,
             settings,
-            time,
+            common,
             step: Step::DeviceType,
             attempts: 1,
             is_retried: false,
@@ -150,10 +151,10 @@ impl Process {
     pub fn progress(&self) -> BootProgress {
         match self.step {
             Step::DeviceType | Step::Identity(_) => BootProgress::Checking,
-            Step::TimeId(_) | Step::TimeType(_) | Step::Sent(_) if self.is_configured() => {
+            Step::TimeId(_) | Step::CommonType(_) | Step::Sent(_) if self.is_configured() => {
                 BootProgress::Configuring
             }
-            Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::TimeType(_) | Step::Sent(_) => {
+            Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::CommonType(_) | Step::Sent(_) => {
                 BootProgress::Comparing
             }
             Step::Write(_) | Step::WriteStamp(_) => BootProgress::Configuring,
@@ -169,7 +170,7 @@ impl Process {
             | Step::Identity(_)
             | Step::Stamp(_)
             | Step::TimeId(_)
-            | Step::TimeType(_)
+            | Step::CommonType(_)
             | Step::Sent(_) => BootRequest::Read { node, at, most: 4 },
             Step::Compare(number) => BootRequest::Read { node, at, most: self.setting(number).1.len() },
             Step::Write(number) => BootRequest::Write { node, at, value: self.setting(number).1 },
@@ -289,19 +290,19 @@ impl Process {
                 Ok(self.compare_from(nth.saturating_add(1)))
             }
             Step::TimeId(nth) => match outcome {
-                Ok(()) if self.is_of_time(found) => Ok(Some(Step::TimeType(nth))),
-                Ok(()) => Ok(self.time_from(nth.saturating_add(1))),
+                Ok(()) if self.is_common(found) => Ok(Some(Step::CommonType(nth))),
+                Ok(()) => Ok(self.common_from(nth.saturating_add(1))),
                 // No more RPDOs.
-                Err(Error::Abort(_)) => Ok(self.time_from(RPDOS)),
+                Err(Error::Abort(_)) => Ok(self.common_from(RPDOS)),
                 Err(cause) => Err(failed(BootError::Configuration)(cause)),
             },
-            Step::TimeType(_) => {
+            Step::CommonType(_) => {
                 outcome.map_err(failed(BootError::Configuration))?;
-                let expected = self.time.map_or(0, |time| time.transmission);
+                let expected = self.common.map_or(0, |common| common.transmission);
                 if rules::is_synchronous(found as u8) != rules::is_synchronous(expected) {
                     return other(BootError::Configuration, expected.into());
                 }
-                Ok(self.time_from(RPDOS))
+                Ok(self.common_from(RPDOS))
             }
             Step::Sent(nth) => match outcome {
                 Ok(()) => {
@@ -327,7 +328,7 @@ impl Process {
             Step::Stamp(sub) | Step::WriteStamp(sub) => Address::new(self.objects.configuration, sub),
             Step::Compare(number) | Step::Write(number) => self.setting(number).0,
             Step::TimeId(nth) => Address::new(self.objects.rpdo.wrapping_add(nth.into()), 1),
-            Step::TimeType(nth) => Address::new(self.objects.rpdo.wrapping_add(nth.into()), 2),
+            Step::CommonType(nth) => Address::new(self.objects.rpdo.wrapping_add(nth.into()), 2),
             Step::Sent(0) => Address::new(self.objects.emergency, 0),
             Step::Sent(nth) => Address::new(self.objects.tpdo.wrapping_add(nth.into()).wrapping_sub(1), 1),
         }
@@ -368,7 +369,7 @@ impl Process {
         let mine = rest.into_iter().find(|(_, setting)| setting.node == self.node);
         match mine {
             Some((number, _)) => Some(Step::Compare(number)),
-            None => self.time_from(0),
+            None => self.common_from(0),
         }
     }
 
@@ -379,8 +380,8 @@ impl Process {
     }
 
     /// Returns the step that searches the RPDOs from this one on.
-    fn time_from(&self, nth: u8) -> Option<Step> {
-        if self.time.is_some() && nth < RPDOS {
+    fn common_from(&self, nth: u8) -> Option<Step> {
+        if self.common.is_some() && nth < RPDOS {
             return Some(Step::TimeId(nth));
         }
         Some(Step::Sent(0))
@@ -394,9 +395,11 @@ impl Process {
         (self.is_stamped && !self.is_verified).then_some(Step::WriteStamp(1))
     }
 
-    /// Returns whether a COB-ID of an RPDO is valid and that of the time.
-    fn is_of_time(&self, cob_id: u32) -> bool {
-        CobIdEntry::from_raw(cob_id).cob_id().is_some_and(|id| self.time.is_some_and(|time| time.id == id))
+    /// Returns whether a COB-ID of an RPDO is valid and that of the common PDO.
+    fn is_common(&self, cob_id: u32) -> bool {
+        CobIdEntry::from_raw(cob_id)
+            .cob_id()
+            .is_some_and(|id| self.common.is_some_and(|common| common.id == id))
     }
 }
 

@@ -73,7 +73,7 @@ pub enum BootCause {
     Silence,
     /// A value differs from the expected one.
     Difference(Difference),
-    /// Another node sends a COB-ID of the slave (ECSS 6.10l).
+    /// Another node sends a COB-ID of the slave.
     CobIdInUse {
         /// Object of the slave: 1014h or a TPDO.
         at: Address,

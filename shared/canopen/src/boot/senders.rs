@@ -1,4 +1,4 @@
-//! COB-IDs that the slaves of a network send: no two nodes may send the same one (ECSS 6.10l, m).
+//! COB-IDs that the slaves of a network send: no two nodes may send the same one.
 
 use heapless::Vec;
 

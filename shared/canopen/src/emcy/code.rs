@@ -15,7 +15,7 @@ macro_rules! codes {
         impl ErrorCode {
             $($(#[$doc])* pub const $name: ErrorCode = ErrorCode($code);)*
 
-            /// All codes that CiA 301 names (ECSS 6.4b).
+            /// All codes that CiA 301 names.
             pub const ALL: &[ErrorCode] = &[$(ErrorCode::$name),*];
         }
     };

@@ -38,7 +38,7 @@ impl EmcyConsumers {
     /// services.
     ///
     /// # Errors
-    /// [`AbortCode::ValueRange`] for another COB-ID than that of the pre-defined connection set (ECSS 6.10l), and
+    /// [`AbortCode::ValueRange`] for another COB-ID than that of the pre-defined connection set, and
     /// for the emergencies of the node itself.
     pub fn may_write(own: NodeId, at: Address, value: u32) -> Result<(), AbortCode> {
         let Some(node) = NodeId::new(at.sub).filter(|_| at.index == EmcyConsumers::COB_IDS.index()) else {

@@ -1,4 +1,4 @@
-//! Emergencies: producer, message, error register, history (CiA 301 7.2.7, ECSS 6.4; objects 1001h, 1003h, 1014h,
+//! Emergencies: producer, message, error register, history (CiA 301 7.2.7; objects 1001h, 1003h, 1014h,
 //! 1015h).
 //!
 //! An *emergency* (EMCY) reports that an error appeared or is gone. An error has a *code* and a *source*: the first
@@ -31,7 +31,6 @@
 //! | [`ActiveErrors`] | objects 2048h and 2049h: the active errors of the other nodes, as a master knows them |
 //! | [`ErrorReader`] | what a master reads of the errors that it may not have heard |
 //! | [`EmcyConsumers`] | object 1028h: the nodes whose emergencies a master consumes |
-//! | [`PostMortem`] | object 2032h: how the previous run of the program ended |
 //!
 //! # Limits
 //!
@@ -48,7 +47,6 @@ mod consumers;
 mod history;
 mod message;
 mod objects;
-mod post_mortem;
 mod producer;
 mod reader;
 mod register;
@@ -60,7 +58,6 @@ pub use consumers::EmcyConsumers;
 pub use history::History;
 pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};
-pub use post_mortem::{PostMortem, PostMortemObjects};
 pub use producer::Producer;
 pub use reader::{ErrorReader, ReadOutcome};
 pub use register::ErrorRegister;

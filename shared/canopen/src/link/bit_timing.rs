@@ -9,12 +9,12 @@
 //!                                          sample point
 //! ```
 //!
-//! ECSS 5.4.3b, c defines the method (iCC 2012): of all options, take the one with the longest propagation segment
+//! The method is that of a paper (iCC 2012): of all options, take the one with the longest propagation segment
 //! that meets the oscillator tolerance. An option is a prescaler and the lengths of three segments. It must
 //!
 //! - give the bit rate exactly, with 8 to 25 time quanta in a bit (ISO 11898-1),
 //! - have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
-//! - have SJW = min(4, PHASE_SEG1), or less where the network asks for less (ECSS 5.4.3d),
+//! - have SJW = min(4, PHASE_SEG1), or less where the network asks for less,
 //! - have the sample point where CiA 301 places it for this bit rate,
 //! - fit the registers of the controller, its [`Limits`].
 //!
@@ -65,13 +65,13 @@ pub struct Permille(pub u16);
 pub struct BitRate(u32);
 
 impl BitRate {
-    /// 1 Mbit/s, which every node supports (ECSS 5.4.1a).
+    /// 1 Mbit/s, which every node supports.
     pub const MBIT_1: BitRate = BitRate(1_000_000);
-    /// 500 kbit/s (ECSS 5.4.2a).
+    /// 500 kbit/s.
     pub const KBIT_500: BitRate = BitRate(500_000);
-    /// 250 kbit/s (ECSS 5.4.2a).
+    /// 250 kbit/s.
     pub const KBIT_250: BitRate = BitRate(250_000);
-    /// 125 kbit/s (ECSS 5.4.2a).
+    /// 125 kbit/s.
     pub const KBIT_125: BitRate = BitRate(125_000);
     /// 50 kbit/s (CiA 301).
     pub const KBIT_50: BitRate = BitRate(50_000);
@@ -118,7 +118,7 @@ pub struct Network {
     pub node_delay: Nanoseconds,
     /// Tolerance of the worst oscillator of any node.
     pub oscillator_tolerance: PartsPerMillion,
-    /// Greatest SJW, time quanta, `1..=4` (ECSS 5.4.3d). An option takes min(this, PHASE_SEG1). Zero counts as 1, and
+    /// Greatest SJW, time quanta, `1..=4`. An option takes min(this, PHASE_SEG1). Zero counts as 1, and
     /// more than 4 as 4. A shorter SJW lets nodes follow a disturbed edge less far and needs better oscillators.
     pub jump_width: u8,
 }
@@ -127,7 +127,7 @@ impl Network {
     /// Node delay with common transceivers, with a reserve: an SN65HVD230 takes at most 135 ns.
     pub const NODE_DELAY: Nanoseconds = Nanoseconds(150);
 
-    /// Greatest SJW that the standard allows (ECSS 5.4.3d).
+    /// Greatest SJW that the standard allows.
     pub const JUMP_WIDTH: u8 = 4;
 
     /// Delay of a twisted pair, per metre.
@@ -232,7 +232,7 @@ impl BitTiming {
         self.bit_rate
     }
 
-    /// Finds the option with the longest propagation segment that meets the oscillator tolerance (ECSS 5.4.3c).
+    /// Finds the option with the longest propagation segment that meets the oscillator tolerance.
     /// Of equal options it takes the one with more tolerance. `clock` drives the controller.
     ///
     /// # Errors
@@ -345,7 +345,7 @@ impl BitTiming {
         PartsPerMillion(if running < after_error { running } else { after_error })
     }
 
-    /// Returns whether it is the better option by ECSS 5.4.3c.
+    /// Returns whether it is the better option.
     const fn is_better_than(&self, other: &BitTiming) -> bool {
         // As shares of the bit time, without rounding.
         let mine = self.propagation as u32 * other.quanta() as u32;

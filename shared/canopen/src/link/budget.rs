@@ -1,4 +1,4 @@
-//! Budget: the number of frames that a node may send (ECSS 5.3.3.1b).
+//! Budget: the number of frames that a node may send.
 //!
 //! A *token bucket* holds a number of tokens. A frame takes one, and the bucket fills again at a fixed rate. There
 //! is a bucket for each COB-ID and one for the node:

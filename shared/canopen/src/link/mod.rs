@@ -23,11 +23,11 @@
 //! | --- | --- |
 //! | [`port`] | the trait of a controller, its events, filters, error state |
 //! | [`queue`], [`depth`] | transmit queue of a bus, depth of all queues of a node |
-//! | [`bit_timing`] | bit timing by ECSS 5.4.3, computed by constants |
-//! | [`budget`] | limit of the frames that a node may send (ECSS 5.3.3.1b) |
+//! | [`bit_timing`] | bit timing, computed by constants |
+//! | [`budget`] | limit of the frames that a node may send |
 //! | [`bus_off`] | recovery of a controller from bus-off |
 //! | [`access`] | access of a node to two buses |
-//! | [`one_controller`] | one controller behind a transceiver switch (ECSS A.4.1) |
+//! | [`one_controller`] | one controller behind a transceiver switch |
 //! | [`adapter`] | a port over a driver of another project |
 //!
 //! # Another chip

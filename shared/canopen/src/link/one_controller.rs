@@ -1,6 +1,6 @@
 //! One controller behind a transceiver switch: two ports, of which one at a time is on its bus.
 //!
-//! This is the selective bus access architecture with a single controller (ECSS A.4.1, Figure A-6):
+//! This is the selective bus access architecture with a single controller:
 //!
 //! ```text
 //! Side nominal ───┐                           ┌── transceiver ── nominal bus
@@ -22,7 +22,7 @@ use crate::link::Stamp;
 use crate::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
 use crate::types::{Bus, Frame, PerBus};
 
-/// Connects the controller to one of two transceivers (ECSS 8.2.3a).
+/// Connects the controller to one of two transceivers.
 ///
 /// The driver input of the other transceiver stays recessive.
 pub trait TransceiverSwitch {

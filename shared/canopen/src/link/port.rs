@@ -68,7 +68,7 @@ pub trait CanPort {
     /// too late.
     fn abort(&mut self, mailbox: Mailbox);
 
-    /// Returns error state and counters. Reading has no side effect (ECSS 5.6.2b, c).
+    /// Returns error state and counters. Reading has no side effect.
     fn health(&self) -> Health;
 
     /// Begins the recovery from bus-off (128 x 11 recessive bits). Does nothing if the controller is not bus-off,
@@ -103,7 +103,7 @@ pub trait CanPort {
 /// have left, but only by this number. If it names more, it is an earlier one that was received twice.
 pub const LATE_RESULTS: u8 = 3;
 
-/// Returns whether a frame must never wait behind others: NMT, SYNC, EMCY, TIME and the Spacecraft Time PDO
+/// Returns whether a frame must never wait behind others: NMT, SYNC, EMCY, TIME, and TPDO 1 of the master
 /// (181h).
 pub fn is_urgent(id: CobId) -> bool {
     id.raw() <= 0x181

@@ -2,7 +2,7 @@
 
 use crate::types::AbortCode;
 
-/// Reaction of a node to a communication error. A missed master always leads to Pre-operational (ECSS 8.3.3e.1).
+/// Reaction of a node to a communication error. A missed master always leads to Pre-operational.
 #[doc(alias("1029h", "error behaviour"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

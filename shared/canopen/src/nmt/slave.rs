@@ -1,4 +1,4 @@
-//! NMT state machine of a slave (CiA 301 7.3.2, ECSS 6.5.4).
+//! NMT state machine of a slave (CiA 301 7.3.2).
 
 use super::{Command, ErrorBehaviour};
 use crate::types::{Canonical, NmtState};
@@ -69,8 +69,7 @@ impl NmtSlave {
         }
     }
 
-    /// Notes that the master is missed: Pre-operational from any state that communicates (ECSS 8.3.3e.1, Figure
-    /// 8-2).
+    /// Notes that the master is missed: Pre-operational from any state that communicates.
     pub fn on_master_missed(&mut self) -> Reaction {
         match self.state {
             NmtState::Initialising => Reaction::Unchanged,

@@ -39,7 +39,7 @@ impl NmtStartup {
         if (self.0 ^ present.0) & !free == 0 { Ok(()) } else { Err(AbortCode::ValueRange) }
     }
 
-    /// Returns whether the node enters Operational by itself (CiA 301 7.3.2.2.1, ECSS Table 11-1).
+    /// Returns whether the node enters Operational by itself (CiA 301 7.3.2.2.1).
     pub const fn autostart(self) -> bool {
         self.0 & Self::ON_COMMAND == 0
     }

@@ -24,7 +24,7 @@ pub trait Node: 'static {
     fn filters(&self) -> Filters;
 
     /// Returns one of [`Node::filters`] as it is now, `None` above the last one. Each bus sets one filter again at
-    /// each poll of its controller, because a bit may have flipped there (ECSS 6.10d).
+    /// each poll of its controller, because a bit may have flipped there.
     fn filter(&self, number: usize) -> Option<Filter> {
         self.filters().get(number).copied()
     }

@@ -27,8 +27,7 @@ pub enum EntryUse {
 
 /// Bit 31 of a COB-ID entry: the communication object is not valid.
 pub const INVALID: u32 = 1 << 31;
-/// Bit 30 of the entry of a PDO: no remote frames. Always set, because this system has none (ECSS Table 11-1,
-/// 7.2.2.4.3).
+/// Bit 30 of the entry of a PDO: no remote frames. Always set, because this system has none.
 pub const NO_REMOTE: u32 = FLAG;
 /// Bit 30.
 const FLAG: u32 = 1 << 30;
@@ -68,7 +67,7 @@ impl CobIdEntry {
     /// tools move a PDO. The write that ends the use of another object may not.
     ///
     /// # Errors
-    /// [`AbortCode::ValueRange`] for an extended or restricted identifier (ECSS 6.10b) or a reserved bit. Another
+    /// [`AbortCode::ValueRange`] for an extended or restricted identifier or a reserved bit. Another
     /// identifier while in use: [`AbortCode::UnsupportedAccess`] for a PDO, otherwise [`AbortCode::ValueRange`].
     pub const fn written(self, raw: u32, entry_use: EntryUse) -> Result<CobIdEntry, AbortCode> {
         let new = CobIdEntry(raw);

@@ -1,4 +1,4 @@
-//! Data types of the object dictionary (CiA 301 7.4.7, ECSS Table 9-11).
+//! Data types of the object dictionary (CiA 301 7.4.7).
 
 /// Data type, with its index in the dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -21,7 +21,7 @@ impl CobIdOf {
     /// Makes a COB-ID that is the same in every node, such as 181h for the time of the master.
     ///
     /// # Panics
-    /// For a restricted COB-ID (CiA 301 7.3.5, ECSS 6.10b) and that of SYNC. In a constant this is a compile
+    /// For a restricted COB-ID (CiA 301 7.3.5) and that of SYNC. In a constant this is a compile
     /// error.
     #[track_caller]
     pub const fn fixed(raw: u16) -> CobIdOf {

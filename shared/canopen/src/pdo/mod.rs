@@ -1,4 +1,4 @@
-//! Process data objects: declaration, mapping, reception, transmission (CiA 301 7.2.2, ECSS 6.2).
+//! Process data objects: declaration, mapping, reception, transmission (CiA 301 7.2.2).
 //!
 //! A *PDO* is a message with up to 8 bytes of values, without confirmation. A node receives *RPDOs* and transmits
 //! *TPDOs*. The *mapping* of a PDO is the list of its values. The *transmission type* decides when a PDO is sent

@@ -1,4 +1,4 @@
-//! Receive PDOs: from frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
+//! Receive PDOs: from frames into the dictionary (CiA 301 7.2.2).
 
 use super::{Layout, PdoSlots, RpdoError, RpdoEvent, rules};
 use crate::od::Objects;
@@ -35,7 +35,7 @@ const fn function(id: u16) -> usize {
 ///
 /// - With transmission type 0 to 240 the newest frame of a PDO takes effect at the next SYNC, with 254 and 255 at
 ///   once. A PDO that carries the time takes effect at once with every type. With types 0 to 240 it is the time of
-///   the last SYNC (ECSS 7.2.3c).
+///   the last SYNC.
 /// - A frame with fewer bytes than are mapped is not processed. Of a longer frame the mapped bytes are used. A
 ///   value outside its limits is not written. The other values of its frame are, but the frame does not count as
 ///   applied. All three are errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is
@@ -277,7 +277,7 @@ impl<S: PdoSlots> Rpdos<S> {
         self.waiting
     }
 
-    /// Handles a SYNC: frames that wait take effect (ECSS 6.9e). Calls `ended` with the number of each PDO and a
+    /// Handles a SYNC: frames that wait take effect. Calls `ended` with the number of each PDO and a
     /// flag: all its values were within their limits.
     pub fn on_sync<D: Objects>(&mut self, objects: &mut D, ended: &mut impl FnMut(usize, bool)) {
         self.waiting = false;

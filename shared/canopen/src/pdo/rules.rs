@@ -7,7 +7,7 @@
 //! | --- | --- |
 //! | another identifier, inhibit time, SYNC start value, or anything of the mapping, while valid | 06010000h |
 //! | a mapped object while their number is not zero | 06010000h |
-//! | extended frames, restricted identifiers (ECSS 6.10b), reserved transmission types, remote requests (252, 253) | 06090030h |
+//! | extended frames, restricted identifiers, reserved transmission types, remote requests (252, 253) | 06090030h |
 //! | a valid TPDO that allows remote frames (bit 30 clear); for RPDOs and invalid ones the bit means nothing | 06090030h |
 //! | making a PDO valid that carries nothing, or a TPDO with the identifier of another | 06040043h |
 //! | making a PDO valid with the identifier of SYNC, or a TPDO with that of the node's own emergencies | 06040043h |

@@ -1,4 +1,4 @@
-//! Transmit PDOs: from the dictionary into frames (CiA 301 7.2.2, ECSS 6.2, 6.9).
+//! Transmit PDOs: from the dictionary into frames (CiA 301 7.2.2).
 
 use super::{Layout, PdoSet, PdoSlots, rules};
 use crate::od::{Objects, Place};
@@ -337,7 +337,7 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// Handles a SYNC with its counter, zero if it has none (ECSS 6.9b, e). Sends the synchronous TPDOs that are
+    /// Handles a SYNC with its counter, zero if it has none. Sends the synchronous TPDOs that are
     /// due. `send` gets the number of a TPDO, its frame, and whether an event made it due. Such a frame may wait: `send`
     /// returns `false` if there is no room for it, and it is due again at the next SYNC.
     #[inline(always)] // called from one place

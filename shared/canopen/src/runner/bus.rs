@@ -312,7 +312,7 @@ impl<P: CanPort> BusState<P> {
         self.mailboxes.as_mut().get_mut(usize::from(mailbox.0))?.take()
     }
 
-    /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later.
+    /// Nothing meant for a bus that was left may go out on it later.
     fn abandon<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.give_up(shared, Instant::NEVER, FailCause::BusLeft, now);
     }

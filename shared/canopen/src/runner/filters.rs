@@ -21,7 +21,7 @@ pub(super) fn set<P: CanPort>(port: &mut P, number: u8, filter: Filter) {
     }
 }
 
-/// Sets the filters of a port anew, as a bit may have flipped in the controller (ECSS 6.10d). Each bus does so for
+/// Sets the filters of a port anew, as a bit may have flipped in the controller. Each bus does so for
 /// itself, at a moment of its own, as long steps delay frames (row `rx.inside_look`).
 #[derive(Default)]
 pub(super) struct Refresh {

@@ -1,4 +1,4 @@
-//! Service data objects: server and client (CiA 301 7.2.4, ECSS 6.1).
+//! Service data objects: server and client (CiA 301 7.2.4).
 //!
 //! By *SDO* a client reads (*upload*) or writes (*download*) one object of a server. An *expedited* transfer moves
 //! up to 4 bytes at once, a *segmented* one 7 bytes in each confirmed frame, a *block* transfer up to 127 frames

@@ -204,7 +204,7 @@ pub trait ParameterStore {
     /// FFFh. [`StoreError::Hardware`].
     fn write_note(&mut self, note: u16) -> Result<(), StoreError>;
 
-    /// Returns the Node-ID that two of three stored copies agree on (ECSS 6.10k). `None` for a store without
+    /// Returns the Node-ID that two of three stored copies agree on. `None` for a store without
     /// Node-IDs.
     fn node_id(&mut self) -> Option<NodeId> {
         None

@@ -1,4 +1,4 @@
-//! SYNC: producer, consumer, message (CiA 301 7.2.5, ECSS 6.3, 6.9; objects 1005h, 1006h, 1007h, 1019h).
+//! SYNC: producer, consumer, message (CiA 301 7.2.5; objects 1005h, 1006h, 1007h, 1019h).
 //!
 //! A *SYNC* is a message that the master sends periodically. Synchronous PDOs are sent and take effect with it. The
 //! time between two SYNCs is the *communication cycle period*. The *synchronous window* after each SYNC limits the
@@ -21,7 +21,7 @@
 //!
 //! # Limits
 //!
-//! - Only the master produces SYNC (ECSS 6.9d).
+//! - Only the master produces SYNC.
 //! - The period is zero or at least 100 us. The counter ends at 2 to 240, or there is none.
 //! - A SYNC of another length than 1019h requires is ignored and reported (EMCY 8240h).
 

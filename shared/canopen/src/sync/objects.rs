@@ -42,7 +42,7 @@ impl SyncObjects {
         Config::new(self.cob_id, self.cycle_period, self.overflow)
     }
 
-    /// Checks a `value` that a client writes. Only in the master `is_producer` is `true` (ECSS 6.9d). Accepts every
+    /// Checks a `value` that a client writes. Only in the master `is_producer` is `true`. Accepts every
     /// value for objects of other services.
     ///
     /// # Errors

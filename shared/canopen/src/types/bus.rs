@@ -15,7 +15,7 @@ impl Bus {
     /// Both buses, nominal first.
     pub const ALL: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
 
-    /// Returns the alternate bus: always the other physical one, never a stored parameter (ECSS 8.3.3e).
+    /// Returns the alternate bus: always the other physical one, never a stored parameter.
     #[must_use]
     pub const fn other(self) -> Bus {
         match self {

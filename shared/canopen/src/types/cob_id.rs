@@ -103,8 +103,7 @@ impl CobId {
         self.0 & 0x780
     }
 
-    /// Returns whether CANopen reserves it for one purpose, so that no configurable object may use it (ECSS
-    /// 6.10b).
+    /// Returns whether CANopen reserves it for one purpose, so that no configurable object may use it.
     pub const fn is_restricted(self) -> bool {
         matches!(
             self.0,

@@ -1,6 +1,6 @@
 //! Frames of this system: data frames with an 11-bit identifier.
 //!
-//! Remote and extended frames cannot be expressed (ECSS 5.6 allows neither). Ports filter those of other systems.
+//! Remote and extended frames cannot be expressed. Ports filter those of other systems.
 
 use crate::types::CobId;
 

@@ -1,10 +1,10 @@
-//! Words of the field that all modules use: frames and identifiers, buses, instants, spacecraft time.
+//! Words of the field that all modules use: frames and identifiers, buses, instants.
 //!
 //! A *frame* is a message on a CAN bus, and its identifier is a *COB-ID*. An [`Instant`] is a time of one node:
-//! microseconds since its power-on. [`Scet`] is the time of the spacecraft, the same for all nodes.
+//! microseconds since its power-on.
 //!
 //! ```
-//! use async_canopen::types::{CobId, Duration, Frame, Instant, NmtState, NodeId, Scet};
+//! use async_canopen::types::{CobId, Duration, Frame, Instant, NmtState, NodeId};
 //!
 //! const SLAVE: NodeId = NodeId::of::<3>();
 //! let heartbeat = Frame::of(CobId::heartbeat(SLAVE), [NmtState::Operational.byte()]);
@@ -13,15 +13,12 @@
 //!
 //! let deadline = Instant::ZERO + Duration::from_millis(250);
 //! assert_eq!(deadline.since(Instant::from_micros(50_000)).as_millis(), 200);
-//!
-//! let scet = Scet::new(10, 1 << 23).unwrap(); // 10.5 s
-//! assert_eq!(scet.plus(Duration::from_millis(500)), Scet::new(11, 0).unwrap());
 //! ```
 //!
 //! # Limits
 //!
 //! - A frame has an 11-bit identifier and at most 8 data bytes. Remote and extended frames cannot be expressed.
-//! - Arithmetic with instants saturates. Spacecraft time wraps after 2^32 s, so two such times have no total order.
+//! - Arithmetic with instants saturates.
 //! - The module has no behaviour of a service, and uses no other module.
 
 mod abort;
@@ -36,22 +33,18 @@ mod instants;
 mod nmt_state;
 mod node_id;
 mod periodic;
-mod scet;
 mod sealed;
-mod utc;
 
 pub use abort::AbortCode;
 pub use address::Address;
 pub use bus::{Bus, PerBus};
 pub use canonical::Canonical;
 pub use cob_id::CobId;
-pub use fine::{FineInstant, FineScet};
+pub use fine::FineInstant;
 pub use frame::{Frame, FrameError};
 pub use instant::{Duration, Instant, earliest};
 pub use instants::Instants;
 pub use nmt_state::NmtState;
 pub use node_id::{IsNodeId, NodeId, RawNodeId};
 pub use periodic::Periodic;
-pub use scet::Scet;
 pub use sealed::Sealed;
-pub use utc::{Utc, UtcRelation};

@@ -1,4 +1,4 @@
-//! Node-ID: 1 is the master, 2..127 are slaves (ECSS 6.10).
+//! Node-ID: 1 is the master, 2..127 are slaves.
 
 /// Valid Node-ID, `1..=127`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

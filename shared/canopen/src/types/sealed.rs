@@ -1,4 +1,4 @@
-//! A COB-ID that no flipped bit in memory turns into another one (ECSS 6.10d).
+//! A COB-ID that no flipped bit in memory turns into another one.
 
 use super::{Canonical, CobId};
 

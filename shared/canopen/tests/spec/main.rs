@@ -24,7 +24,6 @@ mod queue;
 mod random;
 mod refused;
 mod reset_guard;
-mod scet;
 mod sdo;
 mod stamp;
 mod store;

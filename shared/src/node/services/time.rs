@@ -5,7 +5,7 @@ use easy_ext::ext;
 use super::Services;
 use super::mapped::{MappedTime, is_local_time};
 use super::state::State;
-use crate::boot::TimePdo;
+use crate::boot::CommonPdo;
 use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
@@ -313,16 +313,16 @@ impl<D: SpacecraftDevice> Services<D> {
     }
 
     /// Returns the first valid transmit PDO that carries the local time.
-    pub fn time_pdo(&self) -> Option<TimePdo> {
+    pub fn time_pdo(&self) -> Option<CommonPdo> {
         self.numbered_time_pdo().map(|(_, pdo)| pdo)
     }
 
-    pub fn numbered_time_pdo(&self) -> Option<(usize, TimePdo)> {
+    pub fn numbered_time_pdo(&self) -> Option<(usize, CommonPdo)> {
         let pdos = &self.dictionary.objects.pdos;
         let mut tpdos = pdos.tpdos().0.iter().zip(self.state.carries_time.as_ref()).enumerate();
         tpdos.find_map(|(number, (pdo, carries))| {
             let id = CobIdEntry::from_raw(pdo.cob_id).cob_id().filter(|_| *carries)?;
-            Some((number, TimePdo { id, transmission: pdo.transmission }))
+            Some((number, CommonPdo { id, transmission: pdo.transmission }))
         })
     }
 

@@ -1,4 +1,4 @@
-//! Guards COB-IDs against a flipped bit in memory (ECSS 6.10d).
+//! Guards COB-IDs against a flipped bit in memory.
 //!
 //! | copy of a COB-ID | place | used for |
 //! | --- | --- | --- |
@@ -76,7 +76,7 @@ impl Copies<'_> {
     }
 }
 
-/// Corrects the one of three copies of a Node-ID that differs from the others (ECSS 6.10k). Returns whether one
+/// Corrects the one of three copies of a Node-ID that differs from the others. Returns whether one
 /// differed.
 pub fn correct(copies: [&mut NodeId; 3]) -> bool {
     let [first, second, third] = copies;
@@ -129,7 +129,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// COB-IDs that are compared with each heartbeat.
     const EACH_HEARTBEAT: usize = Self::COB_IDS.div_ceil(HEARTBEATS);
 
-    /// Compares the Node-ID of the node with the copies in its services (ECSS 6.10k), and the COB-ID of SDO with it.
+    /// Compares the Node-ID of the node with the copies in its services, and the COB-ID of SDO with it.
     /// What is wrong is corrected, and an emergency reports it.
     #[inline(never)] // with heartbeats
     pub fn compare_node_ids(&mut self, own: &mut NodeId) {

@@ -1,4 +1,4 @@
-//! Rules for writing beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1). Each service has the rules of its
+//! Rules for writing beyond type and limits (CiA 301 7.5.2). Each service has the rules of its
 //! objects. The rules that concern several services are here.
 
 use crate::heartbeat::{ConsumerSlots, check_entry, monitored};
@@ -152,7 +152,7 @@ pub fn check_sender(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> 
 }
 
 /// Returns whether a valid COB-ID belongs to another node in the pre-defined connection set, as far as this one knows
-/// others: the master, and those that 1016h names (ECSS 6.10l, m).
+/// others: the master, and those that 1016h names.
 fn is_anothers(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> bool {
     let is_heard = |owner: NodeId| {
         let of_owner = |entry: &u32| monitored(*entry) == Some(owner);

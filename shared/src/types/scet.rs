@@ -1,6 +1,6 @@
 //! Spacecraft Elapsed Time, CCSDS Unsegmented Time Code (ECSS 7.1.2).
 
-use crate::types::Duration;
+use super::Duration;
 
 /// Spacecraft elapsed time: 32 bits of seconds and 24 bits of binary fractions (59.6 ns). It is a free-running
 /// counter that wraps after 2^32 s.

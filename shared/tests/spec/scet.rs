@@ -2,7 +2,7 @@
 //!
 //! Verifies: ECSS 7.1.1a, 7.1.2e, 7.1.2f
 
-use async_canopen::types::{Duration, FineInstant, FineScet, Instant, Scet};
+use ecss_can::types::{Duration, FineInstant, FineScet, Instant, Scet};
 
 use crate::bench::span;
 
