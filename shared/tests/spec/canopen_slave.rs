@@ -1,11 +1,11 @@
 //! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C.
 
 use async_canopen::node::{BusCommand, CanopenSlave, Device, DeviceNode, Event, Node, Settings};
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-use ecss_can::types::{AbortCode, NmtState};
+use ecss_can::types::{AbortCode, CobId, NmtState, NodeId};
 
 use crate::bench::{Bench, NOMINAL, frame, ms, node, span};
 
@@ -438,4 +438,49 @@ fn obeys_inhibit_time_and_event_timer() {
     slave.run_until(ms(300));
     // The event at 80 ms waits until 100 ms. From then on the timer runs again.
     assert_eq!(slave.times(NOMINAL, 0x185), [70, 100, 170, 240]);
+}
+
+/// A display of what others report: emergencies of nodes 5 and 6.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Display {}
+
+impl Device for Display {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::new(&[], &[]);
+    const RAW_FRAMES: &'static [CobId] = &[CobId::emcy(NodeId::of::<5>()), CobId::emcy(NodeId::of::<6>())];
+}
+
+/// Given a slave whose device names the emergencies of nodes 5 and 6, when nodes 5, 6 and 7 send one each, then the first two pass
+/// the filters and are events, in every state; the third is ignored. The slave counts none of the others as malformed.
+#[test]
+fn passes_on_the_frames_that_its_device_names() {
+    let mut slave = Bench::new(CanopenSlave::new(node(9), &Settings::DEFAULT, Display::default()));
+    for state in [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped] {
+        slave.clear();
+        for from in [5, 6, 7] {
+            slave.receive(NOMINAL, 0x080 + from, &[0x10, 0x81, 0x11, 0, 0, 0, 0, from as u8]);
+        }
+        let decoded =
+            |event: &Event| if let Event::Frame(frame) = event { Emergency::decode(frame) } else { None };
+        let found: Vec<_> = slave.events.iter().filter_map(decoded).collect();
+        let expected = [5, 6].map(|from| {
+            let info = [0, 0, 0, 0, from];
+            (
+                node(from),
+                Emergency { code: ErrorCode::CAN_OVERRUN, register: ErrorRegister::from_bits(0x11), info },
+            )
+        });
+        assert_eq!((slave.node.state(), found), (state, expected.to_vec()));
+        let command = if state == NmtState::PreOperational { 1 } else { 2 };
+        slave.receive(NOMINAL, 0x000, &[command, 9]);
+    }
+    let admitted = slave.node.filters();
+    let admits = |raw| admitted.iter().filter(|filter| filter.admits(CobId::new(raw).unwrap())).count();
+    assert_eq!([0x085, 0x086, 0x087].map(admits), [1, 1, 0]);
+    let set_again: Vec<_> = (0..admitted.len() + 1).map(|number| slave.node.filter(number)).collect();
+    assert_eq!(set_again[..admitted.len()], admitted.iter().copied().map(Some).collect::<Vec<_>>());
+    assert_eq!(set_again[admitted.len()], None);
 }

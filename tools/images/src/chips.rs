@@ -30,8 +30,12 @@ const COMPILED: [&str; 4] = ["stm32f417vg", "stm32f439zi", "stm32f446re", "stm32
 pub(crate) const ON_EMBASSY: &str = "embassy-slave";
 const BOARDS_ON_EMBASSY: [&str; 3] = ["nucleo-g474re", "nucleo-h743zi", "pyboard-v11"];
 
+/// The slave alone, and a target without compare-and-swap: Cortex-M0.
+const CANOPEN: &str = "async-canopen";
+const SMALLEST: &str = "thumbv6m-none-eabi";
+
 /// Checks that embassy-stm32 has each of [`CHIPS`], and that chip support compiles for one of each family, with all of its features.
-/// Also that the slaves on the drivers of embassy-stm32 compile.
+/// Also that the slaves on the drivers of embassy-stm32 compile, and `async-canopen` for a Cortex-M0.
 ///
 /// # Errors
 /// See [`Error`].
@@ -45,18 +49,18 @@ pub fn check_chips() -> Result<(), Error> {
     if !resolved.status.success() {
         return Err(Error::Failed(line, resolved.status));
     }
-    let check = |what: &str, package: &str, features: &str| {
+    let check = |what: &str, package: &str, features: &str, rest: &[&str]| {
         let job = Job { home: &root, task: format!("check {what}"), log: LOG, is_locked: true };
         let what = ["--package", package, "--features", features].map(str::to_owned);
-        job.run(&["check"], &what, &[], run)
+        job.run(&["check"], &what, rest, run)
     };
     for chip in COMPILED {
-        check(&format!("chip support for {chip}"), PACKAGE, &features(&[chip]))?;
+        check(&format!("chip support for {chip}"), PACKAGE, &features(&[chip]), &[])?;
     }
     for board in BOARDS_ON_EMBASSY {
-        check(&format!("a slave for {board}"), ON_EMBASSY, &format!("{ON_EMBASSY}/{board}"))?;
+        check(&format!("a slave for {board}"), ON_EMBASSY, &format!("{ON_EMBASSY}/{board}"), &[])?;
     }
-    Ok(())
+    check("a slave for Cortex-M0", CANOPEN, "critical-section,defmt,embedded-can", &["--target", SMALLEST])
 }
 
 /// All features of chip support, for some chips.

@@ -2,7 +2,9 @@
 
 use super::slave_core::SlaveCore;
 use super::turn;
-use super::{Counters, Device, DeviceNode, Event, Filters, FullDepth, LinkEvent, Node, Settings};
+use super::{
+    Counters, Device, DeviceNode, Event, Filters, FullDepth, LinkEvent, MAX_FILTERS, Node, Settings,
+};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{HeartbeatTimes, is_heartbeat};
 use crate::link::Stamp;
@@ -88,6 +90,8 @@ impl<D: Device> CanopenSlave<D> {
             self.on_nmt(frame, turn);
         } else if is_heartbeat(id) && state != NmtState::Initialising {
             self.canopen.on_peer_heartbeat(BUS, frame, stamp, turn);
+        } else if D::RAW_FRAMES.contains(&id) && state != NmtState::Initialising {
+            turn.out.event(Event::Frame(*frame));
         } else {
             services.counters.ignored(BUS);
         }
@@ -146,11 +150,16 @@ impl<D: Device> Node for CanopenSlave<D> {
     type Depth = FullDepth;
 
     fn filters(&self) -> Filters {
-        self.canopen.filters()
+        (0..MAX_FILTERS).map_while(|number| self.filter(number)).collect()
     }
 
+    /// Those of [`Device::RAW_FRAMES`] are the last ones.
     fn filter(&self, number: usize) -> Option<Filter> {
-        self.canopen.wanted_filter(number)
+        self.canopen.wanted_filter(number).or_else(|| {
+            let nth = number.checked_sub(self.canopen.wanted_filters())?;
+            let id = D::RAW_FRAMES.get(nth).filter(|_| number < MAX_FILTERS)?;
+            Some(Filter::exact(*id))
+        })
     }
 
     fn start(&mut self, turn: &mut Turn) {
@@ -175,7 +184,7 @@ impl<D: Device> Node for CanopenSlave<D> {
         turn.until = stamp.at.min(turn.now);
         self.run(turn);
         turn.until = turn.now;
-        if self.canopen.may_take(frame.id()) {
+        if self.canopen.may_take(frame.id()) || D::RAW_FRAMES.contains(&frame.id()) {
             self.on_frame(frame, stamp, turn);
         } else {
             self.canopen.services.counters.ignored(bus);

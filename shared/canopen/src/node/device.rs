@@ -53,8 +53,24 @@ pub trait Device: Objects + DeviceObjects + Default + 'static {
 
     /// PDOs at power-on and after "reset communication".
     const PDOS: PdoSet;
-    /// COB-IDs of frames that no PDO covers. A master passes these frames to its application unchanged, except
-    /// heartbeats, claims and SDO, which it handles itself.
+    /// COB-IDs of frames that no PDO covers. A [`CanopenSlave`](super::CanopenSlave) passes these frames to its application
+    /// as [`Event::Frame`](super::Event::Frame), except those of services that it has itself. A master does so, too; a slave on
+    /// two buses does not.
+    ///
+    /// So a slave consumes the emergencies of node 5:
+    ///
+    /// ```
+    /// use async_canopen::emcy::Emergency;
+    /// use async_canopen::prelude::*;
+    ///
+    /// const RAW_FRAMES: &[CobId] = &[CobId::emcy(NodeId::of::<5>())]; // in `impl Device`
+    ///
+    /// fn on_event(event: &Event) -> Option<(NodeId, Emergency)> {
+    ///     if let Event::Frame(frame) = event { Emergency::decode(frame) } else { None }
+    /// }
+    /// # let frame = Frame::of(RAW_FRAMES[0], [0x10, 0x81, 0x11, 0, 0, 0, 0, 0]);
+    /// # assert_eq!(on_event(&Event::Frame(frame)).unwrap().0, NodeId::of::<5>());
+    /// ```
     const RAW_FRAMES: &'static [CobId] = &[];
 
     /// Returns the communication profile at power-on and after "reset communication": names, identity, and all

@@ -4,7 +4,7 @@ use core::convert::Infallible;
 
 use crate::link::Stamp;
 use crate::link::port::Health;
-use crate::types::{Address, Bus, CobId, NmtState, NodeId};
+use crate::types::{Address, Bus, CobId, Frame, NmtState, NodeId};
 
 /// Events that concern the objects of a node, in each type of events.
 pub trait NodeEvent {
@@ -85,6 +85,8 @@ pub enum Event {
         /// Node-ID of the peer.
         node: NodeId,
     },
+    /// A frame of [`Device::RAW_FRAMES`](super::Device::RAW_FRAMES) arrived.
+    Frame(Frame),
     /// A SYNC arrived.
     Sync {
         /// End of the SYNC.

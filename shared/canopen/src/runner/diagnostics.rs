@@ -1,6 +1,6 @@
 //! Counters that a debugger or an emulator reads in a running image, without stopping it.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use portable_atomic::{AtomicU32, Ordering};
 
 use crate::link::Miss;
 use crate::types::Bus;
