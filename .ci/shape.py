@@ -6,8 +6,10 @@ import subprocess
 import sys
 
 COMMIT = sys.argv[1] if len(sys.argv) > 1 else "HEAD"
-NODE, RUNNER, REDUNDANCY = (f"shared/src/{part}/" for part in ("node", "runner", "redundancy"))
-BOOT = "shared/canopen/src/boot/"
+# Of both crates: a commit may have a folder in one of them, or in both.
+NODE, RUNNER, REDUNDANCY, BOOT = (
+    (f"shared/src/{part}/", f"shared/canopen/src/{part}/") for part in ("node", "runner", "redundancy", "boot")
+)
 
 
 def git(*arguments):
@@ -24,11 +26,11 @@ def read(path):
     return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("//"))
 
 
-PATHS = git("ls-tree", "-r", "--name-only", COMMIT, NODE, RUNNER, REDUNDANCY, BOOT).split()
+PATHS = git("ls-tree", "-r", "--name-only", COMMIT, *NODE, *RUNNER, *REDUNDANCY, *BOOT).split()
 SOURCES = {path: read(path) for path in PATHS if is_product(path)}
 
 
-def text(*folders):
+def text(folders):
     return "\n".join(code for path, code in SOURCES.items() if path.startswith(folders))
 
 
@@ -61,7 +63,7 @@ rows = {
     "functions with more than six parameters": sum(len(parameters) > 6 for _, parameters, _ in listed),
     "public fields": len(re.findall(r"^\s+pub(?:\([^)]*\))? [a-z_]\w*:", node, re.M)),
     "impl blocks of Master": len(re.findall(r"^impl.*\bMaster<", node, re.M)),
-    "sets of nodes in fields": len(re.findall(r"^\s+(?:pub )?\w+: .*(?:u128|NodeSet)", text(REDUNDANCY, BOOT), re.M)),
+    "sets of nodes in fields": len(re.findall(r"^\s+(?:pub )?\w+: .*(?:u128|NodeSet)", text(REDUNDANCY + BOOT), re.M)),
     "inline attributes": node.count("#[inline"),
     f"lines of the longest function ({longest[0]})": longest[2],
     "code lines of node": node.count("\n") + 1,

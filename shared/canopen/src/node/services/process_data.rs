@@ -114,8 +114,8 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Sends what is due, except SDO responses. Each frame has the end of its lifetime and a flag: it is
-    /// [short-lived](Extension::is_short_lived). `send` returns `false` if there is no room: the frame then waits. Emergencies go first because their COB-IDs
-    /// have the higher priority.
+    /// [short-lived](Extension::is_short_lived). `send` returns `false` if there is no room: the frame then waits.
+    /// Emergencies go first because their COB-IDs have the higher priority.
     pub fn poll(
         &mut self,
         until: Instant,
