@@ -4,6 +4,8 @@
 //! whose error of up to 1 % no CAN network tolerates. It touches no controller, reports the failure in its log, and tries again for
 //! ever: the oscillator may start late, as the clock that a NUCLEO gets from its ST-LINK does without USB.
 
+use thiserror::Error;
+
 use cortex_m::peripheral::SYST;
 use ecss_can::runner::Clock;
 use ecss_can::types::Duration;
@@ -105,14 +107,17 @@ pub fn accelerate() {
 }
 
 /// What is wrong with the clock tree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ClockFault {
     /// HSE is not ready any more.
+    #[error("HSE is not ready any more")]
     Oscillator,
     /// SYSCLK comes from elsewhere than the PLL of HSE.
+    #[error("SYSCLK comes from elsewhere than the PLL of HSE")]
     Source,
     /// Core cycles in 10 ms of the uptime, which are to be a hundredth of HCLK.
+    #[error("{0} core cycles in 10 ms")]
     Rate(u32),
 }
 

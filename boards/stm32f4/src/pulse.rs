@@ -9,6 +9,8 @@
 //! the edge pass five clocks (RM0090 18.4.7, OC1FE), which the match is early by. The outputs of TIM5 itself are not
 //! used: a board has them for other things, such as PA2 and PA3, the serial port of the ST-LINK on the Nucleo.
 
+use thiserror::Error;
+
 use ecss_can::node::TimeKeeper;
 use ecss_can::runner::Clock;
 use ecss_can::runner::{Platform, SpacecraftClock};
@@ -42,8 +44,9 @@ pub struct Pulse {
 }
 
 /// The instant is past, or less than 10 µs away. There was no pulse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the instant of the pulse is past, or less than 10 µs away")]
 pub struct TooLate;
 
 impl Pulse {

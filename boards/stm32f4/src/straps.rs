@@ -6,19 +6,24 @@
 //! They are read at power-on and when the reset pin was pulled. They are kept in RAM over every other reset, so that no command
 //! and no failure of a program gives the board another Node-ID or takes it into maintenance mode.
 
+use thiserror::Error;
+
 use ecss_can::redundancy::Strap;
 use ecss_can::store::identity::Straps;
 use ecss_can::types::NodeId;
 
 /// Why the straps give no Node-ID.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StrapError {
     /// No strap is closed.
+    #[error("no strap is closed")]
     Open,
     /// An even number of straps is closed.
+    #[error("an even number of straps is closed")]
     Parity,
     /// A value below 2: 0 is no Node-ID, 1 is the master.
+    #[error("the straps say {0}, which is no slave: 0 is no Node-ID, 1 is the master")]
     NotASlave(u8),
 }
 

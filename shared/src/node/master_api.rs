@@ -1,5 +1,7 @@
 //! Events and requests between a master and its application.
 
+use thiserror::Error;
+
 use crate::boot::{BootFailure, BootProgress, Difference};
 use crate::emcy::Emergency;
 use crate::link::Stamp;
@@ -225,14 +227,17 @@ pub enum MasterEvent {
 }
 
 /// Reason why a PDO for a slave was not sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
     /// The slave is lost, was never heard, or is not Operational.
+    #[error("the slave is lost, was never heard, or is not Operational")]
     NotOperational,
     /// The PDO is not valid, or the master itself is not Operational.
+    #[error("the PDO is not valid, or the master is not Operational")]
     NotValid,
     /// Too many commands wait for the announcement of a new bus.
+    #[error("too many commands wait for the announcement of a new bus: try again")]
     Busy,
 }
 

@@ -1,5 +1,7 @@
 //! Events between a slave and its application.
 
+use thiserror::Error;
+
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::Command;
@@ -146,6 +148,7 @@ pub enum SlaveEvent {
 }
 
 /// Error: a node with parallel access cannot choose its bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the master chooses the bus of a node with parallel access")]
 pub struct ParallelAccess;

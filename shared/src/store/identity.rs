@@ -20,6 +20,8 @@
 //!
 //! The last copy of each number counts. So a new Node-ID replaces the old one with the second of its copies.
 
+use thiserror::Error;
+
 use crate::types::NodeId;
 
 /// Node-ID of a board in maintenance mode, whatever its straps and its store contain. No slave of the network has
@@ -49,14 +51,17 @@ pub enum Straps {
 }
 
 /// Reason why a board has no Node-ID. It does not communicate (ECSS 6.10f).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NoNodeId {
     /// The straps are wrong.
+    #[error("the straps of the Node-ID are wrong")]
     Straps,
     /// No strap is closed, and no two stored copies agree.
+    #[error("no strap is closed, and no two stored copies of the Node-ID agree")]
     Missing,
     /// The store has another Node-ID than the straps.
+    #[error("the straps say Node-ID {}, the store says {}", .straps.get(), .stored.get())]
     Contradiction {
         /// Node-ID of the straps.
         straps: NodeId,

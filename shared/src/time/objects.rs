@@ -1,5 +1,7 @@
 //! Objects 2010h to 2016h: spacecraft time, set and read; correction of stamps; quality of the clock.
 
+use thiserror::Error;
+
 use super::Quality;
 use crate::od::{Objects, Record, U24};
 use crate::types::{Bus, Scet, Utc};
@@ -252,6 +254,7 @@ impl From<Utc> for UtcGet {
 }
 
 /// Error: more milliseconds than a day has, or more microseconds than a millisecond.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("more milliseconds than a day has, or more microseconds than a millisecond")]
 pub struct NoTime;

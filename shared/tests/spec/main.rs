@@ -20,6 +20,7 @@ mod device;
 mod diagnostics;
 mod discipline;
 mod double_node_id;
+mod errors;
 mod failed_bus;
 mod fleet;
 mod identify;

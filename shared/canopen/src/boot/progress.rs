@@ -1,5 +1,7 @@
 //! Progress of the boot-up of a slave, and the reason if it failed.
 
+use thiserror::Error;
+
 use crate::types::{Address, CobId, NodeId};
 
 /// Step that the boot-up of a slave reached. Object 2040h has its byte.
@@ -104,8 +106,9 @@ impl BootCause {
 }
 
 /// Reason why the boot-up of a slave failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("boot-up failed at step {} of CiA 302-2", .error.letter())]
 pub struct BootFailure {
     /// Step that failed. Object 2041h has its letter.
     pub error: BootError,

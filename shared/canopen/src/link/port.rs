@@ -11,6 +11,7 @@
 
 use core::future::poll_fn;
 use core::task::{Context, Poll};
+use thiserror::Error;
 
 use crate::link::Stamp;
 use crate::types::{CobId, Frame};
@@ -21,8 +22,9 @@ use crate::types::{CobId, Frame};
 pub struct Mailbox(pub u8);
 
 /// All mailboxes that may take this frame are in use. Try again after the next transmit event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("all mailboxes that may take the frame are in use: try again after the next transmit event")]
 pub struct Busy;
 
 /// A CAN controller on one bus.

@@ -3,6 +3,8 @@
 //! Frames of one COB-ID keep their order. In a full queue a frame that the network depends on displaces one that it
 //! does not depend on: see [`is_vital`].
 
+use thiserror::Error;
+
 use heapless::vec::VecInner;
 
 use super::depth::Depth;
@@ -31,8 +33,9 @@ impl Outgoing {
 }
 
 /// The queue is full, and did not take the frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the transmit queue is full")]
 pub struct Full;
 
 /// Priority queue of frames, with the number of places of `D`.

@@ -5,6 +5,7 @@
 //! one of them.
 
 use core::sync::atomic::{AtomicU32, Ordering};
+use thiserror::Error;
 
 use super::pattern::Pattern;
 use crate::types::{FineInstant, Frame, Instant};
@@ -81,16 +82,20 @@ const fn fraction_of(ticks: u32, per_micro: u32) -> u8 {
 }
 
 /// Reason why the edges of a frame gave no stamp.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Miss {
     /// There is no edge from the time of the frame: a wire is missing, or later edges replaced it.
+    #[error("there is no edge from the time of the frame: look at the capture wire")]
     Silent,
     /// Edges were found, but one is missing, one is too many, or one is in a wrong place.
+    #[error("the edges do not fit the frame")]
     Mismatch,
     /// The interrupt came a frame late. An earlier frame may have these edges.
+    #[error("the interrupt came a frame late")]
     Late,
     /// The edges were found more than once, or another frame like this one was reported meanwhile.
+    #[error("more than one frame fits the edges")]
     Ambiguous,
 }
 

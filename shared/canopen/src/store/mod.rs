@@ -78,6 +78,8 @@ pub use objects::{StoreObjects, StoreRequest};
 pub use save::{Parameters, Row, Save};
 pub use set::{Apply, Content, Loaded, MAX_VALUE, load};
 
+use thiserror::Error;
+
 use crate::types::{AbortCode, NodeId};
 
 /// Signature that a client writes to 1010h to save: "save".
@@ -124,14 +126,17 @@ impl Group {
 }
 
 /// Reason why parameters were not stored, or not read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreError {
     /// There is no room before the next start, which makes room.
+    #[error("the parameter store has no room before the next start")]
     Full,
     /// A value or a set is too long, or a set has another length than announced.
+    #[error("a value or a set of parameters is too long, or has another length than announced")]
     Size,
     /// The memory does not hold the bytes that were written, or does not answer.
+    #[error("the memory of the parameter store does not hold what was written, or does not answer")]
     Hardware,
 }
 

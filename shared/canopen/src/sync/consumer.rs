@@ -1,11 +1,14 @@
 //! Consumer of SYNC (objects 1007h, 1019h).
 
+use thiserror::Error;
+
 use super::objects::{COB_ID, OVERFLOW, SyncObjects, WINDOW};
 use crate::types::{Address, Duration, Frame, Instant};
 
 /// Error: the length of a SYNC does not match 1019h. The SYNC is ignored, and EMCY 8240h reports it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the length of a SYNC does not match 1019h")]
 pub struct UnexpectedLength;
 
 /// Consumer of SYNC: checks its length, reads its counter, and opens the synchronous window.

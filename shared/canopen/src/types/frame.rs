@@ -2,6 +2,8 @@
 //!
 //! Remote and extended frames cannot be expressed. Ports filter those of other systems.
 
+use thiserror::Error;
+
 use crate::types::CobId;
 
 /// CAN 2.0A data frame. It is aligned to words, so that it is moved in words.
@@ -16,10 +18,11 @@ pub struct Frame {
 }
 
 /// Error: the frame cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
     /// There are more than 8 data bytes.
+    #[error("a CAN frame has at most 8 data bytes")]
     TooLong,
 }
 

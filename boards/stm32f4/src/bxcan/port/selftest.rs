@@ -3,6 +3,8 @@
 //! Both send one frame without repetition and poll: the interrupts of the controller are off from the first check on, so that
 //! no handler takes the result away.
 
+use thiserror::Error;
+
 use ecss_can::link::port::{CanPort, Filter, LastError};
 use ecss_can::types::CobId;
 use embassy_stm32::pac::can::vals::Silm;
@@ -22,42 +24,53 @@ const DATA: [u32; 2] = [0x5500_FFAA, 0x0123_4567];
 const LENGTH: u8 = 8;
 
 /// What is wrong with a controller in silent loopback.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ControllerFault {
     /// It did not enter Init mode.
+    #[error("the controller did not enter Init mode")]
     Init,
     /// It did not leave Init mode: with CAN_RX as input, the bus is dominant all the time.
+    #[error("the controller did not leave Init mode")]
     Start,
     /// The frame did not leave its mailbox.
+    #[error("the frame did not leave its mailbox")]
     Transmit,
     /// The frame left with this error.
+    #[error("the frame left with this error: {0:?}")]
     Error(LastError),
     /// The frame did not arrive in the FIFO.
+    #[error("the frame did not arrive in the FIFO")]
     Receive,
     /// Another frame arrived: its identifier and its first four bytes.
+    #[error("another frame arrived: identifier {0:03X}h, first bytes {1:08X}h")]
     Content(u16, u32),
 }
 
 /// What is wrong between a controller and its bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LineFault {
     /// CAN_RX never shows 11 recessive bits in a row.
+    #[error("CAN_RX never shows 11 recessive bits in a row")]
     Dominant,
     /// CAN_RX stays recessive while CAN_TX is dominant.
+    #[error("CAN_RX stays recessive while CAN_TX is dominant")]
     NoEcho,
     /// The controller failed in another way.
+    #[error("{0}")]
     Controller(ControllerFault),
 }
 
 /// What is wrong with a capture wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CaptureFault {
     /// The timer saw too few falling edges at its input: their number.
+    #[error("the timer saw {0} falling edges at its input, which is too few")]
     TooFew(u8),
     /// The edges came to the input of the other bus.
+    #[error("the edges came to the input of the other bus")]
     Swapped,
 }
 

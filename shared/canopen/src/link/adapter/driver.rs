@@ -1,6 +1,7 @@
 //! Driver: the part of an adapter that another project wrote, and that knows the controller.
 
 use core::task::{Context, Poll};
+use thiserror::Error;
 
 use crate::link::Stamp;
 use crate::link::port::{Filter, Health, LastError};
@@ -87,12 +88,14 @@ pub enum Accepted {
 }
 
 /// A driver did not accept a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refused {
     /// It has no room for a frame with this COB-ID.
+    #[error("the driver has no room for a frame with this COB-ID")]
     Full,
     /// It failed for this cause. [`LastError::None`] stands for a cause that has no name here.
+    #[error("the driver failed: {0:?}")]
     Error(LastError),
 }
 
