@@ -120,3 +120,8 @@ pub mod sdo;
 pub mod store;
 pub mod sync;
 pub mod types;
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
