@@ -95,7 +95,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`types`] | frames, identifiers, instants, time codes: words of the field without behaviour; canonical forms of states |
+//! | [`types`] | frames, identifiers, instants: words of the field without behaviour; canonical forms of states |
 //! | [`link`] | ports, adapters of drivers, filters, transmit queue, bit timing, recovery from bus-off, budgets, stamps |
 //! | [`od`] | object dictionary: declarations, data types, access |
 //! | [`nmt`] | network management: NMT state machine, commands, guards |
@@ -114,15 +114,17 @@
 //! - `mock`: the module `mock`. It needs an allocator; the rest of the crate has no heap.
 //! - `embedded-can`: [`link::adapter`] makes a port of any driver that implements `embedded_can::nb::Can`.
 //! - `defmt`: every public type implements `defmt::Format`.
+//! - `critical-section`: atomics of chips without compare-and-swap, such as Cortex-M0, by critical sections. The image needs an
+//!   implementation of the package `critical-section`.
 //!
 //! # Limits
 //!
 //! - Identifiers have 11 bits. Remote frames, node guarding, TIME (1012h), multiplex PDOs, LSS and CAN FD are not part of it.
-//! - A [`node::CanopenSlave`] has no SDO client, does not produce SYNC, does not consume emergencies, and has no parameter
-//!   store (1010h, 1011h). The services for these are here.
+//! - A [`node::CanopenSlave`] has no SDO client, does not produce SYNC, and has no parameter store (1010h, 1011h). The
+//!   services for these are here. It receives emergencies of other nodes as [`node::Event::Frame`], without object 1028h.
 //! - A device has at most two SDO servers, and 512 PDOs in each direction.
 //! - All tasks of a node run in one executor.
-//! - A chip without compare-and-swap needs the package `portable-atomic` with its feature `critical-section`.
+//! - A chip without compare-and-swap needs the feature `critical-section`.
 
 #![no_std]
 #![forbid(unsafe_code)]
