@@ -1,73 +1,93 @@
-//! Services of CANopen (CiA 301, CiA 302-2) for nodes without an operating system and without a heap.
+//! CANopen (CiA 301) for embedded systems without an operating system and without a heap: a whole slave, and the services of
+//! which it consists.
 //!
-//! The crate is *sans-IO*: each service is a plain struct without input or output of its own. It takes frames and the
-//! time, and returns frames and actions. So it runs on any CAN controller and any executor, and in tests without
-//! either. The crate `ecss-can` builds the nodes of ECSS-E-ST-50-15C from it: slaves and masters on two buses.
+//! A *slave* is a CANopen device on one bus: object dictionary, NMT, heartbeat, SYNC, EMCY, SDO server and PDOs. It runs on
+//! any CAN controller with a [port](link::port::CanPort), and on any executor.
+//!
+//! # Where to begin
+//!
+//! | you want to | read |
+//! | --- | --- |
+//! | write a slave | the tour below, [`node::Device`], [`od`] for objects, [`pdo`] for PDOs, [`node::Event`] |
+//! | connect it to a CAN controller | [`link::adapter`] over a driver, [`link::port::CanPort`] for registers, [`runner::Platform`] |
+//! | test it | [`mock`](#features) |
+//! | use one service alone | [the services](#services) |
+//! | build another node | [`node::extend`], [`runner::extend`] |
 //!
 //! # A tour
 //!
-//! A device is a struct of objects. The derive macro makes its dictionary, which an SDO server serves. A producer gives
-//! the heartbeat when it is due.
+//! A device is a struct of objects, with the PDOs that carry them. The mock board stands for a real one: a port and a clock.
+//!
+#![cfg_attr(feature = "mock", doc = "```")]
+#![cfg_attr(not(feature = "mock"), doc = "```ignore")]
+//! use async_canopen::mock::{LoopbackPort, ManualClock, MockBoard, Tasks};
+//! use async_canopen::nmt::Command;
+//! use async_canopen::prelude::*;
+//!
+//! /// A thermometer.
+//! #[derive(Objects)]
+//! #[objects(device)]
+//! struct Thermometer {
+//!     /// Temperature in units of 0.1 °C
+//!     #[object(0x6000, ro, pdo)]
+//!     temperature: i16,
+//!     /// Period of the measurement in milliseconds
+//!     #[object(0x6001, rw, low = 10, default = 100)]
+//!     period: u16,
+//! }
+//!
+//! impl Device for Thermometer {
+//!     type Pdos = PdoObjects<4, 4>;
+//!     type Consumers = HeartbeatConsumers<1>;
+//!     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x180)).map(Thermometer::TEMPERATURE)]);
+//! }
+//!
+//! static DIAGNOSTICS: Diagnostics = Diagnostics::new();
+//! static NODE: Single<MockBoard, CanopenSlave<Thermometer>> = Single::new();
+//!
+//! let clock = ManualClock::new();
+//! let port = LoopbackPort::new(&clock);
+//! let slave = || CanopenSlave::new(NodeId::of::<3>(), &Settings::DEFAULT, Thermometer::default());
+//! let (slave, _events, runners) = NODE.start(slave, port.clone(), clock, &DIAGNOSTICS);
+//! let mut tasks = Tasks::default(); // on a board: one task for each runner
+//! tasks.spawn_single(runners);
+//! tasks.run();
+//! port.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());
+//! tasks.run();
+//! slave.change(|thermometer| thermometer.temperature = 215);
+//! tasks.run();
+//!
+//! // Boot-up message, heartbeat after the start command, and the PDO with the new temperature.
+//! let sent = || port.sent().iter().map(|frame| (frame.id().raw(), frame.data().to_vec())).collect::<Vec<_>>();
+//! assert_eq!(sent(), [(0x703, vec![0x00]), (0x703, vec![0x05]), (0x183, vec![215, 0])]);
+//!
+//! // A client writes a period of 5 ms, which is too short: 0609 0032h.
+//! let request = [0x2B, 0x01, 0x60, 0, 5, 0, 0, 0];
+//! port.receive(Frame::of(CobId::sdo_request(NodeId::of::<3>()), request));
+//! tasks.run();
+//! assert_eq!(sent(), [(0x583, vec![0x80, 0x01, 0x60, 0, 0x32, 0x00, 0x09, 0x06])]);
+//! assert_eq!(slave.inspect(|slave| slave.objects().application.period), 100);
+//! ```
+//!
+//! # Services
+//!
+//! The crate is *sans-IO*: each service is a plain struct without input or output of its own. It takes frames and the time, and
+//! returns frames and actions. So a node of another kind, or a test, can use one service alone. Only [`runner`] is async.
 //!
 //! ```
 //! use async_canopen::heartbeat::Producer;
-//! use async_canopen::od::checked::find;
-//! use async_canopen::od::{ObjectAccess, Objects, Transfer};
-//! use async_canopen::sdo::Server;
-//! use async_canopen::types::{AbortCode, Address, Duration, Instant, NmtState, NodeId};
+//! use async_canopen::types::{Duration, Instant, NmtState, NodeId};
 //!
-//! /// A heater.
-//! #[derive(Objects)]
-//! struct Heater {
-//!     /// Set point in units of 0.1 °C
-//!     #[object(0x6000, rw, low = -400, high = 850, default = 200)]
-//!     setpoint: i16,
-//! }
-//!
-//! // A node that has more than numbers and strings also passes on parts of a DOMAIN.
-//! impl ObjectAccess for Heater {
-//!     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
-//!         find(self, at)?.upload()
-//!     }
-//!     fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> Result<usize, AbortCode> {
-//!         Ok(find(self, at)?.read(offset, into))
-//!     }
-//!     fn download(&mut self, at: Address, size: Option<usize>) -> Result<Transfer, AbortCode> {
-//!         find(self, at)?.download(size)
-//!     }
-//!     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
-//!         async_canopen::od::checked::write(self, at, value)
-//!     }
-//!     fn write_part(&mut self, _: Address, _: usize, _: &[u8]) -> Result<(), AbortCode> {
-//!         Err(AbortCode::UnsupportedAccess)
-//!     }
-//!     fn finish(&mut self, _: Address, _: usize) -> Result<(), AbortCode> {
-//!         Err(AbortCode::UnsupportedAccess)
-//!     }
-//!     fn cancel(&mut self, _: Address) {}
-//! }
-//!
-//! let mut heater = Heater::default();
-//! let mut server = Server::new(Duration::from_millis(500));
 //! let mut heartbeat = Producer::new(NodeId::of::<3>(), Duration::from_millis(100));
-//! let mut now = Instant::ZERO;
-//!
-//! // A client sets 25.0 °C, and then 90.0 °C, which is too high: 0609 0031h.
-//! let mut answers = Vec::new(); // send them to 580h + Node-ID
-//! for tenths in [250_u16, 900] {
-//!     let [low, high] = tenths.to_le_bytes();
-//!     server.on_request(&[0x2B, 0x00, 0x60, 0, low, high, 0, 0], now, &mut heater, &mut |answer| answers.push(answer));
-//! }
-//! assert_eq!(answers, [[0x60, 0x00, 0x60, 0, 0, 0, 0, 0], [0x80, 0x00, 0x60, 0, 0x31, 0x00, 0x09, 0x06]]);
-//! assert_eq!(heater.setpoint, 250);
-//!
-//! heartbeat.announce(now);
-//! let frame = heartbeat.poll(now, NmtState::PreOperational).unwrap();
+//! heartbeat.announce(Instant::ZERO);
+//! let frame = heartbeat.poll(Instant::ZERO, NmtState::PreOperational).unwrap();
 //! assert_eq!((frame.id().raw(), frame.data()), (0x703, &[0x7F][..]));
-//! assert!(heartbeat.poll(now, NmtState::PreOperational).is_none());
-//! now = heartbeat.deadline().unwrap(); // wait until then
-//! assert_eq!((now.as_micros(), heartbeat.poll(now, NmtState::Operational).is_some()), (100_000, true));
+//! assert!(heartbeat.poll(Instant::ZERO, NmtState::PreOperational).is_none());
+//! let next = heartbeat.deadline().unwrap(); // wait until then
+//! assert_eq!((next.as_micros(), heartbeat.poll(next, NmtState::Operational).is_some()), (100_000, true));
 //! ```
+//!
+//! The page of each module has an example of its service.
 //!
 //! # Modules
 //!
@@ -75,8 +95,8 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`types`] | frames, identifiers, instants, time codes: words of the field without behaviour; canonical forms of states |
-//! | [`link`] | ports, filters, transmit queue, bit timing, budgets, stamps |
+//! | [`types`] | frames, identifiers, instants: words of the field without behaviour; canonical forms of states |
+//! | [`link`] | ports, adapters of drivers, filters, transmit queue, bit timing, recovery from bus-off, budgets, stamps |
 //! | [`od`] | object dictionary: declarations, data types, access |
 //! | [`nmt`] | network management: NMT state machine, commands, guards |
 //! | [`heartbeat`], [`sync`], [`emcy`] | producers and consumers of heartbeats, SYNC, emergencies |
@@ -84,16 +104,27 @@
 //! | [`pdo`] | receive and transmit PDOs, their declaration, sequences of commands |
 //! | [`store`] | parameters that outlive a reset |
 //! | [`boot`] | boot-up of the network by its master |
+//! | [`node`] | the services put together: the slave, the trait of a device; parts for nodes of another kind |
+//! | [`runner`] | async shell: tasks of a node, handle of the application |
+//! | [`prelude`] | names for a device, its application and its `main` |
+//! | `mock` | mock board, for tests and examples (feature `mock`) |
 //!
 //! # Features
 //!
-//! - `defmt`: every public type implements `defmt::Format`.
+//! - `mock`: the module `mock`. It needs an allocator; the rest of the crate has no heap.
 //! - `embedded-can`: [`link::adapter`] makes a port of any driver that implements `embedded_can::nb::Can`.
+//! - `defmt`: every public type implements `defmt::Format`.
+//! - `critical-section`: atomics of chips without compare-and-swap, such as Cortex-M0, by critical sections. The image needs an
+//!   implementation of the package `critical-section`.
 //!
 //! # Limits
 //!
-//! - Identifiers have 11 bits. Remote frames, CAN FD and LSS are not part of it.
-//! - A whole node and its tasks are in `ecss-can`: `#[objects(device)]` and the trait `Device` are of that crate.
+//! - Identifiers have 11 bits. Remote frames, node guarding, TIME (1012h), multiplex PDOs, LSS and CAN FD are not part of it.
+//! - A [`node::CanopenSlave`] has no SDO client, does not produce SYNC, and has no parameter store (1010h, 1011h). The
+//!   services for these are here. It receives emergencies of other nodes as [`node::Event::Frame`], without object 1028h.
+//! - A device has at most two SDO servers, and 512 PDOs in each direction.
+//! - All tasks of a node run in one executor.
+//! - A chip without compare-and-swap needs the feature `critical-section`.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -120,3 +151,8 @@ pub mod sdo;
 pub mod store;
 pub mod sync;
 pub mod types;
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

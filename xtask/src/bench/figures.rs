@@ -27,7 +27,8 @@ use crate::compliance;
 use firmware_images::support::project;
 
 /// The pages with such figures. On these, no other number may have a unit.
-const PAGES: [&str; 4] = ["README.md", "SECURITY.md", "docs/comparison.md", "docs/limits.md"];
+const PAGES: [&str; 5] =
+    ["README.md", "SECURITY.md", "docs/comparison.md", "docs/limits.md", "shared/canopen/README.md"];
 
 const START: &str = "<!--=";
 const START_ENDS: &str = "-->";
