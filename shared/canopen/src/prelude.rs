@@ -1,8 +1,9 @@
 //! Names for a device, its application and its `main`: `use async_canopen::prelude::*;`
 
+pub use crate::emcy::ErrorCode;
 pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
-pub use crate::nmt::{NmtMessage, Target};
+pub use crate::nmt::{Command, NmtMessage, Target};
 pub use crate::node::{CanopenSlave, Communication, Device, DeviceNode, Event, Identity, Node, Settings};
 pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
