@@ -5,7 +5,7 @@ use crate::time::{LocalScet, ScetGet, ScetSet};
 use crate::types::{CobId, NodeId};
 
 /// Receive PDO 1 of a slave that follows the spacecraft time: 181h, TPDO 1 of the master, the time at the last SYNC (ECSS 7.2.3).
-pub const SPACECRAFT_TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(CobId::local_time(NodeId::MASTER).raw()))
+pub const SPACECRAFT_TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(CobId::tpdo(1, NodeId::MASTER).unwrap().raw()))
     .transmission(1)
     .map(LocalScet::SCET_SET.field(ScetSet::FINE))
     .map(LocalScet::SCET_SET.field(ScetSet::COARSE));

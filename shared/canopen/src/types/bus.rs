@@ -1,13 +1,13 @@
-//! The two buses of a spacecraft, and one value for each.
+//! The two buses that a node may have, and one value for each. A node on one bus is on the nominal one.
 
 /// One of the two CAN buses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum Bus {
-    /// Nominal bus, in use by default. Value 0 in object 2000h.
+    /// Nominal bus, in use by default.
     Nominal = 0,
-    /// Redundant bus. Value 1 in object 2000h.
+    /// Redundant bus.
     Redundant = 1,
 }
 

@@ -16,8 +16,10 @@ fn a_cob_id_has_eleven_bits() {
 #[test]
 fn predefined_cob_ids_of_a_node() {
     let id = node(0x7F);
-    let raw = [CobId::emcy(id), CobId::local_time(id), CobId::heartbeat(id)].map(CobId::raw);
-    assert_eq!(raw, [0x0FF, 0x1FF, 0x77F]);
+    assert_eq!([CobId::emcy(id), CobId::heartbeat(id)].map(CobId::raw), [0x0FF, 0x77F]);
+    let raw = |pdo: Option<CobId>| pdo.map(CobId::raw);
+    let transmit = [0, 1, 2, 3, 4, 5].map(|number| raw(CobId::tpdo(number, id)));
+    assert_eq!(transmit, [None, Some(0x1FF), Some(0x2FF), Some(0x3FF), Some(0x4FF), None]);
     assert_eq!(CobId::new(0x77F).unwrap().node(), Some(id));
     assert_eq!(CobId::new(0x77F).unwrap().function(), 0x700);
     assert_eq!(CobId::SYNC.node(), None);
