@@ -53,15 +53,6 @@ impl CobId {
         }
     }
 
-    /// Returns the COB-ID of TPDO 1 to 4 of a node: 180h, 280h, 380h, 480h + node. `None` for others, which have
-    /// no pre-defined COB-ID.
-    pub const fn tpdo(number: u16, node: NodeId) -> Option<CobId> {
-        match number {
-            1..=4 => Some(Self::with_node(0x80 + 0x100 * number, node)),
-            _ => None,
-        }
-    }
-
     /// Returns the COB-ID of SDO from the server in a node to its client: 580h + node.
     pub const fn sdo_response(node: NodeId) -> CobId {
         Self::with_node(0x580, node)
