@@ -9,6 +9,8 @@ mod objects;
 mod redundancy;
 mod retained;
 
+use async_canopen::node::extend::{BusCounters, Part, SlaveCore, Timed};
+
 use super::services::State;
 use super::settings;
 use super::{ParallelAccess, SlaveEvent, Spacecraft, SpacecraftDevice, Status, objects as own_objects};
@@ -23,7 +25,6 @@ use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Scet, earliest};
-use async_canopen::node::extend::{BusCounters, Part, SlaveCore, Timed};
 
 /// CANopen part of a slave of a spacecraft.
 type Core<D> = SlaveCore<D, Spacecraft>;

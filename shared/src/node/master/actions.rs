@@ -1,7 +1,6 @@
 //! Actions of the redundancy, translated into the services of the node.
 
-use super::MasterServices;
-use super::{Master, MasterEvent, Turn, objects};
+use super::{Master, MasterEvent, MasterServices, Turn, objects};
 use crate::emcy::ErrorCode;
 use crate::link::port::{ErrorState, Health};
 use crate::link::queue::Outgoing;
@@ -9,7 +8,7 @@ use crate::nmt::NmtMessage;
 use crate::node::services::{LiveServices, RedundancyServices};
 use crate::node::{BusCommand, FailCause, LinkEvent, SpacecraftDevice};
 use crate::redundancy::{MasterAction, MasterBoards, Sending};
-use crate::types::{Bus, Duration, Frame};
+use crate::types::{Bus, Duration, Frame, NodeId};
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub(super) fn send_nmt(&mut self, message: NmtMessage, turn: &mut Turn) -> bool {
@@ -70,12 +69,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                 turn.out.event(MasterEvent::BusSwitched { from, to, cause });
                 self.on_bus_changed(turn);
             }
-            MasterAction::Lost(node) => {
-                self.show_state(node, objects::MISSING);
-                self.boot_mut().on_lost(node);
-                self.errors_mut().lose(node);
-                turn.out.event(MasterEvent::SlaveLost { node });
-            }
+            MasterAction::Lost(node) => self.lose(node, turn),
             MasterAction::Forgotten(node) => {
                 self.show_state(node, objects::UNKNOWN);
                 self.services.errors_mut().forget(node);
@@ -106,6 +100,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             }
             MasterAction::HeardMaster(change) => self.on_role(change, turn),
         }
+    }
+
+    /// A slave is lost.
+    fn lose(&mut self, node: NodeId, turn: &mut Turn) {
+        self.show_state(node, objects::MISSING);
+        self.boot_mut().on_lost(node);
+        self.errors_mut().lose(node);
+        turn.out.event(MasterEvent::SlaveLost { node });
     }
 
     /// Leaves a bus for the other one.

@@ -1,5 +1,7 @@
 //! Boot-up process in the master: SDO transfers, starts of slaves, and reports.
 
+use async_canopen::node::extend::Part;
+
 use super::MasterServices;
 use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
@@ -13,7 +15,6 @@ use crate::profile::Profile;
 use crate::redundancy::MasterBoards;
 use crate::sdo::Mode;
 use crate::types::earliest;
-use async_canopen::node::extend::Part;
 
 /// Bytes taken from the client at once.
 const CHUNK: usize = 32;

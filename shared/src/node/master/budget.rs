@@ -1,5 +1,7 @@
 //! Nodes that send too much: the master itself, and its slaves (ECSS 5.3.3.1b).
 
+use async_canopen::node::extend::Part;
+
 use super::{Master, MasterEvent, Turn};
 use crate::emcy::ErrorCode;
 use crate::link::budget::{Budget, BudgetStep, Over, is_sdo};
@@ -9,7 +11,6 @@ use crate::node::services::BudgetServices;
 use crate::profile::Profile;
 use crate::redundancy::{Babblers, BabblingStep, MasterBoards};
 use crate::types::{Bus, CobId, Instant, NodeId, earliest};
-use async_canopen::node::extend::Part;
 
 /// Budgets of the frames that the master sends, and of those that it hears from its slaves.
 #[derive(Debug)]

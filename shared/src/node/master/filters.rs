@@ -1,5 +1,7 @@
 //! Acceptance filters of the master.
 
+use async_canopen::node::extend::Part;
+
 use super::{Master, Turn};
 use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
@@ -7,7 +9,6 @@ use crate::node::services::TimeServices;
 use crate::node::{BusCommand, Filters, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::types::{Address, Bus, CobId, Duration, Instant, NodeId};
-use async_canopen::node::extend::Part;
 
 /// Retry interval for changed filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);

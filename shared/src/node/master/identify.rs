@@ -4,6 +4,8 @@
 //! the node is heard, and takes a late answer as well. The boot-up process goes first. After a question without an answer
 //! the SDO client is free for others for the same time.
 
+use async_canopen::node::extend::Part;
+
 use super::MasterServices;
 use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
@@ -11,7 +13,6 @@ use crate::node::{Communication, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::sdo::{Error, Mode};
 use crate::types::{Address, Instant};
-use async_canopen::node::extend::Part;
 
 const DEVICE_TYPE: Address = Communication::DEVICE_TYPE.address();
 /// Bytes of a device type.

@@ -15,16 +15,17 @@ mod role;
 mod sending;
 mod transfers;
 
-use crate::node::services::TimeServices;
 pub use declared::MasterObjects;
 use declared::MasterServices;
+
+use async_canopen::node::extend::{BusNews, Part, Timed};
 
 use self::budget::Budgets;
 use self::filters::{FUNCTIONS, SentFilters};
 use self::identify::Identification;
 use self::objects::Initial;
 use self::transfers::Transfers;
-use super::services::{Services, State};
+use super::services::{Services, State, TimeServices};
 use super::settings;
 use super::stored::Stored;
 use super::{MasterEvent, MasterRequest, SpacecraftDevice, Status};
@@ -40,8 +41,6 @@ use crate::store::{Group, ParameterStore};
 use crate::sync;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet, earliest};
-use async_canopen::node::extend::BusNews;
-use async_canopen::node::extend::{Part, Timed};
 
 type Turn<'a> = super::Turn<'a, MasterEvent>;
 

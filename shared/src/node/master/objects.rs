@@ -1,5 +1,7 @@
 //! Dictionary of the master, and effects of written objects.
 
+use async_canopen::node::extend::SdoStep;
+
 use super::MasterServices;
 use super::declared::MasterObjects;
 use super::{Master, Turn};
@@ -25,7 +27,6 @@ use crate::profile::Profile;
 use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
-use async_canopen::node::extend::SdoStep;
 
 /// Transmission type of a PDO that goes with each SYNC.
 const EVERY_SYNC: u8 = 1;

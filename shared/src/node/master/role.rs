@@ -3,8 +3,7 @@
 //! A standby sends no dominant bit. It follows the active master: the bus of its heartbeat, the states of the
 //! slaves, and the spacecraft time. So the time continues when it takes over.
 
-use super::MasterServices;
-use super::{Master, MasterEvent, Turn};
+use super::{Master, MasterEvent, MasterServices, Turn};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
 use crate::node::MasterRole;

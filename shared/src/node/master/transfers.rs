@@ -3,6 +3,7 @@
 
 use core::task::Waker;
 
+use async_canopen::node::extend::{Part, SdoStep, Storage};
 use embassy_sync::waitqueue::MultiWakerRegistration;
 
 use super::{Master, Turn};
@@ -12,9 +13,6 @@ use crate::redundancy::MasterBoards;
 use crate::sdo;
 use crate::sdo::Client;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
-use async_canopen::node::extend::Part;
-use async_canopen::node::extend::SdoStep;
-use async_canopen::node::extend::Storage;
 
 /// Tasks that may wait for the client without waking each other.
 const TASKS: usize = 4;

@@ -41,6 +41,8 @@ pub use api::{MinimalDevice, MinimalEvent, Numbers};
 pub use objects::{Permission, assert_minimal, permission};
 pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
 
+use async_canopen::node::extend::{BusCounters, BusNews, Buses};
+
 use super::{Counters, Filters, LinkEvent, Node};
 use crate::heartbeat;
 use crate::link::Stamp;
@@ -49,7 +51,6 @@ use crate::link::port::{Filter, Health};
 use crate::node;
 use crate::redundancy::{BusCause, MasterMessage, Selection, Selector};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
-use async_canopen::node::extend::{BusCounters, BusNews, Buses};
 
 /// Each step of it sends four PDOs and a heartbeat at most.
 const DEPTH: usize = 8;

@@ -16,8 +16,9 @@ pub use redundancy::RedundancyServices;
 pub use state::State;
 pub use time::{TimeServices, check_submilliseconds};
 
-use super::Spacecraft;
 use async_canopen::node::extend;
+
+use super::Spacecraft;
 
 /// Services of a node of a spacecraft.
 pub type Services<D> = extend::Services<D, Spacecraft>;

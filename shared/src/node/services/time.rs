@@ -1,5 +1,6 @@
 //! Time objects of a node: times that PDOs and clients bring, and times that they request (ECSS 7.1, 7.2).
 
+use async_canopen::node::extend::NodeEvent;
 use easy_ext::ext;
 
 use super::Services;
@@ -18,7 +19,6 @@ use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
 use crate::types::{
     AbortCode, Address, Bus, CobId, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc,
 };
-use async_canopen::node::extend::NodeEvent;
 
 /// Binary places of a second that hold a microsecond, and a millisecond.
 const BITS_OF_MICROS: u32 = 20;

@@ -1,5 +1,7 @@
 //! Carries out the decisions of the redundancy of a slave.
 
+use async_canopen::node::extend::SdoStep;
+
 use super::Slave;
 use crate::link::Stamp;
 use crate::nmt::Reaction;
@@ -8,7 +10,6 @@ use crate::node::slave::Turn;
 use crate::node::{SlaveEvent, SpacecraftDevice};
 use crate::redundancy::{BusCause, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use crate::types::{Bus, CobId, Frame};
-use async_canopen::node::extend::SdoStep;
 
 impl<D: SpacecraftDevice> Slave<D> {
     /// Lets the redundancy decide, and carries out what it decided.
