@@ -29,7 +29,9 @@
 //! #[derive(Objects)]
 //! #[objects(device)]
 //! struct Thermometer {
-//!     /// Temperature in units of 0.1 °C
+//!     /// Temperature
+//!     ///
+//!     /// In units of 0.1 °C.
 //!     #[object(0x6000, ro, pdo)]
 //!     temperature: i16,
 //! }

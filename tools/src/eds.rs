@@ -34,7 +34,8 @@ const MODIFIED: Timestamp = CREATED;
 /// Command line of `eds`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// A device of your own: the package whose program on the host calls `eds::slave_program` or `master_program`
+    /// A device of your own: the package whose program on the host calls `eds::slave_program`, `canopen_program` or
+    /// `master_program`
     #[arg(long, value_name = "NAME", conflicts_with = "profile")]
     package: Option<String>,
 
@@ -155,7 +156,8 @@ fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(
     let text = String::from_utf8(output.stdout).context("what it printed is no text")?;
     let name = text.lines().find_map(|line| line.strip_prefix("FileName="));
     let name = name.filter(|name| Path::new(name).file_name().is_some_and(|file| file == *name));
-    let remedy = "call eds::slave_program in its main, where it is built for the host";
+    let remedy =
+        "call eds::slave_program or eds::canopen_program in its main, where it is built for the host";
     let name = name.with_context(|| format!("{package} printed no data sheet: {remedy}"))?;
     Ok((name.to_owned(), text))
 }

@@ -28,7 +28,9 @@
 //! #[derive(Objects)]
 //! #[objects(device)]
 //! struct Thermometer {
-//!     /// Temperature in units of 0.1 °C
+//!     /// Temperature
+//!     ///
+//!     /// In units of 0.1 °C.
 //!     #[object(0x6000, ro, pdo)]
 //!     temperature: i16,
 //!     /// Period of the measurement in milliseconds

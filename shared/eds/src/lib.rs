@@ -61,7 +61,7 @@ mod value;
 pub use data_sheet::{DataSheet, Entry, Unreadable, Value};
 pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
-pub use program::{master_program, program, slave_program};
+pub use program::{canopen_program, master_program, program, slave_program};
 
 #[cfg(doc)]
 use ecss_can::od::Objects;

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
+use async_canopen::node::{CanopenOnly, CanopenSlave, NodeObjects, Settings};
 use ecss_can::node::{self, Master, Slave};
 use ecss_can::od::Objects;
 use ecss_can::profile::Profile;
@@ -35,6 +36,42 @@ pub fn master_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Devic
         (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects
     })
+}
+
+/// As [`slave_program`], for the CANopen slave `D` on one bus ([`CanopenSlave`]). It has no parameter store. `settings` has the
+/// heartbeats at power-on; name the bit rates in `sheet`.
+///
+/// ```no_run
+/// use async_canopen::prelude::*;
+///
+/// /// Valve that its master commands by SDO or PDO.
+/// #[derive(Debug, Objects)]
+/// #[objects(device)]
+/// struct Valve {
+///     /// Opening in percent
+///     #[object(0x6000, rww, pdo, high = 100)]
+///     opening: u8,
+/// }
+///
+/// impl Device for Valve {
+///     type Pdos = PdoObjects<1, 0>;
+///     type Consumers = HeartbeatConsumers<1>;
+///     const PDOS: PdoSet = PdoSet::new(&[Rpdo::new(1, CobIdOf::node(0x200)).map(Valve::OPENING)], &[]);
+/// }
+///
+/// fn main() -> std::process::ExitCode {
+///     let made = eds::Timestamp::noon(2026, 11, 22);
+///     let sheet = eds::Device { product: "Valve".into(), bit_rates: vec![250], ..eds::Device::new(made) };
+///     eds::canopen_program::<Valve>(&Settings::DEFAULT, sheet)
+/// }
+/// ```
+pub fn canopen_program<D: node::Device>(settings: &Settings, sheet: Device) -> ExitCode {
+    program(&Device { boot_up_slave: true, ..sheet }, canopen_objects::<D>(settings))
+}
+
+/// Makes the dictionary of a node that is the CANopen slave `D`, as it is after power-on.
+fn canopen_objects<D: node::Device>(settings: &Settings) -> impl Fn(NodeId) -> NodeObjects<D, CanopenOnly> {
+    |id| CanopenSlave::new(id, settings, D::default()).into_objects()
 }
 
 /// As [`slave_program`], for a device of any kind; `objects` makes the dictionary of a node as it is after power-on.
@@ -98,7 +135,25 @@ fn text<D: Objects>(
 mod tests {
     use super::*;
     use crate::Timestamp;
+    use ecss_can::heartbeat::HeartbeatConsumers;
     use ecss_can::node::Communication;
+    use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+
+    /// CANopen slave on one bus.
+    #[derive(Debug, Objects)]
+    #[objects(device)]
+    struct Gauge {
+        /// Pressure
+        #[object(0x6000, ro, pdo)]
+        pressure: u16,
+    }
+
+    impl node::Device for Gauge {
+        type Pdos = PdoObjects<1, 1>;
+        type Consumers = HeartbeatConsumers<1>;
+
+        const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x180)).map(Gauge::PRESSURE)]);
+    }
 
     fn tracker(arguments: &[&str]) -> Result<String, String> {
         let made = Timestamp { year: 2026, month: 11, day: 22, hour: 12, minute: 0 };
@@ -127,6 +182,31 @@ mod tests {
             [(&["--node", "1"][..], "2 to 15"), (&["--node", "x"], "2 to 15"), (&["3"], "--node N")]
         {
             assert!(tracker(wrong).unwrap_err().contains(allowed), "{wrong:?}");
+        }
+    }
+
+    /// Given a CANopen slave on one bus, then its data sheet has its objects, PDOs and heartbeats, and neither a parameter store nor
+    /// objects of redundancy and spacecraft time.
+    #[test]
+    fn plain_slave_has_its_own_objects_and_those_of_cia_301() {
+        let made = Timestamp::noon(2026, 11, 22);
+        let sheet = Device { bit_rates: vec![250], ..Device::new(made) };
+        let eds = text(&sheet, canopen_objects::<Gauge>(&Settings::DEFAULT), &[]).unwrap();
+        let value = |section: &str, key: &str| {
+            let (_, rest) = eds.split_once(&format!("[{section}]\n"))?;
+            let lines = rest.lines().take_while(|line| !line.starts_with('['));
+            lines
+                .filter_map(|line| line.split_once('='))
+                .find(|(name, _)| *name == key)
+                .map(|(_, value)| value)
+        };
+        assert_eq!(value("6000", "ParameterName"), Some("Pressure"));
+        assert_eq!(value("1800sub1", "DefaultValue"), Some("$NODEID+0x40000180"));
+        assert_eq!(value("1A00sub1", "DefaultValue"), Some("0x60000010"));
+        assert_eq!(value("1017", "DefaultValue"), Some("0x0064"));
+        assert_eq!(value("1016sub1", "DefaultValue"), Some("0x000100FA"));
+        for absent in ["1010", "1011", "2000", "2010"] {
+            assert_eq!(value(absent, "ParameterName"), None, "{absent}h");
         }
     }
 }

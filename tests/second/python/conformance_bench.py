@@ -7,10 +7,9 @@ from typing import Callable, Iterator, NamedTuple
 
 import can
 
+from conformance_devices import DEVICE, NODE
 from spacecraft import NOMINAL, OPERATIONAL, PATIENCE
 
-#: The slave.
-NODE = 3
 NMT, SYNC, MASTER = 0x000, 0x080, 0x701
 EMCY, REQUEST, RESPONSE, HEARTBEAT = 0x080 + NODE, 0x600 + NODE, 0x580 + NODE, 0x700 + NODE
 
@@ -78,12 +77,15 @@ class Bench:
 
     def __init__(self) -> None:
         self._bus = can.Bus(interface="slcan", channel=NOMINAL, bitrate=1_000_000, sleep_after_open=0)
-        self._heartbeat = self._bus.send_periodic(self._message(MASTER, [OPERATIONAL]), 0.25)
+        self._master = None
+        if DEVICE.needs_master:
+            self._master = self._bus.send_periodic(self._message(MASTER, [OPERATIONAL]), 0.25)
         self._falsify: Falsify | None = None
         self.wait_for(HEARTBEAT)
 
     def close(self) -> None:
-        self._heartbeat.stop()
+        if self._master:
+            self._master.stop()
         self._bus.shutdown()
 
     @contextlib.contextmanager
@@ -94,15 +96,6 @@ class Bench:
             yield
         finally:
             self._falsify = None
-
-    @contextlib.contextmanager
-    def without_master(self) -> Iterator[None]:
-        """The master is silent."""
-        self._heartbeat.stop()
-        try:
-            yield
-        finally:
-            self._heartbeat = self._bus.send_periodic(self._message(MASTER, [OPERATIONAL]), 0.25)
 
     @staticmethod
     def _message(identifier: int, data: list[int] | bytes) -> can.Message:
@@ -116,13 +109,16 @@ class Bench:
         if self.read(0x1001) != 0:
             self.reset(RESET_NODE)
         self.write(0x1015, 0, 0, 2)
+        # The end of an error that waited for its inhibit time comes before this answer.
+        self.is_there()
         self.forget()
 
     def reset(self, command: int) -> None:
         """A reset, until the slave is Pre-operational and answers."""
         self.forget()
-        # The fourth reset in a row without a heartbeat of the master is ignored, as forged.
-        self.send(MASTER, [OPERATIONAL])
+        if DEVICE.needs_master:
+            # The fourth reset in a row without a heartbeat of the master is ignored, as forged.
+            self.send(MASTER, [OPERATIONAL])
         self.nmt(command)
         self.wait_for(HEARTBEAT, bytes([0]))
         self.nmt(PREPARE)
@@ -208,6 +204,11 @@ class Bench:
         assert (found, at) == (index, sub), f"{found:04X}h sub {at} instead of {index:04X}h sub {sub}"
         assert command & 0xF3 == 0x43, f"{index:04X}h sub {sub}: {command:02X}h, {value:08X}h"
         return value & (1 << 8 * (4 - (command >> 2 & 3))) - 1
+
+    def synchronize(self) -> None:
+        """From now on TPDO 1 goes out with every SYNC."""
+        if not DEVICE.is_synchronous:
+            self.write(0x1800, 2, 1, 1)
 
     def is_there(self) -> None:
         """It answers, and has nothing else to say before."""

@@ -18,6 +18,7 @@ from conformance_bench import (
     byte,
     case,
 )
+from conformance_devices import DEVICE
 from spacecraft import OPERATIONAL, PRE_OPERATIONAL, STOPPED
 
 STATES = {PRE_OPERATIONAL: PREPARE, OPERATIONAL: START, STOPPED: STOP}
@@ -92,12 +93,12 @@ for before in STATES:
     case(f"NMT: SDO in {NAMES[before]}", None if before == STOPPED else byte(0, 0x42))(answers)
 
     def produces(bench: Bench, before=before) -> None:
-        """TPDO 1 goes out with every SYNC."""
+        bench.synchronize()
         enter(bench, before)
         bench.forget()
         bench.send(SYNC)
         if before == OPERATIONAL:
-            assert len(bench.wait_for(0x180 + NODE)) == 7
+            assert len(bench.wait_for(0x180 + NODE)) == DEVICE.telemetry
         else:
             bench.hears_nothing(0x180 + NODE)
 

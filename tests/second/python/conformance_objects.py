@@ -2,7 +2,6 @@
 
 from conformance_bench import (
     EMCY,
-    NODE,
     NO_DATA,
     RANGE,
     START,
@@ -11,12 +10,13 @@ from conformance_bench import (
     byte,
     case,
 )
+from conformance_devices import DEVICE
 
 #: SYNC with a counter that 1019h does not announce (CiA 301: 8240h), told with the bits of a communication error.
 SYNC_LENGTH = bytes([0x40, 0x82, 0x11])
 INVALID, FRAME_29_BITS, NO_REMOTE = 1 << 31, 1 << 29, 1 << 30
 #: RPDO and TPDO that the device does not use.
-UNUSED = {"RPDO": 0x1404, "TPDO": 0x1804}
+UNUSED = {"RPDO": DEVICE.rpdo, "TPDO": DEVICE.tpdo}
 
 
 def err(bench: Bench) -> bytes:
@@ -59,7 +59,7 @@ def history(bench: Bench) -> None:
     assert bench.read(0x1003, 1) & 0xFFFF == 0x8240
     bench.refuses("40 03 10 02", 0x1003, 2, NO_DATA)
     bench.nmt(START)
-    bench.send(0x300 + NODE, [1])
+    bench.send(DEVICE.command, DEVICE.short)
     bench.wait_for(EMCY)
     assert bench.read(0x1003, 0) == 2
     assert [bench.read(0x1003, sub) & 0xFFFF for sub in (1, 2)] == [0x8210, 0x8240]
@@ -112,7 +112,7 @@ def inhibited(bench: Bench) -> None:
 @case("EMCY: a PDO that is too short is 8210h, and not processed", byte(0, 0x11, EMCY))
 def short_pdo(bench: Bench) -> None:
     bench.nmt(START)
-    bench.send(0x300 + NODE, [0x02, 0x00, 9])
+    bench.send(DEVICE.command, DEVICE.short)
     assert bench.wait_for(EMCY)[:3] == bytes([0x10, 0x82, 0x11])
 
 

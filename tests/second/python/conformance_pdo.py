@@ -1,4 +1,4 @@
-"""Cases of SYNC and of PDOs. RPDO 5 and TPDO 5 carry 6400h sub 5, one byte, under identifiers of their own."""
+"""Cases of SYNC and of PDOs. An RPDO and a TPDO carry 6400h sub 5, one byte, under identifiers of their own."""
 
 from conformance_bench import (
     EMCY,
@@ -19,9 +19,10 @@ from conformance_bench import (
     byte,
     case,
 )
+from conformance_devices import DEVICE
 from spacecraft import OPERATIONAL
 
-RPDO, TPDO = 0x1404, 0x1804
+RPDO, TPDO = DEVICE.rpdo, DEVICE.tpdo
 #: From parameters to their mapping.
 MAPPING = 0x200
 RECEIVED, SENT = 0x1C2, 0x1C3
@@ -83,6 +84,7 @@ def extended_sync(bench: Bench) -> None:
 
 @case("SYNC: another identifier is obeyed, the old one is not")
 def other_identifier(bench: Bench) -> None:
+    bench.synchronize()
     bench.write(0x1005, 0, 0x0C0, 4)
     start(bench)
     bench.send(SYNC)

@@ -32,6 +32,7 @@ from conformance_bench import (
     byte,
     case,
 )
+from conformance_devices import DEVICE
 
 #: 6400h: a value of each type; sub-index 7 has four bytes, 27 has eight, 28 is limited. 6300h: bytes in blocks.
 STORE = 0x6300
@@ -233,7 +234,7 @@ for name, request, index, sub, code in [
     ("a segment without transfer", "00 01 02 03 04 05 06 07", 0, 0, UNKNOWN_COMMAND),
     ("an upload segment without transfer", "60", 0, 0, UNKNOWN_COMMAND),
     ("a block end without transfer", "C1", 0, 0, UNKNOWN_COMMAND),
-    ("read of write-only", "40 30 20 00", 0x2030, 0, WRITE_ONLY),
+    ("read of write-only", struct.pack("<BHB", 0x40, *DEVICE.write_only).hex(), *DEVICE.write_only, WRITE_ONLY),
     ("write of read-only", "23 00 10 00 01", 0x1000, 0, READ_ONLY),
     ("write of a constant", "21 08 10 00 04", 0x1008, 0, READ_ONLY),
     ("segmented write of read-only", "21 18 10 04 04", 0x1018, 4, READ_ONLY),

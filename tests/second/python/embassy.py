@@ -3,38 +3,22 @@
 import struct
 import unittest
 
-import canopen
-from canopen.objectdictionary import ODVariable, datatypes
 from canopen.sdo import SdoAbortedError
 
-from spacecraft import NOMINAL, OPERATIONAL, PATIENCE, PRE_OPERATIONAL, STOPPED, Channel, Observer, Test
+from spacecraft import EDS, NOMINAL, OPERATIONAL, PATIENCE, PRE_OPERATIONAL, STOPPED, Channel, Observer, Test
 
 NODE = 3
 COMMAND, ANSWER, HEARTBEAT = 0x203, 0x183, 0x703
+HEARTBEAT_TIME, POWER, TEMPERATURE = "Producer heartbeat time", "Power in percent", "Temperature"
+NOTE = "Note of the operator"
 TOO_HIGH = 0x06090031
 READ_ONLY = 0x06010002
-
-
-def dictionary() -> canopen.ObjectDictionary:
-    """The objects that are used here."""
-    found = canopen.ObjectDictionary()
-    for name, index, kind in (
-        ("Heartbeat", 0x1017, datatypes.UNSIGNED16),
-        ("Power", 0x6000, datatypes.UNSIGNED8),
-        ("Temperature", 0x6001, datatypes.INTEGER16),
-        ("Note", 0x6002, datatypes.VISIBLE_STRING),
-    ):
-        variable = ODVariable(name, index)
-        variable.data_type = kind
-        variable.access_type = "rw"
-        found.add_object(variable)
-    return found
 
 
 class Embassy(Test):
     def setUp(self) -> None:
         self.net = self.connect()
-        self.node = self.net.add_node(NODE, dictionary())
+        self.node = self.net.add_node(NODE, str(EDS))
         self.sdo = self.node.sdo
         self.sdo.RESPONSE_TIMEOUT = PATIENCE
         self.states = Observer()
@@ -61,17 +45,17 @@ class Embassy(Test):
 
     def test_values_of_every_length_are_moved(self) -> None:
         note = "".join(chr(0x20 + at % 95) for at in range(200))
-        self.sdo["Note"].raw = note
-        self.assertEqual(self.sdo["Note"].raw, note)
-        with self.sdo["Note"].open("wb", size=200, block_transfer=True) as stream:
+        self.sdo[NOTE].raw = note
+        self.assertEqual(self.sdo[NOTE].raw, note)
+        with self.sdo[NOTE].open("wb", size=200, block_transfer=True) as stream:
             stream.write(note[::-1].encode())
-        with self.sdo["Note"].open("rb", block_transfer=True) as stream:
+        with self.sdo[NOTE].open("rb", block_transfer=True) as stream:
             self.assertEqual(stream.read(), note[::-1].encode())
-        self.sdo["Power"].raw = 7
-        self.assertEqual((self.sdo["Power"].raw, self.sdo["Temperature"].raw), (7, 207))
+        self.sdo[POWER].raw = 7
+        self.assertEqual((self.sdo[POWER].raw, self.sdo[TEMPERATURE].raw), (7, 207))
 
     def test_refusals_have_their_abort_codes(self) -> None:
-        for name, value, code in (("Power", 101, TOO_HIGH), ("Temperature", 0, READ_ONLY)):
+        for name, value, code in ((POWER, 101, TOO_HIGH), (TEMPERATURE, 0, READ_ONLY)):
             with self.assertRaises(SdoAbortedError, msg=name) as refusal:
                 self.sdo[name].raw = value
             self.assertEqual(refusal.exception.code, code)
@@ -86,8 +70,8 @@ class Embassy(Test):
             answers.wait_for(lambda told: told[-1:] == [answer])
 
     def test_heartbeats_have_their_period(self) -> None:
-        self.sdo["Heartbeat"].raw = 50
-        self.addCleanup(setattr, self.sdo["Heartbeat"], "raw", 100)
+        self.sdo[HEARTBEAT_TIME].raw = 50
+        self.addCleanup(setattr, self.sdo[HEARTBEAT_TIME], "raw", 100)
         with Channel(NOMINAL) as channel:
             beats = [frame.ms for frame in channel.listen(1.0) if frame.id == HEARTBEAT]
         gaps = {later - earlier for earlier, later in zip(beats, beats[1:])}

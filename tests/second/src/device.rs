@@ -1,11 +1,14 @@
-//! The test device: its image, and the data sheets that scripts read it by.
+//! The test device: its image, and the data sheets that scripts read it by. Data sheets of the slaves on one bus.
 
 use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use ecss_can::types::NodeId;
+use async_canopen::node::{CanopenSlave, Settings};
+use async_canopen::od::Objects;
+use async_canopen::types::NodeId;
 use eds::{Commissioning, Description, Device, Timestamp};
+use embassy_slave::Heater;
 use mission::LIBRECUBE;
 
 use crate::tools::workspace;
@@ -36,18 +39,43 @@ pub fn data_sheet() -> anyhow::Result<PathBuf> {
         boot_up_slave: true,
         ..Device::new(MADE)
     };
-    let objects = |node| {
+    written("test-device", &device, |node| {
         let mut objects = fixtures::device(node, &LIBRECUBE, Vec::new()).objects().clone();
         // Boards have a parameter store.
         (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects
+    })
+}
+
+/// As [`data_sheet`], of the slaves on one bus: `firmware/examples/embassy-slave`.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn heater_data_sheet() -> anyhow::Result<PathBuf> {
+    let device = Device {
+        product: "Heater".into(),
+        nodes: 2..=127,
+        bit_rates: vec![1000],
+        boot_up_slave: true,
+        ..Device::new(MADE)
     };
-    let description = Description::new(&device, objects)?;
-    let [eds, dcf] = ["test-device.eds", "test-device-3.dcf"];
+    written("heater", &device, |node| {
+        CanopenSlave::new(node, &Settings::DEFAULT, Heater::default()).into_objects()
+    })
+}
+
+/// Writes EDS and DCF of a device whose nodes have these objects.
+fn written<D: Objects>(
+    name: &str,
+    device: &Device,
+    objects: impl Fn(NodeId) -> D,
+) -> anyhow::Result<PathBuf> {
+    let description = Description::new(device, &objects)?;
+    let [eds, dcf] = [format!("{name}.eds"), format!("{name}-{}.dcf", NODE.get())];
     let directory = workspace().join("target/second/device");
     fs::create_dir_all(&directory).with_context(|| format!("cannot make {}", directory.display()))?;
-    let text = description.dcf(dcf, eds, &Commissioning::new(NODE), &mut objects(NODE))?;
-    for (name, text) in [(eds, description.eds(eds)), (dcf, text)] {
+    let text = description.dcf(&dcf, &eds, &Commissioning::new(NODE), &mut objects(NODE))?;
+    for (name, text) in [(&eds, description.eds(&eds)), (&dcf, text)] {
         // Renamed, not written in place: scripts of other tests may be reading it.
         let part = directory.join(format!("{name}.{:?}", std::thread::current().id()));
         fs::write(&part, text).with_context(|| format!("cannot write {}", part.display()))?;

@@ -56,15 +56,19 @@ pub fn run_with_thermometer() -> anyhow::Result<String> {
     )
 }
 
-/// Runs `embassy.py` with one of the example slaves on embassy's CAN driver as node 3: this program.
+/// As [`run`], with one of the example slaves on embassy's CAN driver as node 3 and no other board: `program`. The script finds the
+/// data sheet of the slave in `SLAVE_EDS`, and its name among the conformance devices in `DEVICE`.
 ///
 /// # Errors
-/// As [`run`], and when the image cannot be built.
-pub fn run_with_embassy(program: &str) -> anyhow::Result<String> {
+/// As [`run`], and when image or data sheet cannot be made.
+pub fn run_with_embassy(name: &str, program: &str) -> anyhow::Result<String> {
     let built = Package::of_workspace("embassy-slave").build("pyboard-v11")?;
     let image = built.iter().find(|image| image.ends_with(program));
     let slave = format!("--slave=3={}", image.context("the package has no such program")?.display());
-    run("embassy.py", &["--slaves", "0", "--no-master", &slave])
+    let sheet = device::heater_data_sheet()?;
+    let sheet = sheet.to_str().context("a path in UTF-8")?;
+    let variables = [("SLAVE_EDS", sheet), ("DEVICE", "heater")];
+    run_with(name, &["--slaves", "0", "--no-master", &slave], &variables)
 }
 
 /// As [`run`], with the images of master and slaves 2 and 3 for 125 kbit/s, profile `standard`. The script finds the bit rate in

@@ -3,7 +3,7 @@
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
 
-use async_canopen::od::VisibleString;
+use async_canopen::od::{U24, VisibleString};
 use async_canopen::prelude::*;
 #[cfg(all(target_os = "none", feature = "bxcan"))]
 use embassy_stm32::{Config, rcc, time::Hertz};
@@ -15,22 +15,71 @@ pub struct Heater {
     /// Power in percent
     #[object(0x6000, rww, pdo, high = 100)]
     pub power: u8,
-    /// Temperature in units of 0.1 °C
+    /// Temperature
+    ///
+    /// In units of 0.1 °C.
     #[object(0x6001, ro, pdo, default = 200)]
     pub temperature: i16,
     /// Note of the operator
     #[object(0x6002, rw)]
     pub note: VisibleString<200>,
+    /// Table of the operator
+    ///
+    /// It moves by segments or blocks.
+    #[object(0x6300, rw)]
+    pub table: Domain<[u8; 2048]>,
+    /// Values of several types
+    ///
+    /// What is written can be read back.
+    #[object(0x6400, record)]
+    pub samples: Samples,
+}
+
+/// Values of several types, at the sub-indices that they have in `firmware/fixtures`: conformance cases use them.
+#[derive(Clone, Copy, Debug, Record)]
+pub struct Samples {
+    /// BOOLEAN
+    #[sub(1, rw, pdo)]
+    pub boolean: bool,
+    /// UNSIGNED8
+    #[sub(5, rw, pdo)]
+    pub unsigned8: u8,
+    /// UNSIGNED16
+    #[sub(6, rw, pdo)]
+    pub unsigned16: u16,
+    /// UNSIGNED32
+    #[sub(7, rw, pdo)]
+    pub unsigned32: u32,
+    /// UNSIGNED24
+    #[sub(22, rw, pdo)]
+    pub unsigned24: U24,
+    /// UNSIGNED64
+    #[sub(27, rw, pdo)]
+    pub unsigned64: u64,
+    /// Within limits
+    ///
+    /// -100 to 100.
+    #[sub(28, rw, pdo, low = -100, high = 100)]
+    pub limited: i16,
+    /// Write-only
+    #[sub(29, wo)]
+    pub write_only: u8,
 }
 
 impl Device for Heater {
-    type Pdos = PdoObjects<1, 1>;
-    type Consumers = HeartbeatConsumers<1>;
+    /// A client configures the second ones.
+    type Pdos = PdoObjects<2, 2>;
+    type Consumers = HeartbeatConsumers<2>;
 
     const PDOS: PdoSet = PdoSet::new(
         &[Rpdo::new(1, CobIdOf::node(0x200)).map(Heater::POWER)],
         &[Tpdo::new(1, CobIdOf::node(0x180)).map(Heater::TEMPERATURE)],
     );
+
+    fn communication(id: NodeId) -> Communication {
+        let identity = Identity { serial: id.get().into(), ..Identity::default() };
+        Communication { device_name: "Heater", identity, ..Communication::new(id) }
+    }
 }
 
 impl Heater {

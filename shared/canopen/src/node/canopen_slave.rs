@@ -43,6 +43,11 @@ impl<D: Device> CanopenSlave<D> {
         &self.canopen.services.dictionary.objects
     }
 
+    /// Returns the object dictionary alone, for a data sheet.
+    pub fn into_objects(self) -> NodeObjects<D, CanopenOnly> {
+        self.canopen.services.dictionary.objects
+    }
+
     /// Returns the NMT state of the slave.
     pub fn state(&self) -> NmtState {
         self.canopen.control.state()

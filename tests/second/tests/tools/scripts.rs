@@ -114,12 +114,36 @@ fn a_thermometer_is_known_by_its_own_data_sheet() {
     script::run_with_thermometer().unwrap_or_else(|failure| panic!("{failure:#}"));
 }
 
-/// The example slaves on the CAN driver of embassy-stm32: all of it, and as a driver of `embedded_can::nb`.
+/// With an example slave on one bus, on the CAN driver of embassy-stm32.
+fn passes_with_plain_slave(name: &str, program: &str) {
+    script::run_with_embassy(name, program).unwrap_or_else(|failure| panic!("{program}: {failure:#}"));
+}
+
+/// The example slaves on the CAN driver of embassy-stm32: all of it, and as a driver of `embedded_can::nb`. Commands by SLCAN, names
+/// by the data sheet.
 #[test]
 fn slaves_on_embassys_driver_obey_the_canopen_package() {
     for program in ["bxcan-slave", "nonblocking-slave"] {
-        script::run_with_embassy(program).unwrap_or_else(|failure| panic!("{program}: {failure:#}"));
+        passes_with_plain_slave("embassy.py", program);
     }
+}
+
+/// By the DCF of async-canopen alone.
+#[test]
+fn every_object_of_a_plain_slave_is_read_and_written_over_sdo() {
+    passes_with_plain_slave("plain_objects.py", "bxcan-slave");
+}
+
+/// The cases of `a_slave_keeps_the_rules_of_cia_301` that apply to a slave on one bus. `conformance_devices.py` lists the others.
+#[test]
+fn a_plain_slave_keeps_the_rules_of_cia_301() {
+    passes_with_plain_slave("conformance.py", "bxcan-slave");
+}
+
+/// The same behind `embedded_can::nb`: requests come as fast as they may, and none is lost.
+#[test]
+fn a_plain_slave_on_embedded_can_keeps_the_rules_of_cia_301() {
+    passes_with_plain_slave("conformance.py", "nonblocking-slave");
 }
 
 /// 1010h and 1011h.
