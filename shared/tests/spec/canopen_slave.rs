@@ -2,10 +2,10 @@
 
 use async_canopen::node::{BusCommand, CanopenSlave, Device, DeviceNode, Event, Node, Settings};
 use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
-use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::heartbeat::{HeartbeatConsumers, HeartbeatTimes};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-use ecss_can::types::{AbortCode, CobId, NmtState, NodeId};
+use ecss_can::types::{AbortCode, CobId, Duration, NmtState, NodeId};
 
 use crate::bench::{Bench, NOMINAL, frame, ms, node, span};
 
@@ -483,4 +483,42 @@ fn passes_on_the_frames_that_its_device_names() {
     let set_again: Vec<_> = (0..admitted.len() + 1).map(|number| slave.node.filter(number)).collect();
     assert_eq!(set_again[..admitted.len()], admitted.iter().copied().map(Some).collect::<Vec<_>>());
     assert_eq!(set_again[admitted.len()], None);
+}
+
+/// Monitors node 7, and no master.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Follower {}
+
+impl Device for Follower {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::new(&[], &[]);
+
+    fn consumers(_: NodeId) -> HeartbeatConsumers<1> {
+        HeartbeatConsumers { consumer_heartbeat: [0x0007_0064] }
+    }
+}
+
+/// Given a slave without a consumer time for the master, whose device monitors node 7 for 100 ms (1016h), when node 7 is heard and
+/// then silent, then the slave reports its state, and 100 ms later that it is missed.
+///
+/// Verifies: ECSS 6.5.2a
+#[test]
+fn monitors_what_its_device_says_in_a_network_without_a_master() {
+    let heartbeats = HeartbeatTimes { consumer: Duration::ZERO, ..Settings::DEFAULT.heartbeats };
+    let settings = Settings { heartbeats, ..Settings::DEFAULT };
+    let mut slave = Bench::new(CanopenSlave::new(node(9), &settings, Follower::default()));
+    assert_eq!(slave.node.objects().consumers.consumer_heartbeat, [0x0007_0064]);
+    slave.receive(NOMINAL, 0x707, &[0x05]);
+    slave.run_until(ms(99));
+    let peer = [Event::PeerState { node: node(7), state: NmtState::Operational }];
+    let of_peer = |slave: &Bench<CanopenSlave<Follower>>| -> Vec<Event> {
+        let is_peer = |event: &&Event| matches!(event, Event::PeerState { .. } | Event::PeerMissed { .. });
+        slave.events.iter().filter(is_peer).copied().collect()
+    };
+    assert_eq!(of_peer(&slave), peer);
+    slave.run_until(ms(101));
+    assert_eq!(of_peer(&slave), [peer[0], Event::PeerMissed { node: node(7) }]);
 }

@@ -79,7 +79,8 @@ pub trait Device: Objects + DeviceObjects + Default + 'static {
         Communication::new(id)
     }
 
-    /// Returns 1016h at power-on and after "reset communication". The node fills in the entry of the master.
+    /// Returns 1016h at power-on and after "reset communication". The node fills in the first entry, that of the master, unless
+    /// the [consumer time](crate::heartbeat::HeartbeatTimes::consumer) for it is zero.
     fn consumers(_id: NodeId) -> Self::Consumers {
         Self::Consumers::default()
     }

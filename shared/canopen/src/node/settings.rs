@@ -10,7 +10,7 @@ use crate::types::Duration;
 pub struct Settings {
     /// Times of heartbeats (1016h, 1017h), in whole milliseconds.
     pub heartbeats: HeartbeatTimes,
-    /// Delay of the heartbeats that the node sends late.
+    /// Delay of the heartbeats that the node sends late, if it does: so two nodes with one Node-ID hear each other.
     pub late_heartbeat: Duration,
     /// Longest lifetime of a synchronous frame: the time between two SYNCs.
     pub sync: Duration,

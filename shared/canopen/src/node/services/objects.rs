@@ -58,11 +58,13 @@ impl<D: Device, E: Extension<D>> NodeObjects<D, E> {
         self.set_heartbeats(heartbeats);
     }
 
-    /// Objects 1016h and 1017h: the master is consumed first of all.
+    /// Objects 1016h and 1017h: the master is consumed first of all, unless its consumer time is zero.
     fn set_heartbeats(&mut self, heartbeats: HeartbeatTimes) {
         // They hold at most 65 535 ms, whose microseconds fit into 32 bits: no division of 64 for them.
         let millis = |time: Duration| (time.as_micros() as u32 / 1_000) as u16;
-        if let Some(first) = self.consumers.entries_mut().first_mut() {
+        if heartbeats.consumer > Duration::ZERO
+            && let Some(first) = self.consumers.entries_mut().first_mut()
+        {
             *first = u32::from(NodeId::MASTER.get()) << 16 | u32::from(millis(heartbeats.consumer));
         }
         self.communication.heartbeat.time = millis(heartbeats.producer);
