@@ -33,7 +33,6 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
         MappedTime::of(mapping) != MappedTime::None
     }
 
-    #[inline]
     fn is_special_rpdo(state: &State<D::Pdos, D::Sdo>, number: usize) -> bool {
         state.mapped_time(number) != MappedTime::None
     }
@@ -48,7 +47,6 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
         services.take_time(number, bus, stamp, turn);
     }
 
-    #[inline]
     fn is_short_lived(state: &State<D::Pdos, D::Sdo>, number: usize) -> bool {
         state.carries_time(number)
     }
@@ -90,12 +88,10 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
         Ok(())
     }
 
-    #[inline]
     fn check_value(at: Address, value: u32) -> Result<(), AbortCode> {
         check_submilliseconds::<D>(at, value)
     }
 
-    #[inline]
     fn takes(index: u16) -> bool {
         index == IDENTITY
     }
@@ -105,7 +101,6 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
         Ok(())
     }
 
-    #[inline]
     fn is_command(index: u16) -> bool {
         matches!(index, REQUEST_NMT | SCET_SET | UTC_SET | SELF_TEST_START)
     }

@@ -54,7 +54,6 @@ impl<P: PdoSlots, S: SdoServers> State<P, S> {
     }
 
     /// Returns the time that the receive PDO with this number carries.
-    #[inline]
     pub fn mapped_time(&self, number: usize) -> MappedTime {
         self.mapped_time.as_ref().get(number).copied().unwrap_or_default()
     }
@@ -65,7 +64,6 @@ impl<P: PdoSlots, S: SdoServers> State<P, S> {
     }
 
     /// Returns whether the transmit PDO with this number carries the local time.
-    #[inline]
     pub fn carries_time(&self, number: usize) -> bool {
         self.carries_time.as_ref().get(number).is_some_and(|carries| *carries)
     }

@@ -137,7 +137,6 @@ impl<D: SpacecraftDevice> Services<D> {
 
     /// Gives the time service the samples of the client that sends requests with this COB-ID: parts that a client reads one by
     /// one belong to one sample, whatever the other client reads between them.
-    #[inline]
     pub fn choose_client(&mut self, request: CobId) {
         let nth = self.server_of(request);
         let State { other_client, time, .. } = &mut self.state;

@@ -114,7 +114,7 @@ fn unheard(program: &str) -> Bench {
     bench
 }
 
-/// Given a PDO that nobody acknowledges, then the port aborts it when its lifetime ends: it does not leave when the master is back.
+/// Given a PDO that no node acknowledges, when its lifetime ends, then the port aborts it: the PDO is not sent when the master is back.
 #[test]
 fn pdo_that_nobody_acknowledges_is_aborted() {
     let mut bench = unheard(BXCAN);

@@ -18,7 +18,7 @@
 //!
 //! | the driver lacks | what the adapter does | what the node does then |
 //! | --- | --- | --- |
-//! | results of transmissions | reports `Transmitted` as soon as the driver accepts a frame | does not notice that nobody acknowledges; counts frames that never left; a lifetime ends only for frames that the driver refuses |
+//! | results of transmissions | reports `Transmitted` as soon as the driver accepts a frame | counts a frame as sent that no other node acknowledges; a lifetime ends only for frames that the driver refuses |
 //! | abort | aborts only frames that it has not handed over | an urgent frame waits behind frames in the driver; these leave when a cut heals, however old |
 //! | stamps | reads the clock when it reads the frame | times SYNC and heartbeats late by the latency of its task |
 //! | an interrupt that wakes the task | does nothing between two polls of the runner | answers up to 100 ms late |

@@ -11,11 +11,11 @@ use async_canopen::types::{CobId, Frame, Instant};
 
 use crate::bench::frame;
 
-/// Mailboxes of the controller, and what it was told.
+/// Mailboxes of the controller, and the commands that it received.
 #[derive(Default)]
 struct Chip {
     places: [Option<Frame>; 2],
-    /// It aborts when it is told to.
+    /// The driver can abort a frame.
     aborts: bool,
     /// The next frame goes into the first place, whose frame is given up.
     replaces: bool,
