@@ -35,7 +35,7 @@ pub struct SecondServer {
 }
 
 /// Returns the server with this number. `second` is empty without a second server.
-#[inline]
+#[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
 pub fn select<'a>(
     default: &'a mut Timed<Server>,
     second: &'a mut [SecondServer],
@@ -96,13 +96,13 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the number of the SDO server that takes requests with this COB-ID. It is the default one for all others.
-    #[inline]
+    #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub fn server_of(&self, id: CobId) -> usize {
         if self.second().is_some_and(|second| second.takes(id)) { SECOND } else { DEFAULT }
     }
 
     /// Returns the SDO server with this number.
-    #[inline]
+    #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub(super) fn server_mut(&mut self, nth: usize) -> &mut Timed<Server> {
         select(&mut self.server, self.second_sdo.as_mut(), nth)
     }
@@ -124,7 +124,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns whether this is the COB-ID of the answers of the second server.
-    #[inline]
+    #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub fn is_second_sdo_answer(&self, id: CobId) -> bool {
         self.second().is_some_and(|second| second.answer() == Some(id))
     }
@@ -143,7 +143,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns when the second server is due. It is not while a bit of its COB-IDs is wrong.
-    #[inline]
+    #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub(super) fn second_sdo_deadline(&self) -> Option<Instant> {
         let second = self.second()?;
         second.channel().and(second.server.deadline())
@@ -151,7 +151,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Shows the dictionary what the other server transfers, before a call of the server with this number. Returns
     /// whether a save is running.
-    #[inline]
+    #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub(super) fn share(&mut self, nth: usize) -> bool {
         let Self { dictionary, server, second_sdo, .. } = self;
         let (Some(second), Some(shared)) =
@@ -166,7 +166,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Notes what the server with this number began in its call. `was_saving`: a save was running before.
-    #[inline]
+    #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub(super) fn note_begun(&mut self, nth: usize, was_saving: bool) {
         let Self { dictionary, second_sdo, .. } = self;
         let (Some(second), Some(shared)) =
@@ -184,7 +184,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the number of the server whose client asked for the running save.
-    #[inline]
+    #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub(super) fn saving_server(&self) -> usize {
         if self.second().is_some_and(|second| second.is_saving) { SECOND } else { DEFAULT }
     }

@@ -35,7 +35,7 @@ pub struct Shared {
 ///
 /// # Errors
 /// [`AbortCode::DeviceState`] if the other server moves the same value in parts, and one of both writes it.
-#[inline]
+#[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
 pub fn begin(
     shared: &mut [Shared],
     at: Address,
