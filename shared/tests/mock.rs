@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
+use ecss_can::heartbeat::HeartbeatProducer;
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent};
 use ecss_can::mock::{LoopbackPort, ManualClock, MockSpacecraft, SentFrame, Tasks};
@@ -266,11 +267,10 @@ fn an_application_reads_a_slave_by_sdo() {
     let read = Rc::new(Cell::new(None));
     let place = read.clone();
     spacecraft.spawn(async move {
-        let mut state = [0; 2];
-        place.set(Some(one.sdo().read(TWO, Address::new(0x1017, 0), &mut state).await.map(|_| state)));
+        place.set(Some(one.sdo(TWO).read(HeartbeatProducer::TIME).await));
     });
     spacecraft.run_until(at(1_100));
-    assert_eq!(read.take(), Some(Ok([100, 0])));
+    assert_eq!(read.take(), Some(Ok(100)));
 }
 
 /// Given an application that reads without a pause, then the test ends: frames take no time.
@@ -281,8 +281,6 @@ fn an_application_that_never_waits_for_time_is_a_panic() {
     let (one, _) = spacecraft.power_on(master);
     spacecraft.power_on(|| slave(TWO));
     spacecraft.run_until(at(1_000));
-    spacecraft.spawn(async move {
-        while one.sdo().read(TWO, Address::new(0x1017, 0), &mut [0; 2]).await.is_ok() {}
-    });
+    spacecraft.spawn(async move { while one.sdo(TWO).read(HeartbeatProducer::TIME).await.is_ok() {} });
     spacecraft.run_until(at(2_000));
 }

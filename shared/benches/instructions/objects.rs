@@ -67,11 +67,11 @@ const OF_OBJECTS: PdoSet = PdoSet::new(
 );
 const _: () = assert_device::<Application<PdoMapping, true>>();
 
-const fn receive(first: Field) -> Rpdo {
+const fn receive<R, W>(first: Field<u16, R, W>) -> Rpdo {
     Rpdo::new(1, CobIdOf::node(0x200)).map(first)
 }
 
-const fn transmit(first: Field) -> Tpdo {
+const fn transmit<R, W>(first: Field<u16, R, W>) -> Tpdo {
     Tpdo::new(1, CobIdOf::node(0x180)).transmission(1).map(first)
 }
 

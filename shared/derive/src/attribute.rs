@@ -85,6 +85,15 @@ impl Attribute {
         Ok(quote!(#krate::od::Access::#access))
     }
 
+    /// Returns two types that say what SDO clients may do: read and write. A declaration with an error allows both.
+    pub fn access_types(&self) -> TokenStream {
+        let krate = path::canopen();
+        let is = |right: &str| self.access.as_ref().is_some_and(|own| own == right);
+        let read = if is("Wo") { quote!(NotReadable) } else { quote!(Readable) };
+        let write = if is("Ro") || is("Const") { quote!(NotWritable) } else { quote!(Writable) };
+        quote!(#krate::od::#read, #krate::od::#write)
+    }
+
     /// Returns whether the value has a least or a greatest one.
     pub fn is_limited(&self) -> bool {
         self.low.is_some() || self.high.is_some()

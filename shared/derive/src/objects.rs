@@ -19,6 +19,10 @@ pub struct Object<'a> {
     pub field: &'a Field,
     /// The record under it, or under each in a row.
     pub record: Option<&'a Type>,
+    /// Type of each value outside a record.
+    pub element: &'a Type,
+    /// Types that say what SDO clients may do.
+    pub access_types: TokenStream,
     /// It has no other value, and is no row.
     pub is_single: bool,
     /// The value at a place, an `Option<&mut dyn Variable>`.
@@ -297,14 +301,23 @@ pub fn device(input: &DeriveInput) -> TokenStream {
 pub fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
     let krate = path::canopen();
     let kind = if object.is_single { quote!(#krate::od::Field) } else { quote!(#krate::od::Fields) };
-    let record = object.record.map(|record| instance::filled(input, record.to_token_stream()));
-    let of = match (record, object.is_single) {
-        (_, true) => kind.clone(),
+    let filled = |of: &Type| instance::filled(input, of.to_token_stream());
+    let (element, access) = (filled(object.element), &object.access_types);
+    let of = match (object.record.map(filled), object.is_single) {
+        (_, true) => quote!(#kind<#element, #access>),
         (Some(record), _) => quote!(#kind<#record>),
-        (None, _) => quote!(#kind<()>),
+        (None, _) => quote!(#kind<(), #element, #access>),
     };
     let value = quote!(#kind::of(&<Self as #krate::od::Objects>::DECLARED.objects[#nth]));
     field::constant(object.field, &format!("{:04X}h", object.number), &of, &value)
+}
+
+/// Returns the type of each value of an object, as far as it is known.
+pub fn element<'a>(value: &'a Type, attribute: &Attribute) -> &'a Type {
+    match value {
+        Type::Array(array) if attribute.shape == Shape::Array => &array.elem,
+        _ => value,
+    }
 }
 
 /// `None` after an error.
@@ -348,7 +361,20 @@ pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) 
     let (bits, set_bits) = (read.then_some(bits), written.then_some(set_bits));
     let record = matches!(attribute.shape, Shape::Record { .. }).then_some(value);
     let is_single = attribute.shape == Shape::Var && !attribute.in_a_row;
-    Some(Object { number, declaration, names, field, record, is_single, variable, bits, set_bits })
+    let (element, access_types) = (element(value, attribute), attribute.access_types());
+    Some(Object {
+        number,
+        declaration,
+        names,
+        field,
+        record,
+        element,
+        access_types,
+        is_single,
+        variable,
+        bits,
+        set_bits,
+    })
 }
 
 /// Expressions that depend on the shape of an object.

@@ -178,6 +178,7 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
         attribute.qualified(&field.ty, quote!(#krate::od::Entry::of::<#value>(#first, #count, #access)));
     let same_error = field::same_error(value);
     let arm = |value: TokenStream| quote!(#pattern => #value,);
+    let access_types = attribute.access_types();
     let (read, written) = attribute.directions();
     Some(Sub {
         number,
@@ -186,7 +187,7 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
         constant: field::constant(
             field,
             &format!("sub-index {first}"),
-            &quote!(#krate::od::SubIndex<Self>),
+            &quote!(#krate::od::SubIndex<Self, #value, #access_types>),
             &quote!(#krate::od::SubIndex::new(#first, #count)),
         ),
         arm: arm(quote!({

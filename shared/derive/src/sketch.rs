@@ -10,7 +10,7 @@ use syn::{DeriveInput, Field, Type, TypeArray};
 use crate::attribute::{Attribute, Shape};
 use crate::errors::Errors;
 use crate::field::{self, Declared};
-use crate::objects::{self, Object};
+use crate::objects::{self, Object, element};
 use crate::path;
 use crate::record::{self, Sub};
 
@@ -94,6 +94,8 @@ fn object_of(field: &Field, is_free: impl Fn(u16) -> bool) -> Object<'_> {
         names: TokenStream::new(),
         field,
         record,
+        element: element(value, &attribute),
+        access_types: attribute.access_types(),
         is_single: attribute.shape == Shape::Var && !attribute.in_a_row,
         variable: TokenStream::new(),
         bits: None,
@@ -106,11 +108,12 @@ fn sub_of(field: &Field) -> Sub {
     let attribute = field::sketched(field, "sub");
     let number = attribute.value(254).unwrap_or(254);
     let first = number as u8;
-    let count = match row(field, &attribute) {
-        Some(array) => field::sub_indices(&array.len),
-        None if attribute.in_a_row => quote!(255 - #first),
-        None => quote!(1),
+    let (value, count) = match row(field, &attribute) {
+        Some(array) => (&*array.elem, field::sub_indices(&array.len)),
+        None if attribute.in_a_row => (&field.ty, quote!(255 - #first)),
+        None => (&field.ty, quote!(1)),
     };
+    let access_types = attribute.access_types();
     Sub {
         number,
         entry: entry(first, count.clone()),
@@ -118,7 +121,7 @@ fn sub_of(field: &Field) -> Sub {
         constant: field::constant(
             field,
             "unknown",
-            &quote!(#krate::od::SubIndex<Self>),
+            &quote!(#krate::od::SubIndex<Self, #value, #access_types>),
             &quote!(#krate::od::SubIndex::new(#first, #count)),
         ),
         arm: TokenStream::new(),

@@ -76,8 +76,8 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
             Bus::Nominal => TimeCorrection::NOMINAL,
             Bus::Redundant => TimeCorrection::REDUNDANT,
         };
-        let mut correction = [0; 4];
-        self.0.sdo().read(node, ClockObjects::CORRECTION.field(of_bus).address(), &mut correction).await?;
+        let slave = self.0.sdo(node);
+        let correction = slave.read(ClockObjects::CORRECTION.field(of_bus)).await?;
         let (mut last, mut samples, mut sum) = (0, 0, 0_i64);
         for _ in 0..LOOKS {
             let now = self.0.now();
@@ -87,9 +87,8 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
                 continue;
             }
             last = heard;
-            let mut sent = [0; 8];
-            self.0.sdo().read(node, ClockObjects::HEARTBEAT_SENT.address(), &mut sent).await?;
-            let difference = heard.wrapping_sub(u64::from_le_bytes(sent)) as i64;
+            let sent = slave.read(ClockObjects::HEARTBEAT_SENT).await?;
+            let difference = heard.wrapping_sub(sent) as i64;
             if difference.unsigned_abs() > SAME {
                 continue;
             }
@@ -101,7 +100,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
                     return Err(Error::BusChanged);
                 }
                 // The master's correction makes the time of a SYNC earlier, the slave's makes that of its clock later.
-                let of_slave = TimeCorrection::known(i32::from_le_bytes(correction)).unwrap_or(0);
+                let of_slave = TimeCorrection::known(correction).unwrap_or(0);
                 let corrected = i64::from(of_slave) - i64::from(ranged.correction);
                 let twice = nanoseconds(sum / i64::from(SAMPLES)) + corrected;
                 return Ok(Cable { bus, delay_ns: (twice / 2) as i32 });

@@ -63,8 +63,7 @@
 //!
 //! // The master writes the setpoint by SDO.
 //! let master: Handle<Master<Plain>> = world.master();
-//! let setpoint = Heater::SETPOINT.address();
-//! let work = async move { master.sdo().write(HEATER, setpoint, &400_i16.to_le_bytes()).await };
+//! let work = async move { master.sdo(HEATER).write(Heater::SETPOINT, 400).await };
 //! let written = world.spawn(NodeId::MASTER, work);
 //! world.run_for(Time::from_ms(10));
 //! assert_eq!(written.take().map(|(_, result)| result), Some(Ok(())));

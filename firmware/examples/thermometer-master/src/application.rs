@@ -69,7 +69,7 @@ async fn calibrate<P: Platform>(
     report: impl Fn(Report),
 ) {
     ready.wait().await;
-    if let Err(error) = write_table(master.sdo()).await {
+    if let Err(error) = write_table(master.sdo(THERMOMETER)).await {
         return report(Report::TransferFailed(error));
     }
     report(Report::TableSaved);
@@ -77,7 +77,7 @@ async fn calibrate<P: Platform>(
     let reset = NmtMessage { command: Command::ResetNode, target: Target::Node(THERMOMETER) };
     master.request(MasterRequest::Nmt(reset));
     ready.wait().await;
-    report(match is_kept(master.sdo()).await {
+    report(match is_kept(master.sdo(THERMOMETER)).await {
         Ok(true) => Report::TableKept,
         Ok(false) => Report::TableLost,
         Err(error) => Report::TransferFailed(error),

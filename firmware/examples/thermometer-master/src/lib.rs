@@ -14,8 +14,6 @@ pub use application::{Report, application};
 
 /// The thermometer's Node-ID.
 pub const THERMOMETER: NodeId = NodeId::of::<3>();
-/// "save" there keeps all parameters.
-const SAVE_ALL: Address = Address::new(0x1010, 1);
 
 /// Receive PDO of a change: 283h.
 pub const CHANGE: Rpdo = Rpdo::new(1, CobIdOf::fixed(0x283)).map(Ground::TEMPERATURE).map(Ground::ALARM);
@@ -58,22 +56,22 @@ impl Device for Ground {
 ///
 /// # Errors
 /// See [`Error`].
-pub async fn write_table(client: SdoClient<impl Platform, Ground>) -> Result<(), Error> {
+pub async fn write_table(thermometer: SdoClient<impl Platform, Ground>) -> Result<(), Error> {
     let mut bytes = table();
     let fill = |part: &mut [u8]| part.fill_with(|| bytes.next().unwrap_or(0));
-    client.download_from(THERMOMETER, Thermometer::TABLE.address(), 2048, fill).await?;
-    client.write(THERMOMETER, Thermometer::MODE.address(), &[1]).await?;
-    client.write(THERMOMETER, SAVE_ALL, b"save").await
+    thermometer.download_from(Thermometer::TABLE, 2048, fill).await?;
+    thermometer.write(Thermometer::MODE, 1).await?;
+    thermometer.save_all().await
 }
 
 /// Whether the table is as it was written.
 ///
 /// # Errors
 /// See [`Error`].
-pub async fn is_kept(client: SdoClient<impl Platform, Ground>) -> Result<bool, Error> {
+pub async fn is_kept(thermometer: SdoClient<impl Platform, Ground>) -> Result<bool, Error> {
     let (mut bytes, mut same) = (table(), true);
     let compare = |part: &[u8]| same &= part.iter().all(|byte| bytes.next() == Some(*byte));
-    client.upload_to(THERMOMETER, Thermometer::TABLE.address(), 2048, compare).await?;
+    thermometer.upload_to(Thermometer::TABLE, 2048, compare).await?;
     Ok(same && bytes.next().is_none())
 }
 

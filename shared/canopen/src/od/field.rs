@@ -2,30 +2,55 @@
 //!
 //! `derive(Objects)` makes one of each field that is an object, with the name of the field in capitals: a [`Field`]
 //! for a single value, [`Fields`] for an ARRAY, a RECORD and consecutive objects. `derive(Record)` makes a
-//! [`SubIndex`] of each field.
+//! [`SubIndex`] of each field. Each has the type of the value, and the access right of SDO clients.
 
+use core::fmt;
 use core::marker::PhantomData;
 
 use super::reason::Reason;
-use super::{DataType, Entry, Object};
+use super::{Access, DataType, Domain, Entry, Object, Readable, Typed, Untyped, Writable};
 use crate::types::Address;
 
-/// A value: its address and its declaration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Field {
+/// A value: its address and its declaration. `T` is its type, [`Untyped`] if the constant does not know it. `R` and `W` say
+/// what SDO clients may do: [`Readable`] or [`NotReadable`](super::NotReadable), [`Writable`] or
+/// [`NotWritable`](super::NotWritable).
+pub struct Field<T = Untyped, R = Readable, W = Writable> {
     at: Address,
     entry: Entry,
+    of: PhantomData<fn(T, R, W)>,
 }
 
-impl Field {
-    /// Makes the constant of an object with a single value.
+impl<T, R, W> Clone for Field<T, R, W> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T, R, W> Copy for Field<T, R, W> {}
+
+impl<T, R, W> fmt::Debug for Field<T, R, W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Field").field("at", &self.at).field("entry", &self.entry).finish()
+    }
+}
+
+impl<T, R, W> PartialEq for Field<T, R, W> {
+    fn eq(&self, other: &Self) -> bool {
+        (self.at, self.entry) == (other.at, other.entry)
+    }
+}
+
+impl<T, R, W> Eq for Field<T, R, W> {}
+
+impl<T, R, W> Field<T, R, W> {
+    /// Makes the constant of an object with a single value. The derive macro names its type.
     ///
     /// # Panics
     /// If the object has several values. In a constant this is a compile error.
     #[track_caller]
-    pub const fn of(object: &Object) -> Field {
-        Fields::<()>::of(object).sub(0)
+    pub const fn of(object: &Object) -> Self {
+        let Field { at, entry, .. } = Fields::<()>::of(object).sub(0);
+        Field { at, entry, of: PhantomData }
     }
 
     /// Returns the index of the object.
@@ -49,33 +74,89 @@ impl Field {
     }
 }
 
-impl From<Field> for Address {
-    fn from(field: Field) -> Address {
+impl Field {
+    /// Makes the constant of a value whose declaration is not here: it moves as bytes, and no PDO carries it.
+    pub const fn raw(at: Address) -> Field {
+        // A DOMAIN has any length.
+        let entry = Entry::of::<Domain<[u8; 0]>>(at.sub, 1, Access::Rw);
+        Field { at, entry, of: PhantomData }
+    }
+}
+
+impl<T, R, W> From<Field<T, R, W>> for Address {
+    fn from(field: Field<T, R, W>) -> Address {
         field.at
     }
 }
 
-/// An object with several values, or several consecutive objects. `R` is its record, `()` if it has none.
+/// An object with several values, or several consecutive objects. `G` is its record, `()` if it has none. `T` is the type
+/// of each value outside a record, `R` and `W` as in [`Field`].
 #[derive(Debug)]
-pub struct Fields<R: ?Sized> {
+pub struct Fields<G: ?Sized, T = Untyped, R = Readable, W = Writable> {
     index: u16,
     count: u16,
     entries: &'static [Entry],
-    of: PhantomData<fn(&R)>,
+    record: PhantomData<fn(&G)>,
+    of: PhantomData<fn(T, R, W)>,
 }
 
-impl<R: ?Sized> Clone for Fields<R> {
+impl<G: ?Sized, T, R, W> Clone for Fields<G, T, R, W> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<R: ?Sized> Copy for Fields<R> {}
+impl<G: ?Sized, T, R, W> Copy for Fields<G, T, R, W> {}
 
-impl<R: ?Sized> Fields<R> {
+impl<G: ?Sized> Fields<G> {
+    /// Returns the value of a sub-index, without its type.
+    ///
+    /// # Panics
+    /// If there is no such sub-index, or for several consecutive objects. In a constant this is a compile error.
+    #[track_caller]
+    pub const fn sub(self, sub: u8) -> Field {
+        self.value(sub)
+    }
+
+    /// Returns the value of a field of its record.
+    ///
+    /// # Panics
+    /// For several consecutive objects or sub-indices. In a constant this is a compile error.
+    #[track_caller]
+    pub const fn field<T, R, W>(self, field: SubIndex<G, T, R, W>) -> Field<T, R, W> {
+        if field.count != 1 {
+            let first = self.refuse(", sub-index ").number(field.sub as u32);
+            first.text(": there are several in a row, choose one with `nth`").refuse();
+        }
+        let Field { at, entry, .. } = self.value(field.sub);
+        Field { at, entry, of: PhantomData }
+    }
+}
+
+impl<T: Typed, R, W> Fields<(), T, R, W> {
+    /// Returns the value of a sub-index: of an ARRAY from 1 on, 0 of one of several consecutive objects.
+    ///
+    /// # Panics
+    /// If there is no such sub-index, or for several consecutive objects. In a constant this is a compile error.
+    #[track_caller]
+    pub const fn sub(self, sub: u8) -> Field<T, R, W> {
+        if sub == 0 && self.entries.len() > 1 {
+            self.refuse(" has the number of its elements at sub-index 0: the first one is 1").refuse();
+        }
+        self.value(sub)
+    }
+}
+
+impl<G: ?Sized, T, R, W> Fields<G, T, R, W> {
     /// Makes the constant of an object.
     pub const fn of(object: &Object) -> Self {
-        Fields { index: object.index, count: object.count, entries: object.entries, of: PhantomData }
+        Fields {
+            index: object.index,
+            count: object.count,
+            entries: object.entries,
+            record: PhantomData,
+            of: PhantomData,
+        }
     }
 
     /// Returns one of several consecutive objects, counted from zero.
@@ -91,36 +172,19 @@ impl<R: ?Sized> Fields<R> {
         Fields { index: self.index + nth, count: 1, ..self }
     }
 
-    /// Returns the value of a sub-index.
-    ///
-    /// # Panics
-    /// If there is no such sub-index, or for several consecutive objects. In a constant this is a compile error.
     #[track_caller]
-    pub const fn sub(self, sub: u8) -> Field {
+    const fn value(self, sub: u8) -> Field<T, R, W> {
         self.assert_one();
         let (mut nth, mut last) = (0, 0);
         while nth < self.entries.len() {
             let entry = self.entries[nth];
             if sub >= entry.sub && sub - entry.sub < entry.count {
-                return Field { at: Address::new(self.index, sub), entry };
+                return Field { at: Address::new(self.index, sub), entry, of: PhantomData };
             }
             (nth, last) = (nth + 1, entry.sub as u32 + entry.count as u32 - 1);
         }
         let none = self.refuse(" has no sub-index ").number(sub as u32);
         none.text(": its last one is ").number(last).refuse()
-    }
-
-    /// Returns the value of a field of its record.
-    ///
-    /// # Panics
-    /// For several consecutive objects or sub-indices. In a constant this is a compile error.
-    #[track_caller]
-    pub const fn field(self, field: SubIndex<R>) -> Field {
-        if field.count != 1 {
-            let first = self.refuse(", sub-index ").number(field.sub as u32);
-            first.text(": there are several in a row, choose one with `nth`").refuse();
-        }
-        self.sub(field.sub)
     }
 
     /// Returns the index of the object.
@@ -145,26 +209,28 @@ impl<R: ?Sized> Fields<R> {
     }
 }
 
-/// A field of a record: one sub-index, or several consecutive ones. `R` is the record.
+/// A field of a record: one sub-index, or several consecutive ones. `G` is the record, `T` the type of each value, `R` and `W` as
+/// in [`Field`].
 #[derive(Debug)]
-pub struct SubIndex<R: ?Sized> {
+pub struct SubIndex<G: ?Sized, T = Untyped, R = Readable, W = Writable> {
     sub: u8,
     count: u8,
-    of: PhantomData<fn(&R)>,
+    record: PhantomData<fn(&G)>,
+    of: PhantomData<fn(T, R, W)>,
 }
 
-impl<R: ?Sized> Clone for SubIndex<R> {
+impl<G: ?Sized, T, R, W> Clone for SubIndex<G, T, R, W> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<R: ?Sized> Copy for SubIndex<R> {}
+impl<G: ?Sized, T, R, W> Copy for SubIndex<G, T, R, W> {}
 
-impl<R: ?Sized> SubIndex<R> {
+impl<G: ?Sized, T, R, W> SubIndex<G, T, R, W> {
     /// Makes the constant of `count` consecutive sub-indices.
     pub const fn new(sub: u8, count: u8) -> Self {
-        SubIndex { sub, count, of: PhantomData }
+        SubIndex { sub, count, record: PhantomData, of: PhantomData }
     }
 
     /// Returns one of several consecutive sub-indices, counted from zero.

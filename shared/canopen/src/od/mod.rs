@@ -7,7 +7,7 @@
 //! function of the device checks a value beyond type and limits.
 //!
 //! ```
-//! use async_canopen::od::{Objects, Record, U24, checked};
+//! use async_canopen::od::{Field, NotWritable, Objects, Readable, Record, U24, checked};
 //! use async_canopen::types::{AbortCode, Address};
 //!
 //! /// A star tracker.
@@ -61,6 +61,9 @@
 //! // Constants of each field, of records and of arrays.
 //! assert_eq!(StarTracker::ATTITUDE.field(Attitude::DECLINATION).address(), Address::new(0x6010, 2));
 //! assert_eq!(StarTracker::TEMPERATURES.sub(4).address(), Address::new(0x6020, 4));
+//! // They have the type and the access right of the value: an SDO client writes no string to a number.
+//! const EXPOSURE: Field<u16> = StarTracker::EXPOSURE_MS;
+//! const FOURTH: Field<i16, Readable, NotWritable> = StarTracker::TEMPERATURES.sub(4);
 //! ```
 //!
 //! Two fields with one index do not compile, even in different groups (`#[objects]`) or consecutive objects
@@ -90,6 +93,7 @@ mod reason;
 mod run;
 mod texts;
 mod times;
+mod typed;
 mod variable;
 
 pub use access::{ObjectAccess, Transfer, WHOLE};
@@ -108,4 +112,5 @@ pub use reason::Reason;
 pub use run::Run;
 pub use texts::{OctetString, UnicodeString, VisibleString};
 pub use times::{TimeDifference, TimeOfDay};
+pub use typed::{NotReadable, NotWritable, Number, Readable, Untyped, Writable};
 pub use variable::{Bytes, Typed, Variable, number};

@@ -1,6 +1,6 @@
 //! Numbers of every width in the dictionary: 8 to 64 bits, REAL, BOOLEAN.
 
-use super::{DataType, Typed, Variable};
+use super::{DataType, Number, Typed, Variable};
 
 /// Unsigned number of 24, 40, 48 or 56 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -73,6 +73,8 @@ macro_rules! number {
             const TYPE: DataType = DataType::$data_type;
             const SIZE: usize = $size;
         }
+
+        impl Number for $type {}
     };
 }
 
@@ -92,6 +94,8 @@ impl Typed for bool {
     const TYPE: DataType = DataType::Boolean;
     const SIZE: usize = 1;
 }
+
+impl Number for bool {}
 
 number!(u8, Unsigned8, 1, value => u64::from(value), bits => bits as u8);
 number!(u16, Unsigned16, 2, value => u64::from(value), bits => bits as u16);

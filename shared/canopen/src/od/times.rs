@@ -1,6 +1,6 @@
 //! TIME_OF_DAY and TIME_DIFFERENCE (CiA 301 7.1.6.5, 7.1.6.6).
 
-use super::{DataType, Typed, Variable};
+use super::{DataType, Number, Typed, Variable};
 
 /// Bits of the milliseconds; four reserved bits follow.
 const MS: u64 = (1 << 28) - 1;
@@ -32,6 +32,8 @@ macro_rules! time {
             const TYPE: DataType = DataType::$data_type;
             const SIZE: usize = 6;
         }
+
+        impl Number for $name {}
     };
 }
 

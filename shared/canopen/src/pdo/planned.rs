@@ -57,7 +57,7 @@ impl Rpdo {
     /// # Panics
     /// If no receive PDO may carry the value, after 8 values, or beyond 64 bits.
     #[track_caller]
-    pub const fn map(self, field: Field) -> Rpdo {
+    pub const fn map<T, R, W>(self, field: Field<T, R, W>) -> Rpdo {
         Rpdo(self.0.map(Direction::Receive, field))
     }
 
@@ -148,7 +148,7 @@ impl Tpdo {
     /// # Panics
     /// If no transmit PDO may carry the value, after 8 values, or beyond 64 bits.
     #[track_caller]
-    pub const fn map(self, field: Field) -> Tpdo {
+    pub const fn map<T, R, W>(self, field: Field<T, R, W>) -> Tpdo {
         Tpdo(self.0.map(Direction::Transmit, field))
     }
 
@@ -192,7 +192,7 @@ impl Pdo {
     }
 
     #[track_caller]
-    const fn map(self, direction: Direction, field: Field) -> Pdo {
+    const fn map<T, R, W>(self, direction: Direction, field: Field<T, R, W>) -> Pdo {
         let (at, entry) = (field.address(), field.entry());
         let object = tell_object(Reason::new(""), at);
         let Some(bits) = entry.data_type.bits() else {

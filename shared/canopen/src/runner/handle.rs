@@ -8,7 +8,7 @@ use super::shared::register;
 use super::storage::Core;
 use super::{Clock, Diagnostics, SdoClient};
 use crate::node::{ClientNode, DeviceNode, Node};
-use crate::types::{AbortCode, Address, Instant};
+use crate::types::{AbortCode, Address, Instant, NodeId};
 
 /// Access to a node between two steps of the protocol.
 pub struct Handle<B: Platform, N: Node> {
@@ -102,9 +102,9 @@ impl<B: Platform, N: Node> Handle<B, N> {
 }
 
 impl<B: Platform, N: ClientNode> Handle<B, N> {
-    /// Returns the SDO client, which the node may use as well.
-    pub const fn sdo(&self) -> SdoClient<B, N> {
-        SdoClient::new(self.core)
+    /// Returns the SDO client of the node for the objects of another node. The node itself may use the client as well.
+    pub const fn sdo(&self, node: NodeId) -> SdoClient<B, N> {
+        SdoClient::new(self.core, node)
     }
 }
 

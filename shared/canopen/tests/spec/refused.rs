@@ -4,8 +4,8 @@
 use std::panic::{UnwindSafe, catch_unwind};
 
 use async_canopen::od::{
-    Access, DataType, Declared, Entry, Field, Fields, Limits, Object, Objects, PdoUse, SubIndex,
-    assert_entries, sub_indices,
+    Access, DataType, Declared, Entry, Field, Fields, Limits, NotWritable, Object, Objects, PdoUse, Readable,
+    SubIndex, assert_entries, sub_indices,
 };
 use async_canopen::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 
@@ -73,7 +73,9 @@ fn a_pdo_is_one_of_its_device_and_carries_what_that_has() {
     assert_eq!(refused(vec![rpdo(3)], vec![]), "RPDO 3: `Pdos` of the device has room for 2 RPDOs");
     assert_eq!(refused(vec![], vec![tpdo(2)]), "TPDO 2: `Pdos` of the device has room for 1 TPDOs");
     let entries: &'static [Entry] = vec![Entry::of::<u16>(0, 1, Access::Ro).for_pdo(PdoUse::Required)].leak();
-    let foreign = |index| Tpdo::new(1, ID).map(Field::of(&Object { index, count: 1, entries }));
+    let foreign = |index| {
+        Tpdo::new(1, ID).map(Field::<u16, Readable, NotWritable>::of(&Object { index, count: 1, entries }))
+    };
     let none = "TPDO 1 carries object 2FFFh sub-index 0, which the device does not have: add its declaration with `#[objects]`";
     assert_eq!(refused(vec![], vec![foreign(0x2FFF)]), none);
     let another = "TPDO 1 carries object 6020h sub-index 0, which the device declares in another way";
@@ -92,7 +94,10 @@ fn pdos_reach_511_objects_and_512_in_a_row() {
     };
     let carries = |objects: Vec<Object>, index| {
         let all = Declared { objects: objects.leak(), groups: &[] };
-        let pdos = set(vec![], vec![Tpdo::new(1, ID).map(Field::of(&object(index, 1)))]);
+        let pdos = set(
+            vec![],
+            vec![Tpdo::new(1, ID).map(Field::<u16, Readable, NotWritable>::of(&object(index, 1)))],
+        );
         move || pdos.assert_within::<PdoObjects<2, 1>>(&all)
     };
     let row = || vec![object(0x3000, 513)];

@@ -73,10 +73,6 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         *owner = Owner::Nobody;
         let peers = self.redundancy.no_sooner().peers_mut();
         match outcome {
-            // Any answer is one of a server; what a slave should be is checked by the boot-up process.
-            Ok(_) | Err(Error::Abort(_) | Error::UnknownAbort(_) | Error::Protocol(_) | Error::TooLarge) => {
-                self.redundancy.no_sooner().on_answer(node, turn.until);
-            }
             Err(Error::BusChanged) => peers.ask_again(node),
             Err(Error::Timeout) => {
                 self.identification.no_sooner().not_before = turn.until + self.services.lifetimes.sdo;
@@ -84,6 +80,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                     turn.out.event(MasterEvent::UnknownNode { node });
                 }
             }
+            // Any answer is one of a server; what a slave should be is checked by the boot-up process.
+            Ok(_) | Err(_) => self.redundancy.no_sooner().on_answer(node, turn.until),
         }
     }
 }

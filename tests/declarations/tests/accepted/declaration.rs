@@ -1,7 +1,7 @@
 //! What the refused declarations should have been.
 #![deny(warnings)]
 
-use ecss_can::od::{DataType, Domain, Field, Objects, Record, Typed, U24, Variable};
+use ecss_can::od::{DataType, Domain, Field, NotWritable, Objects, Readable, Record, Typed, U24, Variable};
 use ecss_can::types::Address;
 
 #[derive(Objects)]
@@ -112,7 +112,7 @@ impl Typed for Mode {
 
 /// A constant of each field: its address, and what is declared of it.
 fn main() {
-    const TEMPERATURE: Field = Thermometer::TEMPERATURE;
+    const TEMPERATURE: Field<i16, Readable, NotWritable> = Thermometer::TEMPERATURE;
     const GAIN: Address = Thermometer::CHANNELS.nth(1).field(Channel::<u8>::GAINS.nth(2)).address();
     assert_eq!(TEMPERATURE.address(), Address::new(0x6000, 0));
     assert_eq!(TEMPERATURE.data_type(), DataType::Integer16);

@@ -64,7 +64,7 @@ pub struct Channel {
     pub power: u8,
 }
 
-const _: NAME::od::Field = Heater::SETPOINT;
+const _: NAME::od::Field<i16> = Heater::SETPOINT;
 
 /// A thermostat.
 #[derive(NAME::types::Canonical)]

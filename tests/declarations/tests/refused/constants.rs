@@ -23,11 +23,11 @@ struct Channel {
     gains: [u8; 4],
 }
 
-const THIRD_LIMIT: Field = Amplifier::LIMITS.sub(3);
+const THIRD_LIMIT: Field<u8> = Amplifier::LIMITS.sub(3);
 const FOURTH_CHANNEL: Field = Amplifier::CHANNELS.nth(3).sub(1);
-const FIFTH_GAIN: Field = Amplifier::CHANNELS.nth(0).field(Channel::GAINS.nth(4));
+const FIFTH_GAIN: Field<u8> = Amplifier::CHANNELS.nth(0).field(Channel::GAINS.nth(4));
 const ANY_CHANNEL: Field = Amplifier::CHANNELS.sub(1);
-const ANY_GAIN: Field = Amplifier::CHANNELS.nth(0).field(Channel::GAINS);
+const ANY_GAIN: Field<u8> = Amplifier::CHANNELS.nth(0).field(Channel::GAINS);
 const INDEX_OF_ANY: Address = Address::new(Amplifier::CHANNELS.index(), 0);
 
 fn main() {}

@@ -108,7 +108,7 @@ struct Entries {
     gain: u8,
 }
 
-const ALL: [Field; 4] = [Names::SPEED, Names::COMMA, Names::INDEX, Names::BARE];
+const ALL: [Field<u8>; 4] = [Names::SPEED, Names::COMMA, Names::INDEX, Names::BARE];
 const SEVERAL: Address = Names::SEVERAL.nth(1).sub(0).address();
 
 fn sum(heater: Slave<Heater>, names: Names) -> u8 {

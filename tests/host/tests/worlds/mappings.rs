@@ -53,9 +53,9 @@ struct Display<const WAY: usize = 0> {
 }
 
 const ID: CobIdOf = CobIdOf::fixed(0x285);
-const POWER: Field = Display::<0>::POWER;
-const STATE: Field = Display::<0>::STATE;
-const TEMPERATURE: Field = Display::<0>::TEMPERATURE;
+const POWER: Field<u8> = Display::<0>::POWER;
+const STATE: Field<u8> = Display::<0>::STATE;
+const TEMPERATURE: Field<i16> = Display::<0>::TEMPERATURE;
 const WAYS: [PdoSet; 4] = [
     PdoSet::new(&[Rpdo::new(1, ID).map(POWER).map(STATE).map(TEMPERATURE)], &[]),
     PdoSet::new(&[Rpdo::new(1, ID).map(STATE).map(POWER).map(TEMPERATURE)], &[]),

@@ -7,17 +7,22 @@ use std::pin::pin;
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::MasterRequest;
+use ecss_can::node::{Communication, Identity, MasterRequest};
+use ecss_can::od::{Field, NotWritable, Readable};
 use ecss_can::sdo::{Error, Mode};
 use ecss_can::types::{AbortCode, Address, Bus, Duration};
 use futures_util::future::select;
-use mission::{LIBRECUBE, STANDARD};
+use mission::{LIBRECUBE, MissionObjects, STANDARD};
 
 use crate::support::*;
 
-const PRODUCT: Address = Address::new(0x1018, 2);
-const VALUE: Address = Address::new(0x6210, 0);
-const STORE: Address = Address::new(0x6300, 0);
+const PRODUCT: Field<u32, Readable, NotWritable> = Communication::IDENTITY.field(Identity::PRODUCT);
+const VALUE: Field<u32> = MissionObjects::VALUE;
+const NAME: Field = Field::raw(Address::new(0x1008, 0));
+
+fn raw(index: u16, sub: u8) -> Field {
+    Field::raw(Address::new(index, sub))
+}
 
 /// The domain of a slave, twenty thousand bytes of it.
 fn seeded(seed: u64) -> Vec<u8> {
@@ -33,17 +38,16 @@ fn stored(world: &MissionWorld) -> Vec<u8> {
 fn values_are_read_and_written() {
     let mut world = running(STANDARD, 2);
     let task = world.on_master(|master| async move {
-        let client = master.sdo();
-        client.write(TWO, VALUE, &0xDEAD_BEEF_u32.to_le_bytes()).await?;
-        let mut product = [0; 4];
+        let client = master.sdo(TWO);
+        client.write(VALUE, 0xDEAD_BEEF).await?;
+        let product = master.sdo(THREE).read(PRODUCT).await?;
         let mut name = [0; 64];
-        let len = client.read(THREE, PRODUCT, &mut product).await?;
-        let name_len = client.read(TWO, Address::new(0x1008, 0), &mut name).await?;
-        Ok::<_, Error>((u32::from_le_bytes(product), len, name[..name_len].to_vec()))
+        let name_len = client.read_bytes(NAME, &mut name).await?;
+        Ok::<_, Error>((product, name[..name_len].to_vec()))
     });
     world.run_for(ms(50));
     let (_, read) = task.take().expect("it ended");
-    assert_eq!(read, Ok((0x5015, 4, b"ECSS-E-ST-50-15C slave".to_vec())));
+    assert_eq!(read, Ok((0x5015, b"ECSS-E-ST-50-15C slave".to_vec())));
     assert_eq!(world.slave(TWO, |slave| slave.objects().application.value), 0xDEAD_BEEF);
 }
 
@@ -52,14 +56,14 @@ fn abort_absent_node_and_too_small_buffer_are_typed_errors() {
     let mut world = running(STANDARD, 2);
     let from = world.now();
     let task = world.on_master(|master| async move {
-        let client = master.sdo();
+        let client = master.sdo(TWO);
         let (mut four, mut eight) = ([0; 4], [0; 8]);
         [
-            client.read(TWO, Address::new(0x5FFF, 0), &mut four).await.map(drop),
-            client.write(TWO, Address::new(0x1018, 1), &[0; 4]).await,
-            client.write(TWO, VALUE, &[0; 5]).await,
-            client.read(TWO, Address::new(0x1008, 0), &mut eight).await.map(drop),
-            client.read(FOUR, PRODUCT, &mut four).await.map(drop),
+            client.read_bytes(raw(0x5FFF, 0), &mut four).await.map(drop),
+            client.write_bytes(raw(0x1018, 1), &[0; 4]).await,
+            client.write_bytes(VALUE, &[0; 5]).await,
+            client.read_bytes(NAME, &mut eight).await.map(drop),
+            master.sdo(FOUR).read(PRODUCT).await.map(drop),
         ]
     });
     world.run_for(ms(700));
@@ -91,10 +95,10 @@ fn a_domain_goes_both_ways_in_every_mode() {
         let data = seeded(seed)[..len].to_vec();
         let given = data.clone();
         let task = world.on_master(move |master| async move {
-            let client = master.sdo().with_mode(mode);
-            client.write(TWO, STORE, &given).await?;
+            let client = master.sdo(TWO).with_mode(mode);
+            client.write_bytes(MissionObjects::STORE, &given).await?;
             let mut back = vec![0; 24 * 1024];
-            let len = client.read(TWO, STORE, &mut back).await?;
+            let len = client.read_bytes(MissionObjects::STORE, &mut back).await?;
             back.truncate(len);
             Ok::<_, Error>(back)
         });
@@ -111,16 +115,16 @@ fn a_domain_streams_in_parts() {
     let data = seeded(7);
     let source = data.clone();
     let task = world.on_master(move |master| async move {
-        let client = master.sdo();
+        let client = master.sdo(TWO);
         let mut at = 0;
         let fill = |part: &mut [u8]| {
             part.copy_from_slice(&source[at..at + part.len()]);
             at += part.len();
         };
-        client.download_from(TWO, STORE, source.len(), fill).await?;
+        client.download_from(MissionObjects::STORE, source.len(), fill).await?;
         let back = RefCell::new(vec![]);
         let sink = |part: &[u8]| back.borrow_mut().extend_from_slice(part);
-        let len = client.upload_to(TWO, STORE, 24 * 1024, sink).await?;
+        let len = client.upload_to(MissionObjects::STORE, 24 * 1024, sink).await?;
         Ok::<_, Error>((len, back.into_inner()))
     });
     world.run_for(ms(1_500));
@@ -138,10 +142,10 @@ fn a_block_transfer_keeps_the_bus_busy_and_heartbeats_in_time() {
     let data = seeded(9);
     let from = world.now();
     let task = world.on_master(move |master| async move {
-        let client = master.sdo();
-        client.write(TWO, STORE, &data).await?;
+        let client = master.sdo(TWO);
+        client.write_bytes(MissionObjects::STORE, &data).await?;
         let mut back = vec![0; 24 * 1024];
-        client.read(TWO, STORE, &mut back).await
+        client.read_bytes(MissionObjects::STORE, &mut back).await
     });
     world.run_for(ms(1_500));
     let (end, outcome) = task.take().expect("it ended");
@@ -163,15 +167,12 @@ fn a_dropped_future_aborts_its_transfer_and_frees_the_client() {
     let mut world = running(STANDARD, 2);
     let data = seeded(3);
     let task = world.on_master(move |master| async move {
-        let _ = master.sdo().write(TWO, STORE, &data).await;
+        let _ = master.sdo(TWO).write_bytes(MissionObjects::STORE, &data).await;
     });
     world.run_for(ms(50));
     let from = world.now();
     task.cancel();
-    let read = world.on_master(|master| async move {
-        let mut product = [0; 4];
-        master.sdo().read(TWO, PRODUCT, &mut product).await.map(|_| u32::from_le_bytes(product))
-    });
+    let read = world.on_master(|master| async move { master.sdo(TWO).read(PRODUCT).await });
     world.run_for(ms(50));
     assert!(task.take().is_none());
     assert_eq!(read.take().map(|(_, product)| product), Some(Ok(0x5015)));
@@ -191,13 +192,12 @@ fn a_future_dropped_within_a_step_aborts_its_transfer() {
     let from = world.now();
     let task = world.on_master(|master| async move {
         let mut transfer = Box::pin(async move {
-            let _ = master.sdo().write(TWO, STORE, &data).await;
+            let _ = master.sdo(TWO).write_bytes(MissionObjects::STORE, &data).await;
         });
         let end = pin!(master.wait_until(master.now() + Duration::from_millis(50)));
         select(transfer.as_mut(), end).await;
         master.with(move |_, _| drop(transfer));
-        let mut product = [0; 4];
-        master.sdo().read(TWO, PRODUCT, &mut product).await.map(|_| u32::from_le_bytes(product))
+        master.sdo(TWO).read(PRODUCT).await
     });
     world.run_for(ms(100));
     assert_eq!(task.take().map(|(_, product)| product), Some(Ok(0x5015)));
@@ -212,9 +212,9 @@ fn bus_switch_ends_a_transfer_and_the_next_one_works_there() {
     let mut world = running(STANDARD, 2);
     let data = seeded(4);
     let task = world.on_master(move |master| async move {
-        let client = master.sdo();
-        let first = client.write(TWO, STORE, &data).await;
-        (first, client.write(TWO, STORE, &data).await)
+        let client = master.sdo(TWO);
+        let first = client.write_bytes(MissionObjects::STORE, &data).await;
+        (first, client.write_bytes(MissionObjects::STORE, &data).await)
     });
     world.run_for(ms(50));
     let from = world.now();
@@ -237,7 +237,7 @@ fn two_tasks_take_turns() {
     let tasks = [(TWO, 5), (THREE, 6)].map(|(node, seed)| {
         let done = done.clone();
         world.on_master(move |master| async move {
-            let outcome = master.sdo().write(node, STORE, &seeded(seed)).await;
+            let outcome = master.sdo(node).write_bytes(MissionObjects::STORE, &seeded(seed)).await;
             done.borrow_mut().push(node);
             outcome
         })
@@ -254,7 +254,7 @@ fn the_boot_up_process_goes_before_the_application() {
     world.run_until(Time::from_us(300));
     let task = world.on_master(|master| async move {
         let mut stamp = [0; 4];
-        master.sdo().read(TWO, Address::new(0x1020, 2), &mut stamp).await.map(|_| stamp)
+        master.sdo(TWO).read_bytes(raw(0x1020, 2), &mut stamp).await.map(|_| stamp)
     });
     world.run_for(ms(100));
     // Read after the configuration was written.

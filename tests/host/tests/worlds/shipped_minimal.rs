@@ -5,7 +5,7 @@
 use can_wire::time::Time;
 use ecss_can::node::minimal::{MinimalDevice, MinimalSlave, Numbers, Payload};
 use ecss_can::node::{MasterRequest, Refusal};
-use ecss_can::od::{Access, DataType, Entry, Objects, checked};
+use ecss_can::od::{Access, DataType, Entry, Field, Objects, checked};
 use ecss_can::pdo::{Mapping, StaticMapping};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::sdo::Error;
@@ -14,7 +14,7 @@ use host_worlds::World;
 use host_worlds::world::Sent;
 use mission::minimal::prototype::{PrototypeMission, PrototypeObjects};
 use mission::minimal::{FixedPdo, MinimalMission, MinimalObjects};
-use mission::{LIBRECUBE, STANDARD};
+use mission::{LIBRECUBE, MissionObjects, STANDARD};
 
 use crate::indicators::IndicatorLog;
 use crate::mission_world::{MissionMaster, minimal_application};
@@ -561,11 +561,10 @@ fn a_minimal_slave_in_a_busy_network_sends_what_is_asked() {
     world.run_until(ms(1_000));
     let from = world.now();
     let transfer = world.on_master(|master| async move {
-        let client = master.sdo();
         for round in 0..20_u8 {
-            client.write(TWO, Address::new(0x6300, 0), &[round; 900]).await?;
+            master.sdo(TWO).write_bytes(MissionObjects::STORE, &[round; 900]).await?;
             let mut name = [0; 64];
-            client.read(THREE, Address::new(0x1008, 0), &mut name).await?;
+            master.sdo(THREE).read_bytes(Field::raw(Address::new(0x1008, 0)), &mut name).await?;
         }
         Ok::<_, Error>(())
     });

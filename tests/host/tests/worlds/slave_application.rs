@@ -3,9 +3,10 @@
 use can_wire::fault::Fault;
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::{MasterRequest, Refusal, SelfTest};
+use ecss_can::od::Field;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, NmtState, NodeId};
-use mission::{Command, STANDARD};
+use mission::{Command, MissionObjects, STANDARD};
 
 use crate::log_lines;
 use crate::support::*;
@@ -37,8 +38,8 @@ fn warnings() -> Vec<String> {
 
 /// The result of the self-test that the master starts in a slave.
 fn self_test(world: &mut MissionWorld, node: NodeId) -> SelfTest {
-    let start = Address::new(0x2030, 0);
-    let task = world.on_master(|master| async move { master.sdo().write(node, start, &[1]).await });
+    let start = Field::raw(Address::new(0x2030, 0));
+    let task = world.on_master(|master| async move { master.sdo(node).write_bytes(start, &[1]).await });
     world.run_for(ms(20));
     assert_eq!(task.take().expect("the transfer ended").1, Ok(()));
     world.slave(node, |slave| slave.objects().extension.self_test)
@@ -202,8 +203,8 @@ fn pulses_per_second_follow_the_object() {
     world.run_for(ms(1));
     let (_, pulses) = task.take().expect("it ended");
     assert_eq!(pulses(), 1, "default");
-    let at = Address::new(0x6310, 0);
-    let task = world.on_master(|master| async move { master.sdo().write(TWO, at, &[0xF4, 0x01]).await });
+    let pulses_of = MissionObjects::PULSES;
+    let task = world.on_master(|master| async move { master.sdo(TWO).write(pulses_of, 500).await });
     world.run_for(ms(20));
     assert_eq!(task.take().expect("the transfer ended").1, Ok(()));
     assert_eq!(pulses(), 500);

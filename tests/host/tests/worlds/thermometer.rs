@@ -121,7 +121,7 @@ fn a_silent_sensor_reaches_the_master_as_such() {
 fn the_table_survives_noise_and_a_loss_of_power() {
     let (mut world, _) = running();
     Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::BitErrors { rate: 1e-5, seed: 3 }));
-    let sdo = world.master().sdo();
+    let sdo = world.master().sdo(THERMOMETER);
     let written = world.spawn(NodeId::MASTER, async move { write_table(sdo).await });
     world.run_for(Time::from_ms(500));
     assert_eq!(written.take().map(|(_, result)| result), Some(Ok(())));
@@ -132,7 +132,7 @@ fn the_table_survives_noise_and_a_loss_of_power() {
     world.power_on(THERMOMETER);
     world.run_for(Time::from_ms(1_000));
     assert!(world.all_operational());
-    let sdo = world.master().sdo();
+    let sdo = world.master().sdo(THERMOMETER);
     let kept = world.spawn(NodeId::MASTER, async move { is_kept(sdo).await });
     world.run_for(Time::from_ms(200));
     assert_eq!(kept.take().map(|(_, result)| result), Some(Ok(true)));

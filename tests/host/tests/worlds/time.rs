@@ -4,6 +4,7 @@ use std::pin::pin;
 
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
+use ecss_can::od::Field;
 use ecss_can::runner::{MasterHandle, TimeHandle};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Duration, Scet};
@@ -49,20 +50,19 @@ fn sync_comes_every_period_from_the_master_alone() {
 /// Notices: ECSS 6.3a: a slave answers 080h whatever its 1005h says.
 #[test]
 fn devices_with_synchronous_pdos_have_a_sync_object() {
-    const SYNC: Address = Address::new(0x1005, 0);
-    const SYNC_TYPE: Address = Address::new(0x1800, 2);
+    const SYNC: Field = Field::raw(Address::new(0x1005, 0));
+    const SYNC_TYPE: Field = Field::raw(Address::new(0x1800, 2));
     let mut world = MissionWorld::busy(STANDARD, 3, |world| world);
     world.run_until(ms(1_000));
     let task = world.on_master(|master| async move {
-        let client = master.sdo();
         let mut found = vec![];
         for node in [TWO, THREE, FOUR] {
             let (mut cob_id, mut kind) = ([0; 4], [0]);
-            client.read(node, SYNC, &mut cob_id).await?;
-            client.read(node, SYNC_TYPE, &mut kind).await?;
+            master.sdo(node).read_bytes(SYNC, &mut cob_id).await?;
+            master.sdo(node).read_bytes(SYNC_TYPE, &mut kind).await?;
             found.push((u32::from_le_bytes(cob_id), kind[0]));
         }
-        client.write(TWO, SYNC, &0x90_u32.to_le_bytes()).await?;
+        master.sdo(TWO).write_bytes(SYNC, &0x90_u32.to_le_bytes()).await?;
         Ok::<_, Error>(found)
     });
     world.run_for(ms(90));

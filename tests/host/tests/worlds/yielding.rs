@@ -9,7 +9,7 @@ use std::thread;
 
 use can_wire::time::Time;
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
-use ecss_can::node::MasterRequest;
+use ecss_can::node::{Communication, Identity, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::TwoBoards;
 use ecss_can::types::{Address, Bus, NmtState};
@@ -90,10 +90,8 @@ fn fly(flight: Flight) -> Result<(), String> {
         return Err(format!("active: {:?}", world.active_masters()));
     }
     let reader = world.node::<MissionMaster<TwoBoards>>(PRIME);
-    let mut product = [0; 4];
     let task = world.spawn(PRIME, async move {
-        let read = reader.sdo().read(THREE, Address::new(0x1018, 2), &mut product).await;
-        read.map(|_| u32::from_le_bytes(product))
+        reader.sdo(THREE).read(Communication::IDENTITY.field(Identity::PRODUCT)).await
     });
     world.run_for(ms(100));
     let read = task.take().map(|(_, read)| read);

@@ -7,6 +7,7 @@ use crate::types::AbortCode;
 /// Reason why a transfer of a client ended without success.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Error {
     /// The server aborted the transfer.
     #[error("the server aborted the transfer: {0}")]
@@ -24,19 +25,23 @@ pub enum Error {
     /// The value has more bytes than the application takes. The client sent an abort.
     #[error("the value has more bytes than there is room for")]
     TooLarge,
+    /// The value has fewer bytes than its type. The transfer itself succeeded.
+    #[error("the value has fewer bytes than its type")]
+    TooShort,
     /// The active bus changed. The client sent an abort on the bus that is active now.
     #[error("the active bus changed during the transfer: repeat it")]
     BusChanged,
 }
 
 impl Error {
-    /// Returns the abort code that was received or sent. Every failed transfer has one.
+    /// Returns the abort code that was received or sent, or that describes the error.
     pub const fn code(self) -> u32 {
         match self {
             Error::Abort(code) | Error::Protocol(code) => code.code(),
             Error::UnknownAbort(code) => code,
             Error::Timeout => AbortCode::Timeout.code(),
             Error::TooLarge => AbortCode::OutOfMemory.code(),
+            Error::TooShort => AbortCode::TooShort.code(),
             Error::BusChanged => AbortCode::DeviceState.code(),
         }
     }

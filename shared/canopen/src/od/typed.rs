@@ -1,0 +1,37 @@
+//! Types of the constants of a declaration: what SDO clients may do with a value, and numbers as they travel.
+
+use super::Typed;
+
+/// In the type of a [`Field`](super::Field): SDO clients may read the value.
+#[derive(Debug)]
+pub enum Readable {}
+
+/// In the type of a [`Field`](super::Field): the value is write only (`wo`).
+#[derive(Debug)]
+pub enum NotReadable {}
+
+/// In the type of a [`Field`](super::Field): SDO clients may write the value.
+#[derive(Debug)]
+pub enum Writable {}
+
+/// In the type of a [`Field`](super::Field): the value is read only (`ro`, `constant`).
+#[derive(Debug)]
+pub enum NotWritable {}
+
+/// Type of a [`Field`](super::Field) whose constant does not know that of the value.
+#[derive(Debug)]
+pub enum Untyped {}
+
+/// Number of the object dictionary: a value of a fixed size of at most eight bytes.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a number of the object dictionary",
+    note = "a string or a DOMAIN moves as bytes: `read_bytes`, `write_bytes`, `upload_to`, `download_from`"
+)]
+pub trait Number: Typed + Copy + Default {
+    /// Returns the number that the low bits are.
+    fn from_bits(bits: u64) -> Self {
+        let mut value = Self::default();
+        value.set_bits(bits);
+        value
+    }
+}
