@@ -8,30 +8,35 @@ use ecss_can::prelude::*;
 
 const VALVE: NodeId = NodeId::of::<5>();
 
-/// What the master has beside the objects of every master.
+/// The valve, as its own crate declares it.
 #[derive(Debug, Objects)]
-#[objects(device)]
-struct Plant {
-    /// Wanted opening of the valve
+struct Valve {
+    /// Wanted opening
     ///
     /// Percent.
-    #[object(0x6000, rw, pdo, high = 100)]
+    #[object(0x6000, rww, pdo, high = 100)]
     wanted: u8,
-    /// Opening of the valve
+    /// Opening
     ///
     /// Percent.
-    #[object(0x6001, rww, pdo)]
+    #[object(0x6001, ro, pdo)]
     opening: u8,
 }
 
+/// Command to a valve: 200h + node.
+const OPEN: Pdo<Valve, (u8,)> = Pdo::new(CobIdOf::node(0x200)).map(Valve::WANTED);
+/// How far a valve is open: 180h + node.
+const OPENING: Pdo<Valve, (u8,)> = Pdo::new(CobIdOf::node(0x180)).map(Valve::OPENING);
+
+/// What the master has beside the objects of every master: nothing. Its application has the values of its PDOs.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Plant {}
+
 impl Device for Plant {
-    type Pdos = PdoObjects<1, 1>;
+    type Pdos = PdoObjects<1, 0>;
     type Consumers = HeartbeatConsumers<4>;
-    /// 205h is what the valve receives, 185h what it sends.
-    const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::fixed(0x185)).map(Plant::OPENING)],
-        &[Tpdo::new(1, CobIdOf::fixed(0x205)).map(Plant::WANTED)],
-    );
+    const PDOS: PdoSet = PdoSet::new(&[OPENING.of(VALVE).receive(1)], &[]);
 }
 
 /// The master with its outbox, at a desk.
@@ -81,14 +86,17 @@ fn main() {
     assert!(answer.contains(&(0x000, vec![1, 5])), "the valve has booted: start it");
     desk.receive(0x705, &[5]);
 
-    let sent = desk.master.send_pdo_to(VALVE, 0, desk.now, |plant| plant.wanted = 60);
+    let sent = desk.master.send_to(VALVE, OPEN, (60,), desk.now);
     sent.expect("the valve is operational");
     assert_eq!(desk.sent(), [(0x205, vec![60])]);
 
     desk.receive(0x185, &[60]);
-    assert_eq!(desk.master.objects().application.device.opening, 60);
-    let is_pdo = |event| matches!(event, MasterEvent::Pdo { number: 0, .. });
-    assert!(core::iter::from_fn(|| desk.out.pop_event()).any(is_pdo), "the application knows");
+    let opening = |event| match event {
+        MasterEvent::Pdo(pdo) => pdo.get(OPENING.of(VALVE)),
+        _ => None,
+    };
+    let heard = core::iter::from_fn(|| desk.out.pop_event()).find_map(opening);
+    assert_eq!(heard, Some((60,)), "the application knows");
 }
 
 #[test]

@@ -27,8 +27,8 @@ impl Device for Valve {
     type Consumers = HeartbeatConsumers<1>;
     /// Receives the wanted value (205h), sends the present one (185h).
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::node(0x200)).map(Valve::WANTED)],
-        &[Tpdo::new(1, CobIdOf::node(0x180)).map(Valve::OPENING)],
+        &[Pdo::<()>::new(CobIdOf::node(0x200)).map(Valve::WANTED).receive(1)],
+        &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Valve::OPENING).transmit(1)],
     );
 }
 
@@ -55,7 +55,7 @@ impl Desk {
     /// What the slave has sent since it was asked last. Its application moves the valve.
     fn sent(&mut self) -> Vec<(u16, Vec<u8>)> {
         while let Some(event) = self.out.pop_event() {
-            if let SlaveEvent::Pdo { .. } = event {
+            if let SlaveEvent::Pdo(_) = event {
                 self.slave.change(self.now, |valve| valve.opening = valve.wanted);
             }
         }

@@ -18,8 +18,10 @@ impl Device for Counter {
     type Pdos = PdoObjects<0, 1>;
     type Consumers = HeartbeatConsumers<1>;
     /// 283h, with every SYNC.
-    const PDOS: PdoSet =
-        PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x280)).transmission(1).map(Counter::COUNT)]);
+    const PDOS: PdoSet = PdoSet::new(
+        &[],
+        &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Counter::COUNT).transmit(1).transmission(1)],
+    );
 }
 
 /// Its reader.
@@ -34,7 +36,8 @@ struct Display {
 impl Device for Display {
     type Pdos = PdoObjects<1, 0>;
     type Consumers = HeartbeatConsumers<1>;
-    const PDOS: PdoSet = PdoSet::new(&[Rpdo::new(1, CobIdOf::fixed(0x283)).map(Display::LAST)], &[]);
+    const PDOS: PdoSet =
+        PdoSet::new(&[Pdo::<()>::new(CobIdOf::fixed(0x283)).map(Display::LAST).receive(1)], &[]);
 }
 
 /// A node on both buses.
@@ -84,8 +87,8 @@ fn main() {
             }
         }
         while let Some(event) = master.out.pop_event() {
-            if let MasterEvent::Pdo { data, .. } = event {
-                heard.push(data[0]);
+            if let MasterEvent::Pdo(pdo) = event {
+                heard.push(pdo.data[0]);
             }
         }
         now += Duration::from_micros(100);

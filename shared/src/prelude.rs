@@ -4,11 +4,11 @@ pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
 pub use crate::nmt::{NmtMessage, Target};
 pub use crate::node::{
-    Communication, Device, DeviceNode, Identity, LOCAL_TIME, Master, MasterEvent, MasterRequest, Node,
-    Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, SpacecraftDevice, TimeKeeper,
+    Communication, Device, DeviceNode, Identity, LOCAL_TIME, LOCAL_TIME_PDO, Master, MasterEvent,
+    MasterRequest, Node, Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, SpacecraftDevice, TimeKeeper,
 };
 pub use crate::od::{Domain, Objects, Record};
-pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo};
 pub use crate::profile::Profile;
 pub use crate::redundancy::TwoBoards;
 pub use crate::runner::{

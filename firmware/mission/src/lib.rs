@@ -22,14 +22,10 @@ mod record;
 
 pub use indicators::Indicators;
 pub use master::{
-    Boards, CableMeasurement, CommanderObjects, Received, SLAVES, command, master, master_of_two, received,
-    request, slot,
+    Boards, CableMeasurement, CommanderObjects, Received, SLAVES, master, master_of_two, received, slot,
 };
 pub use message::{Command, Request, Telemetry};
-pub use objects::{
-    MissionObjects, Outgoing, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand, TelemetryRequest,
-    slave,
-};
+pub use objects::{MissionObjects, Outgoing, REQUEST, TELECOMMAND, Telecommand, TelemetryRequest, slave};
 pub use payload::Message;
 pub use profiles::{COMMAND_PERIOD, LIBRECUBE, PROFILE, STANDARD, TELEMETRY_PERIOD, TWO_MASTERS};
 pub use record::{Declined, SlaveRecord};

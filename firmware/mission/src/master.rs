@@ -1,18 +1,18 @@
-//! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
+//! The master of the demonstration mission: it commands each slave, and receives its telemetry and its local time.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
-use ecss_can::od::{Objects, Record, U24, U40, U48};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME_PDO, Master};
+use ecss_can::od::{Objects, Record};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 #[cfg(not(feature = "standby"))]
 use ecss_can::redundancy::OneBoard;
-use ecss_can::redundancy::{MasterBoards, Strap, TwoBoards};
+use ecss_can::redundancy::{Strap, TwoBoards};
 use ecss_can::store::ParameterStore;
 use ecss_can::time::{LocalScet, ScetGet};
-use ecss_can::types::{Instant, NodeId, Scet};
+use ecss_can::types::{NodeId, Scet};
 
-use crate::{Message, Outgoing};
+use crate::{Message, MissionObjects};
 
 /// Slaves of the mission: those that straps can number, 2 to 15.
 pub const SLAVES: usize = 14;
@@ -26,75 +26,27 @@ pub const fn slot(node: NodeId) -> Option<usize> {
     }
 }
 
-/// Transmit PDOs: the time, then telecommands to all slaves, then telemetry requests.
-const TELECOMMANDS: usize = 1;
-const REQUESTS: usize = TELECOMMANDS + SLAVES;
-/// Receive PDOs: local times of all slaves, then their telemetry.
-const LOCAL_TIMES: usize = 0;
-const TELEMETRY: usize = LOCAL_TIMES + SLAVES;
-
 /// The spacecraft time at the last SYNC, 181h (ECSS 7.2.3). Its period is that of the profile.
-const SPACECRAFT_TIME: Tpdo = Tpdo::new(1, CobIdOf::fixed(0x181))
-    .transmission(1)
+const SPACECRAFT_TIME: Tpdo = Pdo::<()>::new(CobIdOf::fixed(0x181))
     .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-    .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
+    .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+    .transmit(1)
+    .transmission(1);
 
-/// Telecommand to a slave: 300h + node.
-const fn telecommand(nth: u16) -> Tpdo {
-    let object = CommanderObjects::TELECOMMANDS.nth(nth);
-    Tpdo::new(TELECOMMANDS as u16 + nth + 1, CobIdOf::fixed(0x300 + FIRST as u16 + nth))
-        .map(object.field(Telecommanding::CODE))
-        .map(object.field(Telecommanding::DATA))
-        .map(object.field(Telecommanding::SEQUENCE))
-}
-
-/// Telemetry request to a slave: 400h + node.
-const fn telemetry_request(nth: u16) -> Tpdo {
-    let object = CommanderObjects::REQUESTS.nth(nth);
-    Tpdo::new(REQUESTS as u16 + nth + 1, CobIdOf::fixed(0x400 + FIRST as u16 + nth))
-        .map(object.field(Outgoing::CODE))
-        .map(object.field(Outgoing::DATA))
-}
-
-/// Local time of a slave: 180h + node.
-const fn local_time(nth: u16) -> Rpdo {
-    let object = CommanderObjects::LOCAL_TIMES.nth(nth);
-    Rpdo::new(LOCAL_TIMES as u16 + nth + 1, CobIdOf::fixed(0x180 + FIRST as u16 + nth))
-        .map(object.field(LocalTime::FINE))
-        .map(object.field(LocalTime::COARSE))
-}
-
-/// Telemetry of a slave: 380h + node.
-const fn telemetry(nth: u16) -> Rpdo {
-    let object = CommanderObjects::TELEMETRY.nth(nth);
-    Rpdo::new(TELEMETRY as u16 + nth + 1, CobIdOf::fixed(0x380 + FIRST as u16 + nth))
-        .map(object.field(Incoming::CODE))
-        .map(object.field(Incoming::DATA))
-}
-
-const TPDOS: [Tpdo; REQUESTS + SLAVES] = {
-    let mut all = [SPACECRAFT_TIME; REQUESTS + SLAVES];
+/// Local times of all slaves, then their telemetry.
+const RPDOS: [Rpdo; 2 * SLAVES] = {
+    let mut all = [LOCAL_TIME_PDO.of(NodeId::of::<FIRST>()).receive(1); 2 * SLAVES];
     let mut nth = 0;
     while nth < SLAVES {
-        all[TELECOMMANDS + nth] = telecommand(nth as u16);
-        all[REQUESTS + nth] = telemetry_request(nth as u16);
+        let node = NodeId::new(FIRST + nth as u8).unwrap();
+        all[nth] = LOCAL_TIME_PDO.of(node).receive(nth as u16 + 1);
+        all[SLAVES + nth] = <MissionObjects>::TELEMETRY_PDO.of(node).receive((SLAVES + nth) as u16 + 1);
         nth += 1;
     }
     all
 };
 
-const RPDOS: [Rpdo; TELEMETRY + SLAVES] = {
-    let mut all = [local_time(0); TELEMETRY + SLAVES];
-    let mut nth = 0;
-    while nth < SLAVES {
-        all[LOCAL_TIMES + nth] = local_time(nth as u16);
-        all[TELEMETRY + nth] = telemetry(nth as u16);
-        nth += 1;
-    }
-    all
-};
-
-/// What the master of the mission has beside the objects of every master: one of a row for each slave.
+/// What the master of the mission has beside the objects of every master.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
 pub struct CommanderObjects {
@@ -108,25 +60,13 @@ pub struct CommanderObjects {
     /// Of the active bus, from the master to a slave.
     #[object(0x6320, record)]
     pub cable: CableMeasurement,
-    /// Telecommand to slave {}
-    #[object(0x6200.., record)]
-    pub telecommands: [Telecommanding; SLAVES],
-    /// Telemetry request to slave {}
-    #[object(0x6240.., record)]
-    pub requests: [Outgoing; SLAVES],
-    /// Telemetry of slave {}
-    #[object(0x6280.., record)]
-    pub telemetry: [Incoming; SLAVES],
-    /// Local time of slave {}
-    #[object(0x62C0.., record)]
-    pub local_times: [LocalTime; SLAVES],
 }
 
 impl Device for CommanderObjects {
-    type Pdos = PdoObjects<{ RPDOS.len() }, { TPDOS.len() }>;
+    type Pdos = PdoObjects<{ RPDOS.len() }, 1>;
     type Consumers = HeartbeatConsumers<SLAVES>;
 
-    const PDOS: PdoSet = PdoSet::new(&RPDOS, &TPDOS);
+    const PDOS: PdoSet = PdoSet::new(&RPDOS, &[SPACECRAFT_TIME]);
 
     fn communication(id: NodeId) -> Communication {
         Communication {
@@ -141,46 +81,6 @@ impl Device for CommanderObjects {
         let nodes = core::array::from_fn(|nth| (u32::from(FIRST) + nth as u32) << 16);
         HeartbeatConsumers { consumer_heartbeat: nodes }
     }
-}
-
-/// The last telecommand to a slave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-pub struct Telecommanding {
-    /// Code
-    #[sub(1, ro, pdo)]
-    pub code: u16,
-    /// Data
-    #[sub(2, ro, pdo)]
-    pub data: U40,
-    /// Sequence
-    #[sub(3, ro, pdo)]
-    pub sequence: u8,
-}
-
-/// The last telemetry of a slave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-pub struct Incoming {
-    /// Code
-    #[sub(1, rww, pdo)]
-    pub code: u16,
-    /// Data
-    #[sub(2, rww, pdo)]
-    pub data: U48,
-}
-
-/// The time of a slave at the last SYNC that it answered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-pub struct LocalTime {
-    /// Coarse time
-    ///
-    /// Seconds.
-    #[sub(1, rww, pdo)]
-    pub coarse: u32,
-    /// Fine time
-    ///
-    /// Multiples of 2^-24 s.
-    #[sub(2, rww, pdo)]
-    pub fine: U24,
 }
 
 /// How long a signal takes from the master to a slave.
@@ -246,45 +146,6 @@ pub fn master_of_two(
     Master::of_two(profile, strap, CommanderObjects::default(), store)
 }
 
-/// Sends a telecommand.
-///
-/// # Errors
-/// [`Refusal`]; a node that is none of the mission's is not operational.
-pub fn command<B: MasterBoards>(
-    master: &mut Master<CommanderObjects, B>,
-    node: NodeId,
-    message: &Message,
-    now: Instant,
-) -> Result<(), Refusal> {
-    let nth = slot(node).ok_or(Refusal::NotOperational)?;
-    let [a, b, c, d, e, sequence] = message.data();
-    let data = U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]));
-    let command = Telecommanding { code: message.code(), data, sequence };
-    master.send_pdo_to(node, TELECOMMANDS + nth, now, |objects| {
-        if let Some(object) = objects.telecommands.get_mut(nth) {
-            *object = command;
-        }
-    })
-}
-
-/// Requests telemetry.
-///
-/// # Errors
-/// [`Refusal`]; a node that is none of the mission's is not operational.
-pub fn request<B: MasterBoards>(
-    master: &mut Master<CommanderObjects, B>,
-    node: NodeId,
-    message: &Message,
-    now: Instant,
-) -> Result<(), Refusal> {
-    let nth = slot(node).ok_or(Refusal::NotOperational)?;
-    master.send_pdo_to(node, REQUESTS + nth, now, |objects| {
-        if let Some(object) = objects.requests.get_mut(nth) {
-            *object = (*message).into();
-        }
-    })
-}
-
 /// Content of a receive PDO of the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
@@ -294,15 +155,11 @@ pub enum Received {
     LocalTime(Scet),
 }
 
-/// Sender and content of receive PDO `number`. `None` for a number that the mission does not use, and for malformed data.
-pub fn received(number: u16, data: [u8; 8]) -> Option<(NodeId, Received)> {
-    let number = usize::from(number);
-    let nth = number.checked_sub(TELEMETRY).unwrap_or(number);
-    let node = NodeId::new(FIRST + u8::try_from(nth).ok().filter(|nth| usize::from(*nth) < SLAVES)?)?;
-    let content = if number < TELEMETRY {
-        Received::LocalTime(Scet::decode(data.get(..7)?)?)
-    } else {
-        Received::Telemetry(Message::from_payload(&data)?)
-    };
-    Some((node, content))
+/// Sender and content of a receive PDO of the master. `None` for a malformed one.
+pub fn received(pdo: &ReceivedPdo) -> Option<(NodeId, Received)> {
+    if let Some((node, _)) = pdo.from(LOCAL_TIME_PDO) {
+        return Some((node, Received::LocalTime(Scet::decode(pdo.data.get(..7)?)?)));
+    }
+    let (node, _) = pdo.from(<MissionObjects>::TELEMETRY_PDO)?;
+    Some((node, Received::Telemetry(Message::from_payload(&pdo.data)?)))
 }

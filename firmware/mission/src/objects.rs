@@ -3,35 +3,21 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME, SPACECRAFT_TIME, Slave};
 use ecss_can::od::{Domain, Objects, Record, U40, U48};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
 use ecss_can::types::NodeId;
 
 use crate::Message;
 
-/// Receive PDO of telecommands, as events number it.
-pub const TELECOMMAND_RPDO: usize = TELECOMMAND.slot();
-/// Receive PDO of telemetry requests, as events number it.
-pub const REQUEST_RPDO: usize = REQUEST.slot();
-/// Transmit PDO of telemetry, as requests number it.
-pub const TELEMETRY_TPDO: usize = TELEMETRY.slot();
-
-/// Receive PDO of telecommands: 300h + node.
-const TELECOMMAND: Rpdo = Rpdo::new(2, CobIdOf::node(0x300))
+/// Telecommand to a slave, code, data and sequence: 300h + node.
+pub const TELECOMMAND: Pdo<MissionObjects, (u16, U40, u8)> = Pdo::new(CobIdOf::node(0x300))
     .map(MissionObjects::TELECOMMAND.field(Telecommand::CODE))
     .map(MissionObjects::TELECOMMAND.field(Telecommand::DATA))
     .map(MissionObjects::TELECOMMAND.field(Telecommand::SEQUENCE));
-/// Receive PDO of telemetry requests: 400h + node.
-const REQUEST: Rpdo = Rpdo::new(3, CobIdOf::node(0x400))
+/// Request of telemetry from a slave, code and data: 400h + node.
+pub const REQUEST: Pdo<MissionObjects, (u16, U48)> = Pdo::new(CobIdOf::node(0x400))
     .map(MissionObjects::REQUEST.field(TelemetryRequest::CODE))
     .map(MissionObjects::REQUEST.field(TelemetryRequest::DATA));
-/// Transmit PDO of telemetry: 380h + node.
-const TELEMETRY: Tpdo = Tpdo::new(3, CobIdOf::node(0x380))
-    .map(MissionObjects::TELEMETRY.field(Outgoing::CODE))
-    .map(MissionObjects::TELEMETRY.field(Outgoing::DATA));
-
-/// The PDOs of a slave.
-const PDOS: PdoSet = PdoSet::new(&[SPACECRAFT_TIME, TELECOMMAND, REQUEST], &[LOCAL_TIME, TELEMETRY]);
 
 /// What a slave of the mission has beside the objects of every node. `S` is where its data store lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -65,7 +51,10 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for MissionObjects
     type Pdos = PdoObjects<8, 8>;
     type Consumers = HeartbeatConsumers<8>;
 
-    const PDOS: PdoSet = PDOS;
+    const PDOS: PdoSet = PdoSet::new(
+        &[SPACECRAFT_TIME, TELECOMMAND.receive(2), REQUEST.receive(3)],
+        &[LOCAL_TIME, Self::TELEMETRY_PDO.transmit(3)],
+    );
 
     fn communication(id: NodeId) -> Communication {
         Communication {
@@ -76,6 +65,13 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for MissionObjects
             ..Communication::new(id)
         }
     }
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> MissionObjects<S> {
+    /// Telemetry of a slave, code and data: 380h + node.
+    pub const TELEMETRY_PDO: Pdo<Self, (u16, U48)> = Pdo::new(CobIdOf::node(0x380))
+        .map(MissionObjects::TELEMETRY.field(Outgoing::CODE))
+        .map(MissionObjects::TELEMETRY.field(Outgoing::DATA));
 }
 
 /// The last telecommand that a PDO brought, repeats included.
@@ -121,8 +117,8 @@ pub struct Outgoing {
 
 impl From<Message> for Outgoing {
     fn from(message: Message) -> Outgoing {
-        let [a, b, c, d, e, f] = message.data();
-        Outgoing { code: message.code(), data: U48::new(u64::from_le_bytes([a, b, c, d, e, f, 0, 0])) }
+        let (code, data) = message.values();
+        Outgoing { code, data }
     }
 }
 

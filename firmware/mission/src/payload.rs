@@ -3,6 +3,7 @@
 //! Telecommand (object 6200h), telemetry request and telemetry (objects 6101h, 6100h) share this layout. The last data
 //! byte of a telecommand is its sequence: see [`RepeatFilter`](ecss_can::pdo::RepeatFilter).
 
+use ecss_can::od::{U40, U48};
 use ecss_can::types::{CobId, Frame};
 
 /// A telecommand, a telemetry request, or telemetry. Aligned to words, so that it moves in words.
@@ -41,6 +42,18 @@ impl Message {
     /// The data beside the code.
     pub const fn data(&self) -> [u8; Self::DATA] {
         self.data
+    }
+
+    /// Code and data as the PDOs of requests and telemetry carry them.
+    pub fn values(&self) -> (u16, U48) {
+        let [a, b, c, d, e, f] = self.data;
+        (self.code, U48::new(u64::from_le_bytes([a, b, c, d, e, f, 0, 0])))
+    }
+
+    /// Code, data and sequence as the PDO of telecommands carries them.
+    pub fn telecommand(&self) -> (u16, U40, u8) {
+        let [a, b, c, d, e, sequence] = self.data;
+        (self.code, U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0])), sequence)
     }
 
     /// The PDO: code little-endian, then data.

@@ -4,8 +4,8 @@ use core::marker::PhantomData;
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, assert_device};
-use ecss_can::od::{Domain, Field, Objects};
-use ecss_can::pdo::{CobIdOf, Mapping, PdoMapping, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::od::{Domain, Objects};
+use ecss_can::pdo::{CobIdOf, Mapping, Pdo, PdoMapping, PdoObjects, PdoSet};
 use ecss_can::types::{CobId, NodeId};
 
 /// The slave.
@@ -50,30 +50,40 @@ pub struct Application<M: Mapping = PdoMapping, const SCATTERED: bool = false> {
 
 /// RPDO 1 and TPDO 1 of an array of four numbers each, the latter with every SYNC.
 const OF_ARRAYS: PdoSet = PdoSet::new(
-    &[receive(Application::RECEIVED.sub(1))
+    &[Pdo::<()>::new(RECEIVE)
+        .map(Application::RECEIVED.sub(1))
         .map(Application::RECEIVED.sub(2))
         .map(Application::RECEIVED.sub(3))
-        .map(Application::RECEIVED.sub(4))],
-    &[transmit(Application::SENT.sub(1))
+        .map(Application::RECEIVED.sub(4))
+        .receive(1)],
+    &[Pdo::<()>::new(TRANSMIT)
+        .map(Application::SENT.sub(1))
         .map(Application::SENT.sub(2))
         .map(Application::SENT.sub(3))
-        .map(Application::SENT.sub(4))],
+        .map(Application::SENT.sub(4))
+        .transmit(1)
+        .transmission(1)],
 );
 
 /// The same of four numbers that are objects of their own.
 const OF_OBJECTS: PdoSet = PdoSet::new(
-    &[receive(Application::ONE).map(Application::THREE).map(Application::TWO).map(Application::FOUR)],
-    &[transmit(Application::ONE).map(Application::THREE).map(Application::TWO).map(Application::FOUR)],
+    &[Pdo::<()>::new(RECEIVE)
+        .map(Application::ONE)
+        .map(Application::THREE)
+        .map(Application::TWO)
+        .map(Application::FOUR)
+        .receive(1)],
+    &[Pdo::<()>::new(TRANSMIT)
+        .map(Application::ONE)
+        .map(Application::THREE)
+        .map(Application::TWO)
+        .map(Application::FOUR)
+        .transmit(1)
+        .transmission(1)],
 );
+const RECEIVE: CobIdOf = CobIdOf::node(0x200);
+const TRANSMIT: CobIdOf = CobIdOf::node(0x180);
 const _: () = assert_device::<Application<PdoMapping, true>>();
-
-const fn receive<R, W>(first: Field<u16, R, W>) -> Rpdo {
-    Rpdo::new(1, CobIdOf::node(0x200)).map(first)
-}
-
-const fn transmit<R, W>(first: Field<u16, R, W>) -> Tpdo {
-    Tpdo::new(1, CobIdOf::node(0x180)).transmission(1).map(first)
-}
 
 impl<M: Mapping, const SCATTERED: bool> Device for Application<M, SCATTERED> {
     type Pdos = PdoObjects<8, 8, M>;

@@ -41,7 +41,7 @@
 //! impl Device for Thermometer {
 //!     type Pdos = PdoObjects<4, 4>;
 //!     type Consumers = HeartbeatConsumers<1>;
-//!     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x180)).map(Thermometer::TEMPERATURE)]);
+//!     const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Thermometer::TEMPERATURE).transmit(1)]);
 //! }
 //!
 //! static DIAGNOSTICS: Diagnostics = Diagnostics::new();

@@ -56,7 +56,7 @@ pub fn master_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Devic
 /// impl Device for Valve {
 ///     type Pdos = PdoObjects<1, 0>;
 ///     type Consumers = HeartbeatConsumers<1>;
-///     const PDOS: PdoSet = PdoSet::new(&[Rpdo::new(1, CobIdOf::node(0x200)).map(Valve::OPENING)], &[]);
+///     const PDOS: PdoSet = PdoSet::new(&[Pdo::<()>::new(CobIdOf::node(0x200)).map(Valve::OPENING).receive(1)], &[]);
 /// }
 ///
 /// fn main() -> std::process::ExitCode {
@@ -137,7 +137,7 @@ mod tests {
     use crate::Timestamp;
     use ecss_can::heartbeat::HeartbeatConsumers;
     use ecss_can::node::Communication;
-    use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+    use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 
     /// CANopen slave on one bus.
     #[derive(Debug, Objects)]
@@ -152,7 +152,8 @@ mod tests {
         type Pdos = PdoObjects<1, 1>;
         type Consumers = HeartbeatConsumers<1>;
 
-        const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x180)).map(Gauge::PRESSURE)]);
+        const PDOS: PdoSet =
+            PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Gauge::PRESSURE).transmit(1)]);
     }
 
     fn tracker(arguments: &[&str]) -> Result<String, String> {

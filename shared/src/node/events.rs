@@ -5,6 +5,7 @@ use async_canopen::node::extend::{NodeEvent, SlaveEvents};
 use super::{MasterEvent, SlaveEvent};
 use crate::link::Stamp;
 use crate::link::port::Health;
+use crate::pdo::{ReceivedPdo, SetRpdo};
 use crate::time::Step;
 use crate::types::{Address, Bus, CobId, NmtState, NodeId, Scet};
 
@@ -25,12 +26,12 @@ macro_rules! node_event {
         impl NodeEvent for $event {
             type Extension = SpacecraftEvent;
 
-            fn pdo(bus: Bus, number: u16, data: [u8; 8]) -> Self {
-                $event::Pdo { bus, number, data }
+            fn pdo(pdo: ReceivedPdo) -> Self {
+                $event::Pdo(pdo)
             }
 
-            fn synchronised(number: u16) -> Self {
-                $event::Synchronised { number }
+            fn synchronised(pdo: SetRpdo) -> Self {
+                $event::Synchronised(pdo)
             }
 
             fn written(at: Address) -> Self {

@@ -7,6 +7,7 @@ use crate::emcy::Emergency;
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::NmtMessage;
+use crate::pdo::{ReceivedPdo, SetRpdo};
 use crate::redundancy::{BabblingStep, RoleChange, SwitchCause};
 use crate::time::Step;
 use crate::types::{Address, Bus, CobId, Frame, NmtState, NodeId, Scet};
@@ -71,15 +72,8 @@ pub enum MasterEvent {
         /// Bus on which it was heard.
         bus: Bus,
     },
-    /// A receive PDO took effect: its values are in the dictionary.
-    Pdo {
-        /// Bus on which it was received.
-        bus: Bus,
-        /// Number of the PDO; 0 is the first.
-        number: u16,
-        /// Payload of the PDO, zero above its length. The dictionary may already have a newer one.
-        data: [u8; 8],
-    },
+    /// A receive PDO took effect: its values are in the dictionary. [`ReceivedPdo::get`] tells which one, with its values.
+    Pdo(ReceivedPdo),
     /// A frame arrived on the active bus with a COB-ID of
     /// [`Device::RAW_FRAMES`](crate::node::Device::RAW_FRAMES).
     Frame {
@@ -88,11 +82,8 @@ pub enum MasterEvent {
         /// Received frame, with its data.
         frame: Frame,
     },
-    /// A synchronous receive PDO took effect, at a SYNC of this master.
-    Synchronised {
-        /// Number of the PDO; 0 is the first.
-        number: u16,
-    },
+    /// A synchronous receive PDO took effect, at a SYNC of this master. [`SetRpdo::is`] tells which one.
+    Synchronised(SetRpdo),
     /// A spacecraft time arrived, and the clock follows it.
     Time(Scet),
     /// The clock was set instead of steered: by command, for the first time, or because it was too far off.

@@ -5,6 +5,7 @@ use thiserror::Error;
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::Command;
+use crate::pdo::{ReceivedPdo, SetRpdo};
 use crate::redundancy::BusCause;
 use crate::time::Step;
 use crate::types::{Address, Bus, CobId, NmtState, NodeId, Scet};
@@ -33,20 +34,10 @@ pub enum SlaveEvent {
         /// Bus on which the node stays.
         bus: Bus,
     },
-    /// A receive PDO took effect: its values are in the dictionary.
-    Pdo {
-        /// Bus on which it arrived.
-        bus: Bus,
-        /// Number of the PDO; 0 is the first.
-        number: u16,
-        /// Payload of the PDO, zero above its length. The dictionary may already have a newer one.
-        data: [u8; 8],
-    },
-    /// A synchronous receive PDO took effect, at a SYNC.
-    Synchronised {
-        /// Number of the PDO; 0 is the first.
-        number: u16,
-    },
+    /// A receive PDO took effect: its values are in the dictionary. [`ReceivedPdo::get`] tells which one, with its values.
+    Pdo(ReceivedPdo),
+    /// A synchronous receive PDO took effect, at a SYNC. [`SetRpdo::is`] tells which one.
+    Synchronised(SetRpdo),
     /// A frame was not sent, and none replaces it: that of a transmit PDO which is sent on events alone, without
     /// an event timer, and is no [state](crate::pdo::Tpdo::state).
     NotSent {

@@ -4,7 +4,10 @@ use std::collections::HashMap;
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Filter, Health};
-use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Outbox, Turn};
+use ecss_can::node::{
+    BusCommand, DeviceNode, FailCause, LinkEvent, MasterEvent, Node, Outbox, SlaveEvent, Turn,
+};
+use ecss_can::pdo::ReceivedPdo;
 use ecss_can::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// The master of these tests.
@@ -27,6 +30,29 @@ pub fn frame(id: u16, data: &[u8]) -> Frame {
 
 pub fn node(raw: u8) -> NodeId {
     NodeId::new(raw).unwrap()
+}
+
+/// An event that may be that of a receive PDO.
+pub trait PdoEvent {
+    fn pdo(&self) -> Option<&ReceivedPdo>;
+}
+
+impl PdoEvent for SlaveEvent {
+    fn pdo(&self) -> Option<&ReceivedPdo> {
+        if let SlaveEvent::Pdo(pdo) = self { Some(pdo) } else { None }
+    }
+}
+
+impl PdoEvent for MasterEvent {
+    fn pdo(&self) -> Option<&ReceivedPdo> {
+        if let MasterEvent::Pdo(pdo) = self { Some(pdo) } else { None }
+    }
+}
+
+/// Bus, number and payload of each event that is one of a receive PDO, `None` for the others.
+pub fn pdos(events: &[impl PdoEvent]) -> Vec<Option<(Bus, u16, [u8; 8])>> {
+    let told = |pdo: &ReceivedPdo| (pdo.bus, pdo.number(), pdo.data);
+    events.iter().map(|event| event.pdo().map(told)).collect()
 }
 
 pub fn stamp(at: Instant) -> Stamp {

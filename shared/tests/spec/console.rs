@@ -1,9 +1,9 @@
 //! The master of these tests: for each of slaves 2 to 9 a command, a request, telemetry and its local time.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
+use ecss_can::node::{Communication, Device, DeviceNode as _, Identity, Master, Refusal};
 use ecss_can::od::{Objects, U56};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::store::ParameterStore;
@@ -20,30 +20,37 @@ const REQUESTS: usize = COMMANDS + SLAVES;
 pub const TELEMETRY: usize = SLAVES;
 
 const TPDOS: [Tpdo; REQUESTS + SLAVES] = {
-    let time = Tpdo::new(1, CobIdOf::fixed(0x181))
+    let time = Pdo::<()>::new(CobIdOf::fixed(0x181))
         .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-        .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
+        .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+        .transmit(1);
     let mut all = [time; REQUESTS + SLAVES];
     let mut nth = 0;
     while nth < SLAVES {
         let (node, sub) = (FIRST as u16 + nth as u16, nth as u8 + 1);
-        all[COMMANDS + nth] = Tpdo::new((COMMANDS + nth) as u16 + 1, CobIdOf::fixed(0x300 + node))
-            .map(Console::COMMANDS.sub(sub));
-        all[REQUESTS + nth] = Tpdo::new((REQUESTS + nth) as u16 + 1, CobIdOf::fixed(0x400 + node))
-            .map(Console::REQUESTS.sub(sub));
+        all[COMMANDS + nth] = Pdo::<()>::new(CobIdOf::fixed(0x300 + node))
+            .map(Console::COMMANDS.sub(sub))
+            .transmit((COMMANDS + nth) as u16 + 1);
+        all[REQUESTS + nth] = Pdo::<()>::new(CobIdOf::fixed(0x400 + node))
+            .map(Console::REQUESTS.sub(sub))
+            .transmit((REQUESTS + nth) as u16 + 1);
         nth += 1;
     }
     all
 };
 
 const RPDOS: [Rpdo; TELEMETRY + SLAVES] = {
-    let mut all = [Rpdo::new(1, CobIdOf::fixed(0x182)).map(Console::LOCAL_TIMES.sub(1)); TELEMETRY + SLAVES];
+    let mut all = [Pdo::<()>::new(CobIdOf::fixed(0x182)).map(Console::LOCAL_TIMES.sub(1)).receive(1);
+        TELEMETRY + SLAVES];
     let mut nth = 0;
     while nth < SLAVES {
         let (node, sub) = (FIRST as u16 + nth as u16, nth as u8 + 1);
-        all[nth] = Rpdo::new(nth as u16 + 1, CobIdOf::fixed(0x180 + node)).map(Console::LOCAL_TIMES.sub(sub));
-        all[TELEMETRY + nth] = Rpdo::new((TELEMETRY + nth) as u16 + 1, CobIdOf::fixed(0x380 + node))
-            .map(Console::TELEMETRY.sub(sub));
+        all[nth] = Pdo::<()>::new(CobIdOf::fixed(0x180 + node))
+            .map(Console::LOCAL_TIMES.sub(sub))
+            .receive(nth as u16 + 1);
+        all[TELEMETRY + nth] = Pdo::<()>::new(CobIdOf::fixed(0x380 + node))
+            .map(Console::TELEMETRY.sub(sub))
+            .receive((TELEMETRY + nth) as u16 + 1);
         nth += 1;
     }
     all
@@ -99,7 +106,7 @@ pub fn command<B: MasterBoards>(
 ) -> Result<(), Refusal> {
     let nth = usize::from(node.get() - FIRST);
     let set = |console: &mut Console| console.commands[nth] = u64::from_le_bytes(message);
-    master.send_pdo_to(node, COMMANDS + nth, now, set)
+    send(master, node, COMMANDS + nth, now, set)
 }
 
 /// Sends a request of these bytes to one of slaves 2 to 9.
@@ -111,5 +118,21 @@ pub fn request(
 ) -> Result<(), Refusal> {
     let nth = usize::from(node.get() - FIRST);
     let set = |console: &mut Console| console.requests[nth] = u64::from_le_bytes(message);
-    master.send_pdo_to(node, REQUESTS + nth, now, set)
+    send(master, node, REQUESTS + nth, now, set)
+}
+
+/// Sends a transmit PDO that is for one slave.
+fn send<B: MasterBoards>(
+    master: &mut Master<Console, B>,
+    node: NodeId,
+    number: usize,
+    now: Instant,
+    set: impl FnOnce(&mut Console),
+) -> Result<(), Refusal> {
+    if !master.may_command(node) {
+        return Err(Refusal::NotOperational);
+    }
+    master.send_pdo(number, now)?;
+    master.change(now, set);
+    Ok(())
 }

@@ -208,11 +208,9 @@ impl Fleet {
         self.run_until(self.now + 2);
         let got = |slave: &Station<TestSlave>, id: &NodeId| {
             let message = [1, 0, id.get(), 0, 0, 0, 0, 0];
-            slave
-                .bench
-                .events
-                .iter()
-                .any(|event| matches!(event, SlaveEvent::Pdo { number: 1, data, .. } if data == &message))
+            slave.bench.events.iter().any(
+                |event| matches!(event, SlaveEvent::Pdo(pdo) if (pdo.number(), pdo.data) == (1, message)),
+            )
         };
         self.slaves.iter().filter(|(id, slave)| got(slave, id)).map(|(id, _)| id.get()).collect()
     }

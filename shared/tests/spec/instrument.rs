@@ -4,7 +4,7 @@ use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Communication, Device, Identity, Slave};
 use ecss_can::od::{Domain, Objects, Record, U48};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::time::{LocalScet, ScetGet, ScetSet};
 use ecss_can::types::{Address, Duration, NodeId};
@@ -38,29 +38,34 @@ const fn setting(node: NodeId) -> Setting {
 }
 
 /// Transmit PDO of telemetry, as requests number it.
-pub const TELEMETRY_TPDO: usize = TELEMETRY.slot();
+pub const TELEMETRY_TPDO: usize = 2;
 
 /// 181h: the spacecraft time.
-const TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(0x181))
+const TIME: Rpdo = Pdo::<()>::new(CobIdOf::fixed(0x181))
     .map(LocalScet::SCET_SET.field(ScetSet::FINE))
-    .map(LocalScet::SCET_SET.field(ScetSet::COARSE));
+    .map(LocalScet::SCET_SET.field(ScetSet::COARSE))
+    .receive(1);
 /// 300h + node.
-const COMMAND: Rpdo = Rpdo::new(2, CobIdOf::node(0x300))
+const COMMAND: Rpdo = Pdo::<()>::new(CobIdOf::node(0x300))
     .map(Instrument::TELECOMMAND.field(Incoming::CODE))
-    .map(Instrument::TELECOMMAND.field(Incoming::DATA));
+    .map(Instrument::TELECOMMAND.field(Incoming::DATA))
+    .receive(2);
 /// 400h + node.
-const REQUEST: Rpdo = Rpdo::new(3, CobIdOf::node(0x400))
+const REQUEST: Rpdo = Pdo::<()>::new(CobIdOf::node(0x400))
     .map(Instrument::REQUEST.field(Incoming::CODE))
-    .map(Instrument::REQUEST.field(Incoming::DATA));
+    .map(Instrument::REQUEST.field(Incoming::DATA))
+    .receive(3);
 /// 180h + node, with every SYNC.
-const LOCAL_TIME: Tpdo = Tpdo::new(1, CobIdOf::node(0x180))
-    .transmission(1)
+const LOCAL_TIME: Tpdo = Pdo::<()>::new(CobIdOf::node(0x180))
     .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-    .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
+    .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+    .transmit(1)
+    .transmission(1);
 /// 380h + node.
-const TELEMETRY: Tpdo = Tpdo::new(3, CobIdOf::node(0x380))
+const TELEMETRY: Tpdo = Pdo::<()>::new(CobIdOf::node(0x380))
     .map(Instrument::TELEMETRY.field(Outgoing::CODE))
-    .map(Instrument::TELEMETRY.field(Outgoing::DATA));
+    .map(Instrument::TELEMETRY.field(Outgoing::DATA))
+    .transmit(3);
 
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]

@@ -5,11 +5,11 @@ use ecss_can::link::port::Filter;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, Device, MasterEvent, MasterRequest, Node as _, Refusal};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, Mapping, PdoObjects, PdoSet};
+use ecss_can::pdo::{CobIdOf, Mapping, Pdo, PdoObjects, PdoSet};
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};
 
-use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
-use crate::console;
+use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, pdos, span};
+use crate::console::{self, Console};
 use crate::device::fixture::Memory;
 use crate::instrument::{SLOW, STANDARD};
 use crate::master_device::{powered, read, write};
@@ -127,7 +127,7 @@ fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
     assert_eq!(master.events, []);
     master.receive(NOMINAL, 0x4C2, &[3, 0, 9, 0, 0, 0, 0, 0]);
     let data = [3, 0, 9, 0, 0, 0, 0, 0];
-    assert_eq!(master.events, [MasterEvent::Pdo { bus: NOMINAL, number: TELEMETRY, data }]);
+    assert_eq!(pdos(&master.events), [Some((NOMINAL, TELEMETRY, data))]);
     assert_eq!(master.node.objects().application.device.telemetry[0], u64::from_le_bytes(data));
 }
 
@@ -146,12 +146,23 @@ fn a_pdo_goes_out_whenever_the_application_sends_it() {
     assert_eq!(master.node.status(master.now).counters.nominal.refused, 1);
 }
 
-/// What is refused leaves the objects as they are.
+/// A master sends values to a slave without objects for them. To a slave that is not Operational it sends nothing, and counts
+/// that.
+///
+/// Verifies: ECSS 6.2a
 #[test]
-fn a_refused_command_fills_nothing() {
+fn values_go_to_a_slave_by_a_pdo_of_that_slave() {
+    const COMMAND: Pdo<Console, (u64,)> = Pdo::new(CobIdOf::node(0x300)).map(Console::COMMANDS.sub(1));
+    let send = |master: &mut Bench<Master>| {
+        master.touch(|master, now| master.send_to(node(2), COMMAND, (0x0807_0605_0403_0201,), now))
+    };
     let mut master = powered(&STANDARD);
-    assert_eq!(command(&mut master), Err(Refusal::NotOperational));
-    assert_eq!(master.node.objects().application.device.commands[0], 0);
+    master.clear();
+    assert_eq!(send(&mut master), Err(Refusal::NotOperational));
+    assert_eq!((ids(&master), master.node.status(master.now).counters.nominal.refused), (vec![], 1));
+    let mut master = flying();
+    assert_eq!(send(&mut master), Ok(()));
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x302, &[1, 2, 3, 4, 5, 6, 7, 8]))]);
 }
 
 /// Its own SYNC is the one that its synchronous PDOs follow.
@@ -172,7 +183,8 @@ fn synchronous_pdos_follow_its_own_sync() {
     let telemetry = |master: &Bench<Master>| master.node.objects().application.device.telemetry[0] as u16;
     assert_eq!(telemetry(&master), 0);
     master.transmitted(NOMINAL, frame(0x080, &[]));
-    assert!(master.events.contains(&MasterEvent::Synchronised { number: TELEMETRY }));
+    let is_it = |event: &_| matches!(event, MasterEvent::Synchronised(pdo) if pdo.number() == TELEMETRY);
+    assert!(master.events.iter().any(is_it));
     assert_eq!((telemetry(&master), ids(&master)), (3, vec![]));
     // Every second one.
     master.transmitted(NOMINAL, frame(0x080, &[]));

@@ -5,7 +5,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, DeviceNode as _, MasterRequest, Slave};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::types::NmtState;
 
@@ -17,11 +17,12 @@ use crate::instrument::STANDARD;
 const MANY: usize = 40;
 
 const TPDOS: [Tpdo; MANY] = {
-    let mut all = [Tpdo::new(1, CobIdOf::fixed(0x200)).transmission(0).map(Bank::SWITCHES.sub(1)); MANY];
+    let mut all =
+        [Pdo::<()>::new(CobIdOf::fixed(0x200)).map(Bank::SWITCHES.sub(1)).transmit(1).transmission(0); MANY];
     let mut nth = 0;
     while nth < MANY {
-        let pdo = Tpdo::new(nth as u16 + 1, CobIdOf::fixed(0x200 + nth as u16));
-        all[nth] = pdo.transmission(0).map(Bank::SWITCHES.sub(nth as u8 + 1));
+        let pdo = Pdo::<()>::new(CobIdOf::fixed(0x200 + nth as u16)).map(Bank::SWITCHES.sub(nth as u8 + 1));
+        all[nth] = pdo.transmit(nth as u16 + 1).transmission(0);
         nth += 1;
     }
     all

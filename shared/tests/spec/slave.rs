@@ -9,7 +9,7 @@ use ecss_can::redundancy::BusCause;
 use ecss_can::time::Step;
 use ecss_can::types::{Bus, CobId, Instant, NmtState, PerBus, Scet};
 
-use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, pdos, stamp};
 
 const SELECTIVE: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<5>()], ..STANDARD };
 
@@ -397,7 +397,7 @@ fn reset_node_silences_it_until_the_application_resets_the_chip() {
 fn commands_are_taken_only_when_operational_on_the_active_bus() {
     let mut slave = operational(&STANDARD);
     slave.receive(NOMINAL, 0x305, &MESSAGE);
-    assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: MESSAGE }]);
+    assert_eq!(pdos(&slave.events), [Some((NOMINAL, 1, MESSAGE))]);
     let telecommand = slave.node.objects().application.telecommand;
     assert_eq!((telecommand.code, telecommand.data.get()), (0x1234, 9));
     slave.clear();

@@ -5,7 +5,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, LinkEvent, Slave};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};
@@ -29,8 +29,8 @@ impl Device for Valve {
     const PDOS: PdoSet = PdoSet::new(
         &[],
         &[
-            Tpdo::new(1, CobIdOf::fixed(0x205)).state().map(Valve::POSITION),
-            Tpdo::new(2, CobIdOf::fixed(0x285)).state().map(Valve::PRESSURE),
+            Pdo::<()>::new(CobIdOf::fixed(0x205)).map(Valve::POSITION).transmit(1).state(),
+            Pdo::<()>::new(CobIdOf::fixed(0x285)).map(Valve::PRESSURE).transmit(2).state(),
         ],
     );
 }

@@ -130,7 +130,7 @@ impl Device for Wheel {
     type Consumers = HeartbeatConsumers<1>;
 
     const PDOS: PdoSet =
-        PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x280)).state().map(Wheel::TEMPERATURE)]);
+        PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Wheel::TEMPERATURE).transmit(1).state()]);
 }
 
 /// The master's copy of what the wheel reports.
@@ -147,7 +147,7 @@ impl Device for Watcher {
     type Consumers = HeartbeatConsumers<1>;
 
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::fixed(0x280 + WHEEL.get() as u16)).map(Watcher::TEMPERATURE)],
+        &[Pdo::<()>::new(CobIdOf::fixed(0x280 + WHEEL.get() as u16)).map(Watcher::TEMPERATURE).receive(1)],
         &[],
     );
 }

@@ -13,10 +13,10 @@ EMERGENCIES, STARTUP, ASSIGNMENT, REQUEST = 0x1028, 0x1F80, 0x1F81, 0x1F82
 MANDATORY = 1 << 3
 #: Request: node 0.
 ALL = 128
-#: PDOs: one way a time and a telemetry of each slave, the other the time, a command and a request to each.
-RPDOS, TPDOS = 28, 29
-#: Codes, as mappings have them: of the telemetry of the first slave, and of the command to it.
-TELEMETRY, TELECOMMAND = 0x6280_0110, 0x6200_0110
+#: PDOs: one way a time and a telemetry of each slave, the other the time.
+RPDOS, TPDOS = 28, 1
+#: What mappings may have: 16 bits without an object, and the error register.
+GAP, ERROR_REGISTER = 0x0006_0010, 0x1001_0008
 
 
 class MasterObjects(Test):
@@ -61,7 +61,7 @@ class MasterObjects(Test):
             self.assertEqual(walk.number(REQUEST, node), state, node)
         # Its PDOs stop, so that no telemetry comes between a write and its check.
         walk.write(REQUEST, 1, PRE_OPERATIONAL)
-        for first, count, mappable in ((0x1400, RPDOS, TELEMETRY), (0x1800, TPDOS, TELECOMMAND)):
+        for first, count, mappable in ((0x1400, RPDOS, GAP), (0x1800, TPDOS, ERROR_REGISTER)):
             for parameters in range(first, first + count):
                 with self.subTest(pdo=f"{parameters:04X}h"):
                     walk.pdo(parameters, parameters + 0x200, mappable)

@@ -5,11 +5,11 @@ use std::time::Duration;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{Communication, NodeObjects, SpacecraftDevice};
 use ecss_can::od::{CobIdEntry, INVALID};
-use ecss_can::pdo::{Mapping, PdoParameters, PdoSlots};
+use ecss_can::pdo::{Mapping, NodePdo, PdoParameters, PdoSlots};
 use ecss_can::profile::Profile;
 use ecss_can::sdo::SdoServerObjects;
 use ecss_can::types::{self, CobId, NodeId};
-use mission::{COMMAND_PERIOD, TELEMETRY_PERIOD};
+use mission::{COMMAND_PERIOD, MissionObjects, TELEMETRY_PERIOD};
 
 use super::message::{Message, nanos};
 
@@ -52,11 +52,10 @@ pub fn messages(profile: &Profile, assumed: &Assumed) -> Vec<Named> {
         set.nmt(&name, id);
         set.sdo(&name, &slave.objects().sdo);
         set.node(&name, sync, cycle, slave.objects());
-        // The answer to a request, which the master sends in a PDO of its own.
-        let (rpdos, _) = slave.objects().pdos.rpdos();
-        let request = rpdos[mission::REQUEST_RPDO].cob_id;
-        let telemetry = slave.objects().pdos.tpdos().0[mission::TELEMETRY_TPDO].cob_id;
-        set.follow(telemetry, request);
+        // The master has no objects for what it sends to a slave.
+        set.command(format!("telecommand {name}"), mission::TELECOMMAND.of(id));
+        set.command(format!("request {name}"), mission::REQUEST.of(id));
+        set.follow(<MissionObjects>::TELEMETRY_PDO.of(id), mission::REQUEST.of(id));
     }
     set.sorted()
 }
@@ -130,12 +129,8 @@ impl Set<'_> {
         let valid =
             parameters.iter().zip(mappings).zip(1..).filter(|((pdo, _), _)| pdo.cob_id & INVALID == 0);
         for ((pdo, mapping), number) in valid {
-            // Those to slaves that are not there are never sent.
             let name = format!("TPDO {number} {name}");
             let bits: u32 = mapping.objects().iter().map(|object| object & 0xFF).sum();
-            if self.is_to_absent(pdo) {
-                continue;
-            }
             let bytes = bits.div_ceil(8) as u8;
             if pdo.transmission <= LAST_SYNCHRONOUS {
                 // It belongs to the last SYNC, and must be there before the next one.
@@ -147,19 +142,16 @@ impl Set<'_> {
         }
     }
 
-    /// A telecommand or a request for a slave that the mission has not.
-    fn is_to_absent(&self, pdo: &PdoParameters) -> bool {
-        let node = CobIdEntry::from_raw(pdo.cob_id).id().raw() & 0x7F;
-        node > u16::from(self.assumed.slaves) + 1
+    /// What the application of the master sends to a slave.
+    fn command<T>(&mut self, name: String, pdo: NodePdo<T>) {
+        let period = std(COMMAND_PERIOD).min(std(TELEMETRY_PERIOD));
+        self.add(name, pdo.cob_id().raw().into(), pdo.bytes(), period, std(self.profile.event), None);
     }
 
     /// The frames of one COB-ID answer those of another.
-    fn follow(&mut self, answer: u32, request: u32) {
-        let index = |id: u32| {
-            let id = CobIdEntry::from_raw(id).id().raw();
-            self.all.iter().position(|named| named.message.id == id)
-        };
-        if let (Some(answer), Some(request)) = (index(answer), index(request)) {
+    fn follow<A, R>(&mut self, answer: NodePdo<A>, request: NodePdo<R>) {
+        let index = |id: CobId| self.all.iter().position(|named| named.message.id == id.raw());
+        if let (Some(answer), Some(request)) = (index(answer.cob_id()), index(request.cob_id())) {
             self.all[answer].message.after = Some(request);
         }
     }

@@ -33,7 +33,7 @@
 //!     type Pdos = PdoObjects<4, 4>;
 //!     type Consumers = HeartbeatConsumers<1>;
 //!     /// 285h, on every change.
-//!     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Heater::POWER)]);
+//!     const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Heater::POWER).transmit(2)]);
 //! }
 //!
 //! fn heater(board: MockBoard) -> Slave<Heater> {

@@ -72,8 +72,8 @@ impl Device for Heater {
     type Consumers = HeartbeatConsumers<2>;
 
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::node(0x200)).map(Heater::POWER)],
-        &[Tpdo::new(1, CobIdOf::node(0x180)).map(Heater::TEMPERATURE)],
+        &[Pdo::<()>::new(CobIdOf::node(0x200)).map(Heater::POWER).receive(1)],
+        &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Heater::TEMPERATURE).transmit(1)],
     );
 
     fn communication(id: NodeId) -> Communication {

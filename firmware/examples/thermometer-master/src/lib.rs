@@ -16,9 +16,10 @@ pub use application::{Report, application};
 pub const THERMOMETER: NodeId = NodeId::of::<3>();
 
 /// Receive PDO of a change: 283h.
-pub const CHANGE: Rpdo = Rpdo::new(1, CobIdOf::fixed(0x283)).map(Ground::TEMPERATURE).map(Ground::ALARM);
+pub const CHANGE: Rpdo =
+    Pdo::<()>::new(CobIdOf::fixed(0x283)).map(Ground::TEMPERATURE).map(Ground::ALARM).receive(1);
 /// Transmit PDO of commands: 203h.
-pub const COMMAND: Tpdo = Tpdo::new(1, CobIdOf::fixed(0x203)).map(Ground::COMMAND);
+pub const COMMAND: Tpdo = Pdo::<()>::new(CobIdOf::fixed(0x203)).map(Ground::COMMAND).transmit(1);
 
 /// What the master has beside the objects of every master.
 #[derive(Debug, Objects)]

@@ -16,18 +16,20 @@ pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT }
 pub const LM75: u8 = 0x48;
 
 /// Receive PDO of commands: 200h + node.
-pub const COMMAND: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Thermometer::COMMAND);
+pub const COMMAND: Rpdo = Pdo::<()>::new(CobIdOf::node(0x200)).map(Thermometer::COMMAND).receive(1);
 /// Transmit PDO of a change: 280h + node, at most ten a second.
-pub const CHANGE: Tpdo = Tpdo::new(2, CobIdOf::node(0x280))
+pub const CHANGE: Tpdo = Pdo::<()>::new(CobIdOf::node(0x280))
+    .map(Thermometer::TEMPERATURE)
+    .map(Thermometer::ALARM)
+    .transmit(2)
     .state()
-    .inhibit(1_000)
-    .map(Thermometer::TEMPERATURE)
-    .map(Thermometer::ALARM);
+    .inhibit(1_000);
 /// Transmit PDO with every SYNC: 480h + node.
-pub const CYCLE: Tpdo = Tpdo::new(4, CobIdOf::node(0x480))
-    .transmission(1)
+pub const CYCLE: Tpdo = Pdo::<()>::new(CobIdOf::node(0x480))
     .map(Thermometer::TEMPERATURE)
-    .map(Thermometer::HIGHEST);
+    .map(Thermometer::HIGHEST)
+    .transmit(4)
+    .transmission(1);
 
 /// What it has beside the objects of every node. `S` is where its table lies.
 #[derive(Clone, Debug, PartialEq, Objects)]

@@ -4,14 +4,14 @@ use ecss_can::link::Stamp;
 use ecss_can::node::{
     BusCommand, DeviceNode, LinkEvent, Master, MasterEvent, MasterRequest, Node, NodeObjects,
 };
-use ecss_can::node::{Outbox, Refusal, Slave, SlaveEvent, Turn};
-use ecss_can::od::Objects;
-use ecss_can::pdo::{Mapping, PdoObjects};
+use ecss_can::node::{Device as _, Outbox, Refusal, Slave, SlaveEvent, Turn};
+use ecss_can::od::{Objects, U40, U48};
+use ecss_can::pdo::{Mapping, PdoObjects, ReceivedPdo};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, Duration, Frame, Instant, Scet};
 use mission::{
-    Command, CommanderObjects, LIBRECUBE, Message, MissionObjects, REQUEST_RPDO, Received, Request, SLAVES,
-    STANDARD, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telemetry, command, master, received, request, slave, slot,
+    Command, CommanderObjects, LIBRECUBE, Message, MissionObjects, REQUEST, Received, Request, SLAVES,
+    STANDARD, TELECOMMAND, Telemetry, master, received, slave, slot,
 };
 
 use crate::{frame, ms, node};
@@ -87,13 +87,13 @@ fn slaves_2_to_15_have_a_slot_and_no_others() {
 fn a_command_of_the_master_is_a_pdo_of_the_slave() {
     let (mut master, mut slave) = (flying(), operational());
     let message = Command::SetValue(0xDEAD_BEEF).encode(7);
-    assert_eq!(command(&mut master.node, node(3), &message, ms(1)), Ok(()));
+    assert_eq!(master.node.send_to(node(3), TELECOMMAND, message.telecommand(), ms(1)), Ok(()));
     let sent = master.sent();
     let data = [2, 0, 0xEF, 0xBE, 0xAD, 0xDE, 0, 7];
     assert_eq!(sent, [frame(0x303, &data)]);
     slave.hear(sent[0]);
-    let event = SlaveEvent::Pdo { bus: Bus::Nominal, number: TELECOMMAND_RPDO as u16, data };
-    assert_eq!(slave.events(), [event]);
+    let [SlaveEvent::Pdo(pdo)] = slave.events()[..] else { panic!("one PDO") };
+    assert_eq!(pdo.get(TELECOMMAND), Some((2, U40::new(0xDEAD_BEEF), 7)));
     let telecommand = slave.node.objects().application.telecommand;
     assert_eq!((telecommand.code, telecommand.data.get(), telecommand.sequence), (2, 0xDEAD_BEEF, 7));
 }
@@ -102,46 +102,41 @@ fn a_command_of_the_master_is_a_pdo_of_the_slave() {
 #[test]
 fn telemetry_answers_a_request() {
     let (mut master, mut slave) = (flying(), operational());
-    assert_eq!(request(&mut master.node, node(3), &Request::Value.encode(), ms(1)), Ok(()));
+    assert_eq!(master.node.send_to(node(3), REQUEST, Request::Value.encode().values(), ms(1)), Ok(()));
     let sent = master.sent();
     assert_eq!(sent, [frame(0x403, &[2, 1, 0, 0, 0, 0, 0, 0])]);
     slave.hear(sent[0]);
-    let [SlaveEvent::Pdo { number, .. }] = slave.events()[..] else { panic!("one PDO") };
-    assert_eq!(usize::from(number), REQUEST_RPDO);
+    let [SlaveEvent::Pdo(pdo)] = slave.events()[..] else { panic!("one PDO") };
+    assert_eq!(pdo.get(REQUEST), Some((0x102, U48::new(0))));
     // Figure 9-2: a request may leave out its data.
     slave.hear(frame(0x403, &[2, 1]));
     assert_eq!(slave.events().len(), 1);
 
     slave.node.change(ms(1), |objects| objects.telemetry = Telemetry::Value(42).encode().into());
-    slave.node.send_pdo(TELEMETRY_TPDO, ms(1));
+    slave.node.send_pdo(2, ms(1));
     let sent = slave.sent();
     assert_eq!(sent, [frame(0x383, &[2, 1, 42, 0, 0, 0, 0, 0])]);
     master.hear(sent[0]);
-    let [MasterEvent::Pdo { number, data, .. }] = master.events()[..] else { panic!("one PDO") };
+    let [MasterEvent::Pdo(pdo)] = master.events()[..] else { panic!("one PDO") };
     let message = Message::new(0x102, [42, 0, 0, 0, 0, 0]);
-    assert_eq!(received(number, data), Some((node(3), Received::Telemetry(message))));
-    assert_eq!(master.node.objects().application.device.telemetry[1].code, 0x102);
+    assert_eq!(received(&pdo), Some((node(3), Received::Telemetry(message))));
 }
 
-/// Given the master of the mission, then no telecommand and no telemetry request has an inhibit time or an event timer, whether its slave
-/// is a full or a minimal one. Two of them to one slave in one instant are sent.
+/// Given the master of the mission, then it sends a telecommand and a telemetry request at once and once, also two of them to one slave in
+/// one instant.
 ///
 /// Verifies: ECSS 9.4.1d
 /// Notices: ECSS 9.4.1d: telecommands of the master have an inhibit time of 10 ms.
 #[test]
 fn the_master_delays_no_command_and_no_request_and_repeats_none() {
     let mut master = flying();
-    let tpdos = master.node.objects().pdos.tpdos;
-    let to_slaves = tpdos.iter().filter(|pdo| (0x300..0x500).contains(&(pdo.cob_id & 0x7FF)));
-    let timers: Vec<_> = to_slaves.map(|pdo| (pdo.transmission, pdo.inhibit, pdo.event_timer)).collect();
-    assert_eq!(timers, [(254, 0, 0); 2 * SLAVES]);
     for value in [7_u8, 8] {
         let message = Command::SetValue(value.into()).encode(value);
-        assert_eq!(command(&mut master.node, node(3), &message, ms(1)), Ok(()));
+        assert_eq!(master.node.send_to(node(3), TELECOMMAND, message.telecommand(), ms(1)), Ok(()));
         assert_eq!(master.sent(), [frame(0x303, &[2, 0, value, 0, 0, 0, 0, value])]);
     }
     for (asked, code) in [(Request::Value, [2, 1]), (Request::Executed, [3, 1])] {
-        assert_eq!(request(&mut master.node, node(3), &asked.encode(), ms(1)), Ok(()));
+        assert_eq!(master.node.send_to(node(3), REQUEST, asked.encode().values(), ms(1)), Ok(()));
         assert_eq!(master.sent(), [frame(0x403, &[code[0], code[1], 0, 0, 0, 0, 0, 0])]);
     }
 }
@@ -275,22 +270,26 @@ fn type_of_the_time_is_1_to_240() {
 #[test]
 fn a_receive_pdo_of_the_master_names_its_sender() {
     let time = Scet::new(0x1234_5678, 0x9A_BCDE).unwrap();
+    let pdo = |number, data| {
+        received(&ReceivedPdo::new(&CommanderObjects::PDOS, number, Bus::Nominal, data, ms(1)))
+    };
     for raw in 2..=15 {
-        let found = received(u16::from(raw) - 2, [0xDE, 0xBC, 0x9A, 0x78, 0x56, 0x34, 0x12, 0]);
+        let found = pdo(u16::from(raw) - 2, [0xDE, 0xBC, 0x9A, 0x78, 0x56, 0x34, 0x12, 0]);
         assert_eq!(found, Some((node(raw), Received::LocalTime(time))), "slave {raw}");
     }
     let last = SLAVES as u16 * 2 - 1;
     let message = Message::of(3, [9]);
-    assert_eq!(received(last, [3, 0, 9, 0, 0, 0, 0, 0]), Some((node(15), Received::Telemetry(message))));
-    assert_eq!(received(last + 1, [0; 8]), None);
+    assert_eq!(pdo(last, [3, 0, 9, 0, 0, 0, 0, 0]), Some((node(15), Received::Telemetry(message))));
+    assert_eq!(pdo(last + 1, [0; 8]), None);
 }
 
 #[test]
 fn a_node_that_is_none_of_the_missions_is_not_commanded() {
     let mut master = flying();
     let message = Message::of(1, []);
-    assert_eq!(command(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
-    assert_eq!(request(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
+    let command = master.node.send_to(node(16), TELECOMMAND, message.telecommand(), ms(1));
+    let request = master.node.send_to(node(16), REQUEST, message.values(), ms(1));
+    assert_eq!([command, request], [Err(Refusal::NotOperational); 2]);
 }
 
 /// Verifies: ECSS 6.5.2a, 8.3.1b

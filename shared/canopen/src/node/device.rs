@@ -18,7 +18,7 @@ use crate::types::{AbortCode, Address, CobId, Instant, NodeId};
 /// use async_canopen::heartbeat::HeartbeatConsumers;
 /// use async_canopen::node::{Communication, Device, Identity};
 /// use async_canopen::od::Objects;
-/// use async_canopen::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+/// use async_canopen::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 /// use async_canopen::types::NodeId;
 ///
 /// /// A thermometer.
@@ -33,7 +33,7 @@ use crate::types::{AbortCode, Address, CobId, Instant, NodeId};
 /// impl Device for Thermometer {
 ///     type Pdos = PdoObjects<4, 4>;
 ///     type Consumers = HeartbeatConsumers<1>;
-///     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE)]);
+///     const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE).transmit(2)]);
 ///
 ///     fn communication(id: NodeId) -> Communication {
 ///         Communication { device_name: "Thermometer", ..Communication::new(id) }

@@ -4,6 +4,7 @@ use core::convert::Infallible;
 
 use crate::link::Stamp;
 use crate::link::port::Health;
+use crate::pdo::{ReceivedPdo, SetRpdo};
 use crate::types::{Address, Bus, CobId, Frame, NmtState, NodeId};
 
 /// Events that concern the objects of a node, in each type of events.
@@ -11,10 +12,10 @@ pub trait NodeEvent {
     /// Event of the parts beyond CANopen.
     type Extension;
 
-    /// Makes the event: a receive PDO took effect. `data` is its payload, zero above its length.
-    fn pdo(bus: Bus, number: u16, data: [u8; 8]) -> Self;
+    /// Makes the event: a receive PDO took effect.
+    fn pdo(pdo: ReceivedPdo) -> Self;
     /// Makes the event: a synchronous receive PDO took effect.
-    fn synchronised(number: u16) -> Self;
+    fn synchronised(pdo: SetRpdo) -> Self;
     /// Makes the event: a client wrote an object by SDO.
     fn written(at: Address) -> Self;
     /// Makes an event of the parts beyond CANopen.
@@ -51,18 +52,10 @@ pub trait SlaveEvents: NodeEvent {
 pub enum Event {
     /// The NMT state changed.
     State(NmtState),
-    /// A receive PDO took effect: its values are in the dictionary.
-    Pdo {
-        /// Number of the PDO; 0 is the first.
-        number: u16,
-        /// Payload of the PDO, zero above its length. The dictionary may already have a newer one.
-        data: [u8; 8],
-    },
-    /// A synchronous receive PDO took effect, at a SYNC.
-    Synchronised {
-        /// Number of the PDO; 0 is the first.
-        number: u16,
-    },
+    /// A receive PDO took effect: its values are in the dictionary. [`ReceivedPdo::get`] tells which one, with its values.
+    Pdo(ReceivedPdo),
+    /// A synchronous receive PDO took effect, at a SYNC. [`SetRpdo::is`] tells which one.
+    Synchronised(SetRpdo),
     /// A frame was not sent, and none replaces it: that of a transmit PDO which is sent on events alone, without
     /// an event timer, and is no [state](crate::pdo::Tpdo::state).
     NotSent {
@@ -107,12 +100,12 @@ pub enum Event {
 impl NodeEvent for Event {
     type Extension = Infallible;
 
-    fn pdo(_: Bus, number: u16, data: [u8; 8]) -> Self {
-        Event::Pdo { number, data }
+    fn pdo(pdo: ReceivedPdo) -> Self {
+        Event::Pdo(pdo)
     }
 
-    fn synchronised(number: u16) -> Self {
-        Event::Synchronised { number }
+    fn synchronised(pdo: SetRpdo) -> Self {
+        Event::Synchronised(pdo)
     }
 
     fn written(at: Address) -> Self {

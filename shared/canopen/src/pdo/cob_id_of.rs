@@ -48,6 +48,22 @@ impl CobIdOf {
         CobId::low_bits(if self.with_node { self.base as u32 + node.get() as u32 } else { self.base as u32 })
     }
 
+    /// Returns this COB-ID, the same in every node.
+    pub(super) const fn of_node(id: CobId) -> CobIdOf {
+        CobIdOf { base: id.raw(), with_node: false }
+    }
+
+    /// Returns the node whose COB-ID the other one is.
+    pub(super) const fn node_of(self, other: CobIdOf) -> Option<NodeId> {
+        if !self.with_node || other.with_node {
+            return None;
+        }
+        match other.base.checked_sub(self.base) {
+            Some(node) if node <= NODES => NodeId::new(node as u8),
+            _ => None,
+        }
+    }
+
     /// Returns whether both are one COB-ID in some node.
     pub const fn may_equal(self, other: CobIdOf) -> bool {
         let apart = self.base.abs_diff(other.base);

@@ -18,7 +18,7 @@
 //! ```
 //! use async_canopen::emcy::EmcyObjects;
 //! use async_canopen::od::{Objects, Record};
-//! use async_canopen::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+//! use async_canopen::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 //! use async_canopen::types::NodeId;
 //!
 //! /// A thermometer.
@@ -45,16 +45,11 @@
 //! const PDOS: PdoSet = PdoSet::new(
 //!     &[
 //!         // The same for all nodes.
-//!         Rpdo::new(1, CobIdOf::fixed(0x200)).map(Thermometer::MODE.field(Mode::RATE)),
-//!         Rpdo::new(2, CobIdOf::node(0x300))
-//!             .map(Thermometer::MODE.field(Mode::RATE))
-//!             .map(Thermometer::MODE.field(Mode::RANGE)),
+//!         Pdo::<()>::new(CobIdOf::fixed(0x200)).map(Thermometer::MODE.field(Mode::RATE)).receive(1),
+//!         Pdo::<()>::new(CobIdOf::node(0x300)).map(Thermometer::MODE.field(Mode::RATE)).map(Thermometer::MODE.field(Mode::RANGE)).receive(2),
 //!     ],
 //!     // With every SYNC, beside the error register.
-//!     &[Tpdo::new(2, CobIdOf::node(0x280))
-//!         .transmission(1)
-//!         .map(Thermometer::TEMPERATURE)
-//!         .map(EmcyObjects::REGISTER)],
+//!     &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE).map(EmcyObjects::REGISTER).transmit(2).transmission(1)],
 //! );
 //!
 //! let objects: PdoObjects<4, 4> = PDOS.at_power_on(NodeId::of::<5>());
@@ -67,7 +62,7 @@
 //!
 //! ```compile_fail,E0080
 //! # use async_canopen::od::Objects;
-//! # use async_canopen::pdo::{CobIdOf, Rpdo};
+//! # use async_canopen::pdo::{CobIdOf, Pdo, Rpdo};
 //! # /// A thermometer.
 //! # #[derive(Objects)]
 //! # struct Thermometer {
@@ -75,7 +70,7 @@
 //! #     #[object(0x6000, ro, pdo)]
 //! #     temperature: i16,
 //! # }
-//! const WRONG: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Thermometer::TEMPERATURE);
+//! const WRONG: Rpdo = Pdo::<()>::new(CobIdOf::node(0x200)).map(Thermometer::TEMPERATURE).receive(1);
 //! ```
 //!
 //! | type | purpose |
@@ -94,23 +89,29 @@
 
 mod cob_id_of;
 mod mapping;
+mod named;
 mod objects;
 mod parameters;
 mod planned;
 mod receive;
+mod received;
 mod rpdo_error;
 pub mod rules;
 mod sequence;
 mod set;
 mod transmit;
+mod values;
 
 pub use cob_id_of::CobIdOf;
 pub use mapping::{Direction, Layout};
+pub use named::{NodePdo, Pdo, Received};
 pub use objects::{PdoObjects, PdoSlots};
 pub use parameters::{MAPPED, Mapping, PdoMapping, PdoParameters, RpdoParameters, StaticMapping};
 pub use planned::{Rpdo, Tpdo};
 pub use receive::{Rpdos, Taken};
+pub use received::{ReceivedPdo, SetRpdo};
 pub use rpdo_error::{RpdoError, RpdoEvent};
 pub use sequence::{RepeatFilter, Sequence};
 pub use set::PdoSet;
 pub use transmit::{AT_ONCE, Tpdos};
+pub use values::{Append, Values};

@@ -1,8 +1,8 @@
 //! PDOs of a device at power-on, as constants: an impossible set does not compile.
 
 use super::mapping::{MOST_IN_A_ROW, MOST_OBJECTS};
-use super::planned::{Pdo, tell_object};
-use super::{Direction, Mapping, PdoParameters, PdoSlots, Rpdo, Tpdo};
+use super::planned::{Planned, tell_object};
+use super::{CobIdOf, Direction, Mapping, PdoParameters, PdoSlots, Rpdo, Tpdo};
 use crate::od::{DataType, Declared, INVALID, NO_REMOTE};
 use crate::types::NodeId;
 
@@ -108,7 +108,7 @@ impl PdoSet {
         all
     }
 
-    fn nth(&self, direction: Direction, nth: usize) -> Option<&'static Pdo> {
+    fn nth(&self, direction: Direction, nth: usize) -> Option<&'static Planned> {
         match direction {
             Direction::Receive => self.rpdos.get(nth).map(Rpdo::pdo),
             Direction::Transmit => self.tpdos.get(nth).map(Tpdo::pdo),
@@ -117,7 +117,17 @@ impl PdoSet {
 
     /// Returns whether the values of a transmit PDO (0 is the first) are declared as a [state](Tpdo::state).
     pub fn is_state(&self, number: usize) -> bool {
-        self.tpdos.iter().any(|tpdo| tpdo.slot() == number && tpdo.pdo().is_state())
+        self.tpdos.iter().any(|tpdo| tpdo.pdo().slot() == number && tpdo.pdo().is_state())
+    }
+
+    /// Returns the declaration of a receive PDO (0 is the first).
+    pub(super) fn rpdo(&self, number: usize) -> Option<&'static Rpdo> {
+        self.rpdos.iter().find(|rpdo| rpdo.pdo().slot() == number)
+    }
+
+    /// Returns the number of the transmit PDO that is declared with this COB-ID (0 is the first).
+    pub(crate) fn tpdo_with(&self, cob_id: CobIdOf) -> Option<usize> {
+        self.tpdos.iter().find(|tpdo| tpdo.pdo().cob_id == cob_id).map(|tpdo| tpdo.pdo().slot())
     }
 
     /// Returns the receive PDOs.
@@ -132,7 +142,7 @@ impl PdoSet {
 }
 
 #[track_caller]
-const fn assert_one_of(most: usize, pdo: &Pdo, kind: &str) {
+const fn assert_one_of(most: usize, pdo: &Planned, kind: &str) {
     if pdo.slot() >= most {
         let number = pdo.tell(kind).text(": `Pdos` of the device has room for ").number(most as u32);
         number.text(" ").text(kind).text("PDOs").refuse();
@@ -140,23 +150,23 @@ const fn assert_one_of(most: usize, pdo: &Pdo, kind: &str) {
 }
 
 #[track_caller]
-const fn assert_carries(pdo: &Pdo, kind: &str) {
-    if pdo.is_empty() {
+const fn assert_carries(pdo: &Planned, kind: &str) {
+    if pdo.carried().is_empty() {
         pdo.tell(kind).text(" carries nothing: add `.map(..)`").refuse();
     }
 }
 
 #[track_caller]
-const fn assert_numbers_differ(one: &Pdo, other: &Pdo, kind: &str) {
+const fn assert_numbers_differ(one: &Planned, other: &Planned, kind: &str) {
     if one.slot() == other.slot() {
         one.tell(kind).text(" is declared twice").refuse();
     }
 }
 
 #[track_caller]
-const fn assert_declared(pdo: &Pdo, direction: Direction, declared: &Declared) {
+const fn assert_declared(pdo: &Planned, direction: Direction, declared: &Declared) {
     let mut nth = 0;
-    while let Some((at, bits)) = pdo.nth(nth) {
+    while let Some((at, bits)) = pdo.carried().nth(nth) {
         nth += 1;
         if DataType::of_dummy(at.index).is_some() {
             continue;

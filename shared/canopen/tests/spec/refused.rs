@@ -5,9 +5,9 @@ use std::panic::{UnwindSafe, catch_unwind};
 
 use async_canopen::od::{
     Access, DataType, Declared, Entry, Field, Fields, Limits, NotWritable, Object, Objects, PdoUse, Readable,
-    SubIndex, assert_entries, sub_indices,
+    SubIndex, TimeOfDay, U24, assert_entries, sub_indices,
 };
-use async_canopen::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use async_canopen::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 
 use crate::pdo::device::Device;
 
@@ -23,18 +23,18 @@ fn object(index: u16) -> Object {
 }
 
 /// The value of an object, or of the first of several in a row.
-fn field(index: u16, sub: u8) -> Field {
-    Fields::<()>::of(&object(index)).nth(0).sub(sub)
+fn field(index: u16, sub: u8) -> Field<u16> {
+    Fields::<()>::of(&object(index)).nth(0).field(SubIndex::new(sub, 1))
 }
 
 const ID: CobIdOf = CobIdOf::node(0x180);
 
 fn tpdo(number: u16) -> Tpdo {
-    Tpdo::new(number, ID).map(field(0x6020, 0))
+    Pdo::<()>::new(ID).map(field(0x6020, 0)).transmit(number)
 }
 
 fn rpdo(number: u16) -> Rpdo {
-    Rpdo::new(number, CobIdOf::node(0x200)).map(field(0x6021, 0))
+    Pdo::<()>::new(CobIdOf::node(0x200)).map(field(0x6021, 0)).receive(number)
 }
 
 fn set(rpdos: Vec<Rpdo>, tpdos: Vec<Tpdo>) -> PdoSet {
@@ -45,19 +45,19 @@ fn set(rpdos: Vec<Rpdo>, tpdos: Vec<Tpdo>) -> PdoSet {
 #[test]
 fn a_set_of_pdos_needs_values_numbers_and_cob_ids() {
     let empty = "TPDO 1 carries nothing: add `.map(..)`";
-    assert_eq!(refusal(|| set(vec![], vec![Tpdo::new(1, ID)])), empty);
+    assert_eq!(refusal(|| set(vec![], vec![Pdo::<()>::new(ID).transmit(1)])), empty);
     let empty = "RPDO 3 carries nothing: add `.map(..)`";
-    assert_eq!(refusal(|| set(vec![rpdo(1), Rpdo::new(3, ID)], vec![])), empty);
+    assert_eq!(refusal(|| set(vec![rpdo(1), Pdo::<()>::new(ID).receive(3)], vec![])), empty);
     assert_eq!(refusal(|| set(vec![rpdo(2), rpdo(1), rpdo(2)], vec![])), "RPDO 2 is declared twice");
     assert_eq!(refusal(|| set(vec![], vec![tpdo(7), tpdo(7)])), "TPDO 7 is declared twice");
     let same = "TPDO 1 and TPDO 2 may have the same COB-ID: each needs its own";
     assert_eq!(refusal(|| set(vec![], vec![tpdo(1), tpdo(2)])), same);
     // 183h is that of node 3.
-    let fixed = || Tpdo::new(2, CobIdOf::fixed(0x183)).map(field(0x6020, 0));
+    let fixed = || Pdo::<()>::new(CobIdOf::fixed(0x183)).map(field(0x6020, 0)).transmit(2);
     assert_eq!(refusal(|| set(vec![], vec![tpdo(1), fixed()])), same);
     // No node has 200h of 200h + node.
-    let of_node = || Tpdo::new(1, CobIdOf::node(0x200)).map(field(0x6020, 0));
-    let fixed = || Tpdo::new(2, CobIdOf::fixed(0x200)).map(field(0x6020, 0));
+    let of_node = || Pdo::<()>::new(CobIdOf::node(0x200)).map(field(0x6020, 0)).transmit(1);
+    let fixed = || Pdo::<()>::new(CobIdOf::fixed(0x200)).map(field(0x6020, 0)).transmit(2);
     set(vec![], vec![of_node(), fixed()]);
     set(vec![], vec![fixed(), of_node()]);
 }
@@ -68,13 +68,15 @@ fn a_pdo_is_one_of_its_device_and_carries_what_that_has() {
     type Slots = PdoObjects<2, 1>;
     let refused = |rpdos, tpdos| refusal(move || set(rpdos, tpdos).assert_within::<Slots>(Device::DECLARED));
     set(vec![rpdo(1), rpdo(2)], vec![tpdo(1)]).assert_within::<Slots>(Device::DECLARED);
-    let skips = Rpdo::new(1, ID).skip(DataType::Unsigned16).map(field(0x6021, 0));
+    let skips = Pdo::<()>::new(ID).skip::<u16>().map(field(0x6021, 0)).receive(1);
     set(vec![skips], vec![]).assert_within::<Slots>(Device::DECLARED);
     assert_eq!(refused(vec![rpdo(3)], vec![]), "RPDO 3: `Pdos` of the device has room for 2 RPDOs");
     assert_eq!(refused(vec![], vec![tpdo(2)]), "TPDO 2: `Pdos` of the device has room for 1 TPDOs");
     let entries: &'static [Entry] = vec![Entry::of::<u16>(0, 1, Access::Ro).for_pdo(PdoUse::Required)].leak();
     let foreign = |index| {
-        Tpdo::new(1, ID).map(Field::<u16, Readable, NotWritable>::of(&Object { index, count: 1, entries }))
+        Pdo::<()>::new(ID)
+            .map(Field::<u16, Readable, NotWritable>::of(&Object { index, count: 1, entries }))
+            .transmit(1)
     };
     let none = "TPDO 1 carries object 2FFFh sub-index 0, which the device does not have: add its declaration with `#[objects]`";
     assert_eq!(refused(vec![], vec![foreign(0x2FFF)]), none);
@@ -96,7 +98,11 @@ fn pdos_reach_511_objects_and_512_in_a_row() {
         let all = Declared { objects: objects.leak(), groups: &[] };
         let pdos = set(
             vec![],
-            vec![Tpdo::new(1, ID).map(Field::<u16, Readable, NotWritable>::of(&object(index, 1)))],
+            vec![
+                Pdo::<()>::new(ID)
+                    .map(Field::<u16, Readable, NotWritable>::of(&object(index, 1)))
+                    .transmit(1),
+            ],
         );
         move || pdos.assert_within::<PdoObjects<2, 1>>(&all)
     };
@@ -188,12 +194,14 @@ fn marks_of_an_entry_fit_its_type_and_its_access() {
 /// Verifies: ECSS 6.2a
 #[test]
 fn only_types_that_stand_for_dummies_are_skipped() {
-    let skip = |data_type| move || Rpdo::new(1, ID).skip(data_type);
+    let id = || Pdo::<()>::new(ID);
     let dummies = "only BOOLEAN and integers of 8, 16 and 32 bits can be skipped";
-    for data_type in [DataType::Unsigned24, DataType::Real32, DataType::Domain, DataType::VisibleString] {
-        assert_eq!(refusal(skip(data_type)), dummies, "{data_type:?}");
-    }
-    for data_type in [DataType::Boolean, DataType::Integer8, DataType::Unsigned16, DataType::Unsigned32] {
-        assert_ne!(skip(data_type)(), Rpdo::new(1, ID), "{data_type:?}");
-    }
+    assert_eq!(refusal(|| id().skip::<U24>()), dummies);
+    assert_eq!(refusal(|| id().skip::<f32>()), dummies);
+    assert_eq!(refusal(|| id().skip::<TimeOfDay>()), dummies);
+    let skipped =
+        [id().skip::<bool>().receive(1), id().skip::<i8>().receive(1), id().skip::<u16>().receive(1)];
+    assert!(skipped.iter().all(|pdo| *pdo != id().receive(1)));
+    let gap = "object 0005h sub-index 0 is a gap, for receive PDOs alone";
+    assert_eq!(refusal(|| id().skip::<u8>().transmit(1)), gap);
 }

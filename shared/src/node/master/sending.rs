@@ -4,6 +4,7 @@ use super::Master;
 use crate::link::queue::Outgoing;
 use crate::node::minimal::MinimalPdos;
 use crate::node::{Refusal, SpacecraftDevice};
+use crate::pdo::{Pdo, Values};
 use crate::profile::MinimalNode;
 use crate::redundancy::MasterBoards;
 use crate::types::{Frame, Instant, NmtState, NodeId};
@@ -68,27 +69,22 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         Err(refusal)
     }
 
-    /// Fills the objects of a transmit PDO that one slave consumes, and sends it. `fill` changes only objects of
-    /// this PDO: the contents of the others are not compared.
+    /// Sends values to a slave by one of its receive PDOs. The master needs no object for them.
     ///
     /// # Errors
-    /// [`Refusal`], counted on the active bus. Then nothing is filled. [`Refusal::NotOperational`] if the slave
-    /// does not take commands.
-    pub fn send_pdo_to(
+    /// As [`Master::send_frame`]. [`Refusal::NotOperational`], counted on the active bus, if the slave does not take commands.
+    pub fn send_to<E, T: Values>(
         &mut self,
         node: NodeId,
-        number: usize,
+        pdo: Pdo<E, T>,
+        values: T,
         now: Instant,
-        fill: impl FnOnce(&mut D),
     ) -> Result<(), Refusal> {
         if !self.may_command(node) {
             self.services.counters.refused(self.redundancy.active());
             return Err(Refusal::NotOperational);
         }
-        self.send_pdo(number, now)?;
-        // The frame is packed when this step ends.
-        fill(&mut self.services.dictionary.objects.application.device);
-        Ok(())
+        self.send_frame(pdo.of(node).frame(values), now)
     }
 
     /// Returns whether a frame that was not sent is a command or another event of the application, which no later frame

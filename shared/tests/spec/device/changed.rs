@@ -6,7 +6,7 @@ use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::types::{AbortCode, Bus, CobId, NmtState, Scet};
 
 use super::fixture::{self as client, Memory, operational, payloads, powered, powered_with};
-use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, pdos};
 use crate::slave::TestSlave;
 
 const VALUE: u32 = 0x6210_0020;
@@ -153,7 +153,7 @@ fn pdos_come_and_go_as_they_are_configured() {
     slave.clear();
     slave.receive(NOMINAL, 0x305, &[9; 8]);
     slave.receive(NOMINAL, 0x345, &[7, 0, 0, 0]);
-    assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: [7, 0, 0, 0, 0, 0, 0, 0] }]);
+    assert_eq!(pdos(&slave.events), [Some((NOMINAL, 1, [7, 0, 0, 0, 0, 0, 0, 0]))]);
     assert_eq!(slave.node.objects().application.value, 7);
     slave.touch(|slave, now| slave.change(now, |objects| objects.value = 8));
     assert_eq!(payloads(&slave, 0x285), [[8, 0, 0, 0]]);

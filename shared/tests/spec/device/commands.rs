@@ -52,7 +52,7 @@ fn states(slave: &Bench<TestSlave>) -> Vec<u8> {
 
 /// Returns whether a command of the master arrived as a PDO.
 fn took_pdo(slave: &Bench<TestSlave>) -> bool {
-    slave.events.iter().any(|event| matches!(event, SlaveEvent::Pdo { .. }))
+    slave.events.iter().any(|event| matches!(event, SlaveEvent::Pdo(_)))
 }
 
 /// Given a slave in Pre-operational or Stopped, when it is started by its Node-ID or with all slaves (node 0), then every

@@ -13,7 +13,7 @@ use super::fixture::{
     autostarted, done, map_tpdo, operational, payloads, powered, read, run_with_master, write, write_all,
     write_on,
 };
-use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, pdos, span};
 use crate::instrument::{Instrument, STANDARD};
 use crate::slave::TestSlave;
 
@@ -41,7 +41,7 @@ fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     slave.receive(NOMINAL, 0x305, &[1; 8]);
     assert_eq!(slave.events, []);
     slave.receive(NOMINAL, 0x345, &[1; 8]);
-    assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: [1; 8] }]);
+    assert_eq!(pdos(&slave.events), [Some((NOMINAL, 1, [1; 8]))]);
     // Reset communication goes back to what it was.
     slave.clear();
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);

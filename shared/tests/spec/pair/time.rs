@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, DeviceTime, Master, MasterEvent, MasterRequest, Node};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::redundancy::Strap;
 use ecss_can::time::{LocalUtc, UtcGet};
 use ecss_can::types::{Bus, NodeId, Scet, Utc, UtcRelation};
@@ -66,11 +66,12 @@ impl Device for Calendar {
     type Consumers = HeartbeatConsumers<2>;
     const PDOS: PdoSet = PdoSet::new(
         &[],
-        &[Tpdo::new(1, CobIdOf::fixed(0x181))
-            .transmission(1)
+        &[Pdo::<()>::new(CobIdOf::fixed(0x181))
             .map(LocalUtc::UTC_GET.field(UtcGet::SUBMILLISECONDS))
             .map(LocalUtc::UTC_GET.field(UtcGet::MS))
-            .map(LocalUtc::UTC_GET.field(UtcGet::DAY))],
+            .map(LocalUtc::UTC_GET.field(UtcGet::DAY))
+            .transmit(1)
+            .transmission(1)],
     );
 
     fn consumers(_: NodeId) -> Self::Consumers {

@@ -10,7 +10,7 @@ use async_canopen::node::{CanopenSlave, Settings};
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, DeviceNode, Node, Slave};
 use ecss_can::od::{Domain, Objects, VisibleString};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::sdo::{Client, Error, Mode};
 use ecss_can::types::Address;
 
@@ -50,8 +50,8 @@ impl Device for Recorder {
     type Consumers = HeartbeatConsumers<2>;
 
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::node(0x200)).map(Recorder::NUMBER)],
-        &[Tpdo::new(1, CobIdOf::node(0x180)).map(Recorder::NUMBER)],
+        &[Pdo::<()>::new(CobIdOf::node(0x200)).map(Recorder::NUMBER).receive(1)],
+        &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Recorder::NUMBER).transmit(1)],
     );
 }
 

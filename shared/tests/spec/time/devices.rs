@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, DeviceTime, Slave, SpacecraftDevice};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::time::{LocalScet, LocalUtc, ScetGet, ScetSet, UtcGet, UtcSet};
 use ecss_can::types::{Scet, Utc, UtcRelation};
@@ -12,15 +12,17 @@ use crate::bench::{Bench, NOMINAL, node};
 use crate::instrument::STANDARD;
 
 /// 181h: the spacecraft time at the last SYNC.
-const SCET: Rpdo = Rpdo::new(1, CobIdOf::fixed(0x181))
-    .transmission(1)
+const SCET: Rpdo = Pdo::<()>::new(CobIdOf::fixed(0x181))
     .map(LocalScet::SCET_SET.field(ScetSet::FINE))
-    .map(LocalScet::SCET_SET.field(ScetSet::COARSE));
+    .map(LocalScet::SCET_SET.field(ScetSet::COARSE))
+    .receive(1)
+    .transmission(1);
 /// 180h + node, with every SYNC.
-const LOCAL_SCET: Tpdo = Tpdo::new(1, CobIdOf::node(0x180))
-    .transmission(1)
+const LOCAL_SCET: Tpdo = Pdo::<()>::new(CobIdOf::node(0x180))
     .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-    .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
+    .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+    .transmit(1)
+    .transmission(1);
 
 /// Keeps the SCET with all 24 bits of fine time.
 #[derive(Debug, Objects)]
@@ -70,10 +72,11 @@ impl Device for Producer {
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::new(
         &[],
-        &[Tpdo::new(1, CobIdOf::fixed(0x181))
-            .transmission(2)
+        &[Pdo::<()>::new(CobIdOf::fixed(0x181))
             .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-            .map(LocalScet::SCET_GET.field(ScetGet::COARSE))],
+            .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+            .transmit(1)
+            .transmission(2)],
     );
 }
 
@@ -90,16 +93,18 @@ impl<const MICROS: bool> Device for Universal<MICROS> {
     type Pdos = PdoObjects<2, 2>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::fixed(0x181))
-            .transmission(1)
+        &[Pdo::<()>::new(CobIdOf::fixed(0x181))
             .map(LocalUtc::UTC_SET.field(UtcSet::SUBMILLISECONDS))
             .map(LocalUtc::UTC_SET.field(UtcSet::MS))
-            .map(LocalUtc::UTC_SET.field(UtcSet::DAY))],
-        &[Tpdo::new(1, CobIdOf::node(0x180))
-            .transmission(1)
+            .map(LocalUtc::UTC_SET.field(UtcSet::DAY))
+            .receive(1)
+            .transmission(1)],
+        &[Pdo::<()>::new(CobIdOf::node(0x180))
             .map(LocalUtc::UTC_GET.field(UtcGet::SUBMILLISECONDS))
             .map(LocalUtc::UTC_GET.field(UtcGet::MS))
-            .map(LocalUtc::UTC_GET.field(UtcGet::DAY))],
+            .map(LocalUtc::UTC_GET.field(UtcGet::DAY))
+            .transmit(1)
+            .transmission(1)],
     );
 }
 

@@ -5,7 +5,7 @@ use ecss_can::link::Stamp;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{Device, DeviceTime, LinkEvent, Master, MasterRequest, SpacecraftDevice};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::time::{LocalScet, LocalUtc, ScetGet, ScetSet, UtcGet, UtcSet};
 use ecss_can::types::{NodeId, Scet, Utc, UtcRelation};
@@ -34,24 +34,28 @@ impl Device for Modest {
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::new(
         &[
-            Rpdo::new(1, CobIdOf::fixed(0x185))
+            Pdo::<()>::new(CobIdOf::fixed(0x185))
                 .map(LocalScet::SCET_SET.field(ScetSet::FINE))
-                .map(LocalScet::SCET_SET.field(ScetSet::COARSE)),
-            Rpdo::new(2, CobIdOf::fixed(0x285))
+                .map(LocalScet::SCET_SET.field(ScetSet::COARSE))
+                .receive(1),
+            Pdo::<()>::new(CobIdOf::fixed(0x285))
                 .map(LocalUtc::UTC_SET.field(UtcSet::SUBMILLISECONDS))
                 .map(LocalUtc::UTC_SET.field(UtcSet::MS))
-                .map(LocalUtc::UTC_SET.field(UtcSet::DAY)),
+                .map(LocalUtc::UTC_SET.field(UtcSet::DAY))
+                .receive(2),
         ],
         &[
-            Tpdo::new(1, CobIdOf::fixed(0x181))
-                .transmission(2)
+            Pdo::<()>::new(CobIdOf::fixed(0x181))
                 .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-                .map(LocalScet::SCET_GET.field(ScetGet::COARSE)),
-            Tpdo::new(2, CobIdOf::fixed(0x281))
-                .transmission(2)
+                .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+                .transmit(1)
+                .transmission(2),
+            Pdo::<()>::new(CobIdOf::fixed(0x281))
                 .map(LocalUtc::UTC_GET.field(UtcGet::SUBMILLISECONDS))
                 .map(LocalUtc::UTC_GET.field(UtcGet::MS))
-                .map(LocalUtc::UTC_GET.field(UtcGet::DAY)),
+                .map(LocalUtc::UTC_GET.field(UtcGet::DAY))
+                .transmit(2)
+                .transmission(2),
         ],
     );
 }
@@ -77,14 +81,18 @@ struct Teller<const TYPE: u8, const UTC: bool> {
 
 impl<const TYPE: u8, const UTC: bool> Teller<TYPE, UTC> {
     const TIME: Tpdo = {
-        let pdo = Tpdo::new(1, CobIdOf::fixed(0x181)).transmission(TYPE);
-        if UTC {
+        let pdo = Pdo::<()>::new(CobIdOf::fixed(0x181));
+        let tpdo = if UTC {
             pdo.map(LocalUtc::UTC_GET.field(UtcGet::SUBMILLISECONDS))
                 .map(LocalUtc::UTC_GET.field(UtcGet::MS))
                 .map(LocalUtc::UTC_GET.field(UtcGet::DAY))
+                .transmit(1)
         } else {
-            pdo.map(LocalScet::SCET_GET.field(ScetGet::FINE)).map(LocalScet::SCET_GET.field(ScetGet::COARSE))
-        }
+            pdo.map(LocalScet::SCET_GET.field(ScetGet::FINE))
+                .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+                .transmit(1)
+        };
+        tpdo.transmission(TYPE)
     };
 }
 

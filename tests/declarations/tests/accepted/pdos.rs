@@ -5,7 +5,7 @@ use ecss_can::emcy::EmcyObjects;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{BusHealth, Communication, Device, Spacecraft};
 use ecss_can::od::{DataType, INVALID, NO_REMOTE, Objects};
-use ecss_can::pdo::{CobIdOf, Mapping, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Mapping, Pdo, PdoObjects, PdoSet};
 use ecss_can::types::NodeId;
 
 #[derive(Objects)]
@@ -30,21 +30,10 @@ impl Device for Thermometer {
 }
 
 const PDOS: PdoSet = PdoSet::new(
-    &[Rpdo::new(2, CobIdOf::fixed(0x700))
-        .transmission(240)
-        .event_timer(1_000)
-        .skip(DataType::Unsigned32)
-        .map(Thermometer::SET_POINT)
-        .map(Thermometer::FLAGS.sub(9))],
+    &[Pdo::<()>::new(CobIdOf::fixed(0x700)).skip::<u32>().map(Thermometer::SET_POINT).map(Thermometer::FLAGS.sub(9)).receive(2).transmission(240).event_timer(1_000)],
     &[
-        Tpdo::new(512, CobIdOf::node(0x500))
-            .transmission(1)
-            .sync_start(240)
-            .map(Thermometer::TEMPERATURE)
-            .map(EmcyObjects::REGISTER)
-            .map(Communication::STATUS_REGISTER)
-            .map(Spacecraft::HEALTH_NOMINAL.field(BusHealth::STATE)),
-        Tpdo::new(1, CobIdOf::node(0x180)).inhibit(100).event_timer(250).map(Thermometer::FLAGS.sub(1)),
+        Pdo::<()>::new(CobIdOf::node(0x500)).map(Thermometer::TEMPERATURE).map(EmcyObjects::REGISTER).map(Communication::STATUS_REGISTER).map(Spacecraft::HEALTH_NOMINAL.field(BusHealth::STATE)).transmit(512).transmission(1).sync_start(240),
+        Pdo::<()>::new(CobIdOf::node(0x180)).map(Thermometer::FLAGS.sub(1)).transmit(1).inhibit(100).event_timer(250),
     ],
 );
 

@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, Slave};
 use ecss_can::od::{Objects, Record};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
 use ecss_can::types::NodeId;
 
@@ -32,8 +32,8 @@ impl Device for Heater {
     type Pdos = PdoObjects<1, 1>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::node(0x200)).map(Heater::SETPOINT)],
-        &[Tpdo::new(1, CobIdOf::node(0x180)).map(Heater::POWER)],
+        &[Pdo::<()>::new(CobIdOf::node(0x200)).map(Heater::SETPOINT).receive(1)],
+        &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Heater::POWER).transmit(1)],
     );
 }
 

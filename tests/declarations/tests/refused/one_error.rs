@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, Slave};
 use ecss_can::od::{Field, Objects, Record};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::types::{AbortCode, Address};
 
 #[derive(Objects)]
@@ -48,12 +48,8 @@ struct Group {
     flag: bool,
 }
 
-const SENT: Tpdo = Tpdo::new(1, CobIdOf::node(0x180))
-    .map(Heater::POWER)
-    .map(Heater::CHANNELS.nth(1).field(Channel::GAIN))
-    .map(Heater::CHANNELS.nth(1).field(Channel::OFFSETS.nth(1)))
-    .map(Group::LEVELS.sub(2));
-const RECEIVED: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Heater::SETPOINT).map(Group::FLAG);
+const SENT: Tpdo = Pdo::<()>::new(CobIdOf::node(0x180)).map(Heater::POWER).map(Heater::CHANNELS.nth(1).field(Channel::GAIN)).map(Heater::CHANNELS.nth(1).field(Channel::OFFSETS.nth(1))).map(Group::LEVELS.sub(2)).transmit(1);
+const RECEIVED: Rpdo = Pdo::<()>::new(CobIdOf::node(0x200)).map(Heater::SETPOINT).map(Group::FLAG).receive(1);
 
 impl Device for Heater {
     type Pdos = PdoObjects<1, 1>;

@@ -4,7 +4,7 @@ use ecss_can::emcy::EmcyObjects;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::Device;
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 
 #[derive(Objects)]
 struct Power {
@@ -13,7 +13,7 @@ struct Power {
     voltage: u16,
 }
 
-const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Power::VOLTAGE)]);
+const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Power::VOLTAGE).transmit(2)]);
 
 #[derive(Objects)]
 #[objects(device)]
@@ -86,7 +86,7 @@ impl Device for WithoutRoom {
     type Pdos = PdoObjects<8, 4>;
     type Consumers = HeartbeatConsumers;
 
-    const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(5, CobIdOf::node(0x180)).map(EmcyObjects::REGISTER)]);
+    const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x180)).map(EmcyObjects::REGISTER).transmit(5)]);
 }
 
 #[derive(Objects)]
@@ -98,7 +98,7 @@ impl Device for WithNinth {
     type Consumers = HeartbeatConsumers;
 
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(9, CobIdOf::node(0x200)).skip(ecss_can::od::DataType::Unsigned8)],
+        &[Pdo::<()>::new(CobIdOf::node(0x200)).skip::<u8>().receive(9)],
         &[],
     );
 }

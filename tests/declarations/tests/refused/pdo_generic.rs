@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::Device;
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 
 #[derive(Objects)]
 struct Power {
@@ -12,7 +12,7 @@ struct Power {
     voltage: u16,
 }
 
-const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Power::VOLTAGE)]);
+const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Power::VOLTAGE).transmit(2)]);
 
 #[derive(Objects)]
 #[objects(device)]

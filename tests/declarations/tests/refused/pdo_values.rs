@@ -3,7 +3,7 @@
 use ecss_can::emcy::EmcyObjects;
 use ecss_can::node::Communication;
 use ecss_can::od::{DataType, Objects, Record, VisibleString};
-use ecss_can::pdo::{CobIdOf, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, Rpdo, Tpdo};
 use ecss_can::redundancy::RedundancyObjects;
 
 #[derive(Objects)]
@@ -40,27 +40,16 @@ struct Readings {
 
 const ID: CobIdOf = CobIdOf::node(0x280);
 
-const READ_ONLY: Rpdo = Rpdo::new(1, ID).map(Thermometer::TEMPERATURE);
-const WRITTEN: Tpdo = Tpdo::new(1, ID).map(Thermometer::SET_POINT);
-const PRIVATE: Tpdo = Tpdo::new(1, ID).map(Thermometer::PRIVATE);
-const NAME: Tpdo = Tpdo::new(1, ID).map(Thermometer::NAME);
-const HIGHEST_SUB: Tpdo = Tpdo::new(1, ID).map(Thermometer::FLAGS.sub(0));
-const TOO_LONG: Tpdo = Tpdo::new(1, ID)
-    .map(Thermometer::READINGS.field(Readings::SUM))
-    .map(Thermometer::READINGS.field(Readings::IS_VALID));
-const TOO_MANY: Rpdo = Rpdo::new(2, ID)
-    .map(Thermometer::FLAGS.sub(1))
-    .map(Thermometer::FLAGS.sub(2))
-    .map(Thermometer::FLAGS.sub(3))
-    .map(Thermometer::FLAGS.sub(4))
-    .map(Thermometer::FLAGS.sub(5))
-    .map(Thermometer::FLAGS.sub(6))
-    .map(Thermometer::FLAGS.sub(7))
-    .map(Thermometer::FLAGS.sub(8))
-    .map(Thermometer::FLAGS.sub(9));
-const NO_DUMMY: Rpdo = Rpdo::new(1, ID).skip(DataType::Unsigned64);
-const REGISTER: Rpdo = Rpdo::new(1, ID).map(EmcyObjects::REGISTER);
-const DEVICE_TYPE: Tpdo = Tpdo::new(1, ID).map(Communication::DEVICE_TYPE);
-const BDEFAULT: Rpdo = Rpdo::new(1, ID).map(RedundancyObjects::PARAMETERS.sub(1));
+const READ_ONLY: Rpdo = Pdo::<()>::new(ID).map(Thermometer::TEMPERATURE).receive(1);
+const WRITTEN: Tpdo = Pdo::<()>::new(ID).map(Thermometer::SET_POINT).transmit(1);
+const PRIVATE: Tpdo = Pdo::<()>::new(ID).map(Thermometer::PRIVATE).transmit(1);
+const NAME: Tpdo = Pdo::<()>::new(ID).map(Thermometer::NAME).transmit(1);
+const HIGHEST_SUB: Tpdo = Pdo::<()>::new(ID).map(Thermometer::FLAGS.sub(0)).transmit(1);
+const TOO_LONG: Tpdo = Pdo::<()>::new(ID).map(Thermometer::READINGS.field(Readings::SUM)).map(Thermometer::READINGS.field(Readings::IS_VALID)).transmit(1);
+const TOO_MANY: Rpdo = Pdo::<()>::new(ID).map(Thermometer::FLAGS.sub(1)).map(Thermometer::FLAGS.sub(2)).map(Thermometer::FLAGS.sub(3)).map(Thermometer::FLAGS.sub(4)).map(Thermometer::FLAGS.sub(5)).map(Thermometer::FLAGS.sub(6)).map(Thermometer::FLAGS.sub(7)).map(Thermometer::FLAGS.sub(8)).map(Thermometer::FLAGS.sub(9)).receive(2);
+const NO_DUMMY: Rpdo = Pdo::<()>::new(ID).skip::<u64>().receive(1);
+const REGISTER: Rpdo = Pdo::<()>::new(ID).map(EmcyObjects::REGISTER).receive(1);
+const DEVICE_TYPE: Tpdo = Pdo::<()>::new(ID).map(Communication::DEVICE_TYPE).transmit(1);
+const BDEFAULT: Rpdo = Pdo::<()>::new(ID).map(RedundancyObjects::PARAMETERS.sub(1)).receive(1);
 
 fn main() {}

@@ -5,7 +5,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::types::NodeId;
 
 use crate::bench::{Bench, Probe};
@@ -29,8 +29,8 @@ impl Device for Channel {
     type Consumers = HeartbeatConsumers<1>;
 
     const PDOS: PdoSet = PdoSet::new(
-        &[Rpdo::new(1, CobIdOf::node(0x200)).map(Channel::OUTPUT)],
-        &[Tpdo::new(1, CobIdOf::node(0x180)).map(Channel::INPUT)],
+        &[Pdo::<()>::new(CobIdOf::node(0x200)).map(Channel::OUTPUT).receive(1)],
+        &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Channel::INPUT).transmit(1)],
     );
 }
 

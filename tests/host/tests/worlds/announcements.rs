@@ -13,10 +13,11 @@ const ERRORS: u8 = 4;
 const STRIKE: Time = Time::from_ms(1_500);
 
 const STATE_PDOS: [Tpdo; STATES] = {
-    let mut all = [Tpdo::new(1, CobIdOf::node(0x280)).state().map(Instrument::STATES.sub(1)); STATES];
+    let mut all =
+        [Pdo::<()>::new(CobIdOf::node(0x280)).map(Instrument::STATES.sub(1)).transmit(1).state(); STATES];
     let mut nth = 0;
     while nth < STATES {
-        let pdo = Tpdo::new(nth as u16 + 1, CobIdOf::node(0x280 + 16 * nth as u16));
+        let pdo = Pdo::<()>::new(CobIdOf::node(0x280 + 16 * nth as u16)).transmit(nth as u16 + 1);
         all[nth] = pdo.state().map(Instrument::STATES.sub(nth as u8 + 1));
         nth += 1;
     }
@@ -39,7 +40,7 @@ impl Device for Instrument {
     type Consumers = HeartbeatConsumers<1>;
 
     const PDOS: PdoSet =
-        PdoSet::new(&[Rpdo::new(1, CobIdOf::node(0x200)).map(Instrument::COMMAND)], &STATE_PDOS);
+        PdoSet::new(&[Pdo::<()>::new(CobIdOf::node(0x200)).map(Instrument::COMMAND).receive(1)], &STATE_PDOS);
 }
 
 type TestSlave = Slave<Instrument>;

@@ -30,7 +30,11 @@ impl Device for Heater {
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet = PdoSet::new(
         &[],
-        &[Tpdo::new(2, CobIdOf::node(0x280)).map(Heater::POWER).map(Heater::STATE).map(Heater::TEMPERATURE)],
+        &[Pdo::<()>::new(CobIdOf::node(0x280))
+            .map(Heater::POWER)
+            .map(Heater::STATE)
+            .map(Heater::TEMPERATURE)
+            .transmit(2)],
     );
 }
 
@@ -57,10 +61,13 @@ const POWER: Field<u8> = Display::<0>::POWER;
 const STATE: Field<u8> = Display::<0>::STATE;
 const TEMPERATURE: Field<i16> = Display::<0>::TEMPERATURE;
 const WAYS: [PdoSet; 4] = [
-    PdoSet::new(&[Rpdo::new(1, ID).map(POWER).map(STATE).map(TEMPERATURE)], &[]),
-    PdoSet::new(&[Rpdo::new(1, ID).map(STATE).map(POWER).map(TEMPERATURE)], &[]),
-    PdoSet::new(&[Rpdo::new(1, ID).map(POWER).map(STATE).map(TEMPERATURE).map(Display::<0>::VOLTAGE)], &[]),
-    PdoSet::new(&[Rpdo::new(1, CobIdOf::fixed(0x286)).map(POWER)], &[]),
+    PdoSet::new(&[Pdo::<()>::new(ID).map(POWER).map(STATE).map(TEMPERATURE).receive(1)], &[]),
+    PdoSet::new(&[Pdo::<()>::new(ID).map(STATE).map(POWER).map(TEMPERATURE).receive(1)], &[]),
+    PdoSet::new(
+        &[Pdo::<()>::new(ID).map(POWER).map(STATE).map(TEMPERATURE).map(Display::<0>::VOLTAGE).receive(1)],
+        &[],
+    ),
+    PdoSet::new(&[Pdo::<()>::new(CobIdOf::fixed(0x286)).map(POWER).receive(1)], &[]),
 ];
 
 impl<const WAY: usize> Device for Display<WAY> {

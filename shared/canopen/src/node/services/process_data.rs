@@ -7,7 +7,7 @@ use crate::node::Device;
 use crate::node::events::NodeEvent;
 use crate::node::services::extension::Extension;
 use crate::node::turn::Turn;
-use crate::pdo::Taken;
+use crate::pdo::{ReceivedPdo, SetRpdo, Taken};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
 
 impl<D: Device, E: Extension<D>> Services<D, E> {
@@ -60,7 +60,8 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     fn end_sync<V: NodeEvent<Extension = E::Event>>(&mut self, bus: Bus, turn: &mut Turn<V>) {
         let Self { dictionary, counters, wakes, .. } = self;
         let ended = &mut |number, all: bool| {
-            if all { turn.out.event(V::synchronised(number as u16)) } else { counters.malformed(bus) }
+            let pdo = SetRpdo::new(const { &D::PDOS }, number as u16);
+            if all { turn.out.event(V::synchronised(pdo)) } else { counters.malformed(bus) }
         };
         let Dictionary { objects, rpdos, .. } = dictionary;
         rpdos.no_sooner().on_sync(objects, ended);
@@ -81,7 +82,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
         loop {
             if self.on_plain_rpdo(number, frame) && !E::is_special_rpdo(&self.state, number) {
-                turn.out.event(V::pdo(bus, number as u16, frame.padded()));
+                turn.out.event(V::pdo(received::<D>(number, bus, frame, stamp)));
             } else {
                 self.on_special_pdo(number, bus, frame, stamp, turn);
             }
@@ -106,7 +107,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             Taken::Applied if E::is_special_rpdo(&self.state, number) => {
                 E::on_rpdo(self, number, bus, stamp, turn);
             }
-            Taken::Applied => turn.out.event(V::pdo(bus, number as u16, frame.padded())),
+            Taken::Applied => turn.out.event(V::pdo(received::<D>(number, bus, frame, stamp))),
             Taken::Held => {}
             Taken::OutsideWindow => self.counters.ignored(bus),
             Taken::Rejected | Taken::Refused => self.counters.malformed(bus),
@@ -133,4 +134,9 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             send(frame, expires, is_short_lived)
         });
     }
+}
+
+/// The content of an event.
+fn received<D: Device>(number: usize, bus: Bus, frame: &Frame, stamp: &Stamp) -> ReceivedPdo {
+    ReceivedPdo::new(const { &D::PDOS }, number as u16, bus, frame.padded(), stamp.at)
 }

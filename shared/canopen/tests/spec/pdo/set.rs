@@ -6,8 +6,8 @@
 
 use std::panic::{UnwindSafe, catch_unwind};
 
-use async_canopen::od::{DataType, Field, Fields, NO_REMOTE, Object, Objects};
-use async_canopen::pdo::{CobIdOf, Direction, Layout, PdoObjects, PdoParameters, PdoSet, Rpdo, Tpdo, rules};
+use async_canopen::od::{Field, Fields, NO_REMOTE, Object, Objects, SubIndex};
+use async_canopen::pdo::{CobIdOf, Direction, Layout, Pdo, PdoObjects, PdoParameters, PdoSet, rules};
 use async_canopen::types::{Address, CobId, NodeId};
 
 use super::device::{Device, entry};
@@ -18,18 +18,22 @@ fn compiles<T>(constant: impl FnOnce() -> T + UnwindSafe) -> bool {
     catch_unwind(constant).is_ok()
 }
 
-/// Constants of every value of the device.
-fn fields() -> Vec<Field> {
+/// Constants of every value of the device. What matters here is their declaration, whatever type they have as constants.
+fn fields() -> Vec<Field<u8>> {
     let mut fields = vec![];
     Device::each_object(&mut |object| {
         for instance in 0..object.count {
             for entry in object.entries {
                 let subs = entry.sub..entry.sub + entry.count;
-                fields.extend(subs.map(|sub| Fields::<()>::of(object).nth(instance).sub(sub)));
+                fields.extend(subs.map(|sub| constant(object, instance, sub)));
             }
         }
     });
     fields
+}
+
+fn constant(object: &Object, instance: u16, sub: u8) -> Field<u8> {
+    Fields::<()>::of(object).nth(instance).field(SubIndex::new(sub, 1))
 }
 
 /// In which directions the declarations of the device permit to map a value: RPDO, TPDO. Numbers of entries, texts and those without `pdo`
@@ -54,7 +58,10 @@ fn a_constant_maps_what_a_client_may_map() {
         let word = entry(at.index, at.sub, field.data_type().bits().unwrap_or(0));
         let written =
             [Direction::Receive, Direction::Transmit].map(|way| Layout::new::<Device>(way, &[word]).is_ok());
-        let compiles = [compiles(|| Rpdo::new(1, ID).map(field)), compiles(|| Tpdo::new(1, ID).map(field))];
+        let compiles = [
+            compiles(|| Pdo::<()>::new(ID).map(field).receive(1)),
+            compiles(|| Pdo::<()>::new(ID).map(field).transmit(1)),
+        ];
         assert_eq!(written, directions(at), "{at:04X?}, written by a client");
         assert_eq!(compiles, directions(at), "{at:04X?}, a constant");
     }
@@ -73,11 +80,11 @@ fn a_transmission_type_compiles_when_a_client_may_write_it() {
         let is_type = !(241..=253).contains(&value);
         assert_eq!(written(Direction::Receive, 2), is_type, "{value}");
         assert_eq!(written(Direction::Transmit, 2), is_type, "{value}");
-        assert_eq!(compiles(|| Rpdo::new(1, ID).transmission(value)), is_type, "{value}");
-        assert_eq!(compiles(|| Tpdo::new(1, ID).transmission(value)), is_type, "{value}");
+        assert_eq!(compiles(|| Pdo::<()>::new(ID).receive(1).transmission(value)), is_type, "{value}");
+        assert_eq!(compiles(|| Pdo::<()>::new(ID).transmit(1).transmission(value)), is_type, "{value}");
         let is_start = value <= 240;
         assert_eq!(written(Direction::Transmit, 6), is_start, "{value}");
-        assert_eq!(compiles(|| Tpdo::new(1, ID).sync_start(value)), is_start, "{value}");
+        assert_eq!(compiles(|| Pdo::<()>::new(ID).transmit(1).sync_start(value)), is_start, "{value}");
     }
 }
 
@@ -143,8 +150,8 @@ fn object_6000() -> &'static Object {
 #[test]
 fn every_node_has_cob_ids_of_its_own() {
     let value = fields().into_iter().find(|field| directions(field.address()) == [true, true]).unwrap();
-    let rpdos = Vec::leak(vec![Rpdo::new(1, CobIdOf::node(0x200)).map(value)]);
-    let tpdos = Vec::leak(vec![Tpdo::new(2, ID).map(value)]);
+    let rpdos = Vec::leak(vec![Pdo::<()>::new(CobIdOf::node(0x200)).map(value).receive(1)]);
+    let tpdos = Vec::leak(vec![Pdo::<()>::new(ID).map(value).transmit(2)]);
     let set = PdoSet::new(rpdos, tpdos);
     for id in 1..=127 {
         let objects: PdoObjects<4, 4> = set.at_power_on(NodeId::new(id).unwrap());
@@ -159,10 +166,9 @@ fn every_node_has_cob_ids_of_its_own() {
 /// CiA 301 7.5.2.35 and 7.5.2.37: sub 3 of 1800h counts 100 us, sub 5 of both milliseconds.
 #[test]
 fn timers_of_a_set_are_in_the_objects_at_power_on() {
-    let received = vec![Rpdo::new(1, ID).skip(DataType::Unsigned8).event_timer(250)];
-    let sent = vec![Tpdo::new(2, ID).map(value()).inhibit(100).event_timer(20)];
+    let received = vec![Pdo::<()>::new(ID).skip::<u8>().receive(1).event_timer(250)];
+    let sent = vec![Pdo::<()>::new(ID).map(value()).transmit(2).inhibit(100).event_timer(20)];
     let set = PdoSet::new(received.leak(), sent.leak());
-    assert_eq!((set.rpdos()[0].slot(), set.tpdos()[0].slot()), (0, 1));
     let objects: PdoObjects = set.at_power_on(NodeId::of::<5>());
     assert_eq!(objects.rpdos[0].event_timer, 250);
     assert_eq!((objects.tpdos[1].inhibit, objects.tpdos[1].event_timer), (100, 20));
@@ -172,37 +178,36 @@ fn timers_of_a_set_are_in_the_objects_at_power_on() {
 #[test]
 fn a_pdo_beyond_its_limits_does_not_compile() {
     for number in [0, 1, 512, 513] {
-        assert_eq!(compiles(|| Rpdo::new(number, ID)), matches!(number, 1 | 512), "{number}");
+        assert_eq!(compiles(|| Pdo::<()>::new(ID).receive(number)), matches!(number, 1 | 512), "{number}");
     }
-    assert!(compiles(|| Rpdo::new(1, CobIdOf::node(0x080))));
-    assert!(!compiles(|| Tpdo::new(1, CobIdOf::node(0x080))));
-    let skips = |data_type, values| {
-        compiles(move || (0..values).fold(Rpdo::new(1, ID), |pdo, _| pdo.skip(data_type)))
-    };
-    assert!(skips(DataType::Unsigned32, 2) && !skips(DataType::Unsigned32, 3));
-    assert!(skips(DataType::Unsigned8, 8) && !skips(DataType::Boolean, 9));
-    assert!(!skips(DataType::Real32, 1), "CiA 301 7.4.8.2 has no dummy of that type");
+    assert!(compiles(|| Pdo::<()>::new(CobIdOf::node(0x080)).receive(1)));
+    assert!(!compiles(|| Pdo::<()>::new(CobIdOf::node(0x080)).transmit(1)));
+    let two = || Pdo::<()>::new(ID).skip::<u32>().skip::<u32>();
+    assert!(compiles(two) && !compiles(|| two().skip::<bool>()));
+    let four = || Pdo::<()>::new(ID).skip::<u8>().skip::<u8>().skip::<u8>().skip::<u8>();
+    assert!(compiles(|| four().skip::<u8>().skip::<u8>().skip::<u8>().skip::<u8>().receive(1)));
+    assert!(!compiles(|| Pdo::<()>::new(ID).skip::<f32>()), "CiA 301 7.4.8.2 has no dummy of that type");
 }
 
 /// The slots of a device, and the objects of its dictionary, bound its set.
 #[test]
 fn a_set_beyond_its_device_does_not_compile() {
     let sends = |number, field| {
-        let set = PdoSet::new(&[], vec![Tpdo::new(number, ID).map(field)].leak());
+        let set = PdoSet::new(&[], vec![Pdo::<()>::new(ID).map(field).transmit(number)].leak());
         compiles(move || set.assert_within::<PdoObjects<1, 2>>(Device::DECLARED))
     };
     assert!(sends(2, value()) && !sends(3, value()));
-    let elsewhere = Fields::<()>::of(&Object { index: 0x5FFF, ..*object_6000() }).sub(1);
+    let elsewhere = constant(&Object { index: 0x5FFF, ..*object_6000() }, 0, 1);
     assert!(!sends(1, elsewhere), "5FFFh is not there");
     let receives = |number| {
-        let set = PdoSet::new(vec![Rpdo::new(number, ID).skip(DataType::Boolean)].leak(), &[]);
+        let set = PdoSet::new(vec![Pdo::<()>::new(ID).skip::<bool>().receive(number)].leak(), &[]);
         compiles(move || set.assert_within::<PdoObjects<1, 2>>(Device::DECLARED))
     };
     assert!(receives(1) && !receives(2));
 }
 
 /// One that a transmit PDO carries.
-fn value() -> Field {
+fn value() -> Field<u8> {
     let mut fields = fields().into_iter();
-    fields.find(|field| compiles(|| Tpdo::new(1, ID).map(*field))).expect("there is one")
+    fields.find(|field| compiles(|| Pdo::<()>::new(ID).map(*field).transmit(1))).expect("there is one")
 }

@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.2a
 
 use async_canopen::od::{INVALID, NO_REMOTE, Objects};
-use async_canopen::pdo::{CobIdOf, Direction, PdoObjects, PdoParameters, PdoSet, Tpdo, Tpdos, rules};
+use async_canopen::pdo::{CobIdOf, Direction, Pdo, PdoObjects, PdoParameters, PdoSet, Tpdos, rules};
 use async_canopen::types::{AbortCode, Address, CobId, Frame, Instant};
 
 use super::device::{Device, WORDS, entry};
@@ -489,8 +489,8 @@ fn with_states(transmissions: [u8; 4]) -> Node {
     const STATES: PdoSet = PdoSet::new(
         &[],
         &[
-            Tpdo::new(1, CobIdOf::node(0x180)).state().map(Device::WORDS.sub(1)),
-            Tpdo::new(3, CobIdOf::node(0x380)).state().map(Device::WORDS.sub(3)),
+            Pdo::<()>::new(CobIdOf::node(0x180)).map(Device::WORDS.sub(1)).transmit(1).state(),
+            Pdo::<()>::new(CobIdOf::node(0x380)).map(Device::WORDS.sub(3)).transmit(3).state(),
         ],
     );
     let mut node = Node { tpdos: Tpdos::new(&STATES), device: Device::default(), sent: vec![] };

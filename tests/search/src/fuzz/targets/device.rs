@@ -3,28 +3,33 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Communication, Device, Slave};
 use ecss_can::od::{Domain, Objects, Record, U40, U48};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::time::{LocalScet, ScetGet, ScetSet};
 use ecss_can::types::NodeId;
 
-const TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(0x181))
+const TIME: Rpdo = Pdo::<()>::new(CobIdOf::fixed(0x181))
     .map(LocalScet::SCET_SET.field(ScetSet::FINE))
-    .map(LocalScet::SCET_SET.field(ScetSet::COARSE));
-const COMMAND: Rpdo = Rpdo::new(2, CobIdOf::node(0x300))
+    .map(LocalScet::SCET_SET.field(ScetSet::COARSE))
+    .receive(1);
+const COMMAND: Rpdo = Pdo::<()>::new(CobIdOf::node(0x300))
     .map(Instrument::TELECOMMAND.field(Telecommand::CODE))
     .map(Instrument::TELECOMMAND.field(Telecommand::DATA))
-    .map(Instrument::TELECOMMAND.field(Telecommand::SEQUENCE));
-const REQUEST: Rpdo = Rpdo::new(3, CobIdOf::node(0x400))
+    .map(Instrument::TELECOMMAND.field(Telecommand::SEQUENCE))
+    .receive(2);
+const REQUEST: Rpdo = Pdo::<()>::new(CobIdOf::node(0x400))
     .map(Instrument::REQUEST.field(Request::CODE))
-    .map(Instrument::REQUEST.field(Request::DATA));
-const LOCAL_TIME: Tpdo = Tpdo::new(1, CobIdOf::node(0x180))
-    .transmission(1)
+    .map(Instrument::REQUEST.field(Request::DATA))
+    .receive(3);
+const LOCAL_TIME: Tpdo = Pdo::<()>::new(CobIdOf::node(0x180))
     .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-    .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
-const TELEMETRY: Tpdo = Tpdo::new(3, CobIdOf::node(0x380))
+    .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
+    .transmit(1)
+    .transmission(1);
+const TELEMETRY: Tpdo = Pdo::<()>::new(CobIdOf::node(0x380))
     .map(Instrument::TELEMETRY.field(Telemetry::CODE))
-    .map(Instrument::TELEMETRY.field(Telemetry::DATA));
+    .map(Instrument::TELEMETRY.field(Telemetry::DATA))
+    .transmit(3);
 
 /// What the slave has beside the objects of every node.
 #[derive(Clone, Debug, PartialEq, Objects)]
