@@ -4,6 +4,7 @@ use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, Refusal, Status};
+use ecss_can::pdo::{CobIdOf, Pdo};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, CobId, NmtState, Scet};
@@ -158,8 +159,11 @@ fn commands_and_requests_go_to_operational_slaves_only() {
     );
     assert_eq!(master.sent[0].expires, ms(110));
     master.clear();
-    assert_eq!(command(&mut master, 3), Err(Refusal::NotOperational));
-    assert_eq!(command(&mut master, 9), Err(Refusal::NotOperational));
+    const COMMAND: Pdo<(), (u32,)> = Pdo::new(CobIdOf::node(0x300)).skip();
+    for raw in [3, 9] {
+        let sent = master.touch(|master, now| master.send_to(node(raw), COMMAND, (1,), now));
+        assert_eq!(sent, Err(Refusal::NotOperational), "{raw}");
+    }
     assert_eq!(master.frames(), []);
     assert_eq!(status(&mut master).counters.nominal.refused, 2);
 }
