@@ -22,8 +22,8 @@ mod record;
 
 pub use indicators::Indicators;
 pub use master::{
-    Boards, CableMeasurement, CommanderObjects, Received, SLAVES, command, master, master_of_two, received,
-    request, slot,
+    Boards, CableMeasurement, CommanderObjects, Received, SLAVES, command, command_pdo, master,
+    master_of_two, received, request, request_pdo, slot,
 };
 pub use message::{Command, Request, Telemetry};
 pub use objects::{

@@ -8,9 +8,10 @@ use ecss_can::profile::Profile;
 #[cfg(not(feature = "standby"))]
 use ecss_can::redundancy::OneBoard;
 use ecss_can::redundancy::{MasterBoards, Strap, TwoBoards};
+use ecss_can::runner::{Handle, MasterHandle, Platform};
 use ecss_can::store::ParameterStore;
 use ecss_can::time::{LocalScet, ScetGet};
-use ecss_can::types::{Instant, NodeId, Scet};
+use ecss_can::types::{NodeId, Scet};
 
 use crate::{Message, Outgoing};
 
@@ -251,20 +252,12 @@ pub fn master_of_two(
 /// # Errors
 /// [`Refusal`]; a node that is none of the mission's is not operational.
 pub fn command<B: MasterBoards>(
-    master: &mut Master<CommanderObjects, B>,
+    master: Handle<impl Platform, Master<CommanderObjects, B>>,
     node: NodeId,
     message: &Message,
-    now: Instant,
 ) -> Result<(), Refusal> {
-    let nth = slot(node).ok_or(Refusal::NotOperational)?;
-    let [a, b, c, d, e, sequence] = message.data();
-    let data = U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]));
-    let command = Telecommanding { code: message.code(), data, sequence };
-    master.send_pdo_to(node, TELECOMMANDS + nth, now, |objects| {
-        if let Some(object) = objects.telecommands.get_mut(nth) {
-            *object = command;
-        }
-    })
+    let (number, fill) = command_pdo(node, message)?;
+    master.send_pdo_to(node, number, fill)
 }
 
 /// Requests telemetry.
@@ -272,17 +265,50 @@ pub fn command<B: MasterBoards>(
 /// # Errors
 /// [`Refusal`]; a node that is none of the mission's is not operational.
 pub fn request<B: MasterBoards>(
-    master: &mut Master<CommanderObjects, B>,
+    master: Handle<impl Platform, Master<CommanderObjects, B>>,
     node: NodeId,
     message: &Message,
-    now: Instant,
 ) -> Result<(), Refusal> {
+    let (number, fill) = request_pdo(node, message)?;
+    master.send_pdo_to(node, number, fill)
+}
+
+/// Returns the number of the PDO of a telecommand, and a function that fills its object.
+///
+/// # Errors
+/// [`Refusal::NotOperational`] for a node that is none of the mission's.
+pub fn command_pdo(
+    node: NodeId,
+    message: &Message,
+) -> Result<(usize, impl FnOnce(&mut CommanderObjects) + Send + use<>), Refusal> {
     let nth = slot(node).ok_or(Refusal::NotOperational)?;
-    master.send_pdo_to(node, REQUESTS + nth, now, |objects| {
-        if let Some(object) = objects.requests.get_mut(nth) {
-            *object = (*message).into();
+    let [a, b, c, d, e, sequence] = message.data();
+    let data = U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]));
+    let command = Telecommanding { code: message.code(), data, sequence };
+    let fill = move |objects: &mut CommanderObjects| {
+        if let Some(object) = objects.telecommands.get_mut(nth) {
+            *object = command;
         }
-    })
+    };
+    Ok((TELECOMMANDS + nth, fill))
+}
+
+/// Returns the number of the PDO of a telemetry request, and a function that fills its object.
+///
+/// # Errors
+/// [`Refusal::NotOperational`] for a node that is none of the mission's.
+pub fn request_pdo(
+    node: NodeId,
+    message: &Message,
+) -> Result<(usize, impl FnOnce(&mut CommanderObjects) + Send + use<>), Refusal> {
+    let nth = slot(node).ok_or(Refusal::NotOperational)?;
+    let request = (*message).into();
+    let fill = move |objects: &mut CommanderObjects| {
+        if let Some(object) = objects.requests.get_mut(nth) {
+            *object = request;
+        }
+    };
+    Ok((REQUESTS + nth, fill))
 }
 
 /// Content of a receive PDO of the master.

@@ -1,6 +1,5 @@
 //! The application of the thermometer's master: gives the thermometer its table, checks that it keeps it, reports what it measures.
 
-use ecss_can::nmt::Command;
 use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
 use embassy_futures::join::join;
@@ -35,27 +34,26 @@ pub async fn application<P: Platform>(
     events: impl EventSource<Event = MasterEvent>,
     report: impl Fn(Report),
 ) {
-    // The thermometer is Operational.
-    let ready = Signal::new();
-    join(listen(master, events, &ready, &report), calibrate(master, &ready, &report)).await;
+    // The thermometer is not Operational.
+    let away = Signal::new();
+    join(listen(master, events, &away, &report), calibrate(master, &away, &report)).await;
 }
 
 async fn listen<P: Platform>(
     master: Handle<P, Master<Ground>>,
     mut events: impl EventSource<Event = MasterEvent>,
-    ready: &Signal<NoopRawMutex, ()>,
+    away: &Signal<NoopRawMutex, ()>,
     report: impl Fn(Report),
 ) {
     loop {
         match events.next().await {
-            MasterEvent::SlaveState { node: THERMOMETER, state: NmtState::Operational, .. } => {
-                ready.signal(());
+            MasterEvent::SlaveState { node: THERMOMETER, state, .. } if state != NmtState::Operational => {
+                away.signal(());
             }
             MasterEvent::Pdo { number, .. } if usize::from(number) == CHANGE.slot() => {
-                report(master.with(|master, _| {
-                    let Ground { temperature, alarm, .. } = master.objects().application.device;
-                    Report::Measured { temperature, alarm }
-                }));
+                report(
+                    master.read(|&Ground { temperature, alarm, .. }| Report::Measured { temperature, alarm }),
+                );
             }
             MasterEvent::BusSwitched { to, .. } => report(Report::ActiveBus(to)),
             _ => {}
@@ -65,26 +63,25 @@ async fn listen<P: Platform>(
 
 async fn calibrate<P: Platform>(
     master: Handle<P, Master<Ground>>,
-    ready: &Signal<NoopRawMutex, ()>,
+    away: &Signal<NoopRawMutex, ()>,
     report: impl Fn(Report),
 ) {
-    ready.wait().await;
+    master.wait_operational(THERMOMETER).await;
     if let Err(error) = write_table(master.sdo()).await {
         return report(Report::TransferFailed(error));
     }
     report(Report::TableSaved);
-    ready.reset();
-    let reset = NmtMessage { command: Command::ResetNode, target: Target::Node(THERMOMETER) };
-    master.request(MasterRequest::Nmt(reset));
-    ready.wait().await;
+    away.reset();
+    master.reset(THERMOMETER);
+    // Its last known state stays Operational until its boot-up message.
+    away.wait().await;
+    master.wait_operational(THERMOMETER).await;
     report(match is_kept(master.sdo()).await {
         Ok(true) => Report::TableKept,
         Ok(false) => Report::TableLost,
         Err(error) => Report::TransferFailed(error),
     });
-    let sent = master.with(|master, now| {
-        master.send_pdo_to(THERMOMETER, COMMAND.slot(), now, |ground| ground.command = 1)
-    });
+    let sent = master.send_pdo_to(THERMOMETER, COMMAND.slot(), |ground| ground.command = 1);
     if let Err(refusal) = sent {
         report(Report::NotCommanded(refusal));
     }

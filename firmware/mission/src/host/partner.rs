@@ -1,9 +1,10 @@
 //! Plain nodes of the mission, the partners of an application under way.
 
 use ecss_can::mock::MockSpacecraft;
-use ecss_can::node::{DeviceNode, MasterEvent, SlaveEvent};
+use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
+use ecss_can::runner::SlaveHandle;
 use ecss_can::types::{Duration, Instant, NodeId};
 
 use super::Console;
@@ -32,12 +33,9 @@ pub fn master(spacecraft: &mut MockSpacecraft, profile: &Profile, to: NodeId, co
             master.wait_until(Instant::ZERO + PERIOD.times(turn)).await;
             let step = sequence.step(master.now());
             // A slave that is not operational gets neither.
-            let _ = master.with(|master, now| {
-                if let Some(step) = step {
-                    command(master, to, &Command::SetLed(turn % 2 == 1).encode(step), now)?;
-                }
-                request(master, to, &asked.encode(), now)
-            });
+            let commanded =
+                step.map_or(Ok(()), |step| command(master, to, &Command::SetLed(turn % 2 == 1).encode(step)));
+            let _ = commanded.and_then(|()| request(master, to, &asked.encode()));
         }
     });
     let console = console.clone();
@@ -65,11 +63,8 @@ pub fn slave(spacecraft: &mut MockSpacecraft, profile: &Profile, id: NodeId) {
                 }
                 REQUEST_RPDO => {
                     let Some(request) = Request::decode(&message) else { continue };
-                    slave.with(|slave, now| {
-                        let telemetry = record.answer(request, &slave.status(now)).encode();
-                        slave.change(now, |objects| objects.telemetry = telemetry.into());
-                        slave.send_pdo(TELEMETRY_TPDO, now);
-                    });
+                    let telemetry = record.answer(request, &slave.status()).encode();
+                    slave.send_pdo_with(TELEMETRY_TPDO, |objects| objects.telemetry = telemetry.into());
                 }
                 _ => {}
             }

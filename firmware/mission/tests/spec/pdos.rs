@@ -8,10 +8,11 @@ use ecss_can::node::{Outbox, Refusal, Slave, SlaveEvent, Turn};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{Mapping, PdoObjects};
 use ecss_can::profile::Profile;
-use ecss_can::types::{Bus, Duration, Frame, Instant, Scet};
+use ecss_can::types::{Bus, Duration, Frame, Instant, NodeId, Scet};
 use mission::{
     Command, CommanderObjects, LIBRECUBE, Message, MissionObjects, REQUEST_RPDO, Received, Request, SLAVES,
-    STANDARD, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telemetry, command, master, received, request, slave, slot,
+    STANDARD, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telemetry, command_pdo, master, received, request_pdo, slave,
+    slot,
 };
 
 use crate::{frame, ms, node};
@@ -77,6 +78,16 @@ fn operational() -> Desk<Obeyer> {
     desk
 }
 
+fn command(master: &mut Desk<Commander>, to: NodeId, message: &Message) -> Result<(), Refusal> {
+    let (number, fill) = command_pdo(to, message)?;
+    master.node.send_pdo_to(to, number, ms(1), fill)
+}
+
+fn request(master: &mut Desk<Commander>, to: NodeId, message: &Message) -> Result<(), Refusal> {
+    let (number, fill) = request_pdo(to, message)?;
+    master.node.send_pdo_to(to, number, ms(1), fill)
+}
+
 #[test]
 fn slaves_2_to_15_have_a_slot_and_no_others() {
     assert_eq!([1, 2, 15, 16, 127].map(|raw| slot(node(raw))), [None, Some(0), Some(13), None, None]);
@@ -87,7 +98,7 @@ fn slaves_2_to_15_have_a_slot_and_no_others() {
 fn a_command_of_the_master_is_a_pdo_of_the_slave() {
     let (mut master, mut slave) = (flying(), operational());
     let message = Command::SetValue(0xDEAD_BEEF).encode(7);
-    assert_eq!(command(&mut master.node, node(3), &message, ms(1)), Ok(()));
+    assert_eq!(command(&mut master, node(3), &message), Ok(()));
     let sent = master.sent();
     let data = [2, 0, 0xEF, 0xBE, 0xAD, 0xDE, 0, 7];
     assert_eq!(sent, [frame(0x303, &data)]);
@@ -102,7 +113,7 @@ fn a_command_of_the_master_is_a_pdo_of_the_slave() {
 #[test]
 fn telemetry_answers_a_request() {
     let (mut master, mut slave) = (flying(), operational());
-    assert_eq!(request(&mut master.node, node(3), &Request::Value.encode(), ms(1)), Ok(()));
+    assert_eq!(request(&mut master, node(3), &Request::Value.encode()), Ok(()));
     let sent = master.sent();
     assert_eq!(sent, [frame(0x403, &[2, 1, 0, 0, 0, 0, 0, 0])]);
     slave.hear(sent[0]);
@@ -137,11 +148,11 @@ fn the_master_delays_no_command_and_no_request_and_repeats_none() {
     assert_eq!(timers, [(254, 0, 0); 2 * SLAVES]);
     for value in [7_u8, 8] {
         let message = Command::SetValue(value.into()).encode(value);
-        assert_eq!(command(&mut master.node, node(3), &message, ms(1)), Ok(()));
+        assert_eq!(command(&mut master, node(3), &message), Ok(()));
         assert_eq!(master.sent(), [frame(0x303, &[2, 0, value, 0, 0, 0, 0, value])]);
     }
     for (asked, code) in [(Request::Value, [2, 1]), (Request::Executed, [3, 1])] {
-        assert_eq!(request(&mut master.node, node(3), &asked.encode(), ms(1)), Ok(()));
+        assert_eq!(request(&mut master, node(3), &asked.encode()), Ok(()));
         assert_eq!(master.sent(), [frame(0x403, &[code[0], code[1], 0, 0, 0, 0, 0, 0])]);
     }
 }
@@ -289,8 +300,8 @@ fn a_receive_pdo_of_the_master_names_its_sender() {
 fn a_node_that_is_none_of_the_missions_is_not_commanded() {
     let mut master = flying();
     let message = Message::of(1, []);
-    assert_eq!(command(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
-    assert_eq!(request(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
+    assert_eq!(command(&mut master, node(16), &message), Err(Refusal::NotOperational));
+    assert_eq!(request(&mut master, node(16), &message), Err(Refusal::NotOperational));
 }
 
 /// Verifies: ECSS 6.5.2a, 8.3.1b

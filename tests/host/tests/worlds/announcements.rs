@@ -1,8 +1,9 @@
 //! Fifteen slaves announce four errors and eight values each after a change of the bus, and commands go on.
 
 use can_wire::time::Time;
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{DeviceError, ErrorCode};
 use ecss_can::prelude::*;
+use ecss_can::runner::extend::WholeNode;
 use host_worlds::log::NodeEvent;
 use host_worlds::{MockBoard, NEXT_TO_MASTER_M, Plain, World, idle, plain_master};
 
@@ -69,7 +70,7 @@ fn report(world: &World, value: u8) {
     for node in nodes() {
         world.slave::<Instrument>(node).with(|slave: &mut TestSlave, now| {
             for source in 0..ERRORS {
-                slave.raise(ErrorCode::TEMPERATURE_DEVICE, [source, 0, 0, 0, 0]);
+                slave.raise(DeviceError::new(ErrorCode::TEMPERATURE_DEVICE, source), [0; 4]);
             }
             slave.change(now, |device| device.states = [value; STATES]);
         });

@@ -8,6 +8,7 @@ use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BabblingStep;
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
 use host_worlds::log::NodeEvent;
 use mission::{STANDARD, TELEMETRY_TPDO};

@@ -12,6 +12,7 @@ use ecss_can::pdo::Sequence;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::redundancy::{MasterBoards, OneBoard, Strap};
 use ecss_can::runner::EventSource;
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::task::Task;
 use host_worlds::{Builder, Events, Handle, MockBoard, NodeKey, World, idle};
@@ -150,12 +151,12 @@ impl MissionWorld {
     pub fn command(&self, node: NodeId, command: Command) -> Result<(), Refusal> {
         let master = self.world.master();
         let message = self.sequences.encode(node, command, master.now()).unwrap();
-        master.with(|master, now| mission::command(master, node, &message, now))
+        mission::command(master, node, &message)
     }
 
     /// Asks for telemetry.
     pub fn ask(&self, node: NodeId, request: Request) -> Result<(), Refusal> {
-        self.world.master().with(|master, now| mission::request(master, node, &request.encode(), now))
+        mission::request(self.world.master(), node, &request.encode())
     }
 
     /// The application of the master begins to do something with its node.

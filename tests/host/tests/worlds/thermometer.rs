@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use ecss_can::prelude::*;
+use ecss_can::runner::extend::WholeNode;
 use host_worlds::can_wire::fault::Fault;
 use host_worlds::{Builder, MockBoard, NEXT_TO_MASTER_M, ResetLine, Time, World, idle};
 use thermometer::{Hardware, PROFILE, Thermometer};

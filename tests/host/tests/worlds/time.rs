@@ -4,6 +4,7 @@ use std::pin::pin;
 
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{MasterHandle, TimeHandle};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Duration, Scet};

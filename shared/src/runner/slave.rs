@@ -1,0 +1,69 @@
+//! What the handle of a slave has beyond that of a CANopen node.
+
+use super::extend::WholeNode;
+use super::{Handle, Outside, Platform};
+use crate::node::{DeviceNode, ParallelAccess, SelfTest, Slave, SpacecraftDevice, Status};
+use crate::types::Bus;
+
+/// What the handle of a slave has beyond that of a CANopen node.
+pub trait SlaveHandle {
+    /// Type of the device.
+    type Device: SpacecraftDevice;
+
+    /// Returns the state of the slave at the present instant.
+    fn status(&self) -> Status;
+
+    /// Chooses the bus of a slave with selective access (ECSS 8.2.3a). The slave enters Pre-operational and searches
+    /// the master, beginning on `bus` with Ctoggle zero.
+    /// [`SlaveEvent::ActiveBus`](crate::node::SlaveEvent::ActiveBus) reports the choice.
+    ///
+    /// # Errors
+    /// [`ParallelAccess`]: the master chooses the bus of a slave with parallel access.
+    fn select_bus(&self, bus: Bus) -> Result<(), ParallelAccess>;
+
+    /// Resets the counters of both buses to zero.
+    fn reset_counters(&self);
+
+    /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
+    fn report_self_test(&self, result: SelfTest);
+
+    /// Sends a transmit PDO (0 is the first) by its transmission type, even if its content has not changed. Refuses it,
+    /// and counts that on the active bus, unless the slave is Operational and the PDO is valid.
+    fn send_pdo(&self, number: usize);
+
+    /// Changes objects of the application as [`Handle::update`] does and sends a transmit PDO as
+    /// [`send_pdo`](SlaveHandle::send_pdo) does, in one step: the PDO goes out once, also if its content has changed.
+    fn send_pdo_with(&self, number: usize, update: impl FnOnce(&mut Self::Device) + Outside);
+}
+
+impl<B: Platform, D: SpacecraftDevice> SlaveHandle for Handle<B, Slave<D>> {
+    type Device = D;
+
+    fn status(&self) -> Status {
+        let now = self.now();
+        self.inspect(|slave| slave.status(now))
+    }
+
+    fn select_bus(&self, bus: Bus) -> Result<(), ParallelAccess> {
+        self.with(|slave, _| slave.select_bus(bus))
+    }
+
+    fn reset_counters(&self) {
+        self.with(|slave, _| slave.reset_counters());
+    }
+
+    fn report_self_test(&self, result: SelfTest) {
+        self.with(|slave, now| slave.report_self_test(result, now));
+    }
+
+    fn send_pdo(&self, number: usize) {
+        self.with(|slave, now| slave.send_pdo(number, now));
+    }
+
+    fn send_pdo_with(&self, number: usize, update: impl FnOnce(&mut D) + Outside) {
+        self.with(|slave, now| {
+            slave.change(now, update);
+            slave.send_pdo(number, now);
+        });
+    }
+}
