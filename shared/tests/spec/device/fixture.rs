@@ -119,9 +119,12 @@ pub(crate) fn powered() -> Bench<TestSlave> {
     Bench::new(instrument::slave(node(5), &STANDARD, vec![0; 1024]))
 }
 
-/// A slave with a record of its last reset.
+/// A slave with a record of its last reset. Its boot-up message was not acknowledged yet.
 pub(crate) fn powered_after(record: PostMortem) -> Bench<TestSlave> {
-    Bench::new(instrument::slave(node(5), &STANDARD, vec![0; 1024]).with_post_mortem(record))
+    let slave = instrument::slave(node(5), &STANDARD, vec![0; 1024]).with_post_mortem(record);
+    let mut slave = Bench::alone(slave);
+    slave.is_acknowledged = true;
+    slave
 }
 
 pub(crate) fn powered_with(memory: &Memory) -> Bench<TestSlave> {
