@@ -60,6 +60,8 @@ fn a_reset_without_a_cause_is_not_reported() {
 #[test]
 fn the_record_of_the_last_reset_is_in_the_dictionary() {
     let mut slave = powered_after(RECORD);
+    let boot_up = slave.sent[0].frame;
+    slave.transmitted(NOMINAL, boot_up);
     assert_eq!(read(&mut slave, 0x2032, 1), [1, 0, 0, 0]);
     assert_eq!(read(&mut slave, 0x2032, 2), [2, 0, 0, 0]);
     assert_eq!(read(&mut slave, 0x2032, 3), [0x45, 0x23, 0x01, 0x08]);
