@@ -53,7 +53,7 @@
 //! tasks.run();
 //! ports.nominal.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());
 //! tasks.run();
-//! slave.change(|thermometer| thermometer.temperature = 215);
+//! slave.update(|thermometer| thermometer.temperature = 215);
 //! tasks.run();
 //!
 //! // Boot-up message, heartbeat after the start command, and the PDO with the new temperature.

@@ -1,19 +1,20 @@
 //! Names for a device, its application and its `main`: `use ecss_can::prelude::*;`
 
+pub use crate::emcy::{DeviceError, ErrorCode};
 pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
-pub use crate::nmt::{NmtMessage, Target};
+pub use crate::nmt::Target;
 pub use crate::node::{
-    Communication, Device, DeviceNode, Identity, LOCAL_TIME, LOCAL_TIME_PDO, Master, MasterEvent,
-    MasterRequest, Node, Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, SpacecraftDevice, TimeKeeper,
+    Communication, Device, DeviceNode, Identity, LOCAL_TIME, LOCAL_TIME_PDO, Master, MasterEvent, Node,
+    Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, SpacecraftDevice, TimeKeeper,
 };
 pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo};
 pub use crate::profile::Profile;
 pub use crate::redundancy::TwoBoards;
 pub use crate::runner::{
-    BusRunner, Diagnostics, DueRunner, EventSource, Events, Handle, MasterHandle, Platform, Resources,
-    Runners, SdoClient, SpacecraftClock, TimeHandle,
+    BusRunner, Diagnostics, DueRunner, EventSource, Events, Handle, MasterHandle, MinimalHandle, Platform,
+    Resources, Runners, SdoClient, SlaveHandle, SpacecraftClock, TimeHandle,
 };
 pub use crate::types::{
     AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet,

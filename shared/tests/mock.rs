@@ -180,7 +180,7 @@ fn frames_for_one_bus_outlive_those_that_the_other_gives_up() {
     spacecraft.run_until(at(1_050));
     for bus in [Bus::Redundant, Bus::Nominal] {
         let begin = spacecraft.now();
-        master.request(MasterRequest::SwitchBus(bus));
+        master.switch_to(bus);
         let sent = spacecraft.run_until(begin + Duration::from_millis(50));
         let mut heartbeats = sent.iter().filter(|sent| sent.frame.id() == CobId::heartbeat(NodeId::MASTER));
         assert_eq!(heartbeats.next().map(|first| (first.bus, first.at)), Some((bus, begin)));
@@ -196,11 +196,11 @@ fn a_frame_reaches_the_other_nodes_on_its_bus() {
     let slaves = [TWO, THREE].map(|node| spacecraft.power_on(|| slave(node)).0);
     spacecraft.run_until(at(1_000));
     for (node, slave) in [TWO, THREE].into_iter().zip(slaves) {
-        assert!(master.with(|master, _| master.may_command(node)));
-        let counters = slave.with(|slave, now| slave.status(now).counters);
+        assert!(master.may_command(node));
+        let counters = slave.status().counters;
         assert!(counters.nominal.received > 0);
         assert_eq!(counters.redundant.received, 0);
-        assert_eq!(slave.with(|slave, now| slave.status(now).health.nominal), Health::default());
+        assert_eq!(slave.status().health.nominal, Health::default());
     }
 }
 
@@ -219,14 +219,14 @@ fn nodes_go_on_with_the_redundant_bus_after_a_cut() {
     let after = spacecraft.run_until(at(2_500));
     assert!(after.iter().all(|sent| sent.bus == Bus::Redundant));
     assert!(after.iter().any(|sent| sent.frame.id().raw() == 0x701));
-    assert_eq!(master.with(|master, now| master.status(now).active), Bus::Redundant);
-    assert_eq!(two.with(|slave, now| slave.status(now).active), Bus::Redundant);
+    assert_eq!(master.status().active, Bus::Redundant);
+    assert_eq!(two.status().active, Bus::Redundant);
 
     let (three, _) = spacecraft.power_on(|| slave(THREE));
     let late = spacecraft.run_until(at(4_000));
     assert!(late.iter().all(|sent| sent.bus == Bus::Redundant));
-    assert_eq!(three.with(|slave, now| slave.status(now).active), Bus::Redundant);
-    assert!(master.with(|master, _| master.may_command(THREE)));
+    assert_eq!(three.status().active, Bus::Redundant);
+    assert!(master.may_command(THREE));
 }
 
 /// Given a bus that was cut and mended before the master has left it, then heartbeats pass on it again.
@@ -240,7 +240,7 @@ fn a_mended_bus_carries_frames_again() {
     spacecraft.run_until(at(2_001));
     spacecraft.mend(Bus::Nominal);
     let after = spacecraft.run_until(at(3_000));
-    assert_eq!(master.with(|master, now| master.status(now).active), Bus::Nominal);
+    assert_eq!(master.status().active, Bus::Nominal);
     let heartbeats = after.iter().filter(|sent| sent.frame.id().raw() == 0x701);
     assert_eq!(heartbeats.map(|sent| sent.bus).collect::<Vec<_>>(), [Bus::Nominal; 10]);
 }

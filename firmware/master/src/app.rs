@@ -49,7 +49,7 @@ async fn main(spawner: Spawner) {
     #[cfg(feature = "standby")]
     let master = || mission::master_of_two(PROFILE, strap, board.store);
     let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &DIAGNOSTICS);
-    master.with(|master, _| master.set_post_mortem(board.post_mortem));
+    master.set_post_mortem(board.post_mortem);
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, master);
     spawner.spawn(cables(master).unwrap());

@@ -10,16 +10,16 @@ use core::future::pending;
 
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{Master, MasterEvent, SelfTest};
-use ecss_can::pdo::Sequence;
+use ecss_can::pdo::{ReceivedPdo, Sequence};
 use ecss_can::profile::MinimalNode;
 use ecss_can::redundancy::{MasterBoards, RoleChange};
-use ecss_can::runner::{EventSource, Handle, Platform};
+use ecss_can::runner::{EventSource, Handle, MasterHandle, Platform};
 use ecss_can::types::{Address, Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
 use mission::counters::COUNTERS;
 use mission::{
-    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, Indicators, Received, Request, SLAVES,
-    TELEMETRY_PERIOD, slot,
+    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, Indicators, REQUEST, Received, Request,
+    SLAVES, TELECOMMAND, TELEMETRY_PERIOD, slot,
 };
 
 pub use cables::Cables;
@@ -36,7 +36,7 @@ pub type Node<B> = Master<CommanderObjects, B>;
 
 /// Returns the pulses per second of the spacecraft time that the master has to give, as object 6310h has them.
 pub fn pulses_per_second<B: MasterBoards>(master: Handle<impl Platform, Node<B>>) -> impl Fn() -> u16 {
-    move || master.with(|master, _| master.objects().application.device.pulses)
+    move || master.read(|objects| objects.pulses)
 }
 
 /// The application of a master on a platform `P`, with events `E` and indicators `I`.
@@ -105,7 +105,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
             MasterEvent::SlaveState { node, state: NmtState::Operational, .. } => self.work(*node),
             MasterEvent::Role(change) if HAS_ROLES => self.on_role(*change),
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
-            MasterEvent::Pdo { number, data, .. } => self.on_pdo(*number, *data),
+            MasterEvent::Pdo(pdo) => self.on_pdo(pdo),
             MasterEvent::ResetNode => self.indicators.reset(),
             MasterEvent::SelfTest => self.test(),
             MasterEvent::Written(at) if *at == CABLE_OF => self.cables.start(self.master),
@@ -122,15 +122,14 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         self.indicators.state(active == Bus::Redundant);
     }
 
-    fn on_pdo(&self, number: u16, data: [u8; 8]) {
-        match mission::received(number, data) {
+    fn on_pdo(&self, pdo: &ReceivedPdo) {
+        match mission::received(pdo) {
             Some((node, Received::Telemetry(message))) => {
                 COUNTERS.replies.count();
                 log::telemetry(node, &message);
             }
             Some((node, Received::LocalTime(scet))) => {
-                let reference = self.master.with(|master, _| master.scet_at_sync());
-                log::local_time(node, scet, reference);
+                log::local_time(node, scet, self.master.scet_at_sync());
             }
             None => {}
         }
@@ -138,18 +137,16 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
 
     /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.
     fn test(&mut self) {
-        self.master.with(|master, now| {
-            let health = master.status(now).health;
-            let bad = |health: Health| u32::from(health.state != ErrorState::Active);
-            let failures = bad(health.nominal) | bad(health.redundant) << 1;
-            let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
-            master.report_self_test(SelfTest { progress, failures }, now);
-        });
+        let health = self.master.status().health;
+        let bad = |health: Health| u32::from(health.state != ErrorState::Active);
+        let failures = bad(health.nominal) | bad(health.redundant) << 1;
+        let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
+        self.master.report_self_test(SelfTest { progress, failures });
     }
 
     /// Commands to a slave begin, unless this master is the standby of another one.
     fn work(&mut self, node: NodeId) {
-        if !self.master.with(|master, _| master.is_active()) {
+        if !self.master.is_active() {
             return;
         }
         // Telemetry goes with commands, and these wait until none is taken for one before a reset.
@@ -162,16 +159,14 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
 
     /// Commands begin anew to the slaves that run, or end.
     fn on_role(&mut self, change: RoleChange) {
-        let (is_active, bus) =
-            self.master.with(|master, now| (master.is_active(), master.status(now).active));
+        let (is_active, bus) = (self.master.is_active(), self.master.status().active);
         log::role(change, is_active.then_some(bus));
         self.show(bus);
         if is_active {
             self.sequences = [Sequence::new(self.master.now(), COMMAND_PERIOD); SLAVES];
         }
         for node in (2..).filter_map(NodeId::new).take(SLAVES) {
-            let takes_commands = self.master.with(|master, _| master.may_command(node));
-            if is_active && takes_commands { self.work(node) } else { self.rest(node) }
+            if is_active && self.master.may_command(node) { self.work(node) } else { self.rest(node) }
         }
     }
 
@@ -190,8 +185,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         let Some(sequence) = sequence else { return COUNTERS.skipped_turns.count() };
         let command = if count % 2 == 0 { Command::SetLed(count % 4 == 0) } else { Command::SetValue(count) };
         let message = command.encode(sequence);
-        let sent = self.master.with(|master, now| mission::command(master, node, &message, now));
-        log::refused(node, sent);
+        log::refused(node, self.master.send_to(node, TELECOMMAND, message.telecommand()));
         COUNTERS.commands.count();
     }
 
@@ -201,9 +195,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         COUNTERS.skipped_turns.add(missed as u32);
         let Turn { node, count, .. } = turn;
         if let Some(request) = Request::ALL.get(count as usize % Request::ALL.len()) {
-            let message = request.encode();
-            let sent = self.master.with(|master, now| mission::request(master, node, &message, now));
-            log::refused(node, sent);
+            log::refused(node, self.master.send_to(node, REQUEST, request.encode().values()));
             COUNTERS.requests.count();
         }
     }

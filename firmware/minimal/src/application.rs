@@ -3,7 +3,7 @@
 //! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; the state LED is switched by command.
 
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
-use ecss_can::runner::{EventSource, Handle, Platform};
+use ecss_can::runner::{EventSource, Handle, MinimalHandle, Platform};
 use mission::counters::COUNTERS;
 use mission::minimal::MissionDevice;
 use mission::{Indicators, error, info, warn};
@@ -46,8 +46,7 @@ impl<P: Platform, D: MissionDevice, E: EventSource<Event = MinimalEvent>, I: Ind
                 COUNTERS.times.count();
             }
             MinimalEvent::Pdo { .. } => {
-                let led = self.slave.with(|slave, _| slave.device().led());
-                self.indicators.state(led);
+                self.indicators.state(self.slave.read(D::led));
             }
             event => log(event),
         }

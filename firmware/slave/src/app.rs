@@ -29,7 +29,9 @@ async fn main(spawner: Spawner) {
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || {
-        let slave = mission::slave(id, PROFILE, board.memory).with_late_heartbeats(Board::late_heartbeats());
+        let slave = mission::slave(id, PROFILE, board.memory)
+            .with_late_heartbeats(Board::late_heartbeats())
+            .with_post_mortem(board.post_mortem);
         if board.is_maintenance {
             slave.in_maintenance(board.store)
         } else {
@@ -37,7 +39,6 @@ async fn main(spawner: Spawner) {
         }
     };
     let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
-    slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, slave);
     supervised("application", Application::new(slave, events, board.leds).run()).await

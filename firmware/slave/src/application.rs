@@ -3,12 +3,13 @@
 //! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; another one is switched by command.
 
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
-use ecss_can::runner::{EventSource, Handle, Platform};
+use ecss_can::node::{SelfTest, Slave, SlaveEvent};
+use ecss_can::pdo::ReceivedPdo;
+use ecss_can::runner::{EventSource, Handle, Platform, SlaveHandle};
 use mission::counters::COUNTERS;
 use mission::{
-    Command, Declined, Indicators, Message, MissionObjects, REQUEST_RPDO, Request, SlaveRecord,
-    TELECOMMAND_RPDO, TELEMETRY_TPDO, error, info, warn,
+    Command, Declined, Indicators, Message, MissionObjects, REQUEST, Request, SlaveRecord, TELECOMMAND,
+    error, info, warn,
 };
 
 /// The slave of the mission.
@@ -16,7 +17,7 @@ pub type Node = Slave<MissionObjects>;
 
 /// Returns the pulses per second of the spacecraft time that the slave has to give, as object 6310h has them.
 pub fn pulses_per_second(slave: Handle<impl Platform, Node>) -> impl Fn() -> u16 {
-    move || slave.with(|slave, _| slave.objects().application.pulses)
+    move || slave.read(|objects| objects.pulses)
 }
 
 /// The application of a slave on a platform `P`, with events `E` and indicators `I`.
@@ -57,7 +58,7 @@ impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application
     #[inline(never)] // a small stack frame of its own, reached by short instructions
     fn on_event(&mut self, event: &SlaveEvent) {
         match *event {
-            SlaveEvent::Pdo { number, data, .. } => self.on_pdo(usize::from(number), data),
+            SlaveEvent::Pdo(ref pdo) => self.on_pdo(pdo),
             SlaveEvent::Heartbeat { .. } => {
                 self.indicators.heartbeat();
                 COUNTERS.on_heartbeat();
@@ -80,12 +81,12 @@ impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application
         }
     }
 
-    fn on_pdo(&mut self, number: usize, data: [u8; 8]) {
-        let Some(message) = Message::from_payload(&data) else { return };
-        match number {
-            TELECOMMAND_RPDO => self.execute(&message),
-            REQUEST_RPDO => self.answer(&message),
-            _ => {}
+    fn on_pdo(&mut self, pdo: &ReceivedPdo) {
+        let Some(message) = Message::from_payload(&pdo.data) else { return };
+        if pdo.is(TELECOMMAND) {
+            self.execute(&message);
+        } else if pdo.is(REQUEST) {
+            self.answer(&message);
         }
     }
 
@@ -102,11 +103,11 @@ impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application
         match command {
             Command::SetLed(on) => self.indicators.state(on),
             Command::SetValue(value) => {
-                self.slave.change(|objects| objects.value = value);
+                self.slave.update(|objects| objects.value = value);
             }
-            Command::ResetCounters => self.slave.with(|slave, _| slave.reset_counters()),
+            Command::ResetCounters => self.slave.reset_counters(),
             Command::SelectBus(bus) => {
-                if self.slave.with(|slave, _| slave.select_bus(bus)).is_err() {
+                if self.slave.select_bus(bus).is_err() {
                     warn!("declined: the master chooses the bus of a slave with parallel access");
                 }
             }
@@ -118,23 +119,18 @@ impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application
             warn!("unknown telemetry request {=u16:04X}h", message.code());
             return;
         };
-        self.slave.with(|slave, now| {
-            let telemetry = self.record.answer(request, &slave.status(now)).encode();
-            slave.change(now, |objects| objects.telemetry = telemetry.into());
-            slave.send_pdo(TELEMETRY_TPDO, now);
-        });
+        let telemetry = self.record.answer(request, &self.slave.status()).encode();
+        self.slave.send_with(MissionObjects::TELEMETRY_PDO, |objects| objects.telemetry = telemetry.into());
         COUNTERS.requests.count();
     }
 
     /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.
     fn test(&mut self) {
-        self.slave.with(|slave, now| {
-            let health = slave.status(now).health;
-            let bad = |health: Health| u32::from(health.state != ErrorState::Active);
-            let failures = bad(health.nominal) | bad(health.redundant) << 1;
-            let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
-            slave.report_self_test(SelfTest { progress, failures }, now);
-        });
+        let health = self.slave.status().health;
+        let bad = |health: Health| u32::from(health.state != ErrorState::Active);
+        let failures = bad(health.nominal) | bad(health.redundant) << 1;
+        let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
+        self.slave.report_self_test(SelfTest { progress, failures });
     }
 }
 

@@ -56,7 +56,7 @@
 //! tasks.run();
 //! port.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());
 //! tasks.run();
-//! slave.change(|thermometer| thermometer.temperature = 215);
+//! slave.update(|thermometer| thermometer.temperature = 215);
 //! tasks.run();
 //!
 //! // Boot-up message, heartbeat after the start command, and the PDO with the new temperature.
@@ -68,7 +68,7 @@
 //! port.receive(Frame::of(CobId::sdo_request(NodeId::of::<3>()), request));
 //! tasks.run();
 //! assert_eq!(sent(), [(0x583, vec![0x80, 0x01, 0x60, 0, 0x32, 0x00, 0x09, 0x06])]);
-//! assert_eq!(slave.inspect(|slave| slave.objects().application.period), 100);
+//! assert_eq!(slave.read(|thermometer| thermometer.period), 100);
 //! ```
 //!
 //! # Services

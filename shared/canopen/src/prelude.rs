@@ -1,6 +1,6 @@
 //! Names for a device, its application and its `main`: `use async_canopen::prelude::*;`
 
-pub use crate::emcy::ErrorCode;
+pub use crate::emcy::{DeviceError, ErrorCode};
 pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
 pub use crate::nmt::{Command, NmtMessage, Target};

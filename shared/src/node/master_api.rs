@@ -232,7 +232,7 @@ pub enum Refusal {
     Busy,
 }
 
-/// Request that the application makes to a master.
+/// Request to a master. An application makes it by a method of [`MasterHandle`](crate::runner::MasterHandle).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`

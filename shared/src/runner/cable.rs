@@ -5,7 +5,7 @@
 //! master receives the heartbeat one delay later. The delays of the receivers cancel, because each end stamps its
 //! own frames by its own receiver.
 
-use super::extend::AtEnd;
+use super::extend::{AtEnd, WholeNode};
 use super::{Handle, Platform};
 use crate::node::{Master, NetworkObjects, Ranging, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
@@ -32,33 +32,13 @@ pub struct Cable {
     pub delay_ns: i32,
 }
 
-/// What the handle of a master has beyond that of a CANopen node.
-pub trait MasterHandle {
-    /// Measures the cable to a slave on the active bus by 16 of its heartbeats. Its clock has to follow the SYNCs
-    /// of this master, and both have to stamp in hardware. For 2014h of the slave add the delay of its receiver,
-    /// which this method does not measure.
-    ///
-    /// # Errors
-    /// Those of the SDO client, which reads 2014h and 2016h. [`Error::BusChanged`]. [`Error::Timeout`] if there is
-    /// no heartbeat that both have stamped.
-    ///
-    /// # Cancel safety
-    /// A dropped future ends the measurement and aborts a transfer that is running. Call it again to measure from
-    /// the start.
-    fn measure_cable(&self, node: NodeId) -> impl Future<Output = Result<Cable, Error>>;
-}
-
-impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> MasterHandle for Handle<B, Master<D, M>> {
-    async fn measure_cable(&self, node: NodeId) -> Result<Cable, Error> {
-        Measurement(*self).run(node).await
-    }
-}
-
 /// Measurement of a cable by a master.
-struct Measurement<B: Platform, D: SpacecraftDevice, M: MasterBoards>(Handle<B, Master<D, M>>);
+pub(super) struct Measurement<B: Platform, D: SpacecraftDevice, M: MasterBoards>(
+    pub(super) Handle<B, Master<D, M>>,
+);
 
 impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
-    async fn run(&self, node: NodeId) -> Result<Cable, Error> {
+    pub(super) async fn run(&self, node: NodeId) -> Result<Cable, Error> {
         self.range(node.get())?;
         // 2044h names no slave any more afterwards, also when this future is dropped.
         let _end = AtEnd::new(self.0, Master::stop_ranging);
@@ -71,7 +51,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
     }
 
     async fn cable(&self, node: NodeId) -> Result<Cable, Error> {
-        let bus = self.0.with(|master, _| master.ranged().bus);
+        let bus = self.0.inspect(|master| master.ranged().bus);
         let of_bus = match bus {
             Bus::Nominal => TimeCorrection::NOMINAL,
             Bus::Redundant => TimeCorrection::REDUNDANT,
@@ -82,7 +62,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
         for _ in 0..LOOKS {
             let now = self.0.now();
             self.0.wait_until(now + LOOK).await;
-            let heard = self.0.with(|master, _| master.ranged().heard);
+            let heard = self.0.inspect(|master| master.ranged().heard);
             if heard == last {
                 continue;
             }
@@ -95,7 +75,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
             sum += difference;
             samples += 1;
             if samples == SAMPLES {
-                let ranged = self.0.with(|master, _| master.ranged());
+                let ranged = self.0.inspect(|master| master.ranged());
                 if ranged.bus != bus {
                     return Err(Error::BusChanged);
                 }

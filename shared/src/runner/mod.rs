@@ -39,7 +39,7 @@
 //! let mut tasks = Tasks::new(runners); // on a board: `runners.nominal.run().await` in a task, and so on
 //! tasks.run();
 //! assert!(poll_once(events.next()).is_some()); // in the application: `events.next().await`
-//! slave.with(|slave, now| assert_eq!(slave.status(now).active, Bus::Nominal));
+//! assert_eq!(slave.status().active, Bus::Nominal);
 //! ```
 //!
 //! # How frames and events move
@@ -52,13 +52,20 @@
 //!
 //! - All tasks of a node run in one executor. The storage cannot be shared with another thread or an interrupt.
 //! - The module uses no HAL and no executor.
-//! - `Handle::with` must not be called within `Handle::with`, and [`Resources::start`] not twice: both panic.
+//! - A closure that has the objects of a node cannot use a handle: see [`Outside`].
+//! - [`Resources::start`] panics when it is called twice.
 
 mod cable;
+mod master;
+mod minimal;
+mod slave;
 mod spacecraft_clock;
 
 pub use async_canopen::runner::*;
-pub use cable::{Cable, MasterHandle};
+pub use cable::Cable;
+pub use master::MasterHandle;
+pub use minimal::MinimalHandle;
+pub use slave::SlaveHandle;
 pub use spacecraft_clock::{SpacecraftClock, TimeHandle};
 
 use crate::node::Master;

@@ -4,7 +4,7 @@ use core::future::poll_fn;
 use core::pin::pin;
 use core::task::Poll;
 
-use super::extend::Waiter;
+use super::extend::{Waiter, WholeNode};
 use super::{Handle, Platform};
 use crate::node::TimeKeeper;
 use crate::time::Quality;
@@ -33,9 +33,6 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     }
 
     /// Returns the spacecraft time at the present microsecond.
-    ///
-    /// # Panics
-    /// When called from within [`Handle::with`](super::Handle::with), like all methods of this type.
     pub fn now(&self) -> Scet {
         let now = self.handle.now();
         self.handle.inspect(|node| node.spacecraft_clock().at(now.into()).scet())

@@ -1,7 +1,7 @@
 //! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C.
 
 use async_canopen::node::{BusCommand, CanopenSlave, Device, DeviceNode, Event, Node, Settings};
-use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
+use ecss_can::emcy::{DeviceError, Emergency, ErrorCode, ErrorRegister};
 use ecss_can::heartbeat::{HeartbeatConsumers, HeartbeatTimes};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
@@ -177,16 +177,16 @@ fn misses_the_heartbeat_that_1016h_names() {
 #[test]
 fn reports_errors_of_its_device_and_their_end() {
     let mut slave = operational();
-    slave.touch(|slave, _| slave.raise(ErrorCode::CURRENT, [7, 1, 2, 3, 4]));
+    slave.touch(|slave, _| slave.raise(DeviceError::new(ErrorCode::CURRENT, 7), [1, 2, 3, 4]));
     assert_eq!(sent(&slave), [(0x085, vec![0x00, 0x20, 0x03, 7, 1, 2, 3, 4])]);
     slave.clear();
     let emergencies = |slave: &Bench<_>| -> Vec<Vec<u8>> {
         sent(slave).into_iter().filter(|(id, _)| *id == 0x085).map(|(_, data)| data).collect()
     };
-    slave.touch(|slave, _| slave.clear(ErrorCode::CURRENT, 8));
+    slave.touch(|slave, _| slave.clear(DeviceError::new(ErrorCode::CURRENT, 8)));
     slave.run_until(ms(200));
     assert!(emergencies(&slave).is_empty(), "of another source");
-    slave.touch(|slave, _| slave.clear(ErrorCode::CURRENT, 7));
+    slave.touch(|slave, _| slave.clear(DeviceError::new(ErrorCode::CURRENT, 7)));
     assert_eq!(emergencies(&slave), [[0x00, 0x00, 0x00, 0x00, 0x20, 7, 0, 0]]);
 }
 
@@ -352,7 +352,7 @@ fn uses_the_services_of_each_nmt_state() {
             assert_eq!(payloads(&slave, 0x185).len(), usize::from(pdo), "{state:?}");
             slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
             assert_eq!(payloads(&slave, 0x585).len(), usize::from(sdo), "{state:?}");
-            slave.touch(|slave, _| slave.raise(ErrorCode::CURRENT, [7, 0, 0, 0, 0]));
+            slave.touch(|slave, _| slave.raise(DeviceError::new(ErrorCode::CURRENT, 7), [0; 4]));
             slave.run_until(ms(150));
             assert_eq!(payloads(&slave, 0x085).len(), usize::from(sdo), "{state:?}");
             assert_eq!(payloads(&slave, 0x705).len(), 1, "{state:?}");

@@ -8,6 +8,7 @@ use ecss_can::emcy::{ActiveError, ErrorCode};
 use ecss_can::node::MasterEvent;
 use ecss_can::prelude::*;
 use ecss_can::redundancy::{Strap, TwoBoards};
+use ecss_can::runner::extend::WholeNode;
 use host_worlds::log::NodeEvent;
 use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, NodeKey, World, idle};
 
@@ -264,9 +265,9 @@ pub(crate) fn report(world: &World, temperature: u16, errors: &[(ErrorCode, bool
     world.slave::<Wheel>(WHEEL).with(|wheel: &mut Slave<Wheel>, now| {
         for (code, begins) in errors {
             if *begins {
-                wheel.raise(*code, [SOURCE, 0, 0, 0, 0]);
+                wheel.raise(DeviceError::new(*code, SOURCE), [0; 4]);
             } else {
-                wheel.clear(*code, SOURCE);
+                wheel.clear(DeviceError::new(*code, SOURCE));
             }
         }
         wheel.change(now, |wheel| wheel.temperature = temperature);

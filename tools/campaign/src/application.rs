@@ -7,15 +7,15 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{DeviceError, ErrorCode};
 use ecss_can::node::{Master, MasterEvent, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::redundancy::{MasterBoards, Role};
-use ecss_can::runner::EventSource;
+use ecss_can::runner::{EventSource, MasterHandle};
 use ecss_can::types::{Duration, Instant, NodeId};
 use fastrand::Rng;
 use host_worlds::{Events, Handle, NodeKey, ResetLine};
-use mission::{COMMAND_PERIOD, Command, CommanderObjects, Indicators, TELECOMMAND_RPDO};
+use mission::{COMMAND_PERIOD, Command, CommanderObjects, Indicators, TELECOMMAND};
 
 use crate::notes::{Execution, Notes};
 
@@ -39,8 +39,7 @@ pub async fn master<B: MasterBoards>(
             let MasterEvent::Role(change) = events.next().await else { continue };
             notes.set_active(key, change.role == Role::Active);
             if change.role == Role::Active {
-                let active = master.with(|master, now| master.status(now).active);
-                notes.takeovers.borrow_mut().push_back(active);
+                notes.takeovers.borrow_mut().push_back(master.status().active);
                 *sequences.borrow_mut() = begin(master.now());
             }
         }
@@ -54,7 +53,7 @@ pub async fn master<B: MasterBoards>(
                 if let Some(sequence) = sequence.step(master.now()) {
                     let message = Command::SetValue(first + round).encode(sequence);
                     // One that is not Operational has to do without.
-                    let _ = master.with(|master, now| mission::command(master, node, &message, now));
+                    let _ = master.send_to(node, TELECOMMAND, message.telecommand());
                 }
             }
         }
@@ -88,9 +87,7 @@ pub struct Errors {
 
 impl Errors {
     /// The error.
-    pub const CODE: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
-    /// Its source.
-    pub const SOURCE: u8 = 1;
+    pub const ERROR: DeviceError = DeviceError::new(ErrorCode::TEMPERATURE_DEVICE, 1);
 
     async fn raise(self, node: Handle<slave::Node>, id: NodeId, notes: Rc<Notes>, begin: Time) {
         let mut rng = Rng::with_seed(self.seed ^ u64::from(id.get()) ^ begin.0);
@@ -104,13 +101,11 @@ impl Errors {
             }
             node.wait_until(due).await;
             is_there = !is_there;
-            node.with(|slave: &mut slave::Node, _| {
-                if is_there {
-                    slave.raise(Self::CODE, [Self::SOURCE, 0, 0, 0, 0]);
-                } else {
-                    slave.clear(Self::CODE, Self::SOURCE);
-                }
-            });
+            if is_there {
+                node.raise(Self::ERROR, [0; 4]);
+            } else {
+                node.clear(Self::ERROR);
+            }
         }
     }
 }
@@ -149,12 +144,12 @@ impl EventSource for Observed {
     async fn next(&mut self) -> SlaveEvent {
         let mut event = self.events.next().await;
         self.at.set(self.events.world_time());
-        if let SlaveEvent::Pdo { number, data, .. } = &mut event
-            && usize::from(*number) == TELECOMMAND_RPDO
+        if let SlaveEvent::Pdo(pdo) = &mut event
+            && pdo.is(TELECOMMAND)
             && let Some(last) = &mut self.sequence
         {
             *last = last.wrapping_add(1);
-            data[SEQUENCE] = *last;
+            pdo.data[SEQUENCE] = *last;
         }
         event
     }

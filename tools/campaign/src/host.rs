@@ -10,6 +10,7 @@ use ecss_can::emcy::{ActiveError, ErrorRegister};
 use ecss_can::link::port::ErrorState;
 use ecss_can::node::{Master, MasterEvent, SlaveEvent};
 use ecss_can::redundancy::{MasterBoards, OneBoard, Parameters, Role, TwoBoards};
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::types::{Bus, NodeId, PerBus};
 use host_worlds::log::NodeEvent;
 use host_worlds::{NodeKey, World};
@@ -66,7 +67,7 @@ impl Host {
         let known: Vec<&ActiveError> = known.iter().filter(|error| error.node == node).collect();
         let explained =
             known.iter().fold(ErrorRegister::default(), |all, error| all.and(ErrorRegister::of(error.code)));
-        let error = ActiveError { node, code: Errors::CODE, source: Errors::SOURCE };
+        let error = ActiveError { node, code: Errors::ERROR.code, source: Errors::ERROR.source };
         let is_there = self.notes.errors.borrow().get(&node) == Some(&true);
         let is_known = known.contains(&&error) == is_there && explained.bits() == register;
         (!is_known).then(|| {
@@ -228,9 +229,9 @@ fn news(what: &NodeEvent) -> Option<News> {
             MasterEvent::Health { bus, health } => {
                 News::Hearing { bus, is_on: health.state != ErrorState::BusOff }
             }
-            MasterEvent::Pdo { .. }
+            MasterEvent::Pdo(_)
             | MasterEvent::Frame { .. }
-            | MasterEvent::Synchronised { .. }
+            | MasterEvent::Synchronised(_)
             | MasterEvent::Time(_)
             | MasterEvent::Step(_)
             | MasterEvent::Written(_)
@@ -244,8 +245,8 @@ fn news(what: &NodeEvent) -> Option<News> {
             SlaveEvent::ActiveBus { bus, .. } => News::ActiveBus(bus),
             SlaveEvent::Step(_) => News::ClockSet,
             SlaveEvent::Clash { .. } => News::Collision,
-            SlaveEvent::Pdo { .. }
-            | SlaveEvent::Synchronised { .. }
+            SlaveEvent::Pdo(_)
+            | SlaveEvent::Synchronised(_)
             | SlaveEvent::Heartbeat { .. }
             | SlaveEvent::Sync { .. }
             | SlaveEvent::Time(_)

@@ -10,6 +10,7 @@ use ecss_can::node::{
     Master, MasterEvent, MasterRequest, Node, NodeObjects, Slave, SlaveEvent, SpacecraftDevice, Status,
 };
 use ecss_can::redundancy::MasterBoards;
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{self, EventSource};
 use ecss_can::types::{AbortCode, Address, Instant};
 use eds::pdos;
@@ -232,7 +233,7 @@ impl<N: Member> Running for Handle<N> {
     }
 
     fn request(&self, request: MasterRequest) -> bool {
-        N::request(request).map(|request| Handle::request(self, request)).is_some()
+        N::request(request).map(|request| WholeNode::request(self, request)).is_some()
     }
 
     fn handle(&self) -> &dyn Any {

@@ -23,7 +23,7 @@ async fn main(spawner: Spawner) {
         Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     let master = || Master::new(&PROFILE, Ground::default(), store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &DIAGNOSTICS);
-    master.with(|master, _| master.set_post_mortem(post_mortem));
+    master.set_post_mortem(post_mortem);
     spawn_node(spawner, runners);
     supervised("application", application(master, events, |report| defmt::info!("{}", report))).await;
 }

@@ -1,13 +1,14 @@
 //! The application of the thermometer's master: gives the thermometer its table, checks that it keeps it, reports what it measures.
 
-use ecss_can::nmt::Command;
 use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 
-use crate::{CHANGE, COMMAND, Ground, THERMOMETER, is_kept, write_table};
+use thermometer::Thermometer;
+
+use crate::{Ground, THERMOMETER, is_kept, write_table};
 
 /// What the application reports: an image logs it, a test keeps it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,27 +36,25 @@ pub async fn application<P: Platform>(
     events: impl EventSource<Event = MasterEvent>,
     report: impl Fn(Report),
 ) {
-    // The thermometer is Operational.
-    let ready = Signal::new();
-    join(listen(master, events, &ready, &report), calibrate(master, &ready, &report)).await;
+    // The thermometer is not Operational.
+    let away = Signal::new();
+    join(listen(events, &away, &report), calibrate(master, &away, &report)).await;
 }
 
-async fn listen<P: Platform>(
-    master: Handle<P, Master<Ground>>,
+async fn listen(
     mut events: impl EventSource<Event = MasterEvent>,
-    ready: &Signal<NoopRawMutex, ()>,
+    away: &Signal<NoopRawMutex, ()>,
     report: impl Fn(Report),
 ) {
     loop {
         match events.next().await {
-            MasterEvent::SlaveState { node: THERMOMETER, state: NmtState::Operational, .. } => {
-                ready.signal(());
+            MasterEvent::SlaveState { node: THERMOMETER, state, .. } if state != NmtState::Operational => {
+                away.signal(());
             }
-            MasterEvent::Pdo { number, .. } if usize::from(number) == CHANGE.slot() => {
-                report(master.with(|master, _| {
-                    let Ground { temperature, alarm, .. } = master.objects().application.device;
-                    Report::Measured { temperature, alarm }
-                }));
+            MasterEvent::Pdo(pdo) => {
+                if let Some((temperature, alarm)) = pdo.get(<Thermometer>::CHANGE.of(THERMOMETER)) {
+                    report(Report::Measured { temperature, alarm });
+                }
             }
             MasterEvent::BusSwitched { to, .. } => report(Report::ActiveBus(to)),
             _ => {}
@@ -65,27 +64,26 @@ async fn listen<P: Platform>(
 
 async fn calibrate<P: Platform>(
     master: Handle<P, Master<Ground>>,
-    ready: &Signal<NoopRawMutex, ()>,
+    away: &Signal<NoopRawMutex, ()>,
     report: impl Fn(Report),
 ) {
-    ready.wait().await;
-    if let Err(error) = write_table(master.sdo(THERMOMETER)).await {
+    let thermometer = master.sdo(THERMOMETER);
+    master.wait_operational(THERMOMETER).await;
+    if let Err(error) = write_table(thermometer).await {
         return report(Report::TransferFailed(error));
     }
     report(Report::TableSaved);
-    ready.reset();
-    let reset = NmtMessage { command: Command::ResetNode, target: Target::Node(THERMOMETER) };
-    master.request(MasterRequest::Nmt(reset));
-    ready.wait().await;
-    report(match is_kept(master.sdo(THERMOMETER)).await {
+    away.reset();
+    master.reset(THERMOMETER);
+    // Its last known state stays Operational until its boot-up message.
+    away.wait().await;
+    master.wait_operational(THERMOMETER).await;
+    report(match is_kept(thermometer).await {
         Ok(true) => Report::TableKept,
         Ok(false) => Report::TableLost,
         Err(error) => Report::TransferFailed(error),
     });
-    let sent = master.with(|master, now| {
-        master.send_pdo_to(THERMOMETER, COMMAND.slot(), now, |ground| ground.command = 1)
-    });
-    if let Err(refusal) = sent {
+    if let Err(refusal) = master.send_to(THERMOMETER, <Thermometer>::COMMAND_PDO, (1,)) {
         report(Report::NotCommanded(refusal));
     }
 }

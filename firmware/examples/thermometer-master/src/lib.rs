@@ -15,38 +15,16 @@ pub use application::{Report, application};
 /// The thermometer's Node-ID.
 pub const THERMOMETER: NodeId = NodeId::of::<3>();
 
-/// Receive PDO of a change: 283h.
-pub const CHANGE: Rpdo =
-    Pdo::<()>::new(CobIdOf::fixed(0x283)).map(Ground::TEMPERATURE).map(Ground::ALARM).receive(1);
-/// Transmit PDO of commands: 203h.
-pub const COMMAND: Tpdo = Pdo::<()>::new(CobIdOf::fixed(0x203)).map(Ground::COMMAND).transmit(1);
-
-/// What the master has beside the objects of every master.
+/// What the master has beside the objects of every master: nothing.
 #[derive(Debug, Objects)]
 #[objects(device)]
-pub struct Ground {
-    /// Temperature of the thermometer
-    ///
-    /// 0.1 °C.
-    #[object(0x6000, rww, pdo)]
-    pub temperature: i16,
-    /// Alarm of the thermometer
-    ///
-    /// 0: within the limits; 1: above; 2: below.
-    #[object(0x6001, rww, pdo)]
-    pub alarm: u8,
-    /// Command to the thermometer
-    ///
-    /// 1: forget the highest temperature.
-    #[object(0x6010, ro, pdo)]
-    pub command: u8,
-}
+pub struct Ground {}
 
 impl Device for Ground {
-    type Pdos = PdoObjects<1, 1>;
+    type Pdos = PdoObjects<1, 0>;
     type Consumers = HeartbeatConsumers<4>;
 
-    const PDOS: PdoSet = PdoSet::new(&[CHANGE], &[COMMAND]);
+    const PDOS: PdoSet = PdoSet::new(&[<Thermometer>::CHANGE.of(THERMOMETER).receive(1)], &[]);
 
     fn communication(id: NodeId) -> Communication {
         Communication { device_name: "Thermometer's master", ..Communication::new(id) }

@@ -1,11 +1,12 @@
 //! The application of the thermometer: measures ten times a second, obeys its master and a reset.
 
-use ecss_can::emcy::ErrorCode;
 use ecss_can::prelude::*;
 use embassy_futures::select::{Either, select};
 
-use crate::{CHANGE, COMMAND, LM75, Thermometer};
+use crate::{LM75, Thermometer};
 
+/// The sensor does not answer.
+const NO_SENSOR: DeviceError = DeviceError::new(ErrorCode::HARDWARE, LM75);
 /// Time from one measurement to the next.
 const PERIOD: Duration = Duration::from_millis(100);
 
@@ -30,21 +31,19 @@ pub async fn application<P: Platform, S: AsRef<[u8]> + AsMut<[u8]> + Default + '
     let mut due = slave.now();
     loop {
         let register = hardware.temperature().await;
-        slave.change(|thermometer| thermometer.measured(register));
-        slave.with(|slave, _| match register {
-            Some(_) => slave.clear(ErrorCode::HARDWARE, LM75),
-            None => slave.raise(ErrorCode::HARDWARE, [LM75, 0, 0, 0, 0]),
-        });
+        slave.update(|thermometer| thermometer.measured(register));
+        match register {
+            Some(_) => slave.clear(NO_SENSOR),
+            None => slave.raise(NO_SENSOR, [0; 4]),
+        }
         due += PERIOD;
         while let Either::First(event) = select(events.next(), slave.wait_until(due)).await {
             match event {
-                SlaveEvent::Pdo { number, .. } if usize::from(number) == COMMAND.slot() => {
-                    hardware.log_command(slave.change(Thermometer::obey));
+                SlaveEvent::Pdo(pdo) if pdo.is(Thermometer::<S>::COMMAND_PDO) => {
+                    hardware.log_command(slave.update(Thermometer::obey));
                 }
                 // Whoever hears the changes knows from now on.
-                SlaveEvent::State(NmtState::Operational) => {
-                    slave.with(|slave, now| slave.send_pdo(CHANGE.slot(), now));
-                }
+                SlaveEvent::State(NmtState::Operational) => slave.send(Thermometer::CHANGE),
                 SlaveEvent::ResetNode => hardware.reset(),
                 _ => {}
             }

@@ -15,22 +15,6 @@ pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT }
 /// Address of its sensor, an LM75 with A2 to A0 at ground.
 pub const LM75: u8 = 0x48;
 
-/// Receive PDO of commands: 200h + node.
-pub const COMMAND: Rpdo = Pdo::<()>::new(CobIdOf::node(0x200)).map(Thermometer::COMMAND).receive(1);
-/// Transmit PDO of a change: 280h + node, at most ten a second.
-pub const CHANGE: Tpdo = Pdo::<()>::new(CobIdOf::node(0x280))
-    .map(Thermometer::TEMPERATURE)
-    .map(Thermometer::ALARM)
-    .transmit(2)
-    .state()
-    .inhibit(1_000);
-/// Transmit PDO with every SYNC: 480h + node.
-pub const CYCLE: Tpdo = Pdo::<()>::new(CobIdOf::node(0x480))
-    .map(Thermometer::TEMPERATURE)
-    .map(Thermometer::HIGHEST)
-    .transmit(4)
-    .transmission(1);
-
 /// What it has beside the objects of every node. `S` is where its table lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device, check = Thermometer::check_limits)]
@@ -81,7 +65,10 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for Thermometer<S>
     type Pdos = PdoObjects<4, 4>;
     type Consumers = HeartbeatConsumers<1>;
 
-    const PDOS: PdoSet = PdoSet::new(&[COMMAND], &[CHANGE, CYCLE]);
+    const PDOS: PdoSet = PdoSet::new(
+        &[Self::COMMAND_PDO.receive(1)],
+        &[Self::CHANGE.transmit(2).state().inhibit(1_000), Self::CYCLE.transmit(4).transmission(1)],
+    );
 
     fn communication(id: NodeId) -> Communication {
         Communication {
@@ -93,6 +80,15 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for Thermometer<S>
 }
 
 impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
+    /// Command: 200h + node.
+    pub const COMMAND_PDO: Pdo<Self, (u8,)> = Pdo::new(CobIdOf::node(0x200)).map(Thermometer::COMMAND);
+    /// Temperature and alarm when they change, at most ten times a second: 280h + node.
+    pub const CHANGE: Pdo<Self, (i16, u8)> =
+        Pdo::new(CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE).map(Thermometer::ALARM);
+    /// Temperature and highest temperature with every SYNC: 480h + node.
+    pub const CYCLE: Pdo<Self, (i16, i16)> =
+        Pdo::new(CobIdOf::node(0x480)).map(Thermometer::TEMPERATURE).map(Thermometer::HIGHEST);
+
     /// Within the limits.
     pub const WITHIN: u8 = 0;
     /// Above the upper limit.

@@ -32,9 +32,9 @@ impl Cables {
 
     /// Starts the measurement that a client wrote to 6320h.
     pub(super) fn start<B: MasterBoards>(&self, master: Handle<impl Platform, Node<B>>) {
-        let node = master.with(|master, _| master.objects().application.device.cable.node);
+        let node = master.read(|objects| objects.cable.node);
         if let Some(node) = NodeId::new(node).filter(|node| *node != NodeId::MASTER) {
-            master.change(|objects| objects.cable.progress = CableMeasurement::RUNNING);
+            master.update(|objects| objects.cable.progress = CableMeasurement::RUNNING);
             self.wanted.signal(node);
         }
     }
@@ -49,7 +49,7 @@ impl Cables {
                 // 6320h names another slave by now: what it shows is to be of that one.
                 continue;
             }
-            master.change(|CommanderObjects { cable, .. }| {
+            master.update(|CommanderObjects { cable, .. }| {
                 (cable.progress, cable.abort) = match measured {
                     Ok(_) => (CableMeasurement::MEASURED, 0),
                     Err(error) => (CableMeasurement::FAILED, error.code()),

@@ -95,9 +95,9 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusFailed { bus } => error!("{} failed: bus-off too often", bus),
         // It is logged with the bus.
         MasterEvent::Role(_)
-        | MasterEvent::Pdo { .. }
+        | MasterEvent::Pdo(_)
         | MasterEvent::Frame { .. }
-        | MasterEvent::Synchronised { .. }
+        | MasterEvent::Synchronised(_)
         | MasterEvent::Time(_)
         | MasterEvent::SyncSent { .. } => {}
     }

@@ -1,16 +1,14 @@
 //! Plain nodes of the mission, the partners of an application under way.
 
 use ecss_can::mock::MockSpacecraft;
-use ecss_can::node::{DeviceNode, MasterEvent, SlaveEvent};
+use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
+use ecss_can::runner::{MasterHandle, SlaveHandle};
 use ecss_can::types::{Duration, Instant, NodeId};
 
 use super::Console;
-use crate::{
-    COMMAND_PERIOD, Command, Message, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
-    command, request,
-};
+use crate::{COMMAND_PERIOD, Command, Message, MissionObjects, REQUEST, Request, SlaveRecord, TELECOMMAND};
 
 /// Period of the commands of a plain master, and of its telemetry requests.
 const PERIOD: Duration = Duration::from_millis(1_000);
@@ -32,12 +30,11 @@ pub fn master(spacecraft: &mut MockSpacecraft, profile: &Profile, to: NodeId, co
             master.wait_until(Instant::ZERO + PERIOD.times(turn)).await;
             let step = sequence.step(master.now());
             // A slave that is not operational gets neither.
-            let _ = master.with(|master, now| {
-                if let Some(step) = step {
-                    command(master, to, &Command::SetLed(turn % 2 == 1).encode(step), now)?;
-                }
-                request(master, to, &asked.encode(), now)
+            let commanded = step.map_or(Ok(()), |step| {
+                let message = Command::SetLed(turn % 2 == 1).encode(step);
+                master.send_to(to, TELECOMMAND, message.telecommand())
             });
+            let _ = commanded.and_then(|()| master.send_to(to, REQUEST, asked.encode().values()));
         }
     });
     let console = console.clone();
@@ -56,22 +53,16 @@ pub fn slave(spacecraft: &mut MockSpacecraft, profile: &Profile, id: NodeId) {
     spacecraft.spawn(async move {
         let mut record = SlaveRecord::new();
         loop {
-            let SlaveEvent::Pdo { number, data, .. } = events.next().await else { continue };
-            let Some(message) = Message::from_payload(&data) else { continue };
-            match usize::from(number) {
-                TELECOMMAND_RPDO => {
-                    // Repeats and unknown commands change nothing.
-                    let _ = record.take(&message, slave.now());
-                }
-                REQUEST_RPDO => {
-                    let Some(request) = Request::decode(&message) else { continue };
-                    slave.with(|slave, now| {
-                        let telemetry = record.answer(request, &slave.status(now)).encode();
-                        slave.change(now, |objects| objects.telemetry = telemetry.into());
-                        slave.send_pdo(TELEMETRY_TPDO, now);
-                    });
-                }
-                _ => {}
+            let SlaveEvent::Pdo(pdo) = events.next().await else { continue };
+            let Some(message) = Message::from_payload(&pdo.data) else { continue };
+            if pdo.is(TELECOMMAND) {
+                // Repeats and unknown commands change nothing.
+                let _ = record.take(&message, slave.now());
+            } else if pdo.is(REQUEST) {
+                let Some(request) = Request::decode(&message) else { continue };
+                let telemetry = record.answer(request, &slave.status()).encode();
+                slave
+                    .send_with(MissionObjects::TELEMETRY_PDO, |objects| objects.telemetry = telemetry.into());
             }
         }
     });

@@ -27,6 +27,7 @@
 //! | type | purpose |
 //! | --- | --- |
 //! | [`Producer`] | errors of a node, and the messages that report them |
+//! | [`DeviceError`] | error code and source of an error that an application reports |
 //! | [`Emergency`] | message: error code, error register, five bytes of the manufacturer |
 //! | [`ActiveErrors`] | objects 2048h and 2049h: the active errors of the other nodes, as a master knows them |
 //! | [`ErrorReader`] | what a master reads of the errors that it may not have heard |
@@ -44,6 +45,7 @@ mod announced;
 mod code;
 mod config;
 mod consumers;
+mod device_error;
 mod history;
 mod message;
 mod objects;
@@ -55,6 +57,7 @@ pub use active::{ActiveError, ActiveErrors};
 pub use code::ErrorCode;
 pub use config::Config;
 pub use consumers::EmcyConsumers;
+pub use device_error::DeviceError;
 pub use history::History;
 pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};

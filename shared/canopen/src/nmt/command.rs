@@ -42,6 +42,12 @@ pub enum Target {
     Node(NodeId),
 }
 
+impl From<NodeId> for Target {
+    fn from(node: NodeId) -> Target {
+        Target::Node(node)
+    }
+}
+
 impl Target {
     /// Returns whether the command addresses `node`.
     pub fn includes(self, node: NodeId) -> bool {

@@ -5,7 +5,7 @@ use super::turn;
 use super::{
     Counters, Device, DeviceNode, Event, Filters, FullDepth, LinkEvent, MAX_FILTERS, Node, Settings,
 };
-use crate::emcy::ErrorCode;
+use crate::emcy::DeviceError;
 use crate::heartbeat::{HeartbeatTimes, is_heartbeat};
 use crate::link::Stamp;
 use crate::link::port::Filter;
@@ -62,16 +62,6 @@ impl<D: Device> CanopenSlave<D> {
     /// it, and counts that, unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
         self.canopen.send_pdo(BUS, number, now);
-    }
-
-    /// Reports an error of the device that appeared. The first of the five bytes is its source.
-    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
-        self.canopen.services.raise(code, info);
-    }
-
-    /// Reports that an error of the device is gone.
-    pub fn clear(&mut self, code: ErrorCode, source: u8) {
-        self.canopen.services.clear(code, source);
     }
 
     fn boot(&mut self, turn: &mut Turn) {
@@ -217,6 +207,10 @@ impl<D: Device> Node for CanopenSlave<D> {
 impl<D: Device> DeviceNode for CanopenSlave<D> {
     type Device = D;
 
+    fn device(&self) -> &D {
+        &self.objects().application
+    }
+
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
     }
@@ -227,5 +221,13 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
         }
         self.run(turn);
         Ok(())
+    }
+
+    fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
+        self.canopen.services.raise(error.code, error.field(info));
+    }
+
+    fn clear(&mut self, error: DeviceError) {
+        self.canopen.services.clear(error.code, error.source);
     }
 }

@@ -3,6 +3,7 @@
 use core::task::Waker;
 
 use super::{Communication, Node, Turn};
+use crate::emcy::DeviceError;
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
@@ -107,6 +108,9 @@ pub trait DeviceNode: Node {
     /// Type of the device.
     type Device: Device;
 
+    /// Returns the objects of the application.
+    fn device(&self) -> &Self::Device;
+
     /// Changes objects of the application. Each PDO that is sent on events and has another content afterwards
     /// goes out, by its transmission type and its inhibit time.
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut Self::Device) -> R) -> R;
@@ -122,6 +126,13 @@ pub trait DeviceNode: Node {
         value: &[u8],
         turn: &mut Turn<'_, Self::Event, Self::Depth>,
     ) -> Result<(), AbortCode>;
+
+    /// Reports by an EMCY that an error of the device appeared. Its manufacturer-specific field has the source of
+    /// the error, then `info`. Does nothing while the error is active already.
+    fn raise(&mut self, error: DeviceError, info: [u8; 4]);
+
+    /// Reports that an error of the device is gone. Does nothing if it is not active.
+    fn clear(&mut self, error: DeviceError);
 }
 
 /// Node with an SDO client, which one transfer uses at a time. [`Handle::sdo`](crate::runner::Handle::sdo) lends it to

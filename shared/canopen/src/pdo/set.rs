@@ -2,7 +2,7 @@
 
 use super::mapping::{MOST_IN_A_ROW, MOST_OBJECTS};
 use super::planned::{Planned, tell_object};
-use super::{CobIdOf, Direction, Mapping, PdoParameters, PdoSlots, Rpdo, Tpdo};
+use super::{Direction, Mapping, Pdo, PdoParameters, PdoSlots, Rpdo, Tpdo};
 use crate::od::{DataType, Declared, INVALID, NO_REMOTE};
 use crate::types::NodeId;
 
@@ -125,9 +125,11 @@ impl PdoSet {
         self.rpdos.iter().find(|rpdo| rpdo.pdo().slot() == number)
     }
 
-    /// Returns the number of the transmit PDO that is declared with this COB-ID (0 is the first).
-    pub(crate) fn tpdo_with(&self, cob_id: CobIdOf) -> Option<usize> {
-        self.tpdos.iter().find(|tpdo| tpdo.pdo().cob_id == cob_id).map(|tpdo| tpdo.pdo().slot())
+    /// Returns the number of a transmit PDO of the set, 0 is the first. That of a PDO that is not in the set is one that no
+    /// device has.
+    pub fn number_of<D, T>(&self, pdo: Pdo<D, T>) -> usize {
+        let found = self.tpdos.iter().find(|tpdo| tpdo.pdo().cob_id == pdo.cob_id());
+        found.map_or(usize::MAX, |tpdo| tpdo.pdo().slot())
     }
 
     /// Returns the receive PDOs.

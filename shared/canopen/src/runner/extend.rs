@@ -1,4 +1,7 @@
-//! Extension of a [`Handle`]: for nodes that have more than CANopen.
+//! For tests, and for crates that extend nodes. An application needs none of it.
+//!
+//! [`WholeNode`] lends the whole node behind a [`Handle`]. [`Waiter`] and [`AtEnd`] are for futures of nodes that have more
+//! than CANopen.
 
 use core::task::Waker;
 
@@ -6,6 +9,43 @@ use super::shared::Shared;
 use super::storage::Core;
 use super::{Handle, Platform};
 use crate::node::Node;
+use crate::types::Instant;
+
+/// Access to the whole node behind a [`Handle`]: for tests and extensions, not for applications.
+///
+/// # Panics
+/// Each of these methods panics when it is called from within a closure that has the node.
+pub trait WholeNode {
+    /// Type of the node.
+    type Node: Node;
+
+    /// Reads or changes the node at the present instant. What becomes due by it, such as a PDO, is done before this
+    /// returns. A future that is dropped within `f` ends as it does elsewhere.
+    fn with<R>(&self, f: impl FnOnce(&mut Self::Node, Instant) -> R) -> R;
+
+    /// Reads the node. Wakes no task.
+    fn inspect<R>(&self, f: impl FnOnce(&Self::Node) -> R) -> R;
+
+    /// Makes a request to the node. The frames that it needs are sent in their turn.
+    fn request(&self, request: <Self::Node as Node>::Request);
+}
+
+impl<B: Platform, N: Node> WholeNode for Handle<B, N> {
+    type Node = N;
+
+    fn with<R>(&self, f: impl FnOnce(&mut N, Instant) -> R) -> R {
+        self.core.lend(f)
+    }
+
+    fn inspect<R>(&self, f: impl FnOnce(&N) -> R) -> R {
+        self.core.lock(|shared| f(shared.node))
+    }
+
+    fn request(&self, request: N::Request) {
+        let now = self.now();
+        self.core.lock(|shared| shared.step(now, |node, turn| node.on_request(request, turn)));
+    }
+}
 
 /// Place among the four tasks that the node wakes at each [signal](crate::node::Outbox::signal). It is free again when this
 /// is dropped.

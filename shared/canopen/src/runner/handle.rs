@@ -6,11 +6,16 @@ use core::task::Poll;
 use super::Platform;
 use super::shared::register;
 use super::storage::Core;
-use super::{Clock, Diagnostics, SdoClient};
+use super::{Clock, Diagnostics, Outside, SdoClient};
+use crate::emcy::DeviceError;
 use crate::node::{ClientNode, DeviceNode, Node};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
-/// Access to a node between two steps of the protocol.
+/// Access of an application to its node, between two steps of the protocol.
+///
+/// [`read`](Handle::read) and [`update`](Handle::update) lend the objects of the application. What else a node has for its
+/// application are methods by name: here, and for each type of node in the crate that has it. So an application cannot poll its
+/// node, replace it, or hold it across a step.
 pub struct Handle<B: Platform, N: Node> {
     pub(super) core: &'static Core<B, N>,
 }
@@ -26,60 +31,6 @@ impl<B: Platform, N: Node> Copy for Handle<B, N> {}
 impl<B: Platform, N: Node> Handle<B, N> {
     pub(super) const fn new(core: &'static Core<B, N>) -> Self {
         Handle { core }
-    }
-
-    /// Reads or changes the node at the present instant. What becomes due by it, such as a PDO, is done before this
-    /// returns. A future that is dropped within `f` ends as it does elsewhere.
-    ///
-    /// # Panics
-    /// When called from within itself.
-    pub fn with<R>(&self, f: impl FnOnce(&mut N, Instant) -> R) -> R {
-        self.core.lend(f)
-    }
-
-    /// Reads the node.
-    ///
-    /// # Panics
-    /// When called from within [`Handle::with`].
-    pub fn inspect<R>(&self, f: impl FnOnce(&N) -> R) -> R {
-        self.core.lock(|shared| f(shared.node))
-    }
-
-    /// Makes a request to the node. The frames that it needs are sent in their turn.
-    ///
-    /// # Panics
-    /// When called from within [`Handle::with`].
-    pub fn request(&self, request: N::Request) {
-        let now = self.core.clock.now();
-        self.core.lock(|shared| shared.step(now, |node, turn| node.on_request(request, turn)));
-    }
-
-    /// Changes objects of the application. PDOs that are sent on events and have another content afterwards go
-    /// out.
-    ///
-    /// # Panics
-    /// When called from within [`Handle::with`] or itself.
-    pub fn change<R>(&self, change: impl FnOnce(&mut N::Device) -> R) -> R
-    where
-        N: DeviceNode,
-    {
-        self.with(|node, now| node.change(now, change))
-    }
-
-    /// Writes an object as a client of the SDO server does. The same checks apply, and the services follow the
-    /// new value.
-    ///
-    /// # Errors
-    /// The abort code that a client would receive. Then nothing has changed.
-    ///
-    /// # Panics
-    /// When called from within [`Handle::with`].
-    pub fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode>
-    where
-        N: DeviceNode,
-    {
-        let now = self.core.clock.now();
-        self.core.lock(|shared| shared.step(now, |node, turn| node.write(at, value, turn)))
     }
 
     /// Returns the present instant of the node's clock.
@@ -98,6 +49,44 @@ impl<B: Platform, N: Node> Handle<B, N> {
     /// Returns the counters that a debugger or an emulator reads.
     pub fn diagnostics(&self) -> &'static Diagnostics {
         self.core.diagnostics
+    }
+}
+
+impl<B: Platform, N: DeviceNode> Handle<B, N> {
+    /// Lends the objects of the application to `read` and returns its result. Wakes no task.
+    ///
+    /// `read` cannot use a handle: see [`Outside`].
+    pub fn read<R>(&self, read: impl FnOnce(&N::Device) -> R + Outside) -> R {
+        self.core.lock(|shared| read(shared.node.device()))
+    }
+
+    /// Lends the objects of the application to `update`, which may change them, and returns its result. PDOs that are
+    /// sent on events and have another content afterwards are queued before this returns.
+    ///
+    /// `update` cannot use a handle: see [`Outside`].
+    pub fn update<R>(&self, update: impl FnOnce(&mut N::Device) -> R + Outside) -> R {
+        self.core.lend(|node, now| node.change(now, update))
+    }
+
+    /// Writes an object as a client of the SDO server does. The same checks apply, and the services follow the
+    /// new value.
+    ///
+    /// # Errors
+    /// The abort code that a client would receive. Then nothing has changed.
+    pub fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+        let now = self.core.clock.now();
+        self.core.lock(|shared| shared.step(now, |node, turn| node.write(at, value, turn)))
+    }
+
+    /// Reports by an EMCY that an error of the device appeared. Its manufacturer-specific field has the source of the
+    /// error, then `info`. Does nothing while the error is active already.
+    pub fn raise(&self, error: DeviceError, info: [u8; 4]) {
+        self.core.lend(|node, _| node.raise(error, info));
+    }
+
+    /// Reports that an error of the device is gone. Does nothing if it is not active.
+    pub fn clear(&self, error: DeviceError) {
+        self.core.lend(|node, _| node.clear(error));
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a future leaves to do when it is dropped while a step has the node.
 //!
 //! A future that holds a part of the node gives it back when it is dropped. An application can drop it within
-//! [`Handle::with`](super::Handle::with), where the node is lent already. Then the part is given back at the end of that
+//! [`WholeNode::with`](super::extend::WholeNode::with), where the node is lent already. Then the part is given back at the end of that
 //! step.
 
 use core::cell::Cell;

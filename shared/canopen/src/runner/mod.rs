@@ -39,7 +39,7 @@
 //! tasks.spawn_single(runners); // on a board: `runners.bus.run().await` in a task, and so on
 //! tasks.run();
 //! assert!(poll_once(events.next()).is_some()); // in the application: `events.next().await`
-//! slave.with(|slave, _| assert_eq!(slave.state(), NmtState::PreOperational));
+//! assert_eq!(slave.state(), NmtState::PreOperational);
 //! ```
 //!
 //! # How frames and events move
@@ -52,16 +52,19 @@
 //!
 //! - All tasks of a node run in one executor. The storage cannot be shared with another thread or an interrupt.
 //! - The module uses no HAL and no executor.
-//! - `Handle::with` must not be called within `Handle::with`, and `start` not twice: both panic.
+//! - A closure that has the objects of a node cannot use a handle: see [`Outside`].
+//! - `start` panics when it is called twice.
 
 mod alarm;
 mod bus;
+mod canopen_slave;
 mod diagnostics;
 mod due;
 pub mod extend;
 mod filters;
 mod handle;
 mod left;
+mod outside;
 mod platform;
 mod resources;
 mod sdo_client;
@@ -73,6 +76,7 @@ pub use bus::BusRunner;
 pub use diagnostics::{Diagnostics, Interrupts, Stamps, Tally};
 pub use due::DueRunner;
 pub use handle::{EventSource, Events, Handle};
+pub use outside::Outside;
 pub use platform::{Clock, Platform};
 pub use resources::{Resources, Runners};
 pub use sdo_client::SdoClient;

@@ -6,7 +6,7 @@ use super::MasterServices;
 use super::declared::MasterObjects;
 use super::{Master, Turn};
 use crate::boot::Assignment;
-use crate::emcy::{ActiveErrors, EmcyConsumers, ErrorCode, PostMortem};
+use crate::emcy::{ActiveErrors, DeviceError, EmcyConsumers, ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, monitored};
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
@@ -366,6 +366,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 impl<D: SpacecraftDevice, B: MasterBoards> DeviceNode for Master<D, B> {
     type Device = D;
 
+    fn device(&self) -> &D {
+        &self.objects().application.device
+    }
+
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
         self.services.change(now, |objects| change(&mut objects.application.device))
     }
@@ -376,5 +380,13 @@ impl<D: SpacecraftDevice, B: MasterBoards> DeviceNode for Master<D, B> {
         }
         self.run_all(turn);
         Ok(())
+    }
+
+    fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
+        self.services.raise(error.code, error.field(info));
+    }
+
+    fn clear(&mut self, error: DeviceError) {
+        self.services.clear(error.code, error.source);
     }
 }

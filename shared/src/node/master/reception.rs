@@ -96,7 +96,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
         if heard.changed || heard.returned {
             self.show_state(node, state.byte());
-            turn.out.event(MasterEvent::SlaveState { node, bus, state });
+            turn.out.signal(MasterEvent::SlaveState { node, bus, state });
         }
         if is_here {
             if state.allows_sdo() || state == NmtState::Initialising {

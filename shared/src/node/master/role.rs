@@ -96,7 +96,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                 self.boot_mut().on_overheard(node, state);
                 if heard.changed {
                     self.show_state(node, state.byte());
-                    turn.out.event(MasterEvent::SlaveState { node, bus, state });
+                    turn.out.signal(MasterEvent::SlaveState { node, bus, state });
                 }
             }
             // An answer to the active master: it is a slave.

@@ -1,7 +1,7 @@
 //! Dictionary of a slave at run time: SDO, SYNC and PDOs, and the effect of a written object.
 
 use super::Slave;
-use crate::emcy::{ErrorCode, PostMortem};
+use crate::emcy::{DeviceError, PostMortem};
 use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
 use crate::node::services::{PostMortemServices, RedundancyServices};
@@ -28,17 +28,6 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// it, and counts that on the active bus, unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
         self.canopen.send_pdo(self.redundancy.selected(), number, now);
-    }
-
-    /// Reports an error of the device that appeared by an EMCY with five bytes. The first of them is its source
-    /// (ECSS 6.4).
-    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
-        self.canopen.services.raise(code, info);
-    }
-
-    /// Reports that an error of the device is gone.
-    pub fn clear(&mut self, code: ErrorCode, source: u8) {
-        self.canopen.services.clear(code, source);
     }
 
     /// An SDO request on the active bus.
@@ -120,15 +109,21 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.services.change(now, |objects| objects.extension.self_test = result);
     }
 
-    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
-    /// emergency follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
-    pub fn set_post_mortem(&mut self, record: PostMortem) {
+    /// Adds the record of the last reset, object 2032h. An emergency follows the boot-up message: 6100h, 3200h for a
+    /// brown-out, 5000h for the oscillator.
+    #[must_use]
+    pub fn with_post_mortem(mut self, record: PostMortem) -> Self {
         self.canopen.services.set_post_mortem(record);
+        self
     }
 }
 
 impl<D: SpacecraftDevice> DeviceNode for Slave<D> {
     type Device = D;
+
+    fn device(&self) -> &D {
+        &self.objects().application
+    }
 
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
         self.canopen.services.change(now, |objects| change(&mut objects.application))
@@ -140,5 +135,13 @@ impl<D: SpacecraftDevice> DeviceNode for Slave<D> {
         }
         self.run(turn);
         Ok(())
+    }
+
+    fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
+        self.canopen.services.raise(error.code, error.field(info));
+    }
+
+    fn clear(&mut self, error: DeviceError) {
+        self.canopen.services.clear(error.code, error.source);
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 6.5.1a, 6.5.4a
 
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{DeviceError, ErrorCode};
+use ecss_can::node::DeviceNode;
 use ecss_can::node::SlaveEvent;
 use ecss_can::redundancy::BusCause;
 use ecss_can::types::NmtState;
@@ -32,8 +33,8 @@ fn services_in_use(slave: &mut Bench<TestSlave>) -> Vec<u16> {
     slave.touch(|slave, now| slave.send_pdo(1, now));
     slave.receive(NOMINAL, 0x080, &[]);
     slave.receive(NOMINAL, 0x605, &[0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
-    slave.touch(|slave, _| slave.raise(ErrorCode::TEMPERATURE, [3, 0, 0, 0, 0]));
-    slave.touch(|slave, _| slave.clear(ErrorCode::TEMPERATURE, 3));
+    slave.touch(|slave, _| slave.raise(DeviceError::new(ErrorCode::TEMPERATURE, 3), [0; 4]));
+    slave.touch(|slave, _| slave.clear(DeviceError::new(ErrorCode::TEMPERATURE, 3)));
     slave.receive(NOMINAL, 0x305, &[1; 8]);
     let until = slave.now + span(500);
     run_with_master(slave, until);

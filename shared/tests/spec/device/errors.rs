@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 6.4a
 
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{DeviceError, ErrorCode};
+use ecss_can::node::DeviceNode;
 use ecss_can::node::{LinkEvent, SlaveEvent};
 use ecss_can::types::{Bus, NmtState};
 
@@ -115,11 +116,11 @@ fn register_and_history_agree_after_reset_communication() {
     misses_seven(&mut slave);
     slave.touch(|slave, _| {
         for code in [ErrorCode::TEMPERATURE, ErrorCode::VOLTAGE, ErrorCode::CURRENT] {
-            slave.raise(code, [3, 1, 0, 0, 0]);
+            slave.raise(DeviceError::new(code, 3), [1, 0, 0, 0]);
         }
-        slave.clear(ErrorCode::VOLTAGE, 3);
-        slave.clear(ErrorCode::TEMPERATURE, 3);
-        slave.raise(ErrorCode::TEMPERATURE, [3, 2, 0, 0, 0]);
+        slave.clear(DeviceError::new(ErrorCode::VOLTAGE, 3));
+        slave.clear(DeviceError::new(ErrorCode::TEMPERATURE, 3));
+        slave.raise(DeviceError::new(ErrorCode::TEMPERATURE, 3), [2, 0, 0, 0]);
     });
     assert_eq!(errors(&mut slave), (0x1B, 4), "communication, temperature, current");
     slave.clear();
@@ -219,15 +220,15 @@ fn burst_of_losses_in_inhibit_time_displaces_no_other_error() {
 fn zero_in_1003h_clears_the_list_of_errors() {
     let mut slave = operational();
     slave.touch(|slave, _| {
-        slave.raise(ErrorCode::CURRENT, [7, 0, 0, 0, 0]);
-        slave.raise(ErrorCode::TEMPERATURE, [8, 0, 0, 0, 0]);
+        slave.raise(DeviceError::new(ErrorCode::CURRENT, 7), [0; 4]);
+        slave.raise(DeviceError::new(ErrorCode::TEMPERATURE, 8), [0; 4]);
     });
     assert_eq!(errors(&mut slave), (0x0B, 2));
     write_all(&mut slave, &[(0x1003, 0, &[0])]);
     assert_eq!(errors(&mut slave), (0x0B, 0));
     // No data available.
     assert_eq!(ask(&mut slave, [0x40, 0x03, 0x10, 1, 0, 0, 0, 0]), refused(0x1003, 1, 0x0800_0024));
-    slave.touch(|slave, _| slave.raise(ErrorCode::VOLTAGE, [9, 0, 0, 0, 0]));
+    slave.touch(|slave, _| slave.raise(DeviceError::new(ErrorCode::VOLTAGE, 9), [0; 4]));
     assert_eq!(errors(&mut slave), (0x0F, 1));
     assert_eq!(read(&mut slave, 0x1003, 1)[..2], [0x00, 0x30]);
 }
@@ -249,8 +250,8 @@ fn emergencies_keep_the_inhibit_time_that_1015h_has() {
         run_with_master(&mut slave, ms(200));
         slave.clear();
         slave.touch(|slave, _| {
-            slave.raise(ErrorCode::CURRENT, [7, 0, 0, 0, 0]);
-            slave.raise(ErrorCode::TEMPERATURE, [8, 0, 0, 0, 0]);
+            slave.raise(DeviceError::new(ErrorCode::CURRENT, 7), [0; 4]);
+            slave.raise(DeviceError::new(ErrorCode::TEMPERATURE, 8), [0; 4]);
         });
         run_with_master(&mut slave, ms(400));
         assert_eq!(slave.times(NOMINAL, 0x085), [200, 200 + delay], "1015h is {written:?}");
@@ -278,8 +279,8 @@ fn slave_sends_and_remembers_each_error_code_of_its_application() {
                 slave.receive(NOMINAL, 0x000, &[2, 5]);
             }
             slave.clear();
-            slave.touch(|slave, _| slave.raise(ErrorCode::new(code), [7, 1, 2, 3, 4]));
-            slave.touch(|slave, _| slave.clear(ErrorCode::new(code), 7));
+            slave.touch(|slave, _| slave.raise(DeviceError::new(ErrorCode::new(code), 7), [1, 2, 3, 4]));
+            slave.touch(|slave, _| slave.clear(DeviceError::new(ErrorCode::new(code), 7)));
             let sent: Vec<_> = payloads(&slave, 0x085);
             if is_stopped {
                 assert_eq!(sent, [[0; 8]; 0], "{code:04X}h");

@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.8a
 
 use crate::instrument::{self, STANDARD};
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{DeviceError, ErrorCode};
+use ecss_can::node::DeviceNode;
 use ecss_can::profile::Profile;
 use ecss_can::store::{Loss, ParameterStore};
 use ecss_can::types::NmtState;
@@ -68,7 +69,7 @@ fn emergencies_have_their_stored_cob_id_after_each_reset() {
     }
     for (mut slave, id) in [(powered_with(&memory), 0x086), (slave, 0x086), (without, 0x085)] {
         slave.clear();
-        slave.touch(|slave, _| slave.raise(ErrorCode::TEMPERATURE, [0; 5]));
+        slave.touch(|slave, _| slave.raise(DeviceError::new(ErrorCode::TEMPERATURE, 0), [0; 4]));
         let sent = [0x085, 0x086, 0x087].map(|id| payloads(&slave, id).len());
         assert_eq!(sent, [0x085, 0x086, 0x087].map(|other| usize::from(other == id)), "{id:03X}h");
     }

@@ -9,6 +9,7 @@ use can_wire::time::Time;
 use ecss_can::link::port::Filter;
 use ecss_can::link::queue::Outgoing;
 use ecss_can::node::{BusCommand, FailCause, Filters, FullDepth, LinkEvent, Node, Turn};
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;

@@ -10,6 +10,7 @@ use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
 use ecss_can::link::queue::Outgoing;
 use ecss_can::node::{BusCommand, FailCause, LinkEvent, QUEUE_DEPTH};
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::types::{Bus, CobId, Duration, Instant};
 use futures_util::FutureExt;
 use host_worlds::clock::MockClock;

@@ -1,8 +1,10 @@
 //! Fifteen slaves announce four errors and eight values each after a change of the bus, and commands go on.
 
 use can_wire::time::Time;
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{DeviceError, ErrorCode};
+use ecss_can::pdo::Tpdo;
 use ecss_can::prelude::*;
+use ecss_can::runner::extend::WholeNode;
 use host_worlds::log::NodeEvent;
 use host_worlds::{MockBoard, NEXT_TO_MASTER_M, Plain, World, idle, plain_master};
 
@@ -17,8 +19,8 @@ const STATE_PDOS: [Tpdo; STATES] = {
         [Pdo::<()>::new(CobIdOf::node(0x280)).map(Instrument::STATES.sub(1)).transmit(1).state(); STATES];
     let mut nth = 0;
     while nth < STATES {
-        let pdo = Pdo::<()>::new(CobIdOf::node(0x280 + 16 * nth as u16)).transmit(nth as u16 + 1);
-        all[nth] = pdo.state().map(Instrument::STATES.sub(nth as u8 + 1));
+        let pdo = Pdo::<()>::new(CobIdOf::node(0x280 + 16 * nth as u16));
+        all[nth] = pdo.map(Instrument::STATES.sub(nth as u8 + 1)).transmit(nth as u16 + 1).state();
         nth += 1;
     }
     all
@@ -70,7 +72,7 @@ fn report(world: &World, value: u8) {
     for node in nodes() {
         world.slave::<Instrument>(node).with(|slave: &mut TestSlave, now| {
             for source in 0..ERRORS {
-                slave.raise(ErrorCode::TEMPERATURE_DEVICE, [source, 0, 0, 0, 0]);
+                slave.raise(DeviceError::new(ErrorCode::TEMPERATURE_DEVICE, source), [0; 4]);
             }
             slave.change(now, |device| device.states = [value; STATES]);
         });
@@ -123,7 +125,7 @@ fn commands_go_on_while_fifteen_slaves_announce() {
         let log = world.log_of(node);
         let arrived = log.iter().find(|(time, event)| {
             let is_it = |data: &[u8; 8]| data[..2] == number.to_le_bytes();
-            *time >= at && matches!(event, NodeEvent::Slave(SlaveEvent::Pdo { data, .. }) if is_it(data))
+            *time >= at && matches!(event, NodeEvent::Slave(SlaveEvent::Pdo(pdo)) if is_it(&pdo.data))
         });
         let (arrival, _) = arrived.unwrap_or_else(|| panic!("command {number} to {node:?} never arrived"));
         assert!(arrival.since(at) <= Time::from_ms(10), "command {number}: {:?}", arrival.since(at));

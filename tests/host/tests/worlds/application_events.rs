@@ -8,14 +8,15 @@ use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::Command as NmtCommand;
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave, Numbers};
-use ecss_can::node::{MasterEvent, SlaveEvent};
+use ecss_can::node::{Device as _, MasterEvent, SlaveEvent};
+use ecss_can::pdo::{ReceivedPdo, SetRpdo};
 use ecss_can::redundancy::BabblingStep;
 use ecss_can::runner::EventSource;
 use ecss_can::time::Step;
-use ecss_can::types::{Address, Bus, CobId, NmtState, Scet};
+use ecss_can::types::{Address, Bus, CobId, Instant, NmtState, Scet};
 use host_worlds::{Builder, MockBoard, World};
-use mission::STANDARD;
 use mission::minimal::MinimalMission;
+use mission::{CommanderObjects, MissionObjects, STANDARD};
 
 use crate::indicators::{IndicatorLog, Shown};
 use crate::log_lines;
@@ -147,7 +148,9 @@ fn slave_logs_each_event_of_its_surroundings() {
 #[test]
 fn slave_executes_commands_of_their_own_pdo_alone() {
     let led = [1, 0, 1, 0, 0, 0, 0, 0];
-    let pdo = |number| SlaveEvent::Pdo { bus: Bus::Nominal, number, data: led };
+    let pdo = |number| {
+        SlaveEvent::Pdo(ReceivedPdo::new(&<MissionObjects>::PDOS, number, Bus::Nominal, led, Instant::ZERO))
+    };
     let others: Vec<SlaveEvent> = (0..8).filter(|number| ![1, 2].contains(number)).map(pdo).collect();
     assert_eq!(slave(others.leak()), (vec![], Shown::default()));
     let (lines, shown) = slave(vec![pdo(1)].leak());
@@ -277,7 +280,10 @@ fn master_logs_why_a_boot_up_failed() {
 /// that it does not use, then the application logs the first one alone.
 #[test]
 fn master_logs_unknown_telemetry() {
-    let pdo = |number| MasterEvent::Pdo { bus: Bus::Nominal, number, data: [0x34, 0x12, 0, 0, 0, 0, 0, 0] };
+    let data = [0x34, 0x12, 0, 0, 0, 0, 0, 0];
+    let pdo = |number| {
+        MasterEvent::Pdo(ReceivedPdo::new(&CommanderObjects::PDOS, number, Bus::Nominal, data, Instant::ZERO))
+    };
     assert_eq!(master(vec![pdo(14), pdo(0), pdo(28)].leak()), ["WARN slave 2: unknown telemetry 1234h"]);
 }
 
@@ -285,6 +291,7 @@ fn master_logs_unknown_telemetry() {
 #[test]
 fn master_does_not_log_what_each_frame_brings() {
     let time = Scet::new(3, 0).expect("a time");
-    let events = vec![MasterEvent::Time(time), MasterEvent::Synchronised { number: 1 }];
+    let events =
+        vec![MasterEvent::Time(time), MasterEvent::Synchronised(SetRpdo::new(&CommanderObjects::PDOS, 1))];
     assert_eq!(master(events.leak()), Vec::<String>::new());
 }

@@ -8,9 +8,10 @@ use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BabblingStep;
+use ecss_can::runner::SlaveHandle;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
 use host_worlds::log::NodeEvent;
-use mission::{STANDARD, TELEMETRY_TPDO};
+use mission::{MissionObjects, STANDARD};
 
 use crate::support::*;
 
@@ -37,7 +38,7 @@ fn babble(world: &mut MissionWorld) -> Time {
         let start = slave.now();
         for nth in 0_u64..40_000 {
             slave.wait_until(start + Duration::from_micros(50 * nth)).await;
-            slave.with(|slave, now| slave.send_pdo(TELEMETRY_TPDO, now));
+            slave.send(MissionObjects::TELEMETRY_PDO);
         }
     });
     world.run_for(ms(2_000));

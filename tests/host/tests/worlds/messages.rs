@@ -17,7 +17,7 @@ fn ask(world: &mut MissionWorld, node: NodeId, request: Request) -> Telemetry {
     let answers: Vec<Telemetry> = master_told(world, from)
         .into_iter()
         .filter_map(|event| match event {
-            MasterEvent::Pdo { number, data, .. } => match mission::received(number, data)? {
+            MasterEvent::Pdo(pdo) => match mission::received(&pdo)? {
                 (from, Received::Telemetry(message)) if from == node => Telemetry::decode(&message),
                 _ => None,
             },

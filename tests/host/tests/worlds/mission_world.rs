@@ -11,13 +11,16 @@ use ecss_can::node::{Master, Refusal, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::redundancy::{MasterBoards, OneBoard, Strap};
-use ecss_can::runner::EventSource;
+use ecss_can::runner::extend::WholeNode;
+use ecss_can::runner::{EventSource, MasterHandle};
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::task::Task;
 use host_worlds::{Builder, Events, Handle, MockBoard, NodeKey, World, idle};
 use master::Cables;
 use mission::minimal::{MinimalMission, MissionDevice};
-use mission::{COMMAND_PERIOD, Command, CommanderObjects, Message, Request, SlaveRecord, TELECOMMAND_RPDO};
+use mission::{
+    COMMAND_PERIOD, Command, CommanderObjects, Message, REQUEST, Request, SlaveRecord, TELECOMMAND,
+};
 
 use crate::indicators::IndicatorLog;
 
@@ -148,14 +151,15 @@ impl MissionWorld {
 
     /// Sends a telecommand. The master is on for longer than a command's lifetime.
     pub fn command(&self, node: NodeId, command: Command) -> Result<(), Refusal> {
-        let master = self.world.master();
+        let master: Handle<MissionMaster> = self.world.master();
         let message = self.sequences.encode(node, command, master.now()).unwrap();
-        master.with(|master, now| mission::command(master, node, &message, now))
+        master.send_to(node, TELECOMMAND, message.telecommand())
     }
 
     /// Asks for telemetry.
     pub fn ask(&self, node: NodeId, request: Request) -> Result<(), Refusal> {
-        self.world.master().with(|master, now| mission::request(master, node, &request.encode(), now))
+        let master: Handle<MissionMaster> = self.world.master();
+        master.send_to(node, REQUEST, request.encode().values())
     }
 
     /// The application of the master begins to do something with its node.
@@ -272,9 +276,9 @@ async fn slave_application(
     loop {
         let before = *application.record();
         application.step().await;
-        let Some((at, SlaveEvent::Pdo { number, data, .. })) = last.take() else { continue };
-        if usize::from(number) == TELECOMMAND_RPDO {
-            let message = Message::from_payload(&data).expect("the node takes no shorter one");
+        let Some((at, SlaveEvent::Pdo(pdo))) = last.take() else { continue };
+        if pdo.is(TELECOMMAND) {
+            let message = Message::from_payload(&pdo.data).expect("the node takes no shorter one");
             reactions.borrow_mut().push((at, id, reaction(&before, application.record(), &message)));
         }
     }

@@ -6,6 +6,7 @@ use can_wire::time::Time;
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::redundancy::BusCause;
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::{Builder, World};
 use mission::STANDARD;

@@ -213,7 +213,7 @@ fn assert_settled(world: &MissionWorld, node: NodeId, settled: Time) {
 /// Events of a slave that works: heartbeats of the master, SYNC, PDOs and times.
 fn is_routine(node_event: &NodeEvent) -> bool {
     use SlaveEvent::{Heartbeat, Pdo, Sync, Time};
-    matches!(node_event, NodeEvent::Slave(Heartbeat { .. } | Sync { .. } | Pdo { .. } | Time(_)))
+    matches!(node_event, NodeEvent::Slave(Heartbeat { .. } | Sync { .. } | Pdo(_) | Time(_)))
 }
 
 /// Number of boot-up messages of a slave on both buses.

@@ -9,6 +9,7 @@ use std::rc::Rc;
 use can_wire::time::Time;
 use ecss_can::node::{Communication, Identity, MasterRequest};
 use ecss_can::od::{Field, NotWritable, Readable};
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::sdo::{Error, Mode};
 use ecss_can::types::{AbortCode, Address, Bus, Duration};
 use futures_util::future::select;

@@ -8,6 +8,7 @@ use ecss_can::node::{MasterRequest, Refusal};
 use ecss_can::od::{Access, DataType, Entry, Field, Objects, checked};
 use ecss_can::pdo::{Mapping, StaticMapping};
 use ecss_can::profile::{MinimalNode, Profile};
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Instant, NodeId};
 use host_worlds::World;

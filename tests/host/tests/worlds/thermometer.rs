@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use ecss_can::prelude::*;
 use host_worlds::can_wire::fault::Fault;
+use host_worlds::log::NodeEvent;
 use host_worlds::{Builder, MockBoard, NEXT_TO_MASTER_M, ResetLine, Time, World, idle};
 use thermometer::{Hardware, PROFILE, Thermometer};
 use thermometer_master::{Ground, Report, THERMOMETER, is_kept, write_table};
@@ -76,12 +77,13 @@ fn running() -> (World, Sensor) {
     (world, sensor)
 }
 
-/// What the master knows by PDO: temperature and alarm.
+/// What the master heard last by PDO: temperature and alarm.
 fn known(world: &World) -> (i16, u8) {
-    world.master().with(|master: &mut Master<Ground>, _| {
-        let ground = &master.objects().application.device;
-        (ground.temperature, ground.alarm)
-    })
+    let change = |event: &NodeEvent| match event {
+        NodeEvent::Master(MasterEvent::Pdo(pdo)) => pdo.get(<Thermometer>::CHANGE.of(THERMOMETER)),
+        _ => None,
+    };
+    world.log_of(NodeId::MASTER).iter().rev().find_map(|(_, event)| change(event)).expect("a change")
 }
 
 /// When the active bus is cut the measurement goes on over the other one.
@@ -121,7 +123,7 @@ fn a_silent_sensor_reaches_the_master_as_such() {
 fn the_table_survives_noise_and_a_loss_of_power() {
     let (mut world, _) = running();
     Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::BitErrors { rate: 1e-5, seed: 3 }));
-    let sdo = world.master().sdo(THERMOMETER);
+    let sdo = world.master::<Ground>().sdo(THERMOMETER);
     let written = world.spawn(NodeId::MASTER, async move { write_table(sdo).await });
     world.run_for(Time::from_ms(500));
     assert_eq!(written.take().map(|(_, result)| result), Some(Ok(())));
@@ -132,7 +134,7 @@ fn the_table_survives_noise_and_a_loss_of_power() {
     world.power_on(THERMOMETER);
     world.run_for(Time::from_ms(1_000));
     assert!(world.all_operational());
-    let sdo = world.master().sdo(THERMOMETER);
+    let sdo = world.master::<Ground>().sdo(THERMOMETER);
     let kept = world.spawn(NodeId::MASTER, async move { is_kept(sdo).await });
     world.run_for(Time::from_ms(200));
     assert_eq!(kept.take().map(|(_, result)| result), Some(Ok(true)));

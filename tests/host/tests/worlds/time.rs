@@ -5,6 +5,7 @@ use std::pin::pin;
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::od::Field;
+use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{MasterHandle, TimeHandle};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Duration, Scet};
@@ -171,7 +172,7 @@ fn spacecraft_time_reaches_every_slave() {
     let compared: Vec<i64> = master_told(&world, last_sync.end)
         .into_iter()
         .filter_map(|event| match event {
-            MasterEvent::Pdo { number, data, .. } => match mission::received(number, data)?.1 {
+            MasterEvent::Pdo(pdo) => match mission::received(&pdo)?.1 {
                 Received::LocalTime(scet) => Some(scet.micros_since(reference)),
                 Received::Telemetry(_) => None,
             },

@@ -44,7 +44,7 @@ async fn main(spawner: Spawner) {
             Event::ResetNode => cortex_m::peripheral::SCB::sys_reset(),
             Event::State(state) => defmt::info!("state {}", state),
             // The change sends the PDO.
-            Event::Pdo { .. } | Event::Written(_) => slave.change(Heater::heat),
+            Event::Pdo(_) | Event::Written(_) => slave.update(Heater::heat),
             _ => {}
         }
     }

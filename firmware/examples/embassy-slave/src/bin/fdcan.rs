@@ -47,7 +47,7 @@ async fn main(spawner: Spawner) {
     loop {
         match events.next().await {
             Event::ResetNode => cortex_m::peripheral::SCB::sys_reset(),
-            _ => defmt::info!("power {} %", slave.change(|heater| heater.power)),
+            _ => defmt::info!("power {} %", slave.read(|heater| heater.power)),
         }
     }
 }

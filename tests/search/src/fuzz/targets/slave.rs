@@ -1,6 +1,6 @@
 //! A whole slave, between any frames of its filters, anything that its controllers tell, and its application.
 
-use ecss_can::emcy::ErrorCode;
+use ecss_can::emcy::{DeviceError, ErrorCode};
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{DeviceNode, FailCause, LinkEvent, Node};
@@ -128,8 +128,8 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
                     let data = U48::new(u64::from_le_bytes([how; 8]));
                     slave.change(now, |objects| objects.telemetry = Telemetry { code: how.into(), data });
                 }
-                2 => slave.raise(CODES[usize::from(how % 4)], [how; 5]),
-                _ => slave.clear(CODES[usize::from(how % 4)], how),
+                2 => slave.raise(DeviceError::new(CODES[usize::from(how % 4)], how), [how; 4]),
+                _ => slave.clear(DeviceError::new(CODES[usize::from(how % 4)], how)),
             }
         }
     }
