@@ -95,6 +95,11 @@ impl Pdo {
 }
 
 impl Field {
+    /// Returns whether the receiver has no object for it.
+    fn is_skipped(&self) -> bool {
+        self.name.is_empty()
+    }
+
     /// The last part of the name in small letters: that of the value itself.
     fn value(&self) -> String {
         self.name.rsplit(", ").next().unwrap_or_default().to_lowercase()
@@ -143,9 +148,13 @@ fn mismatch(rpdo: &Pdo, tpdo: &Pdo) -> Option<[String; 2]> {
             format!("{}: the receiver rejects it", tpdo.bytes()),
         ]);
     }
+    // Its application reads the values from the payload: there is no more to compare.
+    if rpdo.fields.iter().all(Field::is_skipped) {
+        return None;
+    }
     let pairs = || rpdo.fields.iter().zip(&tpdo.fields).enumerate();
     let text = |nth: usize, field: &Field, what: String| {
-        let name = if field.name.is_empty() { "skipped bits" } else { &field.name };
+        let name = if field.is_skipped() { "skipped bits" } else { &field.name };
         format!("{name} with {what} at place {}", nth + 1)
     };
     let both = |nth: usize, mine: &Field, theirs: &Field, what: fn(&Field) -> String| {

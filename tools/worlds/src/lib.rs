@@ -45,7 +45,7 @@
 //!     loop {
 //!         match events.next().await {
 //!             SlaveEvent::Written(at) if at == Heater::SETPOINT.address() => {
-//!                 heater.change(|heater| heater.power = if heater.setpoint > 250 { 100 } else { 0 });
+//!                 heater.update(|heater| heater.power = if heater.setpoint > 250 { 100 } else { 0 });
 //!             }
 //!             SlaveEvent::ResetNode => events.reset(),
 //!             _ => {}
@@ -75,7 +75,7 @@
 //! world.run_for(Time::from_ms(1_000));
 //! assert!(world.all_operational());
 //! assert_eq!(world.active(HEATER), Some(Bus::Redundant));
-//! let power = world.slave(HEATER).with(|heater: &mut Slave<Heater>, _| heater.objects().application.power);
+//! let power = world.slave::<Heater>(HEATER).read(|heater| heater.power);
 //! assert_eq!(power, 100);
 //! ```
 //!

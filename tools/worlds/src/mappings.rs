@@ -12,8 +12,8 @@ impl World {
         pdos::mismatches(&self.mappings())
     }
 
-    /// Finds receive PDOs with a COB-ID that no node of this world sends. Nodes without power and minimal slaves are left out, and so are
-    /// frames of the test itself.
+    /// Finds receive PDOs with a COB-ID that no transmit PDO of this world has. Nodes without power and minimal slaves are left out, and so
+    /// are frames of the test itself and those that the application of a master sends to a slave.
     pub fn unsent_pdos(&self) -> Vec<String> {
         pdos::unsent(&self.mappings())
     }
