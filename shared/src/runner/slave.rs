@@ -2,6 +2,7 @@
 
 use super::extend::WholeNode;
 use super::{Handle, Outside, Platform};
+use crate::emcy::PostMortem;
 use crate::node::{DeviceNode, ParallelAccess, SelfTest, Slave, SpacecraftDevice, Status};
 use crate::types::Bus;
 
@@ -26,6 +27,10 @@ pub trait SlaveHandle {
 
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     fn report_self_test(&self, result: SelfTest);
+
+    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An emergency
+    /// follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
+    fn set_post_mortem(&self, record: PostMortem);
 
     /// Sends a transmit PDO (0 is the first) by its transmission type, even if its content has not changed. Refuses it,
     /// and counts that on the active bus, unless the slave is Operational and the PDO is valid.
@@ -54,6 +59,10 @@ impl<B: Platform, D: SpacecraftDevice> SlaveHandle for Handle<B, Slave<D>> {
 
     fn report_self_test(&self, result: SelfTest) {
         self.with(|slave, now| slave.report_self_test(result, now));
+    }
+
+    fn set_post_mortem(&self, record: PostMortem) {
+        self.with(|slave, _| slave.set_post_mortem(record));
     }
 
     fn send_pdo(&self, number: usize) {
