@@ -3,9 +3,9 @@
 use core::future::poll_fn;
 use core::task::{Context, Poll};
 
-use super::Platform;
 use super::left::TRANSFER;
 use super::storage::Core;
+use super::{Outside, Platform};
 use crate::node::ClientNode;
 use crate::sdo::{Client, Error, Mode};
 use crate::types::{Address, NodeId};
@@ -87,7 +87,7 @@ impl<B: Platform, N: ClientNode> SdoClient<B, N> {
         node: NodeId,
         at: Address,
         most: usize,
-        mut sink: impl FnMut(&[u8]),
+        mut sink: impl FnMut(&[u8]) + Outside,
     ) -> Result<usize, Error> {
         let mut claim = self.claim(node, |client| client.start_upload(at, most, self.mode)).await;
         let drain = |client: &mut Client| {
@@ -114,7 +114,7 @@ impl<B: Platform, N: ClientNode> SdoClient<B, N> {
         node: NodeId,
         at: Address,
         size: usize,
-        mut source: impl FnMut(&mut [u8]),
+        mut source: impl FnMut(&mut [u8]) + Outside,
     ) -> Result<(), Error> {
         let mut claim = self.claim(node, |client| client.start_download(at, size, self.mode)).await;
         let fill = |client: &mut Client| {
