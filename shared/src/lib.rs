@@ -22,7 +22,7 @@
 #![cfg_attr(feature = "mock", doc = "```")]
 #![cfg_attr(not(feature = "mock"), doc = "```ignore")]
 //! use ecss_can::mock::{LoopbackPort, ManualClock, MockBoard, Tasks};
-//! use ecss_can::nmt::Command;
+//! use ecss_can::nmt::{Command, NmtMessage};
 //! use ecss_can::prelude::*;
 //!
 //! /// A thermometer.

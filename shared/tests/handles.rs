@@ -26,6 +26,8 @@ impl Device for Heater {
 }
 
 type HeaterMaster = Handle<MockBoard, Master<Heater>>;
+/// A command by name.
+type Command = fn(HeaterMaster, Target);
 type HeaterSlave = Handle<MockBoard, Slave<Heater>>;
 
 const TWO: NodeId = NodeId::of::<2>();
@@ -142,7 +144,7 @@ fn raised_error_of_a_master_is_reported_until_it_is_cleared() {
 #[test]
 fn commands_by_name_are_nmt_frames() {
     let (mut spacecraft, master, _) = flying();
-    let commands: [(fn(HeaterMaster, Target), u8); 5] = [
+    let commands: [(Command, u8); 5] = [
         (|master, slaves| master.stop(slaves), 0x02),
         (|master, slaves| master.enter_pre_operational(slaves), 0x80),
         (|master, slaves| master.start(slaves), 0x01),

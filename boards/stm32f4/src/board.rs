@@ -42,8 +42,8 @@ pub struct Board<B> {
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
     /// RAM that outlives a reset.
     pub retained: &'static mut (dyn RetainedMemory + Send),
-    /// How the program before this one ended; for [`Slave::with_post_mortem`](ecss_can::node::Slave::with_post_mortem), or
-    /// [`MasterHandle::set_post_mortem`](ecss_can::runner::MasterHandle::set_post_mortem).
+    /// How the program before this one ended; for
+    /// [`SlaveHandle::set_post_mortem`](ecss_can::runner::SlaveHandle::set_post_mortem).
     pub post_mortem: PostMortem,
     /// RAM that is left, 64 KiB at most: for blocks of data.
     pub memory: &'static mut [u8],

@@ -29,9 +29,7 @@ async fn main(spawner: Spawner) {
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || {
-        let slave = mission::slave(id, PROFILE, board.memory)
-            .with_late_heartbeats(Board::late_heartbeats())
-            .with_post_mortem(board.post_mortem);
+        let slave = mission::slave(id, PROFILE, board.memory).with_late_heartbeats(Board::late_heartbeats());
         if board.is_maintenance {
             slave.in_maintenance(board.store)
         } else {
@@ -39,6 +37,7 @@ async fn main(spawner: Spawner) {
         }
     };
     let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
+    slave.set_post_mortem(board.post_mortem);
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, slave);
     supervised("application", Application::new(slave, events, board.leds).run()).await

@@ -94,9 +94,6 @@ pub trait MasterHandle {
 
     /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An emergency
     /// follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
-    ///
-    /// A slave has [`Slave::with_post_mortem`](crate::node::Slave::with_post_mortem). A master has this method instead: such a
-    /// method of the node would copy the master, 20 kB, on the stack.
     fn set_post_mortem(&self, record: PostMortem);
 
     /// Sends a transmit PDO of the device of the master by its transmission type, even if its content has not changed.

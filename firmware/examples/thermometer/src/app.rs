@@ -35,11 +35,11 @@ async fn main(spawner: Spawner) {
     let slave = || {
         slave(id, board.memory.split_at_mut(2048).0)
             .with_late_heartbeats(Board::late_heartbeats())
-            .with_post_mortem(board.post_mortem)
             .with_retained(board.retained)
             .with_store(board.store)
     };
     let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
+    slave.set_post_mortem(board.post_mortem);
     spawn_node(spawner, runners);
     // The board has taken neither I2C1 nor its pins.
     let i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH5, Irqs, Default::default());

@@ -3,9 +3,9 @@
 use core::future::poll_fn;
 use core::task::{Context, Poll};
 
-use super::Platform;
 use super::left::TRANSFER;
 use super::storage::Core;
+use super::{Outside, Platform};
 use crate::node::ClientNode;
 use crate::od::{Field, Number, Readable, Writable};
 use crate::sdo::{Client, Error, Mode};
@@ -141,7 +141,7 @@ impl<B: Platform, N: ClientNode> SdoClient<B, N> {
         &self,
         field: Field<T, Readable, W>,
         most: usize,
-        mut sink: impl FnMut(&[u8]),
+        mut sink: impl FnMut(&[u8]) + Outside,
     ) -> Result<usize, Error> {
         let at = field.address();
         let mut claim = self.claim(|client| client.start_upload(at, most, self.mode)).await;
@@ -168,7 +168,7 @@ impl<B: Platform, N: ClientNode> SdoClient<B, N> {
         &self,
         field: Field<T, R, Writable>,
         size: usize,
-        mut source: impl FnMut(&mut [u8]),
+        mut source: impl FnMut(&mut [u8]) + Outside,
     ) -> Result<(), Error> {
         let at = field.address();
         let mut claim = self.claim(|client| client.start_download(at, size, self.mode)).await;

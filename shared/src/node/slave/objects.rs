@@ -109,12 +109,10 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.services.change(now, |objects| objects.extension.self_test = result);
     }
 
-    /// Adds the record of the last reset, object 2032h. An emergency follows the boot-up message: 6100h, 3200h for a
-    /// brown-out, 5000h for the oscillator.
-    #[must_use]
-    pub fn with_post_mortem(mut self, record: PostMortem) -> Self {
+    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
+    /// emergency follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
+    pub fn set_post_mortem(&mut self, record: PostMortem) {
         self.canopen.services.set_post_mortem(record);
-        self
     }
 }
 

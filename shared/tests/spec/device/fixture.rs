@@ -3,7 +3,6 @@
 use std::sync::{Arc, Mutex};
 
 use crate::instrument::{self, STANDARD};
-use ecss_can::emcy::PostMortem;
 use ecss_can::node::{Slave, SpacecraftDevice};
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::profile::Profile;
@@ -117,14 +116,6 @@ impl ParameterStore for Memory {
 
 pub(crate) fn powered() -> Bench<TestSlave> {
     Bench::new(instrument::slave(node(5), &STANDARD, vec![0; 1024]))
-}
-
-/// A slave with a record of its last reset. Its boot-up message was not acknowledged yet.
-pub(crate) fn powered_after(record: PostMortem) -> Bench<TestSlave> {
-    let slave = instrument::slave(node(5), &STANDARD, vec![0; 1024]).with_post_mortem(record);
-    let mut slave = Bench::alone(slave);
-    slave.is_acknowledged = true;
-    slave
 }
 
 pub(crate) fn powered_with(memory: &Memory) -> Bench<TestSlave> {

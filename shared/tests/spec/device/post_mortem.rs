@@ -2,7 +2,7 @@
 
 use ecss_can::emcy::PostMortem;
 
-use super::fixture::{ask, errors, payloads, powered_after, read, run_with_master};
+use super::fixture::{ask, errors, payloads, powered, read, run_with_master};
 use crate::bench::{NOMINAL, span};
 
 const DUMP: [u8; 160] = [0x5A; 160];
@@ -26,9 +26,10 @@ fn the_last_reset_is_reported_once_after_the_boot_up_message() {
         (PostMortem::OSCILLATOR, [0x00, 0x50], 0x01),
     ];
     for (cause, [low, high], register) in causes {
-        let mut slave = powered_after(PostMortem { cause, ..RECORD });
+        let mut slave = powered();
         let boot_up = slave.sent[0].frame;
         slave.clear();
+        slave.touch(|slave, _| slave.set_post_mortem(PostMortem { cause, ..RECORD }));
         slave.receive(NOMINAL, 0x701, &[5]);
         assert_eq!(
             payloads(&slave, 0x085),
@@ -49,8 +50,9 @@ fn the_last_reset_is_reported_once_after_the_boot_up_message() {
 /// Notices: ECSS 6.4a.1: a start without an error before it is reported as a software error.
 #[test]
 fn a_reset_without_a_cause_is_not_reported() {
-    let mut slave = powered_after(PostMortem::default());
+    let mut slave = powered();
     let boot_up = slave.sent[0].frame;
+    slave.touch(|slave, _| slave.set_post_mortem(PostMortem::default()));
     slave.transmitted(NOMINAL, boot_up);
     assert_eq!(payloads(&slave, 0x085), [[0; 8]; 0]);
     assert_eq!(read(&mut slave, 0x2032, 1), [0; 4]);
@@ -59,9 +61,8 @@ fn a_reset_without_a_cause_is_not_reported() {
 /// Verifies: ECSS 6.1a
 #[test]
 fn the_record_of_the_last_reset_is_in_the_dictionary() {
-    let mut slave = powered_after(RECORD);
-    let boot_up = slave.sent[0].frame;
-    slave.transmitted(NOMINAL, boot_up);
+    let mut slave = powered();
+    slave.touch(|slave, _| slave.set_post_mortem(RECORD));
     assert_eq!(read(&mut slave, 0x2032, 1), [1, 0, 0, 0]);
     assert_eq!(read(&mut slave, 0x2032, 2), [2, 0, 0, 0]);
     assert_eq!(read(&mut slave, 0x2032, 3), [0x45, 0x23, 0x01, 0x08]);

@@ -123,10 +123,10 @@ fn a_domain_streams_in_parts() {
             at += part.len();
         };
         client.download_from(MissionObjects::STORE, source.len(), fill).await?;
-        let back = RefCell::new(vec![]);
-        let sink = |part: &[u8]| back.borrow_mut().extend_from_slice(part);
+        let mut back = vec![];
+        let sink = |part: &[u8]| back.extend_from_slice(part);
         let len = client.upload_to(MissionObjects::STORE, 24 * 1024, sink).await?;
-        Ok::<_, Error>((len, back.into_inner()))
+        Ok::<_, Error>((len, back))
     });
     world.run_for(ms(1_500));
     let (_, back) = task.take().expect("it ended");
