@@ -5,8 +5,8 @@ pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
 pub use crate::nmt::Target;
 pub use crate::node::{
-    Communication, Device, DeviceNode, Identity, LOCAL_TIME, LOCAL_TIME_PDO, Master, MasterEvent, Node,
-    Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, SpacecraftDevice, TimeKeeper,
+    Communication, Device, DeviceNode, Identity, LOCAL_TIME, LOCAL_TIME_PDO, MASTER_TIME, Master,
+    MasterEvent, Node, Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, SpacecraftDevice, TimeKeeper,
 };
 pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo};

@@ -1,15 +1,14 @@
 //! The master of the demonstration mission: it commands each slave, and receives its telemetry and its local time.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME_PDO, Master};
+use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME_PDO, MASTER_TIME, Master};
 use ecss_can::od::{Objects, Record};
-use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo, Rpdo, Tpdo};
+use ecss_can::pdo::{PdoObjects, PdoSet, ReceivedPdo, Rpdo};
 use ecss_can::profile::Profile;
 #[cfg(not(feature = "standby"))]
 use ecss_can::redundancy::OneBoard;
 use ecss_can::redundancy::{Strap, TwoBoards};
 use ecss_can::store::ParameterStore;
-use ecss_can::time::{LocalScet, ScetGet};
 use ecss_can::types::{NodeId, Scet};
 
 use crate::{Message, MissionObjects};
@@ -25,13 +24,6 @@ pub const fn slot(node: NodeId) -> Option<usize> {
         id => Some((id - FIRST) as usize),
     }
 }
-
-/// The spacecraft time at the last SYNC, 181h (ECSS 7.2.3). Its period is that of the profile.
-const SPACECRAFT_TIME: Tpdo = Pdo::<()>::new(CobIdOf::fixed(0x181))
-    .map(LocalScet::SCET_GET.field(ScetGet::FINE))
-    .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
-    .transmit(1)
-    .transmission(1);
 
 /// Local times of all slaves, then their telemetry.
 const RPDOS: [Rpdo; 2 * SLAVES] = {
@@ -66,7 +58,7 @@ impl Device for CommanderObjects {
     type Pdos = PdoObjects<{ RPDOS.len() }, 1>;
     type Consumers = HeartbeatConsumers<SLAVES>;
 
-    const PDOS: PdoSet = PdoSet::new(&RPDOS, &[SPACECRAFT_TIME]);
+    const PDOS: PdoSet = PdoSet::new(&RPDOS, &[MASTER_TIME]);
 
     fn communication(id: NodeId) -> Communication {
         Communication {

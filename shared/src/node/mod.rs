@@ -82,7 +82,7 @@ pub use slave::Slave;
 pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
 pub use status::Status;
-pub use time_pdos::{LOCAL_TIME, LOCAL_TIME_PDO, SPACECRAFT_TIME};
+pub use time_pdos::{LOCAL_TIME, LOCAL_TIME_PDO, MASTER_TIME, SPACECRAFT_TIME};
 
 #[cfg(test)]
 mod tests {

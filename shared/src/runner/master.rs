@@ -50,7 +50,8 @@ pub trait MasterHandle {
     /// Runs the boot-up process with an assigned slave again, as if the slave had just been heard.
     fn boot(&self, node: NodeId);
 
-    /// Makes this bus the active one. Does nothing if it is active already.
+    /// Makes this bus the active one. Does nothing if it is active already. Leave at least two heartbeat periods between two
+    /// changes: a slave that hears heartbeats of the master on both buses in less time reports a second master (8150h).
     fn switch_to(&self, bus: Bus);
 
     /// Sets the spacecraft time, as of now.
