@@ -33,7 +33,7 @@ const TO_MAPPING: u16 = 0x200;
 const EXCLUDED: u32 = 1 << 31 | 1 << 29;
 
 /// First index of an object. Lower ones are data types: an RPDO that maps one skips bits of the length of that type (CiA 301, dummy mapping).
-const FIRST_OBJECT: u32 = 0x1000;
+pub const FIRST_OBJECT: u32 = 0x1000;
 
 /// PDOs of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -12,7 +12,7 @@ mod tests;
 
 use std::ops::RangeInclusive;
 
-use eds::pdos::{Field, Node, Pdo};
+use eds::pdos::{FIRST_OBJECT, Field, Node, Pdo};
 use eds::{DataSheet, Entry, Unreadable, Value};
 
 /// Bits of a COB-ID entry: not valid; 29-bit identifier; what an 11-bit identifier leaves zero.
@@ -192,12 +192,15 @@ impl Reader<'_> {
 
     /// The object of an entry of a mapping.
     fn field(&self, entry: u32, notes: &mut Vec<String>) -> Field {
-        let (index, sub) = ((entry >> 16) as u16, (entry >> 8) as u8);
+        let (index, sub, bits) = ((entry >> 16) as u16, (entry >> 8) as u8, entry & 0xFF);
+        if u32::from(index) < FIRST_OBJECT {
+            return Field { name: String::new(), data_type: 0, bits };
+        }
         let data_type = self.file.data_type(index, sub).unwrap_or_else(|wrong| {
             notes.push(format!("{wrong}; its values are shown in hexadecimal"));
             None
         });
-        Field { name: self.file.name(index, sub), data_type: data_type.unwrap_or(0), bits: entry & 0xFF }
+        Field { name: self.file.name(index, sub), data_type: data_type.unwrap_or(0), bits }
     }
 
     fn value(&self, index: u16, sub: u8) -> Result<Option<Value<'_>>, String> {
