@@ -1,8 +1,9 @@
 //! A page of documentation that leads through steps, followed to the letter.
 //!
 //! The info string of a block of code says what the block is: `sh` is run, `sh background` goes on running, `LANGUAGE PATH` is a
-//! file, and `text output` is what the command before it prints at its end. [`your_own`] are the steps of `docs/your-own.md`.
-//! The test `flights::page` follows them up to the one that needs Python, `tools::your_own` goes on from there.
+//! file, and `text output` is what the command before it prints at its end. [`your_own`] are the steps of `docs/your-own.md`,
+//! [`your_own_master`] those of `docs/your-own-master.md`. The test `flights::page` follows the first ones up to the one that needs Python, and
+//! then the others. `tools::your_own` follows those with Python.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -29,7 +30,7 @@ pub enum Step {
     Output(String),
 }
 
-/// Where `docs/your-own.md` says that this repository is.
+/// Where the pages say that this repository is.
 const REPOSITORY: &str = "../ecss-can";
 
 /// The steps of `docs/your-own.md`, with this repository where it is.
@@ -37,10 +38,22 @@ const REPOSITORY: &str = "../ecss-can";
 /// # Errors
 /// When the page cannot be read, has a block without a meaning, or does not name the repository.
 pub fn your_own() -> anyhow::Result<Vec<Step>> {
+    steps_of("docs/your-own.md")
+}
+
+/// The steps of `docs/your-own-master.md`, with this repository where it is. They continue in the folder of [`your_own`].
+///
+/// # Errors
+/// As [`your_own`].
+pub fn your_own_master() -> anyhow::Result<Vec<Step>> {
+    steps_of("docs/your-own-master.md")
+}
+
+fn steps_of(page: &str) -> anyhow::Result<Vec<Step>> {
     let root = root()?;
-    let page = fs::read_to_string(root.join("docs/your-own.md"))?;
-    ensure!(page.contains(REPOSITORY), "docs/your-own.md does not name {REPOSITORY}");
-    steps(&page.replace(REPOSITORY, &root.display().to_string()))
+    let text = fs::read_to_string(root.join(page))?;
+    ensure!(text.contains(REPOSITORY), "{page} does not name {REPOSITORY}");
+    steps(&text.replace(REPOSITORY, &root.display().to_string()))
 }
 
 fn root() -> anyhow::Result<&'static Path> {
@@ -139,9 +152,8 @@ impl Folder {
             Step::File(path, text) => self.write(path, text)?,
             Step::Run(commands) => {
                 self.printed = self.run(commands)?;
-                if commands.starts_with("cargo new") {
-                    self.keep_target("heater")?;
-                }
+                let made = commands.strip_prefix("cargo new ").and_then(|rest| rest.lines().next());
+                made.map_or(Ok(()), |package| self.keep_target(package))?;
             }
             Step::Output(expected) => ensure!(self.printed.ends_with(expected), "{}", self.printed),
             Step::Background(command) => bail!("the command goes on running: {command}"),
