@@ -27,7 +27,7 @@ pub const fn slot(node: NodeId) -> Option<usize> {
 }
 
 /// The spacecraft time at the last SYNC, 181h (ECSS 7.2.3). Its period is that of the profile.
-const SPACECRAFT_TIME: Tpdo = Pdo::<()>::new(CobIdOf::fixed(0x181))
+const SPACECRAFT_TIME: Tpdo = Pdo::<CommanderObjects>::new(CobIdOf::fixed(0x181))
     .map(LocalScet::SCET_GET.field(ScetGet::FINE))
     .map(LocalScet::SCET_GET.field(ScetGet::COARSE))
     .transmit(1)

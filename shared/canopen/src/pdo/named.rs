@@ -96,7 +96,7 @@ impl<D, T> Pdo<D, T> {
     /// Carries this value behind those before.
     ///
     /// # Panics
-    /// For a value that is not for PDOs, and beyond 64 bits. In a constant all panics of this module are compile errors.
+    /// For a value that is not for PDOs, after 8 values, and beyond 64 bits. In a constant all panics of this module are compile errors.
     #[track_caller]
     pub const fn map<V: Number, R, W>(self, field: Field<V, R, W>) -> Pdo<D, T::And<V>>
     where
@@ -113,7 +113,7 @@ impl<D, T> Pdo<D, T> {
     /// Carries a value for which the receiving device has no object (CiA 301 7.4.8.2, dummy mapping).
     ///
     /// # Panics
-    /// For a type without a dummy entry, and beyond 64 bits.
+    /// For a type without a dummy entry, after 8 values, and beyond 64 bits.
     #[track_caller]
     pub const fn skip<V: Number>(self) -> Pdo<D, T::And<V>>
     where
@@ -238,6 +238,9 @@ impl Carried {
     #[track_caller]
     const fn with(mut self, id: CobIdOf, at: Address, of: DataType, access: Option<Access>) -> Carried {
         let Some(bits) = of.bits() else { panic!("a number has a fixed size") };
+        if self.count as usize >= MAPPED {
+            tell_object(id.tell().text(" has 8 values before "), at).text(": at most 8 are allowed").refuse();
+        }
         let all = self.bits as u32 + bits as u32;
         if all > u64::BITS {
             let with = tell_object(id.tell().text(" with "), at).text(" has ").number(all);
