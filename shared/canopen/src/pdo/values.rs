@@ -40,7 +40,7 @@ fn put<V: Number>(payload: &mut u64, filled: &mut u32, value: V) {
 
 macro_rules! values {
     ($($value:ident)*) => {
-        #[allow(non_snake_case, unused_variables, unused_mut)]
+        #[allow(non_snake_case, unused_variables, unused_mut, clippy::unused_unit)]
         impl<$($value: Number),*> Values for ($($value,)*) {
             fn unpack(payload: u64) -> Self {
                 let mut rest = payload;
