@@ -1,7 +1,7 @@
 //! Expands `#[derive(Record)]`.
 
 use proc_macro2::TokenStream;
-use quote::{quote, quote_spanned};
+use quote::{ToTokens, quote, quote_spanned};
 use syn::{DeriveInput, Error, LitInt};
 
 use crate::attribute::{Attribute, Shape};
@@ -47,7 +47,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
             values.extend(field::initial_constant(input, field, &attribute));
             is_empty = false;
             numbers.extend(attribute.value(254).map(|number| (number, attribute.number.span())));
-            subs.extend(sub(field, &attribute, &mut errors));
+            subs.extend(sub(input, field, &attribute, &mut errors));
         }
     }
     if is_empty {
@@ -142,7 +142,12 @@ fn implementation(
 }
 
 /// `None` after an error.
-pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option<Sub> {
+pub fn sub(
+    input: &DeriveInput,
+    field: &syn::Field,
+    attribute: &Attribute,
+    errors: &mut Errors,
+) -> Option<Sub> {
     let krate = path::canopen();
     let name = &field.ident;
     let (title, number) = (errors.take(field::title(field)), errors.take(attribute.value(254)));
@@ -178,7 +183,7 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
         attribute.qualified(&field.ty, quote!(#krate::od::Entry::of::<#value>(#first, #count, #access)));
     let same_error = field::same_error(value);
     let arm = |value: TokenStream| quote!(#pattern => #value,);
-    let access_types = attribute.access_types();
+    let (filled, access_types) = (instance::filled(input, value.to_token_stream()), attribute.access_types());
     let (read, written) = attribute.directions();
     Some(Sub {
         number,
@@ -187,7 +192,7 @@ pub fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Op
         constant: field::constant(
             field,
             &format!("sub-index {first}"),
-            &quote!(#krate::od::SubIndex<Self, #value, #access_types>),
+            &quote!(#krate::od::SubIndex<Self, #filled, #access_types>),
             &quote!(#krate::od::SubIndex::new(#first, #count)),
         ),
         arm: arm(quote!({

@@ -4,15 +4,15 @@
 //! PDO of the same object.
 
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{ToTokens, quote};
 use syn::{DeriveInput, Field, Type, TypeArray};
 
 use crate::attribute::{Attribute, Shape};
 use crate::errors::Errors;
 use crate::field::{self, Declared};
 use crate::objects::{self, Object, element};
-use crate::path;
 use crate::record::{self, Sub};
+use crate::{instance, path};
 
 /// Returns the objects of a declaration in rising order, and the types of its groups.
 pub fn objects(input: &DeriveInput) -> (Vec<Object<'_>>, Vec<&Type>) {
@@ -42,10 +42,10 @@ pub fn subs(input: &DeriveInput) -> Vec<Sub> {
     let sub = |field| match field::declared(field, "sub", None) {
         Ok(Declared::Skipped | Declared::Misspelled("skip")) => None,
         Ok(Declared::Value(attribute)) => {
-            let right = without_error(|errors| record::sub(field, &attribute, errors));
-            Some(right.unwrap_or_else(|| sub_of(field)))
+            let right = without_error(|errors| record::sub(input, field, &attribute, errors));
+            Some(right.unwrap_or_else(|| sub_of(input, field)))
         }
-        _ => Some(sub_of(field)),
+        _ => Some(sub_of(input, field)),
     };
     fields(input).filter_map(sub).collect()
 }
@@ -103,7 +103,7 @@ fn object_of(field: &Field, is_free: impl Fn(u16) -> bool) -> Object<'_> {
     }
 }
 
-fn sub_of(field: &Field) -> Sub {
+fn sub_of(input: &DeriveInput, field: &Field) -> Sub {
     let krate = path::canopen();
     let attribute = field::sketched(field, "sub");
     let number = attribute.value(254).unwrap_or(254);
@@ -113,7 +113,7 @@ fn sub_of(field: &Field) -> Sub {
         None if attribute.in_a_row => (&field.ty, quote!(255 - #first)),
         None => (&field.ty, quote!(1)),
     };
-    let access_types = attribute.access_types();
+    let (filled, access_types) = (instance::filled(input, value.to_token_stream()), attribute.access_types());
     Sub {
         number,
         entry: entry(first, count.clone()),
@@ -121,7 +121,7 @@ fn sub_of(field: &Field) -> Sub {
         constant: field::constant(
             field,
             "unknown",
-            &quote!(#krate::od::SubIndex<Self, #value, #access_types>),
+            &quote!(#krate::od::SubIndex<Self, #filled, #access_types>),
             &quote!(#krate::od::SubIndex::new(#first, #count)),
         ),
         arm: TokenStream::new(),

@@ -25,6 +25,7 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
 
     /// ECSS 6.10d, k.
     const IS_GUARDED: bool = true;
+    const HAS_TWO_BUSES: bool = true;
     const LAST_RULED: u16 = REDUNDANCY;
     /// A receiver's clock is late by what a frame with the time waits.
     const SHORT_LIFETIME: Duration = Duration::from_millis(5);

@@ -24,7 +24,7 @@ use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Scet, earliest};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Scet};
 
 /// CANopen part of a slave of a spacecraft.
 type Core<D> = SlaveCore<D, Spacecraft>;
@@ -127,8 +127,10 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.run_budget(turn);
         self.canopen.poll(self.redundancy.selected(), turn);
         self.canopen.set_filters(&Bus::ALL, turn);
-        let due = [self.redundancy.deadline(), self.budget.deadline(), self.canopen.due()];
-        self.canopen.services.wakes.set(earliest(&due));
+        let mut wakes = self.canopen.due();
+        self.redundancy.settle(&mut wakes);
+        self.budget.settle(&mut wakes);
+        self.canopen.services.wakes = wakes;
     }
 
     /// Returns the state of the node at `now`.

@@ -51,7 +51,7 @@ impl PdoEvent for MasterEvent {
 
 /// Bus, number and payload of each event that is one of a receive PDO, `None` for the others.
 pub fn pdos(events: &[impl PdoEvent]) -> Vec<Option<(Bus, u16, [u8; 8])>> {
-    let told = |pdo: &ReceivedPdo| (pdo.bus, pdo.number(), pdo.data);
+    let told = |pdo: &ReceivedPdo| (pdo.bus(), pdo.number(), pdo.data);
     events.iter().map(|event| event.pdo().map(told)).collect()
 }
 

@@ -72,8 +72,8 @@ impl Device for Heater {
     type Consumers = HeartbeatConsumers<2>;
 
     const PDOS: PdoSet = PdoSet::new(
-        &[Pdo::<()>::new(CobIdOf::node(0x200)).map(Heater::POWER).receive(1)],
-        &[Pdo::<()>::new(CobIdOf::node(0x180)).map(Heater::TEMPERATURE).transmit(1)],
+        &[Pdo::<Self>::new(CobIdOf::node(0x200)).map(Heater::POWER).receive(1)],
+        &[Pdo::<Self>::new(CobIdOf::node(0x180)).map(Heater::TEMPERATURE).transmit(1)],
     );
 
     fn communication(id: NodeId) -> Communication {

@@ -129,9 +129,14 @@ impl NodeControl {
 
     /// Returns the heartbeat when it is due.
     pub fn poll(&mut self, now: Instant) -> Option<Frame> {
-        let frame = self.heartbeat.poll(now, self.reporting_state())?;
+        let frame = self.poll_on_time(now)?;
         self.heartbeat.arrange_next();
         Some(frame)
+    }
+
+    /// Returns the heartbeat when it is due. The next one is on time.
+    pub(crate) fn poll_on_time(&mut self, now: Instant) -> Option<Frame> {
+        self.heartbeat.poll(now, self.reporting_state())
     }
 
     /// Returns when the next heartbeat is due.

@@ -106,6 +106,11 @@ impl BusOffRecovery {
         Some(RecoveryStep::Recover)
     }
 
+    /// Returns when a step is due, [`Instant::NEVER`] if none is.
+    pub(crate) const fn due(&self) -> Instant {
+        self.due
+    }
+
     /// Returns when a step is due.
     pub fn deadline(&self) -> Option<Instant> {
         (self.due < Instant::NEVER).then_some(self.due)

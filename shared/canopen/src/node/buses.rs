@@ -5,7 +5,7 @@ use crate::link::bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
 use crate::node::{BusCommand, LinkEvent, Outbox, Turn};
-use crate::types::{Bus, Instant, PerBus, earliest};
+use crate::types::{Bus, Instant, PerBus};
 
 /// Both buses of a node.
 #[derive(Clone, Debug)]
@@ -145,6 +145,7 @@ impl Buses {
 
     /// Returns when a recovery is due.
     pub fn deadline(&self) -> Option<Instant> {
-        earliest(&[self.recovery.nominal.deadline(), self.recovery.redundant.deadline()])
+        let due = self.recovery.nominal.due().min(self.recovery.redundant.due());
+        (due < Instant::NEVER).then_some(due)
     }
 }

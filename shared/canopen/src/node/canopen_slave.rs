@@ -135,7 +135,7 @@ impl<D: Device> CanopenSlave<D> {
         }
         self.canopen.poll(BUS, turn);
         self.canopen.set_filters(&[BUS], turn);
-        self.canopen.services.wakes.set(self.canopen.due());
+        self.canopen.services.wakes = self.canopen.due();
     }
 }
 
@@ -163,18 +163,18 @@ impl<D: Device> Node for CanopenSlave<D> {
         self.run(turn);
     }
 
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
+    fn on_link(&mut self, _bus: Bus, event: &LinkEvent, turn: &mut Turn) {
         if let LinkEvent::Received { frame, stamp } = event {
-            return self.on_received(bus, frame, stamp, turn);
+            return self.on_received(BUS, frame, stamp, turn);
         }
-        self.canopen.on_bus_event(bus, true, event, turn);
+        self.canopen.on_bus_event(BUS, true, event, turn);
         // On one bus an acknowledgement is all that there is to know.
         self.canopen.services.dictionary.emcy.no_sooner().confirm();
         self.run(turn);
     }
 
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.canopen.services.counters.received(bus);
+    fn on_received(&mut self, _bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        self.canopen.services.counters.received(BUS);
         // A frame is judged by its end.
         turn.until = stamp.at.min(turn.now);
         self.run(turn);
@@ -182,7 +182,7 @@ impl<D: Device> Node for CanopenSlave<D> {
         if self.canopen.may_take(frame.id()) || D::RAW_FRAMES.contains(&frame.id()) {
             self.on_frame(frame, stamp, turn);
         } else {
-            self.canopen.services.counters.ignored(bus);
+            self.canopen.services.counters.ignored(BUS);
         }
     }
 

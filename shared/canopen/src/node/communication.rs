@@ -5,7 +5,7 @@ use crate::heartbeat::HeartbeatProducer;
 use crate::nmt::NmtObjects;
 use crate::od::{Objects, Record};
 use crate::sync::SyncObjects;
-use crate::types::NodeId;
+use crate::types::{CobId, NodeId};
 
 /// Communication profile of a node, without its heartbeat consumers and PDOs: their number depends on the device.
 /// The module of each service declares its objects.
@@ -51,7 +51,9 @@ pub struct Communication {
 impl Communication {
     /// Makes the objects with the defaults of a node.
     pub fn new(node: NodeId) -> Self {
-        Self { emcy: EmcyObjects::new(node), ..Self::default() }
+        let mut all = Self::default();
+        all.emcy.cob_id = CobId::emcy(node).raw().into();
+        all
     }
 }
 

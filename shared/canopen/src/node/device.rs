@@ -92,6 +92,19 @@ pub trait Device: Objects + DeviceObjects + Default + 'static {
     }
 }
 
+/// Returns whether a transmit PDO of the device is declared as a [state](crate::pdo::Tpdo::state). The image of a device
+/// without states has no code for them.
+pub(super) const fn has_states<D: Device>() -> bool {
+    let (tpdos, mut nth) = (D::PDOS.tpdos(), 0);
+    while nth < tpdos.len() {
+        if tpdos[nth].pdo().is_state() {
+            return true;
+        }
+        nth += 1;
+    }
+    false
+}
+
 /// Objects that are declared as those of a device: by `#[objects(device)]`, which also has them checked.
 #[diagnostic::on_unimplemented(
     message = "the declaration of `{Self}` does not say that it is a device",

@@ -16,6 +16,9 @@ pub struct SaveEnd {
 
 /// Parameter store as a node uses it.
 pub trait Storage: core::fmt::Debug + Default {
+    /// `false`: the node has no objects 1010h and 1011h.
+    const HAS_OBJECTS: bool = true;
+
     /// Returns whether there is a store.
     fn is_there(&self) -> bool;
 
@@ -63,6 +66,8 @@ pub trait Storage: core::fmt::Debug + Default {
 pub struct NoStore;
 
 impl Storage for NoStore {
+    const HAS_OBJECTS: bool = false;
+
     fn is_there(&self) -> bool {
         false
     }

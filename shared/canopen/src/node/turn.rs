@@ -50,16 +50,26 @@ impl Wakes {
 
     /// Takes what is due from `other`, which has nothing left.
     pub fn take(&mut self, other: &mut Wakes) {
-        self.lower(Some(core::mem::replace(other, Wakes::never()).0));
+        self.lower(core::mem::replace(other, Wakes::never()).0);
     }
 
     // Rows `instructions.sdo_upload` and `size.pyboard-v11.slave.flash`: on a chip of 32 bits a call is shorter.
     #[cfg_attr(not(target_os = "none"), inline)]
     #[cfg_attr(target_os = "none", inline(never))]
-    fn lower(&mut self, deadline: Option<Instant>) {
-        if let Some(deadline) = deadline {
-            self.0 = self.0.min(deadline);
+    fn lower(&mut self, deadline: Instant) {
+        if deadline < self.0 {
+            self.0 = deadline;
         }
+    }
+
+    /// Returns the instant, `None` if nothing is due.
+    pub fn deadline(&self) -> Option<Instant> {
+        (self.0 < Instant::NEVER).then_some(self.0)
+    }
+
+    /// Notes a deadline, if there is one.
+    pub fn note(&mut self, deadline: Option<Instant>) {
+        self.lower(deadline.unwrap_or(Instant::NEVER));
     }
 
     /// Notes the earliest deadline of all parts, after each of them has run.
@@ -102,7 +112,7 @@ impl<T: Part> Timed<T> {
     /// Lets the node run at the deadline of the part, after a change through [`Timed::no_sooner`] that may have made it
     /// earlier after all.
     pub fn settle(&self, wakes: &mut Wakes) {
-        wakes.lower(self.0.earliest());
+        wakes.lower(self.0.earliest().unwrap_or(Instant::NEVER));
     }
 
     /// Lends the part for a change that makes nothing due earlier, or within a run of the node, which looks at all deadlines

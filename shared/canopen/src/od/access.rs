@@ -20,6 +20,10 @@ pub enum Transfer {
 ///
 /// A refused access changes nothing.
 pub trait ObjectAccess {
+    /// `false`: no value is written in parts, so that [`ObjectAccess::download`] never returns [`Transfer::Stream`]. The image
+    /// of a server for such a dictionary has no code for it.
+    const TAKES_PARTS: bool = true;
+
     /// Begins an upload. Returns the number of bytes and the way in which they move.
     ///
     /// # Errors

@@ -24,6 +24,29 @@ impl Declared {
         count
     }
 
+    /// Returns whether one of the values is a DOMAIN, which moves in parts.
+    pub const fn has_domains(&self) -> bool {
+        let mut nth = 0;
+        while nth < self.objects.len() {
+            let (entries, mut number) = (self.objects[nth].entries, 0);
+            while number < entries.len() {
+                if entries[number].size == 0 {
+                    return true;
+                }
+                number += 1;
+            }
+            nth += 1;
+        }
+        let mut nth = 0;
+        while nth < self.groups.len() {
+            if self.groups[nth].has_domains() {
+                return true;
+            }
+            nth += 1;
+        }
+        false
+    }
+
     /// Finds the entry of a value. Returns the number of the object, the number of the instance for consecutive
     /// objects, and the entry, as [`Objects::find`](super::Objects::find) does.
     pub const fn find(&self, at: Address) -> Option<(u16, u16, &'static Entry)> {
@@ -51,14 +74,13 @@ impl Declared {
     /// The object with this index, its number beyond `before`, and which it is of several in a row. One function
     /// for all dictionaries: what each has of its own is data.
     pub(super) fn object(&'static self, index: u16, before: &mut u16) -> Option<(&'static Object, u16, u16)> {
-        let after = self.objects.partition_point(|object| object.index <= index);
-        if let Some(number) = after.checked_sub(1)
-            && let Some(object) = self.objects.get(number)
-            && index.wrapping_sub(object.index) < object.count
-        {
-            return Some((object, before.wrapping_add(number as u16), index.wrapping_sub(object.index)));
+        for object in self.objects {
+            let instance = index.wrapping_sub(object.index);
+            if instance < object.count {
+                return Some((object, *before, instance));
+            }
+            *before = before.wrapping_add(1);
         }
-        *before = before.wrapping_add(self.objects.len() as u16);
         self.groups.iter().find_map(|group| group.object(index, before))
     }
 

@@ -25,7 +25,8 @@ pub enum Untyped {}
 /// Number of the object dictionary: a value of a fixed size of at most eight bytes.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a number of the object dictionary",
-    note = "a string or a DOMAIN moves as bytes: `read_bytes`, `write_bytes`, `upload_to`, `download_from`"
+    note = "no PDO carries a string or a DOMAIN; SDO clients move it as bytes, by `read_bytes` and `write_bytes`",
+    note = "the values of a record have their types by `field`, not by `sub`"
 )]
 pub trait Number: Typed + Copy + Default {
     /// Returns the number that the low bits are.

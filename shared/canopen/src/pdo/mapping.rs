@@ -116,8 +116,8 @@ impl Layout {
     /// or not in this direction, or if its type has another number of bits. [`AbortCode::PdoLength`] for more than
     /// [`MAPPED`] entries or 64 bits.
     pub fn new<D: Objects>(direction: Direction, entries: &[u32]) -> Result<Layout, AbortCode> {
-        let (mut layout, mut bits, mut least) = (Layout::EMPTY, 0_u32, 0);
-        let mut slots = layout.slots.iter_mut();
+        let (mut slots, mut bits, mut least) = ([Slot::UNUSED; MAPPED], 0_u32, 0);
+        let mut rest = slots.iter_mut();
         let mut last: Option<(&mut Slot, u8)> = None;
         for (number, entry) in entries.iter().enumerate() {
             let (slot, row, is_optional) = resolve::<D>(direction, *entry)?;
@@ -131,13 +131,12 @@ impl Layout {
                 && let Some(joined) = before.with(slot)
             {
                 **before = joined;
-            } else if let Some(free) = slots.next() {
+            } else if let Some(free) = rest.next() {
                 *free = slot;
                 last = Some((free, row));
             }
         }
-        (layout.bytes, layout.least) = (bits.div_ceil(8) as u8, least.div_ceil(8) as u8);
-        Ok(layout)
+        Ok(Layout { slots, bytes: bits.div_ceil(8) as u8, least: least.div_ceil(8) as u8 })
     }
 
     /// Returns the data bytes of the PDO, `0..=8`. The last one may be mapped in part.

@@ -3,7 +3,8 @@
 use core::fmt;
 use core::marker::PhantomData;
 
-use super::planned::{Rpdo, Tpdo, tell_object};
+use super::carried::{Carried, tell_object};
+use super::planned::{Rpdo, Tpdo};
 use super::values::{Append, Values};
 use super::{CobIdOf, Direction, MAPPED};
 use crate::od::{Access, DataType, Field, Number, Reason};
@@ -47,6 +48,8 @@ use crate::types::{Address, CobId, Frame, NodeId};
 pub struct Pdo<D, T = ()> {
     cob_id: CobIdOf,
     carried: Carried,
+    /// Access rights of the values. `None`: the value has no object.
+    access: [Option<Access>; MAPPED],
     of: PhantomData<fn(D, T)>,
 }
 
@@ -88,7 +91,7 @@ impl<T> fmt::Debug for NodePdo<T> {
 impl<D> Pdo<D> {
     /// Makes a PDO that carries nothing yet.
     pub const fn new(cob_id: CobIdOf) -> Self {
-        Pdo { cob_id, carried: Carried::NOTHING, of: PhantomData }
+        Pdo { cob_id, carried: Carried::NOTHING, access: [None; MAPPED], of: PhantomData }
     }
 }
 
@@ -96,7 +99,7 @@ impl<D, T> Pdo<D, T> {
     /// Carries this value behind those before.
     ///
     /// # Panics
-    /// For a value that is not for PDOs, and beyond 64 bits. In a constant all panics of this module are compile errors.
+    /// For a value that is not for PDOs, after 8 values, and beyond 64 bits. In a constant all panics of this module are compile errors.
     #[track_caller]
     pub const fn map<V: Number, R, W>(self, field: Field<V, R, W>) -> Pdo<D, T::And<V>>
     where
@@ -106,14 +109,13 @@ impl<D, T> Pdo<D, T> {
         if !entry.is_mappable() {
             tell_object(Reason::new(""), at).text(" is not for PDOs: add `pdo` to its declaration").refuse();
         }
-        let carried = self.carried.with(self.cob_id, at, entry.data_type, Some(entry.access));
-        Pdo { cob_id: self.cob_id, carried, of: PhantomData }
+        self.with(at, entry.data_type, Some(entry.access))
     }
 
     /// Carries a value for which the receiving device has no object (CiA 301 7.4.8.2, dummy mapping).
     ///
     /// # Panics
-    /// For a type without a dummy entry, and beyond 64 bits.
+    /// For a type without a dummy entry, after 8 values, and beyond 64 bits.
     #[track_caller]
     pub const fn skip<V: Number>(self) -> Pdo<D, T::And<V>>
     where
@@ -122,8 +124,7 @@ impl<D, T> Pdo<D, T> {
         if DataType::of_dummy(V::TYPE.index()).is_none() {
             panic!("only BOOLEAN and integers of 8, 16 and 32 bits can be skipped");
         }
-        let carried = self.carried.with(self.cob_id, Address::new(V::TYPE.index(), 0), V::TYPE, None);
-        Pdo { cob_id: self.cob_id, carried, of: PhantomData }
+        self.with(Address::new(V::TYPE.index(), 0), V::TYPE, None)
     }
 
     /// Makes it receive PDO 1 to 512 of the device.
@@ -132,7 +133,7 @@ impl<D, T> Pdo<D, T> {
     /// For another number, and if no receive PDO may carry one of the values.
     #[track_caller]
     pub const fn receive(self, number: u16) -> Rpdo {
-        self.carried.assert_allowed(Direction::Receive);
+        self.assert_allowed(Direction::Receive);
         Rpdo::new(number, self.cob_id, self.carried)
     }
 
@@ -142,8 +143,36 @@ impl<D, T> Pdo<D, T> {
     /// For another number, for the COB-ID of the node's own EMCY, and if no transmit PDO may carry one of the values.
     #[track_caller]
     pub const fn transmit(self, number: u16) -> Tpdo {
-        self.carried.assert_allowed(Direction::Transmit);
+        self.assert_allowed(Direction::Transmit);
         Tpdo::new(number, self.cob_id, self.carried)
+    }
+
+    #[track_caller]
+    const fn with<U>(self, at: Address, of: DataType, access: Option<Access>) -> Pdo<D, U> {
+        let (carried, mut all) = (self.carried.with(self.cob_id, at, of), self.access);
+        all[self.carried.count as usize] = access;
+        Pdo { cob_id: self.cob_id, carried, access: all, of: PhantomData }
+    }
+
+    #[track_caller]
+    const fn assert_allowed(&self, direction: Direction) {
+        let mut nth = 0;
+        while let Some((at, _)) = self.carried.nth(nth) {
+            let object = tell_object(Reason::new(""), at);
+            match (direction, self.access[nth]) {
+                (Direction::Receive, None) => {}
+                (Direction::Transmit, None) => object.text(" is a gap, for receive PDOs alone").refuse(),
+                (_, Some(access)) if direction.allows(access) => {}
+                (_, Some(access)) => {
+                    let allowed = match direction {
+                        Direction::Receive => "`: a receive PDO carries `wo`, `rw` and `rww`",
+                        Direction::Transmit => "`: a transmit PDO carries `ro`, `rw`, `rwr` and `constant`",
+                    };
+                    object.text(" is `").text(access.word()).text(allowed).refuse();
+                }
+            }
+            nth += 1;
+        }
     }
 
     /// Returns the PDO of the device at `node`.
@@ -173,7 +202,7 @@ impl<T> NodePdo<T> {
                 2.. => DataType::Unsigned16,
                 _ => DataType::Unsigned8,
             };
-            carried = carried.with(cob_id, Address::new(of.index(), 0), of, None);
+            carried = carried.with(cob_id, Address::new(of.index(), 0), of);
         }
         Rpdo::new(number, cob_id, carried)
     }
@@ -219,77 +248,5 @@ impl<T: Values> Received for NodePdo<T> {
 
     fn declared_as(self) -> CobIdOf {
         CobIdOf::of_node(self.cob_id)
-    }
-}
-
-/// What a PDO carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Carried {
-    bits: u8,
-    count: u8,
-    mapping: [u32; MAPPED],
-    /// Access rights of the values. `None`: the value has no object.
-    access: [Option<Access>; MAPPED],
-}
-
-impl Carried {
-    const NOTHING: Carried = Carried { bits: 0, count: 0, mapping: [0; MAPPED], access: [None; MAPPED] };
-
-    #[track_caller]
-    const fn with(mut self, id: CobIdOf, at: Address, of: DataType, access: Option<Access>) -> Carried {
-        let Some(bits) = of.bits() else { panic!("a number has a fixed size") };
-        let all = self.bits as u32 + bits as u32;
-        if all > u64::BITS {
-            let with = tell_object(id.tell().text(" with "), at).text(" has ").number(all);
-            with.text(" bits: at most 64 are allowed").refuse();
-        }
-        let nth = self.count as usize;
-        self.mapping[nth] = (at.index as u32) << 16 | (at.sub as u32) << 8 | bits as u32;
-        self.access[nth] = access;
-        (self.count, self.bits) = (self.count + 1, all as u8);
-        self
-    }
-
-    #[track_caller]
-    const fn assert_allowed(&self, direction: Direction) {
-        let mut nth = 0;
-        while let Some((at, _)) = self.nth(nth) {
-            let object = tell_object(Reason::new(""), at);
-            match (direction, self.access[nth]) {
-                (Direction::Receive, None) => {}
-                (Direction::Transmit, None) => object.text(" is a gap, for receive PDOs alone").refuse(),
-                (_, Some(access)) if direction.allows(access) => {}
-                (_, Some(access)) => {
-                    let allowed = match direction {
-                        Direction::Receive => "`: a receive PDO carries `wo`, `rw` and `rww`",
-                        Direction::Transmit => "`: a transmit PDO carries `ro`, `rw`, `rwr` and `constant`",
-                    };
-                    object.text(" is `").text(access.word()).text(allowed).refuse();
-                }
-            }
-            nth += 1;
-        }
-    }
-
-    const fn bytes(&self) -> u8 {
-        self.bits.div_ceil(8)
-    }
-
-    pub const fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    /// Address and bits of a value that it carries; `None` behind the last.
-    pub const fn nth(&self, nth: usize) -> Option<(Address, u8)> {
-        if nth >= self.count as usize {
-            return None;
-        }
-        let [index_high, index_low, sub, bits] = self.mapping[nth].to_be_bytes();
-        Some((Address::new(u16::from_be_bytes([index_high, index_low]), sub), bits))
-    }
-
-    /// Returns the mapped values in the form of objects 1600h and 1A00h.
-    pub fn mapping(&self) -> &[u32] {
-        self.mapping.get(..usize::from(self.count)).unwrap_or(&self.mapping)
     }
 }

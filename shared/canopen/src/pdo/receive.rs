@@ -355,7 +355,6 @@ impl Configured {
     }
 
     /// The values of a frame take effect. Returns whether all were within their limits.
-    #[inline(always)]
     fn apply<D: Objects>(&mut self, data: u64, objects: &mut D) -> bool {
         let all = self.layout.unpack(objects, data);
         if !all || self.errors != 0 {

@@ -25,12 +25,13 @@ use crate::types::{Bus, Duration, Instant, NodeId};
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct ReceivedPdo {
-    pdo: SetRpdo,
-    /// Bus on which it arrived.
-    pub bus: Bus,
+    // An event is moved in words: the parts are those of `SetRpdo` and of `Bus` without their padding.
+    set: &'static PdoSet,
+    number: u16,
+    is_redundant: bool,
     /// Payload, zero above its length. The dictionary may already have a newer one.
     pub data: [u8; 8],
-    /// End of the frame, microseconds. Its low bits are enough: an event is moved in words, and they are few.
+    /// End of the frame, microseconds: the low bits are enough.
     at: u32,
 }
 
@@ -44,23 +45,29 @@ pub struct SetRpdo {
 impl ReceivedPdo {
     /// Makes the event of receive PDO `number` of a set (0 is the first), whose frame ended at `at`.
     pub fn new(set: &'static PdoSet, number: u16, bus: Bus, data: [u8; 8], at: Instant) -> Self {
-        ReceivedPdo { pdo: SetRpdo { set, number }, bus, data, at: at.as_micros() as u32 }
+        let is_redundant = bus == Bus::Redundant;
+        ReceivedPdo { set, number, is_redundant, data, at: at.as_micros() as u32 }
+    }
+
+    /// Returns the bus on which it arrived.
+    pub const fn bus(&self) -> Bus {
+        if self.is_redundant { Bus::Redundant } else { Bus::Nominal }
     }
 
     /// Returns the values if it is this PDO. They are those of the frame, by the declaration: a client that maps others does
     /// not change their meaning here.
     pub fn get<P: Received>(&self, pdo: P) -> Option<P::Values> {
-        self.pdo.is(pdo).then(|| P::Values::unpack(u64::from_le_bytes(self.data)))
+        self.is(pdo).then(|| P::Values::unpack(u64::from_le_bytes(self.data)))
     }
 
     /// Returns whether it is this PDO.
     pub fn is(&self, pdo: impl Received) -> bool {
-        self.pdo.is(pdo)
+        self.name().is(pdo)
     }
 
     /// Returns sender and values if it is this PDO of any node.
     pub fn from<D, T: Values>(&self, pdo: Pdo<D, T>) -> Option<(NodeId, T)> {
-        let node = pdo.cob_id().node_of(self.pdo.declared()?)?;
+        let node = pdo.cob_id().node_of(self.name().declared()?)?;
         Some((node, T::unpack(u64::from_le_bytes(self.data))))
     }
 
@@ -71,7 +78,11 @@ impl ReceivedPdo {
 
     /// Returns the number of the PDO in its device; 0 is the first.
     pub const fn number(&self) -> u16 {
-        self.pdo.number
+        self.number
+    }
+
+    const fn name(&self) -> SetRpdo {
+        SetRpdo { set: self.set, number: self.number }
     }
 }
 
@@ -105,7 +116,7 @@ impl fmt::Debug for SetRpdo {
 
 impl fmt::Debug for ReceivedPdo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:?} on {:?}: {:02X?}", self.pdo, self.bus, self.data)
+        write!(f, "{:?} on {:?}: {:02X?}", self.name(), self.bus(), self.data)
     }
 }
 
@@ -119,6 +130,6 @@ impl defmt::Format for SetRpdo {
 #[cfg(feature = "defmt")]
 impl defmt::Format for ReceivedPdo {
     fn format(&self, f: defmt::Formatter<'_>) {
-        defmt::write!(f, "{} on {}: {=[u8; 8]:02X}", self.pdo, self.bus, self.data);
+        defmt::write!(f, "{} on {}: {=[u8; 8]:02X}", self.name(), self.bus(), self.data);
     }
 }

@@ -16,7 +16,7 @@
 //! Transmission type and event timer may change while valid; they take effect at once.
 
 use super::{Direction, Layout};
-use crate::od::{CobIdEntry, EntryUse, INVALID, NO_REMOTE, Objects};
+use crate::od::{CobIdEntry, EntryUse, INVALID, NO_REMOTE, Objects, Record};
 use crate::pdo::{MAPPED, Mapping, PdoParameters};
 use crate::types::{AbortCode, CobId};
 
@@ -40,14 +40,10 @@ pub fn parameters(
 ) -> Result<PdoParameters, AbortCode> {
     let mut new = *old;
     check(direction, old.cob_id, sub, value)?;
-    match (sub, direction) {
-        (1, _) => new.cob_id = value,
-        (2, _) => new.transmission = value as u8,
-        (3, _) => new.inhibit = value as u16,
-        (5, _) => new.event_timer = value as u16,
-        (6, Direction::Transmit) => new.sync_start = value as u8,
-        _ => return Err(AbortCode::NoSubIndex),
-    }
+    // A receive PDO has no SYNC start value.
+    let is_there = sub != 6 || direction == Direction::Transmit;
+    let field = new.variable(sub).filter(|_| is_there).ok_or(AbortCode::NoSubIndex)?;
+    field.set_bits(value.into());
     Ok(new)
 }
 

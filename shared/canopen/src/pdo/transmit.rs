@@ -82,6 +82,12 @@ impl Configured {
         is_state: false,
     };
 
+    /// Not valid any more.
+    #[inline(never)] // row `size.canopen_only`: it has two callers, both of them rare
+    fn invalidate(&mut self) {
+        *self = Configured { is_state: self.is_state, ..Configured::INVALID };
+    }
+
     /// Not valid.
     fn is_none(&self) -> bool {
         self.id == Sealed::NONE
@@ -169,7 +175,7 @@ impl<S: PdoSlots> Tpdos<S> {
     /// Makes all TPDOs invalid.
     pub fn clear(&mut self) {
         for pdo in self.pdos.as_mut() {
-            *pdo = Configured { is_state: pdo.is_state, ..Configured::INVALID };
+            pdo.invalidate();
         }
         self.index();
     }
@@ -194,7 +200,7 @@ impl<S: PdoSlots> Tpdos<S> {
         }
         let pdo = self.pdos.as_mut().get_mut(number).ok_or(AbortCode::NoObject)?;
         let old = *pdo;
-        *pdo = Configured { is_state: old.is_state, ..Configured::INVALID };
+        pdo.invalidate();
         if let Some((id, layout)) = resolved {
             (pdo.id, pdo.layout) = (Sealed::of(id), layout);
             (pdo.transmission, pdo.sync_start) = (parameters.transmission, parameters.sync_start);
@@ -242,12 +248,17 @@ impl<S: PdoSlots> Tpdos<S> {
 
     /// Notes that Operational is entered.
     pub fn start(&mut self, now: Instant) {
+        self.start_timers(now);
+        self.send_states(now);
+    }
+
+    /// Notes that Operational is entered, and sends no state.
+    pub(crate) fn start_timers(&mut self, now: Instant) {
         self.operational = true;
         for pdo in self.pdos.as_mut() {
             pdo.start(now);
             self.next = self.next.min(pdo.due);
         }
-        self.send_states(now);
     }
 
     /// Sends all states from `at` on, one every 10 ms: the receivers may not have heard the last ones.

@@ -11,8 +11,7 @@ pub trait Values: Sized {
     fn pack(self) -> u64;
 }
 
-/// Values behind which a PDO may carry one more.
-#[diagnostic::on_unimplemented(message = "a PDO carries at most 8 values", label = "the ninth value")]
+/// Values behind which a PDO carries one more.
 pub trait Append: Values {
     /// These values, and one of type `V` behind them.
     type And<V: Number>: Values;
@@ -41,7 +40,7 @@ fn put<V: Number>(payload: &mut u64, filled: &mut u32, value: V) {
 
 macro_rules! values {
     ($($value:ident)*) => {
-        #[allow(non_snake_case, unused_variables, unused_mut)]
+        #[allow(non_snake_case, unused_variables, unused_mut, clippy::unused_unit)]
         impl<$($value: Number),*> Values for ($($value,)*) {
             fn unpack(payload: u64) -> Self {
                 let mut rest = payload;
@@ -84,6 +83,14 @@ append!(A B C D);
 append!(A B C D E);
 append!(A B C D E F);
 append!(A B C D E F G);
+
+/// There is no room for a ninth value: [`Pdo::map`](super::Pdo::map) refuses it.
+impl<A, B, C, D, E, F, G, H> Append for (A, B, C, D, E, F, G, H)
+where
+    Self: Values,
+{
+    type And<V: Number> = Self;
+}
 
 #[cfg(test)]
 mod tests {

@@ -41,14 +41,14 @@ impl Segment {
 #[derive(Clone, Copy)]
 pub(super) enum Request {
     DownloadSegment(Segment),
-    Download(Address, Content),
-    Upload(Address),
+    Download(Content),
+    Upload,
     UploadSegment { toggle: bool },
-    BlockUpload { at: Address, crc: bool, block_size: u8, threshold: u8 },
+    BlockUpload { crc: bool, block_size: u8, threshold: u8 },
     BlockUploadEnd,
     BlockUploadAck { ackseq: u8, block_size: u8 },
     BlockUploadStart,
-    BlockDownload { at: Address, crc: bool, size: Option<u32> },
+    BlockDownload { crc: bool, size: Option<u32> },
     BlockDownloadEnd { unused: u8, crc: u16 },
     Abort,
     Unknown,
@@ -92,23 +92,17 @@ impl Request {
         let [command, one, two, _, four, five, _, _] = *payload;
         match command >> 5 {
             0 => Request::DownloadSegment(Segment::parse(payload)),
-            1 => Request::Download(address(payload), Content::parse(payload)),
-            2 => Request::Upload(address(payload)),
+            1 => Request::Download(Content::parse(payload)),
+            2 => Request::Upload,
             3 => Request::UploadSegment { toggle: command & TOGGLE != 0 },
             4 => Request::Abort,
             5 => match command & 3 {
-                0 => Request::BlockUpload {
-                    at: address(payload),
-                    crc: command & CRC != 0,
-                    block_size: four,
-                    threshold: five,
-                },
+                0 => Request::BlockUpload { crc: command & CRC != 0, block_size: four, threshold: five },
                 1 => Request::BlockUploadEnd,
                 2 => Request::BlockUploadAck { ackseq: one, block_size: two },
                 _ => Request::BlockUploadStart,
             },
             6 if command & 1 == 0 => Request::BlockDownload {
-                at: address(payload),
                 crc: command & CRC != 0,
                 size: (command & BLOCK_SIZED != 0).then(|| tail(payload)),
             },
@@ -119,12 +113,12 @@ impl Request {
         }
     }
 
-    /// Returns whether a transfer begins with this request.
+    /// Returns whether a transfer begins with this request, which then [names](address) the object.
     pub fn is_initiate(&self) -> bool {
         matches!(
             self,
-            Request::Download(..)
-                | Request::Upload(_)
+            Request::Download(_)
+                | Request::Upload
                 | Request::BlockUpload { .. }
                 | Request::BlockDownload { .. }
         )

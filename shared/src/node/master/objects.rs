@@ -1,6 +1,6 @@
 //! Dictionary of the master, and effects of written objects.
 
-use async_canopen::node::extend::SdoStep;
+use async_canopen::node::extend::{SdoStep, Wakes};
 
 use super::MasterServices;
 use super::declared::MasterObjects;
@@ -26,7 +26,7 @@ use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
 use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;
-use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId};
 
 /// Transmission type of a PDO that goes with each SYNC.
 const EVERY_SYNC: u8 = 1;
@@ -303,8 +303,9 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
-        let device = self.services.deadline(self.reporting_state());
-        earliest(&[device, self.services.monitor.deadline()])
+        let mut wakes = Wakes::never();
+        self.services.settle(self.reporting_state(), &mut wakes);
+        wakes.deadline()
     }
 
     pub(super) fn run_device(&mut self, turn: &mut Turn) {

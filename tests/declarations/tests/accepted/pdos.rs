@@ -4,7 +4,7 @@
 use ecss_can::emcy::EmcyObjects;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{BusHealth, Communication, Device, Spacecraft};
-use ecss_can::od::{DataType, INVALID, NO_REMOTE, Objects};
+use ecss_can::od::{INVALID, NO_REMOTE, Objects};
 use ecss_can::pdo::{CobIdOf, Mapping, Pdo, PdoObjects, PdoSet};
 use ecss_can::types::NodeId;
 

@@ -14,8 +14,10 @@ struct Heater {
 impl Device for Heater {
     type Pdos = PdoObjects<1, 1>;
     type Consumers = HeartbeatConsumers<1>;
-    const PDOS: PdoSet = PdoSet::NONE;
+    const PDOS: PdoSet = PdoSet::new(&[], &[CHANGE.transmit(1)]);
 }
+
+const CHANGE: Pdo<Heater, (u8,)> = Pdo::new(CobIdOf::node(0x180)).map(Heater::POWER);
 
 fn slave<P: Platform>(heater: Handle<P, Slave<Heater>>) {
     heater.update(|objects| objects.power = heater.read(|objects| objects.power) + 1);
@@ -26,11 +28,11 @@ fn read<P: Platform>(heater: Handle<P, Slave<Heater>>) {
 }
 
 fn filled<P: Platform>(heater: Handle<P, Slave<Heater>>) {
-    heater.send_pdo_with(0, |_| heater.send_pdo(1));
+    heater.send_with(CHANGE, |_| heater.send(CHANGE));
 }
 
 fn master<P: Platform>(master: Handle<P, Master<Heater>>, node: NodeId) {
-    let _ = master.send_pdo_to(node, 0, |objects| objects.power = u8::from(master.is_active()));
+    master.active_errors(|_| master.reset(node));
 }
 
 struct Application<P: Platform> {

@@ -48,7 +48,12 @@ struct Group {
     flag: bool,
 }
 
-const SENT: Tpdo = Pdo::<()>::new(CobIdOf::node(0x180)).map(Heater::POWER).map(Heater::CHANNELS.nth(1).field(Channel::GAIN)).map(Heater::CHANNELS.nth(1).field(Channel::OFFSETS.nth(1))).map(Group::LEVELS.sub(2)).transmit(1);
+const SENT: Tpdo = Pdo::<()>::new(CobIdOf::node(0x180))
+    .map(Heater::POWER)
+    .map(Heater::CHANNELS.nth(1).field(Channel::GAIN))
+    .map(Heater::CHANNELS.nth(1).field(Channel::OFFSETS.nth(1)))
+    .map(Group::LEVELS.sub(2))
+    .transmit(1);
 const RECEIVED: Rpdo = Pdo::<()>::new(CobIdOf::node(0x200)).map(Heater::SETPOINT).map(Group::FLAG).receive(1);
 
 impl Device for Heater {

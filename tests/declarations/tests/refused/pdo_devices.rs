@@ -13,7 +13,8 @@ struct Power {
     voltage: u16,
 }
 
-const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Power::VOLTAGE).transmit(2)]);
+const PDOS: PdoSet =
+    PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Power::VOLTAGE).transmit(2)]);
 
 #[derive(Objects)]
 #[objects(device)]
@@ -86,7 +87,8 @@ impl Device for WithoutRoom {
     type Pdos = PdoObjects<8, 4>;
     type Consumers = HeartbeatConsumers;
 
-    const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x180)).map(EmcyObjects::REGISTER).transmit(5)]);
+    const PDOS: PdoSet =
+        PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x180)).map(EmcyObjects::REGISTER).transmit(5)]);
 }
 
 #[derive(Objects)]
@@ -97,10 +99,7 @@ impl Device for WithNinth {
     type Pdos = PdoObjects;
     type Consumers = HeartbeatConsumers;
 
-    const PDOS: PdoSet = PdoSet::new(
-        &[Pdo::<()>::new(CobIdOf::node(0x200)).skip::<u8>().receive(9)],
-        &[],
-    );
+    const PDOS: PdoSet = PdoSet::new(&[Pdo::<()>::new(CobIdOf::node(0x200)).skip::<u8>().receive(9)], &[]);
 }
 
 #[derive(Objects)]

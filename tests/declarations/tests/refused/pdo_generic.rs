@@ -12,7 +12,8 @@ struct Power {
     voltage: u16,
 }
 
-const PDOS: PdoSet = PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Power::VOLTAGE).transmit(2)]);
+const PDOS: PdoSet =
+    PdoSet::new(&[], &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Power::VOLTAGE).transmit(2)]);
 
 #[derive(Objects)]
 #[objects(device)]

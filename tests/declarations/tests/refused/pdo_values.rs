@@ -2,9 +2,9 @@
 
 use ecss_can::emcy::EmcyObjects;
 use ecss_can::node::Communication;
-use ecss_can::od::{DataType, Objects, Record, VisibleString};
+use ecss_can::od::{Objects, Record, VisibleString};
 use ecss_can::pdo::{CobIdOf, Pdo, Rpdo, Tpdo};
-use ecss_can::redundancy::RedundancyObjects;
+use ecss_can::redundancy::{Redundancy, RedundancyObjects};
 
 #[derive(Objects)]
 struct Thermometer {
@@ -45,11 +45,24 @@ const WRITTEN: Tpdo = Pdo::<()>::new(ID).map(Thermometer::SET_POINT).transmit(1)
 const PRIVATE: Tpdo = Pdo::<()>::new(ID).map(Thermometer::PRIVATE).transmit(1);
 const NAME: Tpdo = Pdo::<()>::new(ID).map(Thermometer::NAME).transmit(1);
 const HIGHEST_SUB: Tpdo = Pdo::<()>::new(ID).map(Thermometer::FLAGS.sub(0)).transmit(1);
-const TOO_LONG: Tpdo = Pdo::<()>::new(ID).map(Thermometer::READINGS.field(Readings::SUM)).map(Thermometer::READINGS.field(Readings::IS_VALID)).transmit(1);
-const TOO_MANY: Rpdo = Pdo::<()>::new(ID).map(Thermometer::FLAGS.sub(1)).map(Thermometer::FLAGS.sub(2)).map(Thermometer::FLAGS.sub(3)).map(Thermometer::FLAGS.sub(4)).map(Thermometer::FLAGS.sub(5)).map(Thermometer::FLAGS.sub(6)).map(Thermometer::FLAGS.sub(7)).map(Thermometer::FLAGS.sub(8)).map(Thermometer::FLAGS.sub(9)).receive(2);
+const TOO_LONG: Tpdo = Pdo::<()>::new(ID)
+    .map(Thermometer::READINGS.field(Readings::SUM))
+    .map(Thermometer::READINGS.field(Readings::IS_VALID))
+    .transmit(1);
+const TOO_MANY: Rpdo = Pdo::<()>::new(ID)
+    .map(Thermometer::FLAGS.sub(1))
+    .map(Thermometer::FLAGS.sub(2))
+    .map(Thermometer::FLAGS.sub(3))
+    .map(Thermometer::FLAGS.sub(4))
+    .map(Thermometer::FLAGS.sub(5))
+    .map(Thermometer::FLAGS.sub(6))
+    .map(Thermometer::FLAGS.sub(7))
+    .map(Thermometer::FLAGS.sub(8))
+    .map(Thermometer::FLAGS.sub(9))
+    .receive(2);
 const NO_DUMMY: Rpdo = Pdo::<()>::new(ID).skip::<u64>().receive(1);
 const REGISTER: Rpdo = Pdo::<()>::new(ID).map(EmcyObjects::REGISTER).receive(1);
 const DEVICE_TYPE: Tpdo = Pdo::<()>::new(ID).map(Communication::DEVICE_TYPE).transmit(1);
-const BDEFAULT: Rpdo = Pdo::<()>::new(ID).map(RedundancyObjects::PARAMETERS.sub(1)).receive(1);
+const BDEFAULT: Rpdo = Pdo::<()>::new(ID).map(RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT)).receive(1);
 
 fn main() {}

@@ -24,7 +24,7 @@ impl Device for Heater {
     type Pdos = PdoObjects<1, 0>;
     type Consumers = HeartbeatConsumers<1>;
     const PDOS: PdoSet =
-        PdoSet::new(&[Pdo::<()>::new(CobIdOf::node(0x200)).map(Heater::POWER).receive(1)], &[]);
+        PdoSet::new(&[Pdo::<Self>::new(CobIdOf::node(0x200)).map(Heater::POWER).receive(1)], &[]);
 }
 type Node = CanopenSlave<Heater>;
 static NODE: Single<Board<Fdcan>, Node> = Single::new();

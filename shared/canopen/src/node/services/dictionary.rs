@@ -4,6 +4,7 @@ use super::rules;
 use super::sharing::{self, Shared};
 use crate::emcy;
 use crate::emcy::ErrorCode;
+use crate::node::device::has_states;
 use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO, STORE};
 use crate::node::services::extension::Extension;
 use crate::node::services::objects::NodeObjects;
@@ -12,7 +13,7 @@ use crate::node::turn::{Timed, Wakes};
 use crate::node::{Communication, Device};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
-use crate::pdo::{Rpdos, Tpdos};
+use crate::pdo::{PdoSet, Rpdos, Tpdos};
 use crate::sdo::SdoServers;
 use crate::store::{Group, Loaded, StoreError, StoreRequest};
 use crate::types::{AbortCode, Address, CobId, Duration, Instant, NodeId};
@@ -54,7 +55,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         let emcy = emcy::Config { id: Some(CobId::emcy(id)), inhibit: Duration::ZERO };
         Dictionary {
             rpdos: Timed::new(Rpdos::new()),
-            tpdos: Timed::new(Tpdos::new(&D::PDOS)),
+            tpdos: Timed::new(Tpdos::new(if const { has_states::<D>() } { &D::PDOS } else { &PdoSet::NONE })),
             emcy: Timed::new(emcy::Producer::new(emcy)),
             stored,
             written: None,
@@ -144,6 +145,8 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
 }
 
 impl<D: Device, E: Extension<D>> ObjectAccess for Dictionary<D, E> {
+    const TAKES_PARTS: bool = NodeObjects::<D, E>::DECLARED.has_domains();
+
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
         if !self.objects.communication.emcy.has_data(at) {
             self.find(at)?;
@@ -205,9 +208,10 @@ impl<D: Device, E: Extension<D>> ObjectAccess for Dictionary<D, E> {
             return Ok(());
         }
         let number = number(value) as u32;
-        let request = StoreRequest::of(at.index);
-        request.map_or(Ok(()), |request| request.check(number))?;
-        if request.is_some() {
+        if E::Storage::HAS_OBJECTS
+            && let Some(request) = StoreRequest::of(at.index)
+        {
+            request.check(number)?;
             sharing::may_save(self.shared.as_ref())?;
             // Obeyed when the save has ended.
             return self.stored.begin(self.id, at, self.now);

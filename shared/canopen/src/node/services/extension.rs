@@ -35,6 +35,10 @@ pub trait Extension<D: Device>: Objects + Debug + Default {
     /// `true`: the node looks for flipped bits in its Node-ID, its COB-IDs and its filters.
     const IS_GUARDED: bool = false;
 
+    /// `true`: the node is on two buses. It receives the heartbeats of its master (701h) and of another node with its Node-ID,
+    /// sends late heartbeats, and can be maintained. A node on one bus has no code for that.
+    const HAS_TWO_BUSES: bool = false;
+
     /// Index above which no object has a rule: the last one of the communication profile, or a later one of the extension.
     const LAST_RULED: u16 = crate::node::index::LAST_COMMUNICATION;
 

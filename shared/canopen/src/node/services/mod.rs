@@ -19,6 +19,7 @@ use self::guarded::Guarded;
 use self::second_sdo::SecondServer;
 use super::buses::Buses;
 use super::counters::BusCounters;
+use super::device::has_states;
 use super::turn::{Timed, Wakes};
 use super::{Device, Settings};
 use crate::emcy::ErrorCode;
@@ -31,7 +32,7 @@ use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::sdo::{SdoServers, Server};
 use crate::sync;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed, earliest};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed};
 pub use dictionary::Dictionary;
 pub use extension::{CanopenOnly, Extension};
 pub use objects::{NodeObjects, assert_device, assert_objects};
@@ -236,7 +237,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         let Dictionary { emcy, tpdos, .. } = &mut self.dictionary;
         if emcy.id().is(frame.id()) {
             emcy.change(&mut self.wakes).on_end(frame, is_acknowledged, now);
-        } else if !is_acknowledged {
+        } else if const { has_states::<D>() } && !is_acknowledged {
             tpdos.change(&mut self.wakes).on_failed(frame.id(), now);
         }
     }
@@ -255,7 +256,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     #[inline(never)] // seldom
     pub fn announce(&mut self, now: Instant) {
         self.dictionary.emcy.change(&mut self.wakes).on_bus_changed();
-        self.dictionary.tpdos.change(&mut self.wakes).send_states(now);
+        self.send_states(now);
     }
 
     /// Shows error states and counters of the buses, where objects have them.
@@ -271,7 +272,8 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             self.reset_servers();
         }
         if state.allows_pdo() {
-            self.dictionary.tpdos.change(&mut self.wakes).start(now);
+            self.dictionary.tpdos.change(&mut self.wakes).start_timers(now);
+            self.send_states(now);
         } else {
             self.dictionary.tpdos.no_sooner().stop();
             self.dictionary.rpdos.no_sooner().stop();
@@ -341,13 +343,14 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         taken
     }
 
-    /// Returns when to poll next, including the SDO servers.
-    pub fn deadline(&self, state: NmtState) -> Option<Instant> {
+    /// Notes when to poll next, including the SDO servers.
+    pub fn settle(&self, state: NmtState, wakes: &mut Wakes) {
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
-        let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
-        match self.second_sdo_deadline() {
-            None => earliest(&all),
-            second => earliest(&[second, earliest(&all)]),
-        }
+        wakes.note(emcy.deadline(state));
+        rpdos.settle(wakes);
+        tpdos.settle(wakes);
+        self.monitor.settle(wakes);
+        self.server.settle(wakes);
+        wakes.note(self.second_sdo_deadline());
     }
 }

@@ -4,6 +4,7 @@ use super::{Dictionary, Services, rules};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::Device;
+use crate::node::device::has_states;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
 use crate::node::services::extension::Extension;
 use crate::node::services::objects::NodeObjects;
@@ -13,6 +14,13 @@ use crate::pdo::{Direction, Mapping, PdoParameters, PdoSlots, RpdoEvent, rules a
 use crate::types::{AbortCode, Address, CobId, Frame, Instant, NmtState};
 
 impl<D: Device, E: Extension<D>> Services<D, E> {
+    /// Sends all states of the application from `at` on.
+    pub fn send_states(&mut self, at: Instant) {
+        if const { has_states::<D>() } {
+            self.dictionary.tpdos.change(&mut self.wakes).send_states(at);
+        }
+    }
+
     /// Returns whether the node sends this COB-ID: in its emergencies or in a valid transmit PDO.
     pub fn sends(&self, id: CobId) -> bool {
         let objects = &self.dictionary.objects;

@@ -61,8 +61,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
             LinkEvent::Overrun { .. } => {
                 if is_active {
                     // It may have been the boot-up message of the master.
-                    let tpdos = &mut self.services.dictionary.tpdos;
-                    tpdos.change(&mut self.services.wakes).send_states(turn.now + AFTER_OVERRUN);
+                    self.services.send_states(turn.now + AFTER_OVERRUN);
                 }
                 self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
             }

@@ -40,7 +40,7 @@ impl Part for ChangedFilters {
 
 impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Returns the filters: exact COB-IDs only. There is one for each entry of 1016h and for each RPDO, in
-    /// use or not. Behind them is one for heartbeats of another node with this Node-ID, and one for the second SDO server
+    /// use or not. Behind them is one for heartbeats of another node with this Node-ID (on two buses), and one for the second SDO server
     /// if the device has one. Filters above [`MAX_FILTERS`] are
     /// left out.
     pub fn filters(&self) -> Filters {
@@ -74,18 +74,20 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
 
     #[inline(never)] // two callers
     fn filtered_id(&self, number: usize) -> CobId {
-        if self.is_maintained {
+        if self.is_maintained() {
             return self.services.sdo_id();
         }
         let id = match number {
             SYNC_FILTER => Some(self.services.written_sync_id()),
             2 => Some(self.services.sdo_id()),
-            3 => Some(CobId::heartbeat(NodeId::MASTER)),
+            3 if E::HAS_TWO_BUSES => Some(CobId::heartbeat(NodeId::MASTER)),
             0..FILTERS_OF_PEERS => None,
             _ => match number.checked_sub(self.filters_of_rpdos()) {
                 None => self.services.consumed(number - FILTERS_OF_PEERS),
                 // Behind the RPDOs: another node with this Node-ID.
-                Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.control.id())),
+                Some(pdo) if E::HAS_TWO_BUSES && pdo == D::Pdos::RECEIVE => {
+                    Some(CobId::heartbeat(self.control.id()))
+                }
                 Some(last) if D::Sdo::SECOND_SERVER.is_some() && last > D::Pdos::RECEIVE => {
                     self.services.second_sdo_id()
                 }

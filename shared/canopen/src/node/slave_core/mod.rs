@@ -9,7 +9,7 @@ mod filters;
 
 use super::events::SlaveEvents;
 use super::services::Services;
-use super::turn::{Part, Timed, Turn};
+use super::turn::{Timed, Turn, Wakes};
 use super::{Device, Settings};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, HeartbeatTimes, NodeControl};
@@ -17,7 +17,7 @@ use crate::link::Stamp;
 use crate::nmt::{NmtStartup, Reaction};
 use crate::node::services::{Extension, NodeObjects};
 use crate::od::INVALID;
-use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId};
 use cob_id_set::CobIdSet;
 use filters::ChangedFilters;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
@@ -69,12 +69,16 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         self.services.buses.no_sooner().keep_to_one();
     }
 
+    fn is_maintained(&self) -> bool {
+        E::HAS_TWO_BUSES && self.is_maintained
+    }
+
     /// Sends the boot-up message on `bus`, and enters Pre-operational. The caller restores the
     /// communication profile of power-on before.
     pub fn boot(&mut self, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) {
         let boot_up = self.control.change(&mut self.services.wakes).boot(turn.now);
         // A master that hears of a node starts it, and misses it later.
-        if !self.is_maintained {
+        if !self.is_maintained() {
             turn.out.send_for(bus, boot_up, turn.now, self.services.lifetimes.heartbeat);
         }
         self.entered(self.control.state(), turn);
@@ -148,7 +152,10 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         if E::IS_GUARDED && self.control.deadline().is_some_and(|due| due <= turn.until) {
             self.check_node_id();
         }
-        if let Some(frame) = self.control.no_sooner().poll(turn.until) {
+        let control = self.control.no_sooner();
+        let heartbeat =
+            if E::HAS_TWO_BUSES { control.poll(turn.until) } else { control.poll_on_time(turn.until) };
+        if let Some(frame) = heartbeat {
             let lifetime = self.services.lifetimes.heartbeat.min(self.control.period());
             turn.out.send_for(bus, frame, turn.now, lifetime);
         }
@@ -180,17 +187,14 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         (0..self.wanted_filters()).for_each(|number| self.note_filter(number));
     }
 
-    /// Returns when to poll next.
-    #[inline(never)] // smaller than in its callers
-    pub fn due(&self) -> Option<Instant> {
-        let own = [
-            self.control.deadline(),
-            self.services.buses.deadline(),
-            self.services.monitor.deadline(),
-            self.services.deadline(self.control.reporting_state()),
-            self.changed_filters.earliest(),
-        ];
-        earliest(&own)
+    /// Returns when to poll next: after a run of the node, which may have moved every deadline.
+    pub fn due(&self) -> Wakes {
+        let mut wakes = Wakes::never();
+        self.control.settle(&mut wakes);
+        self.changed_filters.settle(&mut wakes);
+        self.services.settle(self.control.reporting_state(), &mut wakes);
+        self.services.buses.settle(&mut wakes);
+        wakes
     }
 
     /// Returns when to poll next. `None`: the node waits for its reset, or nothing will be due.
@@ -202,10 +206,11 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
 
     /// Restores the communication profile of power-on, with the stored parameters.
     pub fn restore_communication(&mut self, initial: HeartbeatTimes, now: Instant) {
+        let is_maintained = self.is_maintained();
         let objects = &mut self.services.dictionary.objects;
         objects.restore_communication(self.control.id(), initial);
         objects.communication.nmt.startup = self.startup.raw();
-        if self.is_maintained {
+        if is_maintained {
             objects.communication.emcy.cob_id |= INVALID;
         }
         self.services.load(crate::store::Group::Communication);

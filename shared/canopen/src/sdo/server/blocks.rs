@@ -90,7 +90,7 @@ impl Server {
                 // Nothing of the sub-block is left on the way.
                 self.state = State::Idle;
                 self.value.close(turn.objects);
-                turn.send(wire::abort(self.value.at, code.code()));
+                turn.abort(self.value.at, code);
                 return;
             }
         }

@@ -14,32 +14,37 @@ impl Server {
     /// A request without a transfer.
     pub(super) fn initiate(
         &mut self,
+        payload: &Payload,
         request: Request,
         turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> bool {
-        let (at, begun) = match request {
-            Request::Download(at, content) => (at, self.download(at, content, turn)),
-            Request::Upload(at) => (at, self.upload(at, turn)),
-            Request::BlockDownload { at, crc, size } => (at, self.block_download(at, crc, size, turn)),
-            Request::BlockUpload { at, crc, block_size, threshold } => {
-                (at, self.block_upload(at, crc, block_size, threshold, turn))
+        let mut at = wire::address(payload);
+        let begun = match request {
+            Request::Download(content) => self.download(at, content, turn),
+            Request::Upload => self.upload(at, turn),
+            Request::BlockDownload { crc, size } => self.block_download(at, crc, size, turn),
+            Request::BlockUpload { crc, block_size, threshold } => {
+                self.block_upload(at, crc, block_size, threshold, turn)
             }
             Request::Abort => return false,
-            _ => (Address::new(0, 0), Err(AbortCode::CommandSpecifier)),
+            _ => {
+                at = Address::new(0, 0);
+                Err(AbortCode::CommandSpecifier)
+            }
         };
         if let Err(code) = begun {
             self.value.close(turn.objects);
-            turn.send(wire::abort(at, code.code()));
+            turn.abort(at, code);
         }
         true
     }
 
     #[inline(never)] // smaller than in its callers
-    fn download(
+    fn download<O: ObjectAccess>(
         &mut self,
         at: Address,
         content: Content,
-        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
+        turn: &mut Turn<O, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
         let (data, told) = match content {
             Content::Expedited(data, len) => (data, Some(usize::from(len))),
@@ -55,17 +60,18 @@ impl Server {
         let (Transfer::Whole(most) | Transfer::Stream(most)) = transfer;
         let value = data.get(..told.unwrap_or(most)).unwrap_or(&data);
         let is_too_long = value.len() > most;
-        match transfer {
-            Transfer::Whole(_) if is_too_long => return Err(AbortCode::TooLong),
-            Transfer::Whole(_) => turn.objects.write(at, value)?,
-            Transfer::Stream(_) if is_too_long => {
+        let is_stream = O::TAKES_PARTS && matches!(transfer, Transfer::Stream(_));
+        if is_too_long {
+            if is_stream {
                 turn.objects.cancel(at);
-                return Err(AbortCode::TooLong);
             }
-            Transfer::Stream(_) => {
-                turn.objects.write_part(at, 0, value)?;
-                turn.objects.finish(at, value.len())?;
-            }
+            return Err(AbortCode::TooLong);
+        }
+        if is_stream {
+            turn.objects.write_part(at, 0, value)?;
+            turn.objects.finish(at, value.len())?;
+        } else {
+            turn.objects.write(at, value)?;
         }
         turn.send(wire::download_response(at));
         Ok(())

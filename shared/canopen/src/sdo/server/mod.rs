@@ -9,7 +9,7 @@ use super::block::{MOST, Receiver, Sender, Strays};
 use super::wire;
 use super::wire::{Payload, Request, Segment};
 use crate::od::ObjectAccess;
-use crate::types::{AbortCode, Duration, Instant};
+use crate::types::{AbortCode, Address, Duration, Instant};
 
 /// Segments of a sub-block of a block download.
 const BLOCK_SIZE: u8 = MOST;
@@ -113,6 +113,10 @@ impl<O: ObjectAccess, S: FnMut(Payload)> Turn<'_, O, S> {
             (self.send)(payload);
         }
     }
+
+    fn abort(&mut self, at: Address, code: AbortCode) {
+        self.send(wire::abort(at, code.code()));
+    }
 }
 
 impl Server {
@@ -140,7 +144,7 @@ impl Server {
                     return true;
                 }
                 Err(code) => {
-                    send(wire::abort(wire::address(payload), code.code()));
+                    Turn { now, objects, send }.abort(wire::address(payload), code);
                     return true;
                 }
             }
@@ -168,7 +172,7 @@ impl Server {
         {
             return used;
         }
-        self.initiate(request, turn)
+        self.initiate(payload, request, turn)
     }
 
     /// A request while a transfer runs. `None`: it is over, the request may begin another one.
@@ -353,7 +357,7 @@ impl Server {
     /// Ends a transfer and sends the client an abort with the reason.
     fn abort(&mut self, code: AbortCode, turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>) {
         if self.is_busy() {
-            turn.send(wire::abort(self.value.at, code.code()));
+            turn.abort(self.value.at, code);
             self.reset(turn.objects);
         }
     }

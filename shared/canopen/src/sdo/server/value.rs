@@ -115,12 +115,8 @@ impl Value {
             crc.update(bytes);
             self.summed = self.summed.saturating_add(len as u32);
         }
-        // All segments but the last are full.
-        let data = bytes.first_chunk().copied().unwrap_or_else(|| {
-            let mut data = [0; STEP];
-            data.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
-            data
-        });
+        let mut data = [0; STEP];
+        data.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
         Ok((data, len))
     }
 
@@ -192,13 +188,14 @@ impl Value {
     }
 
     #[inline]
-    fn take(
+    fn take<O: ObjectAccess>(
         &mut self,
         data: &[u8; STEP],
         len: usize,
-        objects: &mut impl ObjectAccess,
+        objects: &mut O,
     ) -> Result<(), AbortCode> {
-        if self.filled + STEP > BUFFER {
+        // A whole value has room for one segment more.
+        if O::TAKES_PARTS && self.filled + STEP > BUFFER {
             self.flush(objects)?;
         }
         self.place(data, len);
@@ -269,12 +266,12 @@ impl Value {
     }
 
     /// Ends a download that is complete.
-    pub fn finish(&mut self, objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
+    pub fn finish<O: ObjectAccess>(&mut self, objects: &mut O) -> Result<(), AbortCode> {
         if self.is_short() {
             return Err(AbortCode::TooShort);
         }
         let rest = self.buffer.get(..self.filled).unwrap_or_default();
-        if !self.is_stream {
+        if !(O::TAKES_PARTS && self.is_stream) {
             return objects.write(self.at, rest);
         }
         self.is_open = false;
@@ -285,8 +282,8 @@ impl Value {
     }
 
     /// Ends the transfer. A stream that is not complete is cancelled.
-    pub fn close(&mut self, objects: &mut impl ObjectAccess) {
-        if self.is_open {
+    pub fn close<O: ObjectAccess>(&mut self, objects: &mut O) {
+        if O::TAKES_PARTS && self.is_open {
             self.is_open = false;
             objects.cancel(self.at);
         }
