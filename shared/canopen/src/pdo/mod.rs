@@ -87,6 +87,7 @@
 //! - There are no remote requests: transmission types 252 and 253 are refused.
 //! - CAN may deliver a PDO twice. A command needs a [`Sequence`].
 
+mod carried;
 mod cob_id_of;
 mod mapping;
 mod named;

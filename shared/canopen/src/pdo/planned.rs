@@ -1,10 +1,9 @@
 //! PDO of a set: its number, its transmission type and what it carries.
 
+use super::carried::Carried;
 use super::cob_id_of::{CobIdOf, OWN_EMCY};
-use super::named::Carried;
 use super::{Direction, rules};
 use crate::od::{Access, Entry, Reason};
-use crate::types::Address;
 
 /// Receive PDO of a [`PdoSet`](super::PdoSet), made by [`Pdo::receive`](super::Pdo::receive).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -186,9 +185,4 @@ impl Direction {
             Direction::Transmit => access.is_for_tpdo(),
         }
     }
-}
-
-/// Adds an object to a text.
-pub(super) const fn tell_object(before: Reason, at: Address) -> Reason {
-    before.text("object ").hex(at.index, 4).text(" sub-index ").number(at.sub as u32)
 }

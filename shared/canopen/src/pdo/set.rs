@@ -1,7 +1,8 @@
 //! PDOs of a device at power-on, as constants: an impossible set does not compile.
 
+use super::carried::tell_object;
 use super::mapping::{MOST_IN_A_ROW, MOST_OBJECTS};
-use super::planned::{Planned, tell_object};
+use super::planned::Planned;
 use super::{Direction, Mapping, Pdo, PdoParameters, PdoSlots, Rpdo, Tpdo};
 use crate::od::{DataType, Declared, INVALID, NO_REMOTE};
 use crate::types::NodeId;
