@@ -5,7 +5,7 @@ pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
 pub use crate::nmt::{Command, NmtMessage, Target};
 pub use crate::node::{CanopenSlave, Communication, Device, DeviceNode, Event, Identity, Node, Settings};
-pub use crate::od::{Domain, Objects, Record};
+pub use crate::od::{Domain, Objects, Record, eds};
 pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo};
 pub use crate::runner::{
     BusRunner, Clock, Diagnostics, DueRunner, EventSource, Events, Handle, Platform, Single, SingleRunners,

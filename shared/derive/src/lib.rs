@@ -34,6 +34,8 @@
 //! object, `SubIndex` for an entry of a record. There each type parameter has its default, so that `Device::VALUE`
 //! needs no argument.
 //!
+//! [`eds!`] makes such constants of the data sheet of another maker.
+//!
 //! `#[derive(Canonical)]` is for state machines: see [`macro@Canonical`].
 //!
 //! The expanded code names `async-canopen`, or `ecss-can`, which exports the same modules, by the name that the manifest of
@@ -48,6 +50,7 @@
 
 mod attribute;
 mod canonical;
+mod eds;
 mod errors;
 mod field;
 mod horizon;
@@ -104,6 +107,43 @@ pub fn record(input: TokenStream) -> TokenStream {
 pub fn canonical(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     canonical::expand(&input).unwrap_or_else(|errors| beside(errors, canonical::stub(&input))).into()
+}
+
+/// Makes the constants of a node of another maker from its EDS (CiA 306), or from its DCF.
+///
+/// `async_canopen::od::eds` has an example.
+///
+/// The macro takes one or several structs, each with its file. The path is relative to the folder of the package's manifest
+/// (`CARGO_MANIFEST_DIR`). A change of the file compiles the package again. Each struct becomes a struct without fields, with
+/// these constants:
+///
+/// | in the file | constant |
+/// | --- | --- |
+/// | VAR, sub-index of an ARRAY or a RECORD | `Field`, with the type of `DataType` and the access right of `AccessType` |
+/// | DOMAIN, string | `Field` whose value moves as bytes: `read_bytes`, `write_bytes` |
+/// | value of a data type that the crate does not know | `Field::raw` |
+/// | valid PDO with default values | `RPDO_n` or `TPDO_n`: a `Pdo`, with the COB-ID and the types of its values |
+///
+/// - The name is `ParameterName` in capitals. A sub-index has the name of its object before its own. Other characters than ASCII
+///   letters and digits become `_`.
+/// - A name that occurs twice ends with the index, `POWER_6001`, or with index and sub-index, `POWER_6001_02`. So does one that a PDO has.
+/// - A name that begins with a digit begins with `_`.
+/// - A value with `PDOMapping=1` may be mapped to further PDOs.
+/// - `ParameterValue` of a DCF goes before `DefaultValue`.
+/// - A PDO has no constant if a value that it carries is no number of the file with the same number of bits, or if its COB-ID is not for
+///   PDOs. The documentation of the struct names it with the reason.
+///
+/// A string has no capacity in an EDS: those of the types (`VisibleString<255>`) have no meaning. Limits of values are not checked: the
+/// node does that.
+///
+/// # Errors
+/// At the path: a file that cannot be read or is no EDS, a value whose `DataType` or `AccessType` is missing or wrong, a number of a PDO
+/// that is none. The other constants are usable.
+#[proc_macro]
+pub fn eds(input: TokenStream) -> TokenStream {
+    let nodes = parse_macro_input!(input as eds::Nodes);
+    let folder = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default();
+    eds::expand(&nodes, std::path::Path::new(&folder)).into()
 }
 
 /// The errors, and what keeps the compiler from reporting others that follow from them.

@@ -47,7 +47,6 @@
 
 #![forbid(unsafe_code)]
 
-mod data_sheet;
 mod description;
 mod device;
 mod dictionary;

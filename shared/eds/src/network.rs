@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::data_sheet::{DataSheet, Unreadable};
+use crate::{DataSheet, Unreadable};
 
 /// Bits of a COB-ID entry: not valid; the producer of SYNC.
 const INVALID: u32 = 1 << 31;

@@ -8,7 +8,7 @@ use core::fmt;
 use core::marker::PhantomData;
 
 use super::reason::Reason;
-use super::{Access, DataType, Domain, Entry, Object, Readable, Typed, Untyped, Writable};
+use super::{Access, DataType, Domain, Entry, Object, PdoUse, Readable, Right, Typed, Untyped, Writable};
 use crate::types::Address;
 
 /// A value: its address and its declaration. `T` is its type, [`Untyped`] if the constant does not know it. `R` and `W` say
@@ -71,6 +71,41 @@ impl<T, R, W> Field<T, R, W> {
     /// Returns the type of the value.
     pub const fn data_type(self) -> DataType {
         self.entry.data_type
+    }
+}
+
+impl<T: Typed, R: Right, W: Right> Field<T, R, W> {
+    /// Makes the constant of a value of a node whose declaration is not here: the data sheet of its maker has type and access
+    /// right. [`eds!`](super::eds) makes such constants of an EDS. No PDO carries the value, see [`Field::mappable`].
+    ///
+    /// ```
+    /// use async_canopen::od::{Field, NotWritable, Readable};
+    /// use async_canopen::types::Address;
+    ///
+    /// const TEMPERATURE: Field<i16, Readable, NotWritable> = Field::at(Address::new(0x6000, 0)).mappable();
+    /// ```
+    ///
+    /// # Panics
+    /// If clients may neither read nor write the value. In a constant this is a compile error.
+    #[track_caller]
+    pub const fn at(at: Address) -> Self {
+        let access = match (R::GRANTED, W::GRANTED) {
+            (true, true) => Access::Rw,
+            (true, false) => Access::Ro,
+            (false, true) => Access::Wo,
+            (false, false) => panic!("clients may read a value, write it, or both"),
+        };
+        Field { at, entry: Entry::of::<T>(at.sub, 1, access), of: PhantomData }
+    }
+
+    /// Returns the constant of a value that PDOs may carry: `PDOMapping=1` in its data sheet.
+    ///
+    /// # Panics
+    /// For a string or a DOMAIN. In a constant this is a compile error.
+    #[must_use]
+    #[track_caller]
+    pub const fn mappable(self) -> Self {
+        Field { entry: self.entry.for_pdo(PdoUse::Required), ..self }
     }
 }
 

@@ -97,6 +97,30 @@ mod typed;
 mod variable;
 
 pub use access::{ObjectAccess, Transfer, WHOLE};
+/// # Example
+///
+/// ```
+/// use async_canopen::od::{Field, NotWritable, Readable, eds};
+/// use async_canopen::pdo::{Pdo, PdoSet};
+/// use async_canopen::types::{Address, NodeId};
+///
+/// eds! {
+///     /// Valve of another maker.
+///     pub struct Valve = "tests/eds/valve.eds";
+/// }
+///
+/// const OPENING: Field<u8> = Valve::WANTED_OPENING;
+/// const POWER: Field<u8, Readable, NotWritable> = Valve::MOTOR_POWER;
+/// const CHANGE: Pdo<Valve, (u8, i16)> = Valve::TPDO_1;
+///
+/// const VALVE: NodeId = NodeId::of::<9>();
+/// /// PDOs of a master: it receives the changes of the valve. It sends by `send_to(VALVE, Valve::RPDO_1, (60,))`.
+/// const PDOS: PdoSet = PdoSet::new(&[Valve::TPDO_1.of(VALVE).receive(1)], &[]);
+///
+/// assert_eq!(Valve::MOTOR_POWER.address(), Address::new(0x6001, 1));
+/// assert_eq!(CHANGE.of(VALVE).cob_id().raw(), 0x189);
+/// ```
+pub use async_canopen_derive::eds;
 pub use async_canopen_derive::{Objects, Record};
 pub use cob_id_entry::{CobIdEntry, EntryUse, INVALID, NO_REMOTE};
 pub use data_type::DataType;
@@ -112,5 +136,5 @@ pub use reason::Reason;
 pub use run::Run;
 pub use texts::{OctetString, UnicodeString, VisibleString};
 pub use times::{TimeDifference, TimeOfDay};
-pub use typed::{NotReadable, NotWritable, Number, Readable, Untyped, Writable};
+pub use typed::{NotReadable, NotWritable, Number, Readable, Right, Untyped, Writable};
 pub use variable::{Bytes, Typed, Variable, number};

@@ -18,6 +18,28 @@ pub enum Writable {}
 #[derive(Debug)]
 pub enum NotWritable {}
 
+/// Right of SDO clients in the type of a [`Field`](super::Field).
+pub trait Right {
+    /// Whether clients have the right.
+    const GRANTED: bool;
+}
+
+impl Right for Readable {
+    const GRANTED: bool = true;
+}
+
+impl Right for NotReadable {
+    const GRANTED: bool = false;
+}
+
+impl Right for Writable {
+    const GRANTED: bool = true;
+}
+
+impl Right for NotWritable {
+    const GRANTED: bool = false;
+}
+
 /// Type of a [`Field`](super::Field) whose constant does not know that of the value.
 #[derive(Debug)]
 pub enum Untyped {}

@@ -3,6 +3,7 @@
 mod content;
 mod dcf;
 mod fixture;
+mod imported;
 mod ini;
 mod notes;
 mod product;

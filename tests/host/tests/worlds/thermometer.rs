@@ -10,6 +10,11 @@ use host_worlds::{Builder, MockBoard, NEXT_TO_MASTER_M, ResetLine, Time, World, 
 use thermometer::{Hardware, PROFILE, Thermometer};
 use thermometer_master::{Ground, Report, THERMOMETER, is_kept, write_table};
 
+eds! {
+    /// The thermometer as a maker of another master knows it. `cargo tools eds --package thermometer` wrote the file.
+    struct Described = "tests/worlds/thermometer.eds";
+}
+
 type Node = Slave<Thermometer<Vec<u8>>>;
 
 /// The sensor's register at 25 °C and at 85.125 °C.
@@ -239,6 +244,36 @@ fn a_table_that_is_not_written_is_reported() {
     let failed = |report: &Report| matches!(report, Report::TransferFailed(_));
     assert_eq!(reports.borrow().iter().filter(|report| failed(report)).count(), 1, "{reports:?}");
     assert!(!reports.borrow().contains(&Report::TableSaved));
+}
+
+/// Given a master with nothing but the data sheet of the thermometer, then it reads and writes its objects by SDO, commands it by its
+/// receive PDO, and takes the values of its transmit PDO.
+///
+/// Verifies: ECSS 6.1a, 6.2a
+#[test]
+fn the_master_knows_the_thermometer_by_its_data_sheet() {
+    let (mut world, sensor) = running();
+    let sdo = world.master::<Ground>().sdo(THERMOMETER);
+    let moved = world.spawn(NodeId::MASTER, async move {
+        let before: i16 = sdo.read(Described::UPPER_LIMIT).await?;
+        sdo.write(Described::UPPER_LIMIT, 240).await?;
+        let (mut name, alarm) = ([0; 32], sdo.read(Described::ALARM).await?);
+        let count = sdo.read_bytes(Described::MANUFACTURER_DEVICE_NAME, &mut name).await?;
+        Ok::<_, ecss_can::sdo::Error>((before, alarm, name[..count].to_vec()))
+    });
+    world.run_for(Time::from_ms(500));
+    let expected = Ok((850, Thermometer::<Vec<u8>>::WITHIN, b"Thermometer".to_vec()));
+    assert_eq!(moved.take().map(|(_, result)| result), Some(expected));
+
+    // 25 °C are above the new limit.
+    let last = world.log_of(NodeId::MASTER).iter().rev().find_map(|(_, event)| match event {
+        NodeEvent::Master(MasterEvent::Pdo(pdo)) => pdo.get(Described::TPDO_2.of(THERMOMETER)),
+        _ => None,
+    });
+    assert_eq!(last, Some((250, Thermometer::<Vec<u8>>::ABOVE)));
+    assert_eq!(world.master::<Ground>().send_to(THERMOMETER, Described::RPDO_1, (1,)), Ok(()));
+    world.run_for(Time::from_ms(10));
+    assert_eq!(*sensor.commanded.borrow(), [250]);
 }
 
 #[test]

@@ -7,11 +7,13 @@ use std::path::Path;
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
 /// Each room with the rooms below it. The longest folder that fits is the room of a package.
-const ROOMS: [(&str, &[&str]); 10] = [
-    ("shared/derive", &[]),
+const ROOMS: [(&str, &[&str]); 11] = [
+    // It reads files, and names no package.
+    ("shared/data-sheet", &[]),
+    ("shared/derive", &["shared/data-sheet"]),
     // CANopen without ECSS. Packages above `shared` that have nothing to do with ECSS name it alone.
     ("shared/canopen", &["shared/derive"]),
-    ("shared", &["shared/canopen"]),
+    ("shared", &["shared/canopen", "shared/data-sheet"]),
     ("boards", &["shared", "shared/canopen"]),
     ("firmware", &["boards", "shared", "shared/canopen"]),
     // The emulated board reads an ELF file and a description of a board, no package.

@@ -17,12 +17,15 @@
 //! not need cannot be wrong.
 //!
 //! ```
-//! use eds::DataSheet;
+//! use data_sheet::DataSheet;
 //!
 //! let sheet = DataSheet::read(b"[DeviceInfo]\r\n[1800SUB1]\r\nDefaultValue = 0x180 + $NodeId\r\n")?;
 //! assert_eq!(sheet.object(0x1800, 1, 5)?.map(|value| value.number), Some(0x185));
-//! # Ok::<(), eds::Unreadable>(())
+//! # Ok::<(), data_sheet::Unreadable>(())
 //! ```
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
 
 use std::borrow::Cow;
 use std::collections::btree_map::Entry as Place;
@@ -64,7 +67,7 @@ pub struct Unreadable(String);
 
 impl Unreadable {
     /// Returns the error of an entry that is not there.
-    pub(crate) fn missing(entry: &str) -> Self {
+    pub fn missing(entry: &str) -> Self {
         Unreadable(format!("no entry {entry}"))
     }
 }
@@ -240,9 +243,39 @@ impl DataSheet {
     /// # Errors
     /// When it is no number of 32 bits.
     pub fn data_type(&self, index: u16, sub: u8) -> Result<Option<u32>, Unreadable> {
-        let own = self.number(&of_sub(index, sub), "DataType", 0)?;
-        let value = if own.is_some() { own } else { self.number(&of_object(index), "DataType", 0)? };
-        Ok(value.map(|value| value.number))
+        let entry = self.property(index, sub, "DataType");
+        entry.map(|entry| entry.number(0)).transpose()
+    }
+
+    /// Returns an entry of a sub-index, or else of its object.
+    pub fn property(&self, index: u16, sub: u8, key: &str) -> Option<&Entry> {
+        self.entry(&of_sub(index, sub), key).or_else(|| self.entry(&of_object(index), key))
+    }
+
+    /// Returns the sub-indices of an ARRAY or a RECORD, in rising order. A VAR has none.
+    ///
+    /// # Errors
+    /// When `CompactSubObj` is no number of 32 bits.
+    pub fn sub_indices(&self, index: u16) -> Result<Vec<u8>, Unreadable> {
+        let own = self.entries.keys().filter_map(|(section, _)| match indices(section)? {
+            (of, sub) if of == index => sub,
+            _ => None,
+        });
+        let mut all: BTreeSet<u8> = own.collect();
+        if let Some(highest) = self.highest(index)? {
+            // Sub-index 255 is the structure of the object (CiA 301 7.4.3).
+            all.extend(0..=highest.number.min(254) as u8);
+        }
+        Ok(all.into_iter().collect())
+    }
+
+    /// Returns whether a sub-index has no section: the object has it by `CompactSubObj`.
+    ///
+    /// # Errors
+    /// When `CompactSubObj` is no number of 32 bits.
+    pub fn is_compact(&self, index: u16, sub: u8) -> Result<bool, Unreadable> {
+        let has_section = self.entry(&of_sub(index, sub), "ParameterName").is_some();
+        Ok(!has_section && self.highest(index)?.is_some())
     }
 }
 
