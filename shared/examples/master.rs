@@ -1,6 +1,5 @@
-//! A master of one's own without any hardware: it commands a valve and hears how far that is open, both by PDO.
-//!
-//!     cargo run -p ecss-can --example master
+//! A master without any hardware: it commands a valve and hears how far that is open, both by PDO.
+//! Run it: `cargo run -p ecss-can --example master`
 
 use ecss_can::link::Stamp;
 use ecss_can::node::{BusCommand, LinkEvent, Outbox, Turn};
@@ -86,17 +85,12 @@ fn main() {
     assert!(answer.contains(&(0x000, vec![1, 5])), "the valve has booted: start it");
     desk.receive(0x705, &[5]);
 
-    let sent = desk.master.send_to(VALVE, OPEN, (60,), desk.now);
-    sent.expect("the valve is operational");
+    desk.master.send_to(VALVE, OPEN, (60,), desk.now).expect("the valve is operational");
     assert_eq!(desk.sent(), [(0x205, vec![60])]);
 
     desk.receive(0x185, &[60]);
-    let opening = |event| match event {
-        MasterEvent::Pdo(pdo) => pdo.get(OPENING.of(VALVE)),
-        _ => None,
-    };
-    let heard = core::iter::from_fn(|| desk.out.pop_event()).find_map(opening);
-    assert_eq!(heard, Some((60,)), "the application knows");
+    let is_open = |event| matches!(event, MasterEvent::Pdo(pdo) if pdo.get(OPENING.of(VALVE)) == Some((60,)));
+    assert!(core::iter::from_fn(|| desk.out.pop_event()).any(is_open), "the application knows");
 }
 
 #[test]

@@ -17,27 +17,21 @@ struct Counter {
 impl Device for Counter {
     type Pdos = PdoObjects<0, 1>;
     type Consumers = HeartbeatConsumers<1>;
-    /// 283h, with every SYNC.
-    const PDOS: PdoSet = PdoSet::new(
-        &[],
-        &[Pdo::<()>::new(CobIdOf::node(0x280)).map(Counter::COUNT).transmit(1).transmission(1)],
-    );
+    const PDOS: PdoSet = PdoSet::new(&[], &[COUNT.transmit(1).transmission(1)]);
 }
 
-/// Its reader.
+/// Its count with every SYNC: 280h + node.
+const COUNT: Pdo<Counter, (u32,)> = Pdo::new(CobIdOf::node(0x280)).map(Counter::COUNT);
+
+/// Its reader, which has no objects.
 #[derive(Debug, Objects)]
 #[objects(device)]
-struct Display {
-    /// Last count
-    #[object(0x6000, rww, pdo)]
-    last: u32,
-}
+struct Display {}
 
 impl Device for Display {
     type Pdos = PdoObjects<1, 0>;
     type Consumers = HeartbeatConsumers<1>;
-    const PDOS: PdoSet =
-        PdoSet::new(&[Pdo::<()>::new(CobIdOf::fixed(0x283)).map(Display::LAST).receive(1)], &[]);
+    const PDOS: PdoSet = PdoSet::new(&[COUNT.of(COUNTER).receive(1)], &[]);
 }
 
 /// A node on both buses.

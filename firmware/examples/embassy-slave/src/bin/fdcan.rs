@@ -1,4 +1,4 @@
-//! CANopen slave 3 at 250 kbit/s on FDCAN1 of a NUCLEO-G474RE (PA11, PA12) or NUCLEO-H743ZI (PD0, PD1).
+//! Heater, slave 3 at 250 kbit/s, on FDCAN1 of a NUCLEO-G474RE (PA11, PA12) or NUCLEO-H743ZI (PD0, PD1).
 #![no_std]
 #![no_main]
 use async_canopen::{link::adapter::Adapter, prelude::*};
@@ -12,7 +12,6 @@ bind_interrupts!(struct Irqs {
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
 });
-/// Heater that its master commands by SDO or PDO.
 #[derive(Debug, Objects)]
 #[objects(device)]
 struct Heater {
@@ -20,11 +19,11 @@ struct Heater {
     #[object(0x6000, rww, pdo, high = 100)]
     power: u8,
 }
+const COMMAND: Pdo<Heater, (u8,)> = Pdo::new(CobIdOf::node(0x200)).map(Heater::POWER);
 impl Device for Heater {
     type Pdos = PdoObjects<1, 0>;
     type Consumers = HeartbeatConsumers<1>;
-    const PDOS: PdoSet =
-        PdoSet::new(&[Pdo::<Self>::new(CobIdOf::node(0x200)).map(Heater::POWER).receive(1)], &[]);
+    const PDOS: PdoSet = PdoSet::new(&[COMMAND.receive(1)], &[]);
 }
 type Node = CanopenSlave<Heater>;
 static NODE: Single<Board<Fdcan>, Node> = Single::new();
