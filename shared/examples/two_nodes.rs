@@ -5,6 +5,8 @@ use ecss_can::link::Stamp;
 use ecss_can::node::{BusCommand, LinkEvent, Outbox, Turn};
 use ecss_can::prelude::*;
 
+const COUNTER: NodeId = NodeId::of::<3>();
+
 /// A clock that counts SYNCs.
 #[derive(Debug, Objects)]
 #[objects(device)]
@@ -65,7 +67,7 @@ impl<N: Node> Board<N> {
 }
 
 fn main() {
-    let mut slave = Board::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
+    let mut slave = Board::new(Slave::new(COUNTER, &Profile::DEFAULT, Counter::default()));
     let mut master = Board::new(Master::new(&Profile::DEFAULT, Display::default(), None));
     let (mut now, mut heard) = (Instant::ZERO, vec![]);
     while now < Instant::from_micros(1_050_000) {
