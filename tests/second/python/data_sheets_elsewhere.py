@@ -11,6 +11,8 @@ from eds_utils.core.file_io.read_eds import read_eds
 EDS = Path(os.environ["SLAVE_EDS"])
 COMMITTED = Path(__file__).parents[3] / "docs/eds"
 NODE = 3
+#: Receive PDOs of the master map dummy entries, which are no objects (CiA 306). eds-utils looks for them.
+WITH_DUMMIES = ("master.dcf", "master.eds")
 
 
 class DataSheetsElsewhere(unittest.TestCase):
@@ -40,6 +42,10 @@ class DataSheetsElsewhere(unittest.TestCase):
         allowed = ["AUTO-FIXED: Section [ManufacturerObjects] was missing"]
         for path in self.files:
             with self.subTest(file=path.name):
+                if path.name in WITH_DUMMIES:
+                    with self.assertRaises(KeyError):
+                        read_eds(str(path))
+                    continue
                 sheet, errors = read_eds(str(path))
                 self.assertEqual([error for error in errors if error not in allowed], [])
                 self.assertIn(0x1000, sheet.indexes)
