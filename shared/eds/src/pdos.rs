@@ -148,7 +148,7 @@ fn mismatch(rpdo: &Pdo, tpdo: &Pdo) -> Option<[String; 2]> {
             format!("{}: the receiver rejects it", tpdo.bytes()),
         ]);
     }
-    // Its application reads the values from the payload: there is no more to compare.
+    // A receiver without objects declares only the length. Its application decodes the payload.
     if rpdo.fields.iter().all(Field::is_skipped) {
         return None;
     }

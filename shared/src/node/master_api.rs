@@ -72,7 +72,7 @@ pub enum MasterEvent {
         /// Bus on which it was heard.
         bus: Bus,
     },
-    /// A receive PDO took effect: its values are in the dictionary. [`ReceivedPdo::get`] tells which one, with its values.
+    /// A receive PDO took effect. [`ReceivedPdo::get`] returns its values, if it is the PDO that you name.
     Pdo(ReceivedPdo),
     /// A frame arrived on the active bus with a COB-ID of
     /// [`Device::RAW_FRAMES`](crate::node::Device::RAW_FRAMES).
@@ -82,7 +82,7 @@ pub enum MasterEvent {
         /// Received frame, with its data.
         frame: Frame,
     },
-    /// A synchronous receive PDO took effect, at a SYNC of this master. [`SetRpdo::is`] tells which one.
+    /// A synchronous receive PDO took effect, at a SYNC of this master. [`SetRpdo::is`] compares it with the PDO that you name.
     Synchronised(SetRpdo),
     /// A spacecraft time arrived, and the clock follows it.
     Time(Scet),

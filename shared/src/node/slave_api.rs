@@ -34,9 +34,9 @@ pub enum SlaveEvent {
         /// Bus on which the node stays.
         bus: Bus,
     },
-    /// A receive PDO took effect: its values are in the dictionary. [`ReceivedPdo::get`] tells which one, with its values.
+    /// A receive PDO took effect. [`ReceivedPdo::get`] returns its values, if it is the PDO that you name.
     Pdo(ReceivedPdo),
-    /// A synchronous receive PDO took effect, at a SYNC. [`SetRpdo::is`] tells which one.
+    /// A synchronous receive PDO took effect, at a SYNC. [`SetRpdo::is`] compares it with the PDO that you name.
     Synchronised(SetRpdo),
     /// A frame was not sent, and none replaces it: that of a transmit PDO which is sent on events alone, without
     /// an event timer, and is no [state](crate::pdo::Tpdo::state).

@@ -1,9 +1,5 @@
 //! What the handle of a master has beyond that of a CANopen node.
 
-use core::future::poll_fn;
-use core::pin::pin;
-use core::task::Poll;
-
 use super::cable::{Cable, Measurement};
 use super::extend::{Waiter, WholeNode};
 use super::{Handle, Outside, Platform};
@@ -13,10 +9,7 @@ use crate::node::{Master, MasterRequest, Refusal, SelfTest, SpacecraftDevice, St
 use crate::pdo::{Pdo, Values};
 use crate::redundancy::MasterBoards;
 use crate::sdo::Error;
-use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, Scet};
-
-/// Period at which a waiting task without a place checks the state of a slave.
-const LOOK: Duration = Duration::from_millis(100);
+use crate::types::{Bus, Frame, Instant, NmtState, NodeId, Scet};
 
 /// What the handle of a master has beyond that of a CANopen node.
 ///
@@ -194,18 +187,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> MasterHandle for Handle<
     async fn wait_operational(&self, node: NodeId) {
         let place = Waiter::take(*self);
         while !self.may_command(node) {
-            let look = if place.has_place() { Instant::NEVER } else { self.now() + LOOK };
-            let mut timer = pin!(self.wait_until(look));
-            let mut is_first = true;
-            // Woken by a signal or by the timer: look again.
-            poll_fn(|context| {
-                if !core::mem::take(&mut is_first) {
-                    return Poll::Ready(());
-                }
-                place.wake_by(context.waker());
-                timer.as_mut().poll(context)
-            })
-            .await;
+            place.wait_until(Instant::NEVER).await;
         }
     }
 

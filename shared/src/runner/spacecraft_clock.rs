@@ -1,17 +1,10 @@
 //! Clock of the spacecraft time, for an application.
 
-use core::future::poll_fn;
-use core::pin::pin;
-use core::task::Poll;
-
 use super::extend::{Waiter, WholeNode};
 use super::{Handle, Platform};
 use crate::node::TimeKeeper;
 use crate::time::Quality;
 use crate::types::{Duration, FineInstant, Instant, Scet};
-
-/// Period at which a waiting task without a place checks the clock for a step.
-const LOOK: Duration = Duration::from_millis(100);
 
 /// Clock of a node that keeps the spacecraft time.
 #[doc(alias("SCET", "spacecraft elapsed time"))]
@@ -57,20 +50,9 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     /// # Cancel safety
     /// A dropped future has no effect.
     pub async fn at(&self, scet: Scet) {
-        let slot = Waiter::take(self.handle);
+        let place = Waiter::take(self.handle);
         while let Err(due) = self.reached(scet) {
-            let due = if slot.has_place() { due } else { due.min(self.handle.now() + LOOK) };
-            let mut timer = pin!(self.handle.wait_until(due));
-            let mut is_first = true;
-            // Woken by the timer or by a step: look again.
-            poll_fn(|context| {
-                if !core::mem::take(&mut is_first) {
-                    return Poll::Ready(());
-                }
-                slot.wake_by(context.waker());
-                timer.as_mut().poll(context)
-            })
-            .await;
+            place.wait_until(due).await;
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::Config;
 use crate::od::{CobIdEntry, EntryUse, INVALID, Objects, Record};
-use crate::types::{AbortCode, Address, CobId, NodeId};
+use crate::types::{AbortCode, Address};
 
 /// Objects of the emergency service (CiA 301 7.5.2).
 #[doc(alias("1001h", "1003h", "1014h", "1015h", "COB-ID EMCY", "inhibit time EMCY"))]
@@ -43,11 +43,6 @@ pub(super) const COB_ID: u16 = EmcyObjects::COB_ID.index();
 pub(super) const INHIBIT: u16 = EmcyObjects::INHIBIT.index();
 
 impl EmcyObjects {
-    /// Makes the objects with the defaults of a node.
-    pub fn new(node: NodeId) -> Self {
-        Self { cob_id: u32::from(CobId::emcy(node).raw()), ..Self::default() }
-    }
-
     /// Returns the parameters for the [`Producer`](super::Producer).
     #[inline(never)] // smaller: it has several callers, all of them rare
     pub const fn config(&self) -> Config {

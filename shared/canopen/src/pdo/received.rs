@@ -7,7 +7,7 @@ use super::values::Values;
 use super::{CobIdOf, PdoSet};
 use crate::types::{Bus, Duration, Instant, NodeId};
 
-/// Receive PDO that took effect: its values are in the dictionary.
+/// Receive PDO that took effect. Values that the device has objects for are in the dictionary.
 ///
 /// ```
 /// # use async_canopen::pdo::{CobIdOf, Pdo, PdoSet, ReceivedPdo};

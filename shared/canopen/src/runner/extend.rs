@@ -3,13 +3,18 @@
 //! [`WholeNode`] lends the whole node behind a [`Handle`]. [`Waiter`] and [`AtEnd`] are for futures of nodes that have more
 //! than CANopen.
 
-use core::task::Waker;
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::{Poll, Waker};
 
 use super::shared::Shared;
 use super::storage::Core;
-use super::{Handle, Platform};
+use super::{Clock, Handle, Platform};
 use crate::node::Node;
-use crate::types::Instant;
+use crate::types::{Duration, Instant};
+
+/// Longest wait of a task without a place.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// Access to the whole node behind a [`Handle`]: for tests and extensions, not for applications.
 ///
@@ -67,13 +72,29 @@ impl<B: Platform, N: Node> Waiter<B, N> {
         Waiter { core, nth }
     }
 
-    /// Returns whether a place was free. Without one the task has to check for itself, from time to time.
-    pub const fn has_place(&self) -> bool {
-        self.nth.is_some()
+    /// Waits for the next signal, at most until `until`. Without a place it waits at most 100 ms: the task then checks for
+    /// itself. It may end without a signal, too.
+    ///
+    /// # Cancel safety
+    /// A dropped future has no effect.
+    pub async fn wait_until(&self, until: Instant) {
+        let clock = &self.core.clock;
+        let until = if self.nth.is_some() { until } else { until.min(clock.now() + LOOK) };
+        let mut timer = pin!(clock.at(until));
+        let mut is_first = true;
+        poll_fn(|context| {
+            // Woken by a signal or by the timer.
+            if !core::mem::take(&mut is_first) {
+                return Poll::Ready(());
+            }
+            self.wake_by(context.waker());
+            timer.as_mut().poll(context)
+        })
+        .await;
     }
 
     /// Lets the next signals wake this task.
-    pub fn wake_by(&self, waker: &Waker) {
+    fn wake_by(&self, waker: &Waker) {
         self.core.lock(|shared| {
             if let Some(slot) = self.nth.and_then(|nth| shared.waiters.get_mut(nth)) {
                 *slot = Some(waker.clone());
