@@ -63,6 +63,6 @@ fn log(event: &MinimalEvent) {
         }
         MinimalEvent::BusStalled { bus } => error!("{} neither joined nor left, trying on", bus),
         MinimalEvent::BusFailed { bus } => error!("{} failed: bus-off too often", bus),
-        MinimalEvent::Heartbeat { .. } | MinimalEvent::Sync { .. } | MinimalEvent::Pdo { .. } => {}
+        _ => {}
     }
 }

@@ -2,219 +2,203 @@
 
 use thiserror::Error;
 
+use super::events::role_events;
 use crate::boot::{BootFailure, BootProgress, Difference};
 use crate::emcy::Emergency;
 use crate::link::Stamp;
-use crate::link::port::Health;
 use crate::nmt::NmtMessage;
-use crate::pdo::{ReceivedPdo, SetRpdo};
 use crate::redundancy::{BabblingStep, RoleChange, SwitchCause};
-use crate::time::Step;
-use crate::types::{Address, Bus, CobId, Frame, NmtState, NodeId, Scet};
+use crate::types::{Bus, Frame, NmtState, NodeId, Scet};
 
-/// Event that a master reports to its application.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u32)] // moves in words: see `runner`
-pub enum MasterEvent {
-    /// A slave reported its first NMT state, also after it was lost, or a new one.
-    SlaveState {
-        /// Node-ID of the slave.
-        node: NodeId,
-        /// Bus on which it was heard.
-        bus: Bus,
-        /// NMT state of the slave. [`NmtState::Initialising`] is its boot-up message.
-        state: NmtState,
-    },
-    /// The master heard no heartbeat of a slave for its consumer time on either bus.
-    SlaveLost {
-        /// Node-ID of the slave that was lost.
-        node: NodeId,
-    },
-    /// An assigned slave was heard on neither bus in the first two dwells after power-on.
-    SlaveUnheard {
-        /// Node-ID of the slave.
-        node: NodeId,
-    },
-    /// A node sends heartbeats, but its SDO server does not answer. It does not count for the choice of the bus.
-    UnknownNode {
-        /// Node-ID of the foreign node.
-        node: NodeId,
-    },
-    /// Two nodes have this Node-ID: their heartbeats report Operational and another state in turn (EMCY 8150h).
-    /// The master continues to command the node that is Operational.
-    Clash {
-        /// Node-ID of both.
-        node: NodeId,
-    },
-    /// One of the two nodes with this Node-ID was silent for ten consumer times.
-    ClashOver {
-        /// Node-ID of both.
-        node: NodeId,
-    },
-    /// Another node sends the master's heartbeat, 701h (EMCY 8150h).
-    SecondMaster {
-        /// Bus on which it was heard.
-        bus: Bus,
-    },
-    /// The SYNCs of this master are not captured because wires are missing or broken. They are stamped in the
-    /// interrupt (EMCY 9000h). Slaves widen their error bounds.
-    SyncUncaptured,
-    /// The collision is over: no 701h of another node was heard for long enough.
-    SecondMasterSilent {
-        /// Bus on which it had been heard.
-        bus: Bus,
-    },
-    /// A lost slave is heard again.
-    SlaveReturned {
-        /// Node-ID of the slave that returned.
-        node: NodeId,
-        /// Bus on which it was heard.
-        bus: Bus,
-    },
-    /// A receive PDO took effect. [`ReceivedPdo::get`] returns its values, if it is the PDO that you name.
-    Pdo(ReceivedPdo),
-    /// A frame arrived on the active bus with a COB-ID of
-    /// [`Device::RAW_FRAMES`](crate::node::Device::RAW_FRAMES).
-    Frame {
-        /// The active bus.
-        bus: Bus,
-        /// Received frame, with its data.
-        frame: Frame,
-    },
-    /// A synchronous receive PDO took effect, at a SYNC of this master. [`SetRpdo::is`] compares it with the PDO that you name.
-    Synchronised(SetRpdo),
-    /// A spacecraft time arrived, and the clock follows it.
-    Time(Scet),
-    /// The clock was set instead of steered: by command, for the first time, or because it was too far off.
-    Step(Step),
-    /// An emergency message arrived (ECSS 6.4).
-    Emergency {
-        /// Node that sent it.
-        node: NodeId,
-        /// Bus on which it was received.
-        bus: Bus,
-        /// Code, error register and information of the manufacturer.
-        emergency: Emergency,
-    },
-    /// The active errors of a slave are others than the master knew: it read the register and the history of the slave after
-    /// a change of the bus, a takeover, or a boot-up message (object 2048h).
-    ErrorsRead {
-        /// Node-ID of the slave.
-        node: NodeId,
-    },
-    /// An active error of a slave has no place in object 2048h: 64 are there.
-    ErrorNotKept {
-        /// Node-ID of the slave.
-        node: NodeId,
-    },
-    /// A frame was not sent, and none replaces it: a command, or another frame of the application, or a transmit PDO that
-    /// is sent on events alone, without an event timer, and is no [state](crate::pdo::Tpdo::state).
-    NotSent {
-        /// Bus for which it was meant.
-        bus: Bus,
-        /// COB-ID of the frame.
-        id: CobId,
-        /// Payload of the frame, zero above its length.
-        data: [u8; 8],
-    },
-    /// The boot-up of an assigned slave made progress (object 2040h).
-    Boot {
-        /// Node-ID of the slave.
-        node: NodeId,
-        /// Step that it reached.
-        progress: BootProgress,
-    },
-    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). The master does not start it until it
-    /// boots up again, returns, or the active bus changes. A slave that was running and could not be checked
-    /// continues.
-    BootFailed {
-        /// Node-ID of the slave.
-        node: NodeId,
-        /// Error and cause: the object, and the values or the abort code.
-        failure: BootFailure,
-    },
-    /// A slave that was started lost its configuration. Most likely it was reset and not heard. The master
-    /// commanded it to Pre-operational, and configures and starts it again.
-    ConfigurationLost {
-        /// Node-ID of the slave.
-        node: NodeId,
-        /// First value that differs: 1020h if the slave keeps one.
-        difference: Difference,
-    },
-    /// All mandatory slaves are configured, started and synchronised. Never reported if no slave is mandatory.
-    BootCompleted,
-    /// A client wrote an object of the application by SDO.
-    Written(Address),
-    /// Reset the chip: the application, or a client in 1F82h, requested a reset of the master. The master
-    /// continues until then.
-    ResetNode,
-    /// Start the self-test (ECSS 6.7b), and write its result to object 2031h.
-    SelfTest,
-    /// The active bus changed.
-    BusSwitched {
-        /// Bus that was left.
-        from: Bus,
-        /// Active bus from now on.
-        to: Bus,
-        /// Reason of the change.
-        cause: SwitchCause,
-    },
-    /// No slave was heard on either bus in Ntoggle changes of the bus. The master stays on this bus until it hears
-    /// one, or until a command changes the bus.
-    GaveUp {
-        /// Bus on which it stays.
-        bus: Bus,
-    },
-    /// A SYNC went out.
-    SyncSent {
-        /// End of the frame.
-        stamp: Stamp,
-    },
-    /// This master sends too many frames: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h.
-    /// Reported once until no frame was refused for a second. Above the budget of the node, the master is in
-    /// Pre-operational for the time in its [profile](crate::profile::Profile::budget). Heartbeat, NMT, SYNC, time
-    /// and SDO continue.
-    OverBudget {
-        /// COB-ID of the refused frame.
-        id: CobId,
-    },
-    /// A slave sends too many frames on the active bus (EMCY 8000h with its Node-ID), and the master took this
-    /// step.
-    Babbling {
-        /// Node-ID of the slave: its COB-IDs are those of the frames.
-        node: NodeId,
-        /// Step that the master took.
-        step: BabblingStep,
-    },
-    /// The role of this board changed: active, or standby of another master board (ECSS 8.1a).
-    Role(RoleChange),
-    /// The NMT state of the master itself changed.
-    State(NmtState),
-    /// A command was refused: this master is not active, or too many commands wait for the announcement of a new
-    /// bus. In the second case the command is counted as refused on that bus.
-    Refused {
-        /// Node-ID that the command was for.
-        node: NodeId,
-    },
-    /// The error state of a controller changed.
-    Health {
-        /// Bus of the controller.
-        bus: Bus,
-        /// Present error state and error counters.
-        health: Health,
-    },
-    /// A controller does not join or leave its bus: it is defective, or the bus is dominant all the time. It goes
-    /// on trying.
-    BusStalled {
-        /// Bus of the controller.
-        bus: Bus,
-    },
-    /// A controller went bus-off too often. It tries again when its window ends.
-    BusFailed {
-        /// Bus of the controller.
-        bus: Bus,
-    },
+role_events! {
+    /// Event that a master reports to its application.
+    MasterEvent {
+        /// A slave reported its first NMT state, also after it was lost, or a new one.
+        ///
+        /// To do: begin the work with the slave in Operational, and stop it in other states.
+        SlaveState {
+            /// Node-ID of the slave.
+            node: NodeId,
+            /// Bus on which it was heard.
+            bus: Bus,
+            /// NMT state of the slave. [`NmtState::Initialising`] is its boot-up message.
+            state: NmtState,
+        },
+        /// The master heard no heartbeat of a slave for its consumer time on either bus.
+        ///
+        /// To do: stop the work with the slave. The master starts it again when it returns.
+        SlaveLost {
+            /// Node-ID of the slave that was lost.
+            node: NodeId,
+        },
+        /// A lost slave is heard again. Nothing to do: [`MasterEvent::SlaveState`] follows.
+        SlaveReturned {
+            /// Node-ID of the slave that returned.
+            node: NodeId,
+            /// Bus on which it was heard.
+            bus: Bus,
+        },
+        /// An assigned slave was heard on neither bus in the first two dwells after power-on.
+        ///
+        /// To do: log it, and do without the slave. The master starts it when it is heard.
+        SlaveUnheard {
+            /// Node-ID of the slave.
+            node: NodeId,
+        },
+        /// A node sends heartbeats, but its SDO server does not answer. It does not count for the choice of the bus.
+        ///
+        /// To do: log it. The network has a node that the mission does not know.
+        UnknownNode {
+            /// Node-ID of the foreign node.
+            node: NodeId,
+        },
+        /// Two nodes have this Node-ID: their heartbeats report Operational and another state in turn (EMCY 8150h).
+        /// The master continues to command the node that is Operational.
+        ///
+        /// To do: log it. One of the two boards has wrong straps or a wrong stored Node-ID.
+        Clash {
+            /// Node-ID of both.
+            node: NodeId,
+        },
+        /// One of the two nodes with this Node-ID was silent for ten consumer times. Nothing to do.
+        ClashOver {
+            /// Node-ID of both.
+            node: NodeId,
+        },
+        /// Another node sends the master's heartbeat, 701h (EMCY 8150h).
+        ///
+        /// To do: switch one of the two masters off, unless they are the two boards of a profile.
+        SecondMaster {
+            /// Bus on which it was heard.
+            bus: Bus,
+        },
+        /// The collision is over: no 701h of another node was heard for long enough. Nothing to do.
+        SecondMasterSilent {
+            /// Bus on which it had been heard.
+            bus: Bus,
+        },
+        /// The SYNCs of this master are not captured because wires are missing or broken. They are stamped in the
+        /// interrupt (EMCY 9000h). Slaves widen their error bounds.
+        ///
+        /// To do: log it. The wires of the board are in `docs/wiring.md`.
+        SyncUncaptured,
+        /// A frame arrived on the active bus with a COB-ID of
+        /// [`Device::RAW_FRAMES`](crate::node::Device::RAW_FRAMES).
+        ///
+        /// To do: decode it.
+        Frame {
+            /// The active bus.
+            bus: Bus,
+            /// Received frame, with its data.
+            frame: Frame,
+        },
+        /// An emergency message arrived (ECSS 6.4).
+        ///
+        /// To do: react by its code, such as with a reset of the node, or log it.
+        Emergency {
+            /// Node that sent it.
+            node: NodeId,
+            /// Bus on which it was received.
+            bus: Bus,
+            /// Code, error register and information of the manufacturer.
+            emergency: Emergency,
+        },
+        /// The active errors of a slave are others than the master knew: it read the register and the history of the
+        /// slave after a change of the bus, a takeover, or a boot-up message (object 2048h).
+        ///
+        /// To do: read them with [`MasterHandle::active_errors`](crate::runner::MasterHandle::active_errors).
+        ErrorsRead {
+            /// Node-ID of the slave.
+            node: NodeId,
+        },
+        /// An active error of a slave has no place in object 2048h: 64 are there.
+        ///
+        /// To do: log it. The slave has the error in its 1003h.
+        ErrorNotKept {
+            /// Node-ID of the slave.
+            node: NodeId,
+        },
+        /// The boot-up of an assigned slave made progress (object 2040h). Nothing to do.
+        Boot {
+            /// Node-ID of the slave.
+            node: NodeId,
+            /// Step that it reached.
+            progress: BootProgress,
+        },
+        /// The boot-up of an assigned slave failed (objects 2041h and 2042h). The master does not start it until it
+        /// boots up again, returns, or the active bus changes. A slave that was running and could not be checked
+        /// continues.
+        ///
+        /// To do: log it. The failure names the object that differs. After the cause is removed, request the boot-up
+        /// again ([`MasterHandle::boot`](crate::runner::MasterHandle::boot)).
+        BootFailed {
+            /// Node-ID of the slave.
+            node: NodeId,
+            /// Error and cause: the object, and the values or the abort code.
+            failure: BootFailure,
+        },
+        /// A slave that was started lost its configuration. Most likely it was reset and not heard. The master
+        /// commanded it to Pre-operational, and configures and starts it again. Nothing to do.
+        ConfigurationLost {
+            /// Node-ID of the slave.
+            node: NodeId,
+            /// First value that differs: 1020h if the slave keeps one.
+            difference: Difference,
+        },
+        /// All mandatory slaves are configured, started and synchronised. Never reported if no slave is mandatory.
+        ///
+        /// To do: begin the work that needs all of them.
+        BootCompleted,
+        /// The active bus changed.
+        ///
+        /// To do: repeat SDO transfers that ended with
+        /// [`Error::BusChanged`](crate::sdo::Error::BusChanged).
+        BusSwitched {
+            /// Bus that was left.
+            from: Bus,
+            /// Active bus from now on.
+            to: Bus,
+            /// Reason of the change.
+            cause: SwitchCause,
+        },
+        /// No slave was heard on either bus in Ntoggle changes of the bus. The master stays on this bus until it hears
+        /// one, or until a command changes the bus.
+        ///
+        /// To do: log it. Command the other bus if the failure of this one is known.
+        GaveUp {
+            /// Bus on which it stays.
+            bus: Bus,
+        },
+        /// A SYNC was sent.
+        ///
+        /// To do: sample, if the application samples at SYNC.
+        SyncSent {
+            /// End of the frame.
+            stamp: Stamp,
+        },
+        /// A slave sends too many frames on the active bus (EMCY 8000h with its Node-ID), and the master took this
+        /// step.
+        ///
+        /// To do: log it. Switch the slave off if no step helps.
+        Babbling {
+            /// Node-ID of the slave: its COB-IDs are those of the frames.
+            node: NodeId,
+            /// Step that the master took.
+            step: BabblingStep,
+        },
+        /// The role of this board changed: active, or standby of another master board (ECSS 8.1a).
+        ///
+        /// To do: send commands as the active master only.
+        Role(RoleChange),
+        /// A command was refused: this master is not active, or too many commands wait for the announcement of a new
+        /// bus. In the second case the command is counted as refused on that bus.
+        ///
+        /// To do: send it again after the announcement, if it is still useful.
+        Refused {
+            /// Node-ID that the command was for.
+            node: NodeId,
+        },
+    }
 }
 
 /// Reason why a PDO for a slave was not sent.

@@ -94,12 +94,7 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusStalled { bus } => error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => error!("{} failed: bus-off too often", bus),
         // It is logged with the bus.
-        MasterEvent::Role(_)
-        | MasterEvent::Pdo(_)
-        | MasterEvent::Frame { .. }
-        | MasterEvent::Synchronised(_)
-        | MasterEvent::Time(_)
-        | MasterEvent::SyncSent { .. } => {}
+        _ => {}
     }
 }
 

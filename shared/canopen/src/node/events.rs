@@ -45,19 +45,29 @@ pub trait SlaveEvents: NodeEvent {
 }
 
 /// Event that a [`CanopenSlave`](super::CanopenSlave) reports to its application.
+///
+/// "To do" in the description of an event is the work of an application that the node leaves to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 #[non_exhaustive]
 pub enum Event {
     /// The NMT state changed.
+    ///
+    /// To do: send the first values of PDOs that are sent on events, when the node is Operational.
     State(NmtState),
-    /// A receive PDO took effect. [`ReceivedPdo::get`] returns its values, if it is the PDO that you name.
+    /// A receive PDO took effect.
+    ///
+    /// To do: take its values with [`ReceivedPdo::get`], which returns them if it is the PDO that you name.
     Pdo(ReceivedPdo),
-    /// A synchronous receive PDO took effect, at a SYNC. [`SetRpdo::is`] compares it with the PDO that you name.
+    /// A synchronous receive PDO took effect, at a SYNC.
+    ///
+    /// To do: compare it with the PDO that you name ([`SetRpdo::is`]), and read its objects.
     Synchronised(SetRpdo),
     /// A frame was not sent, and none replaces it: that of a transmit PDO which is sent on events alone, without
     /// an event timer, and is no [state](crate::pdo::Tpdo::state).
+    ///
+    /// To do: decide whether it is still useful, and send it again.
     NotSent {
         /// COB-ID of the frame.
         id: CobId,
@@ -65,8 +75,12 @@ pub enum Event {
         data: [u8; 8],
     },
     /// A client wrote an object of the application by SDO.
+    ///
+    /// To do: apply the new value, which the object has.
     Written(Address),
     /// A node that 1016h monitors reported its first NMT state, or a new one.
+    ///
+    /// To do: use or ignore its values by its state.
     PeerState {
         /// Node-ID of the peer.
         node: NodeId,
@@ -74,26 +88,40 @@ pub enum Event {
         state: NmtState,
     },
     /// A heartbeat of a node that 1016h names is overdue.
+    ///
+    /// To do: do without its values.
     PeerMissed {
         /// Node-ID of the peer.
         node: NodeId,
     },
     /// A frame of [`Device::RAW_FRAMES`](super::Device::RAW_FRAMES) arrived.
+    ///
+    /// To do: decode it.
     Frame(Frame),
     /// A SYNC arrived.
+    ///
+    /// To do: sample, if the application samples at SYNC.
     Sync {
         /// End of the SYNC.
         stamp: Stamp,
     },
     /// The error state of the controller changed.
+    ///
+    /// To do: log it. The node recovers by itself, and reports errors by EMCY.
     Health(Health),
-    /// The controller does not join or leave its bus: it is defective, or the bus is dominant all the time. It goes
-    /// on trying.
+    /// The controller does not join or leave its bus: it is defective, or the bus is dominant all the time.
+    ///
+    /// To do: log it. The controller goes on trying.
     BusStalled,
-    /// The controller went bus-off too often. It tries again when its window ends.
+    /// The controller went bus-off too often.
+    ///
+    /// To do: log it. The controller tries again when its window ends
+    /// ([`Settings::bus_off`](super::Settings::bus_off)).
     BusFailed,
-    /// Reset the chip. The node is silent until then, and reports this event again for each frame that it
-    /// receives.
+    /// A reset of this node was requested. The node is silent until then, and reports this event again for each frame that
+    /// it receives.
+    ///
+    /// To do: reset the chip.
     ResetNode,
 }
 

@@ -68,38 +68,45 @@ impl Numbers {
     }
 }
 
-/// Event that a minimal slave reports to its application.
+/// Event that a minimal slave reports to its application. The device itself handles PDOs and SYNC: see [`MinimalDevice`].
+///
+/// "To do" in the description of an event is the work of an application that the node leaves to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum MinimalEvent {
-    /// The bus considered active was confirmed or changed.
+    /// The bus considered active was confirmed or changed. Nothing to do.
     ActiveBus {
         /// Bus that the slave considers active now.
         bus: Bus,
         /// Reason for the choice of the bus.
         cause: BusCause,
     },
-    /// The master is missed on the active bus.
+    /// The master is missed on the active bus. The slave searches it.
+    ///
+    /// To do: go into a state that needs no commands, if there is one.
     MasterMissed {
         /// The active bus.
         bus: Bus,
     },
     /// The search ended without the master after Ntoggle switches. The node stays on this bus and listens.
+    ///
+    /// To do: go into a state that needs no commands, if there is one.
     GaveUp {
         /// Bus on which the node stays.
         bus: Bus,
     },
-    /// A heartbeat of the master arrived.
+    /// A heartbeat of the master arrived. Nothing to do.
     Heartbeat {
         /// Bus on which it arrived.
         bus: Bus,
     },
-    /// A SYNC arrived on the active bus.
+    /// A SYNC arrived on the active bus. Nothing to do: [`MinimalDevice::on_sync`] was called.
     Sync {
         /// Bus on which it arrived.
         bus: Bus,
     },
-    /// The device handled a receive PDO.
+    /// The device handled a receive PDO. Nothing to do: [`MinimalDevice::on_pdo`] was called.
     Pdo {
         /// Bus on which it arrived.
         bus: Bus,
@@ -107,18 +114,24 @@ pub enum MinimalEvent {
         number: u8,
     },
     /// The error state of a controller changed.
+    ///
+    /// To do: log it. The node recovers by itself.
     Health {
         /// Bus of the controller.
         bus: Bus,
         /// Present error state and error counters.
         health: Health,
     },
-    /// A controller does not join or leave its bus. It goes on trying.
+    /// A controller does not join or leave its bus: it is defective, or the bus is dominant all the time.
+    ///
+    /// To do: log it. The controller goes on trying.
     BusStalled {
         /// Bus of the controller.
         bus: Bus,
     },
-    /// A controller went bus-off too often. It tries again when its window ends.
+    /// A controller went bus-off too often.
+    ///
+    /// To do: log it. The controller tries again when its window ends.
     BusFailed {
         /// Bus of the controller.
         bus: Bus,
