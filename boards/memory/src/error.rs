@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 /// Reason why a board has no memory map, and what to change.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A file cannot be read or written.
     #[error("{}: {reason}", path.display())]

@@ -109,6 +109,7 @@ pub fn accelerate() {
 /// What is wrong with the clock tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ClockFault {
     /// HSE is not ready any more.
     #[error("HSE is not ready any more")]

@@ -15,12 +15,13 @@ use ecss_can::types::NodeId;
 /// Why the straps give no Node-ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum StrapError {
     /// No strap is closed.
-    #[error("no strap is closed")]
+    #[error("no strap is closed: close those of the Node-ID and its parity")]
     Open,
     /// An even number of straps is closed.
-    #[error("an even number of straps is closed")]
+    #[error("an even number of straps is closed: with the strap of the parity it is odd")]
     Parity,
     /// A value below 2: 0 is no Node-ID, 1 is the master.
     #[error("the straps say {0}, which is no slave: 0 is no Node-ID, 1 is the master")]

@@ -68,6 +68,7 @@ use ecss_can::types::AbortCode;
 
 /// Why a dictionary cannot be described.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// Two objects of a dictionary have one index.
     #[error("{index:04X}h is declared twice")]

@@ -30,6 +30,7 @@ pub struct FileError {
 
 /// Two devices that cannot be on one network.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Conflict {
     /// Both have this Node-ID.
     NodeId(u8, [String; 2]),

@@ -204,12 +204,13 @@ role_events! {
 /// Reason why a PDO for a slave was not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Refusal {
     /// The slave is lost, was never heard, or is not Operational.
-    #[error("the slave is lost, was never heard, or is not Operational")]
+    #[error("the slave is lost, was never heard, or is not Operational: wait until it is")]
     NotOperational,
     /// The PDO is not valid, or the master itself is not Operational.
-    #[error("the PDO is not valid, or the master is not Operational")]
+    #[error("the PDO is not valid, or the master is not Operational: enable the PDO, or wait until it is")]
     NotValid,
     /// Too many commands wait for the announcement of a new bus.
     #[error("too many commands wait for the announcement of a new bus: try again")]

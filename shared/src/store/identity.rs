@@ -53,12 +53,15 @@ pub enum Straps {
 /// Reason why a board has no Node-ID. It does not communicate (ECSS 6.10f).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum NoNodeId {
     /// The straps are wrong.
-    #[error("the straps of the Node-ID are wrong")]
+    #[error("the straps of the Node-ID are wrong: close an odd number of them, for a Node-ID from 2")]
     Straps,
     /// No strap is closed, and no two stored copies agree.
-    #[error("no strap is closed, and no two stored copies of the Node-ID agree")]
+    #[error(
+        "no strap is closed, and no two stored copies of the Node-ID agree: store it in maintenance mode"
+    )]
     Missing,
     /// The store has another Node-ID than the straps.
     #[error("the straps say Node-ID {}, the store says {}", .straps.get(), .stored.get())]

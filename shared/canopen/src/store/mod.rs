@@ -128,6 +128,7 @@ impl Group {
 /// Reason why parameters were not stored, or not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum StoreError {
     /// There is no room before the next start, which makes room.
     #[error("the parameter store has no room before the next start")]

@@ -20,6 +20,7 @@ pub struct Frame {
 /// Error: the frame cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FrameError {
     /// There are more than 8 data bytes.
     #[error("a CAN frame has at most 8 data bytes")]

@@ -26,6 +26,7 @@ const LENGTH: u8 = 8;
 /// What is wrong with a controller in silent loopback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum ControllerFault {
     /// It did not enter Init mode.
     #[error("the controller did not enter Init mode")]
@@ -50,6 +51,7 @@ pub enum ControllerFault {
 /// What is wrong between a controller and its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum LineFault {
     /// CAN_RX never shows 11 recessive bits in a row.
     #[error("CAN_RX never shows 11 recessive bits in a row")]
@@ -65,6 +67,7 @@ pub enum LineFault {
 /// What is wrong with a capture wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum CaptureFault {
     /// The timer saw too few falling edges at its input: their number.
     #[error("the timer saw {0} falling edges at its input, which is too few")]

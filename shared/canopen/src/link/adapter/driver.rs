@@ -90,6 +90,7 @@ pub enum Accepted {
 /// A driver did not accept a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Refused {
     /// It has no room for a frame with this COB-ID.
     #[error("the driver has no room for a frame with this COB-ID")]
