@@ -153,10 +153,14 @@ impl<P: CanPort> BusState<P> {
     #[inline]
     fn end_turn<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
         let is_new = register(&mut shared.buses[self.bus], context);
-        if now >= self.due {
+        let is_due = now >= self.due;
+        if is_due {
             self.on_time(shared, now);
         }
-        self.settle(shared, now);
+        // Without either, the last step has ended already (row `rx.interrupt_to_application_median`).
+        if is_due || shared.is_asked(self.bus) {
+            self.settle(shared, now);
+        }
         is_new
     }
 
