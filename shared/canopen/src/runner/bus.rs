@@ -277,15 +277,19 @@ impl<P: CanPort> BusState<P> {
         self.looked = now;
         let health = self.port.health();
         if health != self.health {
-            let known = core::mem::replace(&mut self.health, health);
-            let is_verdict = verdict(&health) != verdict(&known);
-            let event = if is_verdict { LinkEvent::Health(health) } else { LinkEvent::Counters(health) };
-            self.report(shared, &event, now);
+            self.differs(shared, health, now);
         }
     }
 
+    #[inline(never)] // row `rx.interrupt_to_dictionary_median`: most looks find nothing
+    fn differs<N: Node>(&mut self, shared: &mut Shared<N>, health: Health, now: Instant) {
+        let known = core::mem::replace(&mut self.health, health);
+        let is_verdict = verdict(&health) != verdict(&known);
+        let event = if is_verdict { LinkEvent::Health(health) } else { LinkEvent::Counters(health) };
+        self.report(shared, &event, now);
+    }
+
     /// Reports another health, by which the next look is due.
-    #[inline(never)] // seldom
     fn report<N: Node>(&mut self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
         shared.tell(self.bus, event, now);
         self.update_due(shared);
