@@ -1,8 +1,7 @@
 //! Numbers of a mission: bit rate, periods, redundancy parameters, slaves.
 //!
 //! A *profile* is a constant that all nodes of a mission share, in images, simulations and documents. Start from
-//! [`Profile::DEFAULT`], and assert the checks where the profile is declared. An unsound profile then does not
-//! compile.
+//! [`Profile::DEFAULT`], and end with [`Profile::checked`]: values that do not fit each other then do not compile.
 //!
 //! ```
 //! use ecss_can::link::bit_timing::BitRate;
@@ -15,12 +14,9 @@
 //!     consumer: Duration::from_millis(500),
 //!     selective: &[NodeId::of::<4>()],
 //!     ..Profile::DEFAULT.at(BitRate::KBIT_500)
-//! };
-//! const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
-//! const _: () = assert!(MISSION.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
-//! const _: () = assert!(MISSION.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
-//! const _: () = MISSION.assert_heartbeats();
-//! const _: () = MISSION.assert_node_ids();
+//! }
+//! .checked();
+//! # assert_eq!(MISSION.ttoggle, 2);
 //! ```
 //!
 //! # Limits
@@ -29,6 +25,7 @@
 //! - The checks compare the numbers of a profile with each other. `cargo schedule` of the repository computes
 //!   the response times of the frames.
 
+mod checks;
 mod heartbeats;
 mod node_ids;
 
@@ -206,131 +203,9 @@ impl Profile {
         Profile { network: Network { bit_rate, ..self.network }, grace, late_heartbeat, bus_off, ..self }
     }
 
-    /// Advice for a profile that fails [`Profile::is_search_long_enough`].
-    pub const SEARCH_TOO_SHORT: &'static str = "slaves with selective access give up before the master has tried both \
-        buses: raise `ntoggle` until ttoggle x consumer x (ntoggle + 1) is at least two dwells, each the longer one of \
-        `dwell` and 2 x ttoggle x consumer + 2 x heartbeat";
-
-    /// Advice for a profile that fails [`Profile::is_standby_sound`].
-    pub const STANDBY_UNSOUND: &'static str = "two master boards: their `consumer` is at least `consumer` + `heartbeat` of \
-        the profile, and shorter than ttoggle x consumer; `prime_listens` is at least that time and two heartbeat periods, \
-        `second_listens` two heartbeat periods more; claims have two COB-IDs that CANopen does not keep";
-
-    /// Returns whether the parameters of two master boards fit the others. Assert it where a profile is declared.
-    ///
-    /// The standby is slower than the active master, which may change the bus first. It is faster than the slaves,
-    /// which stay on their bus. A board that was reset listens until the other one has taken over. `true` without a
-    /// standby.
-    ///
-    /// ```
-    /// use ecss_can::profile::Profile;
-    /// const MISSION: Profile = Profile { standby: Some(Profile::PAIR), ..Profile::DEFAULT };
-    /// const _: () = assert!(MISSION.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
-    /// ```
-    ///
-    /// A standby that does not wait for a change of the bus does not compile:
-    ///
-    /// ```compile_fail,E0080
-    /// # use ecss_can::{profile::Profile, redundancy::Pair};
-    /// # const PAIR: Pair = Pair { consumer: Profile::DEFAULT.consumer, ..Profile::PAIR };
-    /// const HASTY: Profile = Profile { standby: Some(PAIR), ..Profile::DEFAULT };
-    /// const _: () = assert!(HASTY.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
-    /// ```
-    pub const fn is_standby_sound(&self) -> bool {
-        let Some(pair) = self.standby else { return true };
-        let period = self.heartbeat.as_micros();
-        let silence = pair.consumer.as_micros();
-        let toggling = self.redundancy().toggling_time().as_micros();
-        let are_claims_free = !pair.prime_claims.is_restricted()
-            && !pair.second_claims.is_restricted()
-            && pair.prime_claims.raw() != pair.second_claims.raw();
-        let is_in_time =
-            silence >= self.consumer.as_micros() + period && (toggling == 0 || silence < toggling);
-        let waits = pair.prime_listens.as_micros() >= silence + 2 * period
-            && pair.second_listens.as_micros() >= pair.prime_listens.as_micros() + 2 * period;
-        are_claims_free && is_in_time && waits
-    }
-
-    /// Advice for a profile that fails [`Profile::is_budget_sound`].
-    pub const BUDGET_UNSOUND: &'static str = "a node of this mission would silence itself: the rate of a COB-ID in `budget` \
-        admits at least twice the frames that `heartbeat`, `sync` and `time` make, no node has \
-        less than a COB-ID, and the master hears as much of a slave as that may send";
-
-    /// Returns whether the budget admits twice the frames that follow from the periods of the profile. Assert it
-    /// where a profile is declared.
-    ///
-    /// ```
-    /// use ecss_can::profile::Profile;
-    /// use ecss_can::types::Duration;
-    /// const MISSION: Profile = Profile { sync: Duration::from_millis(2), ..Profile::DEFAULT };
-    /// const _: () = assert!(MISSION.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
-    /// ```
-    ///
-    /// A SYNC each millisecond is as much as the default admits, and does not compile:
-    ///
-    /// ```compile_fail,E0080
-    /// # use ecss_can::{profile::Profile, types::Duration};
-    /// const FAST: Profile = Profile { sync: Duration::from_millis(1), ..Profile::DEFAULT };
-    /// const _: () = assert!(FAST.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
-    /// ```
-    pub const fn is_budget_sound(&self) -> bool {
-        let BudgetPolicy { cob_id, slave, master, heard, .. } = self.budget;
-        let admits =
-            cob_id.is_twice(self.heartbeat) && cob_id.is_twice(self.sync) && cob_id.is_twice(self.time);
-        admits && slave.is_at_least(cob_id) && master.is_at_least(cob_id) && heard.is_at_least(slave)
-    }
-
-    /// Advice for a profile that fails [`Profile::is_clock_sound`].
-    pub const CLOCKS_UNSOUND: &'static str = "clocks cannot follow these crystals: `clocks.tolerance` is 1 to 900 ppm and at \
-        most `network.oscillator_tolerance`, `clocks.drift` 1 to 3,500 ppb/s, `clocks.excursion` at most 1,000,000 ppb, \
-        `clocks.agreeing` 2 to 40";
-
-    /// Returns whether every clock and the bit timing can follow the crystals that the profile admits. Assert it
-    /// where a profile is declared.
-    ///
-    /// ```
-    /// use ecss_can::profile::Profile;
-    /// const _: () = assert!(Profile::DEFAULT.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
-    /// ```
-    ///
-    /// Crystals beyond the tolerance of the bit timing do not compile:
-    ///
-    /// ```compile_fail,E0080
-    /// # use ecss_can::{link::bit_timing::PartsPerMillion, profile::Profile, time::ClockPolicy};
-    /// const CLOCKS: ClockPolicy = ClockPolicy { tolerance: PartsPerMillion(1_100), ..ClockPolicy::DEFAULT };
-    /// const MISSION: Profile = Profile { clocks: CLOCKS, ..Profile::DEFAULT };
-    /// const _: () = assert!(MISSION.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
-    /// ```
-    pub const fn is_clock_sound(&self) -> bool {
-        self.clocks.is_sound() && self.clocks.tolerance.0 <= self.network.oscillator_tolerance.0
-    }
-
     /// Returns how a node reaches its buses.
     pub fn access(&self, node: NodeId) -> BusAccess {
         if self.selective.contains(&node) { BusAccess::Selective } else { BusAccess::Parallel }
-    }
-
-    /// Returns whether slaves with selective access search long enough for a master that tries both buses. A
-    /// slave that gives up earlier stays on its bus (ECSS 8.3.3j), even if that bus is dead. Assert it where a
-    /// profile is declared:
-    ///
-    /// ```
-    /// use ecss_can::profile::Profile;
-    /// const MISSION: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ..Profile::DEFAULT };
-    /// const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
-    /// ```
-    ///
-    /// A search of 5.5 s does not compile:
-    ///
-    /// ```compile_fail,E0080
-    /// # use ecss_can::profile::Profile;
-    /// const SHORT: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ntoggle: 10, ..Profile::DEFAULT };
-    /// const _: () = assert!(SHORT.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
-    /// ```
-    pub const fn is_search_long_enough(&self) -> bool {
-        let redundancy = self.redundancy();
-        let both_buses = redundancy.dwell(self.dwell).times(2);
-        self.selective.is_empty() || redundancy.search_time().as_micros() >= both_buses.as_micros()
     }
 
     /// Returns the redundancy parameters of a slave.

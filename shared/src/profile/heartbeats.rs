@@ -12,32 +12,9 @@ const PRODUCER: u16 = HeartbeatProducer::TIME.index();
 const CONSUMERS: u16 = <HeartbeatConsumers>::CONSUMER_HEARTBEAT.index();
 
 impl Profile {
-    /// Stops the build if the heartbeat times do not fit their objects or each other. Call it where a profile is
-    /// declared.
-    ///
-    /// `heartbeat` and `consumer` are whole milliseconds of at most 65,535 ms, as 1017h and 1016h have them. Each
-    /// consumer time is longer than the period of the heartbeat that it watches, in `settings`, too. A consumer time
-    /// of zero watches nothing, and a period of zero in `settings` sends nothing.
-    ///
-    /// ```
-    /// use ecss_can::profile::Profile;
-    /// use ecss_can::types::Duration;
-    /// const MISSION: Profile = Profile { heartbeat: Duration::from_millis(200), ..Profile::DEFAULT };
-    /// const _: () = MISSION.assert_heartbeats();
-    /// ```
-    ///
-    /// A period with half a millisecond does not compile:
-    ///
-    /// ```compile_fail,E0080
-    /// # use ecss_can::{profile::Profile, types::Duration};
-    /// const MISSION: Profile = Profile { heartbeat: Duration::from_micros(2_500), ..Profile::DEFAULT };
-    /// const _: () = MISSION.assert_heartbeats();
-    /// ```
-    ///
-    /// # Panics
-    /// When called at run time, for the same reasons.
+    /// Stops the build if the heartbeat times do not fit their objects or each other.
     #[track_caller]
-    pub const fn assert_heartbeats(&self) {
+    pub(super) const fn assert_heartbeats(&self) {
         assert_whole(Reason::new("`heartbeat` (1017h)"), self.heartbeat, 1);
         assert_whole(Reason::new("`consumer` (1016h)"), self.consumer, 0);
         let heartbeat = Reason::new("`heartbeat` (1017h)");

@@ -6,31 +6,10 @@ use crate::store::identity::{MAINTENANCE, is_slave};
 use crate::types::NodeId;
 
 impl Profile {
-    /// Stops the build if the profile has a slave with the Node-ID of the master, 1, or with that of boards in
-    /// maintenance mode, 127 ([`MAINTENANCE`]). `selective` may have that of the master. Call it where a profile is
-    /// declared.
-    ///
-    /// ```
-    /// use ecss_can::profile::{MinimalNode, Profile};
-    /// use ecss_can::types::NodeId;
-    /// const MINIMAL: MinimalNode = MinimalNode { node: NodeId::of::<126>(), has_heartbeat: true };
-    /// const MISSION: Profile = Profile { minimal: &[MINIMAL], ..Profile::DEFAULT };
-    /// const _: () = MISSION.assert_node_ids();
-    /// ```
-    ///
-    /// Node-ID 127 does not compile:
-    ///
-    /// ```compile_fail,E0080
-    /// # use ecss_can::{profile::{MinimalNode, Profile}, types::NodeId};
-    /// const MINIMAL: MinimalNode = MinimalNode { node: NodeId::of::<127>(), has_heartbeat: true };
-    /// const MISSION: Profile = Profile { minimal: &[MINIMAL], ..Profile::DEFAULT };
-    /// const _: () = MISSION.assert_node_ids();
-    /// ```
-    ///
-    /// # Panics
-    /// When called at run time, for the same reason.
+    /// Stops the build if the profile has a slave with the Node-ID of the master or of boards in maintenance mode
+    /// ([`MAINTENANCE`]).
     #[track_caller]
-    pub const fn assert_node_ids(&self) {
+    pub(super) const fn assert_node_ids(&self) {
         let mut nth = 0;
         while nth < self.slaves.len() {
             assert_slave("`slaves`", self.slaves[nth].node);

@@ -29,7 +29,7 @@ const MIXED_ASSIGNED: Profile = assigned(MIXED);
 /// All of these, with two master boards.
 static PAIRS: [Profile; 4] = [pair(PARALLEL), pair(MIXED), pair(PARALLEL_ASSIGNED), pair(MIXED_ASSIGNED)];
 
-const _: () = assert!(pair(PARALLEL).is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
+const _: Profile = pair(PARALLEL).checked();
 
 const fn pair(profile: Profile) -> Profile {
     Profile { standby: Some(Profile::PAIR), ..profile }

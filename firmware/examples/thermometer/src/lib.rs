@@ -10,7 +10,7 @@ use ecss_can::prelude::*;
 pub use application::{Hardware, application};
 
 /// The numbers of the mission, the same in all its nodes.
-pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT };
+pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT }.checked();
 
 /// Address of its sensor, an LM75 with A2 to A0 at ground.
 pub const LM75: u8 = 0x48;

@@ -28,10 +28,10 @@ const BY_SETTINGS: Profile = Profile {
     ..Profile::DEFAULT
 };
 
-const _: () = Profile::DEFAULT.assert_heartbeats();
-const _: () = SHORT.assert_heartbeats();
-const _: () = LONG.assert_heartbeats();
-const _: () = NO_CONSUMER.assert_heartbeats();
-const _: () = BY_SETTINGS.assert_heartbeats();
+const _: Profile = Profile::DEFAULT.checked();
+const _: Profile = SHORT.checked();
+const _: Profile = LONG.checked();
+const _: Profile = NO_CONSUMER.checked();
+const _: Profile = BY_SETTINGS.checked();
 
 fn main() {}

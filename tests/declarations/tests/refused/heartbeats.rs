@@ -36,13 +36,13 @@ const IMPATIENT_PEER: Profile = Profile {
     ..Profile::DEFAULT
 };
 
-const _: () = HALF.assert_heartbeats();
-const _: () = NONE.assert_heartbeats();
-const _: () = LONG.assert_heartbeats();
-const _: () = MICROS.assert_heartbeats();
-const _: () = EQUAL.assert_heartbeats();
-const _: () = SLOW_SLAVE.assert_heartbeats();
-const _: () = IMPATIENT_SLAVE.assert_heartbeats();
-const _: () = IMPATIENT_PEER.assert_heartbeats();
+const _: Profile = HALF.checked();
+const _: Profile = NONE.checked();
+const _: Profile = LONG.checked();
+const _: Profile = MICROS.checked();
+const _: Profile = EQUAL.checked();
+const _: Profile = SLOW_SLAVE.checked();
+const _: Profile = IMPATIENT_SLAVE.checked();
+const _: Profile = IMPATIENT_PEER.checked();
 
 fn main() {}

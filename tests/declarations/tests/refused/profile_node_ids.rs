@@ -27,10 +27,10 @@ const MINIMAL: Profile = Profile { minimal: &[minimal(MAINTENANCE)], ..Profile::
 const SELECTIVE: Profile = Profile { selective: &[MASTER, MAINTENANCE], ..Profile::DEFAULT };
 const SLAVE_OF_ITSELF: Profile = Profile { slaves: &[assigned(MASTER)], ..Profile::DEFAULT };
 
-const _: () = SLAVES.assert_node_ids();
-const _: () = SETTINGS.assert_node_ids();
-const _: () = MINIMAL.assert_node_ids();
-const _: () = SELECTIVE.assert_node_ids();
-const _: () = SLAVE_OF_ITSELF.assert_node_ids();
+const _: Profile = SLAVES.checked();
+const _: Profile = SETTINGS.checked();
+const _: Profile = MINIMAL.checked();
+const _: Profile = SELECTIVE.checked();
+const _: Profile = SLAVE_OF_ITSELF.checked();
 
 fn main() {}
