@@ -110,14 +110,14 @@ impl<const N: usize> Manager<N> {
     }
 
     /// Takes stored parameters before power-on. Bdefault becomes active.
-    pub fn restore(&mut self, parameters: Parameters) {
+    pub(crate) fn restore(&mut self, parameters: Parameters) {
         self.parameters = Parameters { ctoggle: 0, ..parameters };
         self.active = parameters.bdefault;
         self.heartbeat = Producer::new(NodeId::MASTER, parameters.producer);
     }
 
     /// Sets the NMT state of the master, for its heartbeats.
-    pub fn set_state(&mut self, state: NmtState) {
+    pub(crate) fn set_state(&mut self, state: NmtState) {
         self.state = state;
     }
 

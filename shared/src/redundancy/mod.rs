@@ -94,7 +94,7 @@ impl Parameters {
     pub const NO_LIMIT: u8 = 255;
 
     /// Returns the times of heartbeats among them.
-    pub const fn heartbeats(&self) -> HeartbeatTimes {
+    pub(crate) const fn heartbeats(&self) -> HeartbeatTimes {
         HeartbeatTimes { consumer: self.consumer, producer: self.producer }
     }
 
@@ -105,7 +105,7 @@ impl Parameters {
 
     /// Returns the time that a contradiction counts: Ttoggle consumer times, but at least one consumer time and
     /// two heartbeats.
-    pub fn hold_off_time(&self) -> Duration {
+    pub(crate) fn hold_off_time(&self) -> Duration {
         self.toggling_time().max(self.consumer).max(self.producer.times(2))
     }
 
@@ -136,12 +136,12 @@ impl Parameters {
     }
 
     /// Returns the time without 701h of another node after which its collision with the master's is over.
-    pub fn quiet_time(&self) -> Duration {
+    pub(crate) fn quiet_time(&self) -> Duration {
         self.toggling_time().max(self.consumer).max(self.producer.times(2))
     }
 
     /// Returns whether a slave may change the bus by itself.
-    pub const fn toggling_enabled(&self) -> bool {
+    pub(crate) const fn toggling_enabled(&self) -> bool {
         self.toggling_time().as_micros() > 0 && self.ntoggle > 0
     }
 }

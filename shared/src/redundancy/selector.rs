@@ -208,15 +208,9 @@ impl Selector {
         self.selected
     }
 
-    /// Returns Bdefault as it is kept beyond power-off: of [`Selector::new`], or of the last
-    /// [`Selection::KeepBdefault`].
-    pub const fn kept(&self) -> Bus {
-        self.kept
-    }
-
     /// Notes that `bus` is kept beyond power-off, for example by "save". A Bdefault that was found before is not
     /// kept any more.
-    pub fn set_kept(&mut self, bus: Bus) {
+    pub(crate) fn set_kept(&mut self, bus: Bus) {
         (self.kept, self.keep) = (bus, None);
     }
 
@@ -263,7 +257,7 @@ impl Selector {
     /// Takes the heartbeat of nearly every call: on the selected bus, while it is followed. Returns whether it
     /// was such a heartbeat. If not, call [`Selector::on_master`]. Deadlines only become later.
     #[inline]
-    pub fn on_beat(&mut self, bus: Bus, at: Instant) -> bool {
+    pub(crate) fn on_beat(&mut self, bus: Bus, at: Instant) -> bool {
         match &mut self.phase {
             Phase::Following { last } if bus == self.selected => {
                 self.rhythm.note(at.since(*last));

@@ -35,12 +35,12 @@ impl Assignment {
     }
 
     /// Returns whether the master runs the boot-up process with the slave (bit 2).
-    pub const fn is_booted(self) -> bool {
+    pub(crate) const fn is_booted(self) -> bool {
         self.0 & (Self::SLAVE | Self::BOOT) == Self::SLAVE | Self::BOOT
     }
 
     /// Returns whether SYNC waits for the slave (bit 3).
-    pub const fn is_mandatory(self) -> bool {
+    pub(crate) const fn is_mandatory(self) -> bool {
         self.is_booted() && self.0 & Self::MANDATORY != 0
     }
 }

@@ -51,7 +51,7 @@ impl Staggered {
     }
 
     /// Sets the Node-ID, as [`Producer::set_node`].
-    pub const fn set_node(&mut self, node: NodeId) {
+    pub(crate) const fn set_node(&mut self, node: NodeId) {
         self.producer.set_node(node);
     }
 

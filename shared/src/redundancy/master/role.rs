@@ -15,7 +15,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     /// Returns the role of this board. `None`: the mission has one master board.
-    pub fn standby(&self) -> Option<&Standby> {
+    pub(crate) fn standby(&self) -> Option<&Standby> {
         self.boards.standby()
     }
 

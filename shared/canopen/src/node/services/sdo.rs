@@ -28,7 +28,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the COB-ID of SDO requests by the Node-ID.
-    pub fn sdo_id(&self) -> CobId {
+    pub(crate) fn sdo_id(&self) -> CobId {
         CobId::sdo_request(self.id)
     }
 
@@ -126,7 +126,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Notes that frames were dropped: each may have been a response of either server.
-    pub fn on_sdo_unsent(&mut self, frames: u16) {
+    pub(crate) fn on_sdo_unsent(&mut self, frames: u16) {
         for _ in 0..frames {
             self.on_sdo_sent();
             self.on_second_sdo_sent();
