@@ -20,7 +20,8 @@ pub use action::{Action, SwitchCause};
 ///
 /// ```
 /// use ecss_can::profile::Profile;
-/// use ecss_can::redundancy::{Action, Manager, SwitchCause};
+/// use ecss_can::redundancy::machine::{Action, Manager};
+/// use ecss_can::redundancy::SwitchCause;
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let (dwell, grace) = (Duration::from_millis(10_000), Duration::from_millis(1));

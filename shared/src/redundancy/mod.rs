@@ -44,6 +44,7 @@
 
 mod babblers;
 mod hold_off;
+pub mod machine;
 mod manager;
 mod master;
 mod objects;
@@ -55,17 +56,19 @@ mod slave_search;
 mod standby;
 mod trial;
 
-pub use babblers::{Babblers, BabblingStep};
-pub use manager::{Action, Manager, SwitchCause};
-pub use master::{
-    MasterAction, MasterBoards, MasterRedundancy, MasterSetup, MasterVerdict, OneBoard, Sending, TwoBoards,
-};
+pub(crate) use babblers::{Babblers, BabblingStep};
+pub use manager::SwitchCause;
+pub(crate) use manager::{Action, Manager};
+pub(crate) use master::{MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, Sending};
+pub use master::{MasterBoards, OneBoard, TwoBoards};
 pub use objects::{Redundancy, RedundancyObjects};
-pub use peers::{PeerHeartbeat, Peers};
-pub use rivals::Rivals;
-pub use selector::{MasterMessage, Selection, Selector};
-pub use slave::{BusCause, Retained, SlaveAction, SlaveActions, SlaveRedundancy, SlaveStep, SlaveVerdict};
-pub use standby::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
+pub(crate) use peers::{PeerHeartbeat, Peers};
+pub(crate) use rivals::Rivals;
+pub(crate) use selector::{MasterMessage, Selection, Selector};
+pub use slave::BusCause;
+pub(crate) use slave::{Retained, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};
+pub(crate) use standby::{Claim, RivalReaction, Standby};
+pub use standby::{Pair, Role, RoleCause, RoleChange, Strap};
 
 use crate::heartbeat::HeartbeatTimes;
 use crate::types::{Bus, Canonical, Duration};

@@ -26,7 +26,7 @@ const MOST_DOUBLINGS: u8 = 7;
 ///
 /// ```
 /// use ecss_can::profile::Profile;
-/// use ecss_can::redundancy::{MasterMessage, Selection, Selector};
+/// use ecss_can::redundancy::machine::{MasterMessage, Selection, Selector};
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);

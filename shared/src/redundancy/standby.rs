@@ -157,7 +157,8 @@ pub enum RivalReaction {
 ///
 /// ```
 /// use ecss_can::profile::Profile;
-/// use ecss_can::redundancy::{RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
+/// use ecss_can::redundancy::machine::{RivalReaction, Standby};
+/// use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap};
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);

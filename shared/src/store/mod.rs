@@ -17,9 +17,10 @@ pub mod identity;
 mod note;
 mod retained;
 
+pub(crate) use async_canopen::store::machine::{Apply, SaveLimit};
 pub use async_canopen::store::{
-    Apply, Content, Group, LOAD, Loaded, Loss, MAX_VALUE, ParameterStore, Parameters, Row, SAVE, SaveLimit,
-    StoreError, StoreObjects, StoreRequest,
+    Content, Group, LOAD, Loaded, Loss, ParameterStore, Parameters, Row, SAVE, StoreError, StoreObjects,
+    StoreRequest, machine,
 };
 pub use note::{BdefaultNotes, Save, load, note_bdefault, noted_bdefault};
 pub use retained::RetainedMemory;

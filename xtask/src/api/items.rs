@@ -23,9 +23,9 @@ pub struct Module {
 }
 
 impl Module {
-    /// Returns whether it has parts for crates that build nodes of their own.
+    /// Returns whether it has parts for nodes of another kind and for tests.
     pub fn is_extension(&self) -> bool {
-        self.path.rsplit("::").next() == Some("extend")
+        self.path.split("::").any(|name| matches!(name, "extend" | "machine"))
     }
 }
 

@@ -19,7 +19,8 @@ associated type or constant. Implementations of traits do not count. A re-export
 module that documents it. The prelude therefore has no items of its own, and `ecss-can` none of `async-canopen`. All features
 are on.
 
-Modules named `extend` have parts for crates that build nodes of their own. An application uses none of them.
+Items of modules named `extend` and `machine` are counted apart. `extend` has parts for crates that build nodes of another kind,
+`machine` has the services of a node as plain structs. Such crates and tests use them, an application uses none of them.
 
 ";
 
@@ -33,7 +34,7 @@ pub fn summary(packages: &[Package]) -> String {
 pub fn write(packages: &[Package]) -> String {
     let (users, extensions) = totals(packages.iter().flat_map(|(_, modules)| modules));
     let mut page = HEAD.to_owned();
-    let _ = writeln!(page, "| items | for users | for extensions |\n| --- | ---: | ---: |");
+    let _ = writeln!(page, "| items | for users | for extensions and tests |\n| --- | ---: | ---: |");
     let _ = writeln!(page, "| 2026-11-30, before this page | {} | {} |", BEFORE.0, BEFORE.1);
     for (package, modules) in packages {
         let (users, extensions) = totals(modules);
@@ -44,7 +45,7 @@ pub fn write(packages: &[Package]) -> String {
         let _ = write!(page, "\n## {package}\n");
         let (extensions, users): (Vec<_>, Vec<_>) = modules.iter().partition(|module| module.is_extension());
         table(&mut page, "For users", &users);
-        table(&mut page, "For extensions", &extensions);
+        table(&mut page, "For nodes of another kind, and for tests", &extensions);
     }
     page
 }

@@ -5,7 +5,8 @@
 //! when it leaves Initialising.
 //!
 //! ```
-//! use async_canopen::nmt::{Command, NmtMessage, NmtSlave, Reaction, Target};
+//! use async_canopen::nmt::{Command, NmtMessage, Target};
+//! use async_canopen::nmt::machine::{NmtSlave, Reaction};
 //! use async_canopen::types::{NmtState, NodeId};
 //!
 //! let mut slave = NmtSlave::new(false); // no autostart
@@ -33,6 +34,7 @@
 mod clash;
 mod command;
 mod error_behaviour;
+pub mod machine;
 mod objects;
 mod reset_guard;
 mod slave;
@@ -40,11 +42,8 @@ mod startup;
 mod state_clash;
 
 pub(crate) use clash::CROSSING;
-pub use clash::{Clash, ClashTimes, ClashWatch};
 pub use command::{Command, NmtMessage, Target};
 pub use error_behaviour::ErrorBehaviour;
 pub use objects::NmtObjects;
-pub use reset_guard::{ResetGuard, ResetVerdict};
-pub use slave::{NmtSlave, Reaction};
+pub(crate) use slave::{NmtSlave, Reaction};
 pub use startup::NmtStartup;
-pub use state_clash::{Judged, StateClashes};

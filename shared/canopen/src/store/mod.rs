@@ -6,7 +6,8 @@
 //! communication starts.
 //!
 //! ```
-//! use async_canopen::store::{Content, Group, Loaded, NoNotes, ParameterStore, Save, StoreRequest, load};
+//! use async_canopen::store::{Content, Group, Loaded, ParameterStore, StoreRequest};
+//! use async_canopen::store::machine::{NoNotes, Save, load};
 //! use async_canopen::types::{Address, NodeId};
 //! # use async_canopen::store::{Parameters, Row, StoreError};
 //! # #[derive(Default)]
@@ -67,16 +68,16 @@
 //! - [`SaveLimit`] allows ten saves in a row, then one every six minutes.
 
 mod limit;
+pub mod machine;
 mod notes;
 mod objects;
 mod save;
 mod set;
 
-pub use limit::SaveLimit;
-pub use notes::{NoNotes, Notes};
+pub(crate) use notes::Notes;
 pub use objects::{StoreObjects, StoreRequest};
-pub use save::{Parameters, Row, Save};
-pub use set::{Apply, Content, Loaded, MAX_VALUE, load};
+pub use save::{Parameters, Row};
+pub use set::{Content, Loaded};
 
 use thiserror::Error;
 

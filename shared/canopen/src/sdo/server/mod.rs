@@ -23,7 +23,7 @@ const PAUSE: u64 = 4;
 ///
 /// ```
 /// # use async_canopen::od::{ObjectAccess, Transfer};
-/// use async_canopen::sdo::Server;
+/// use async_canopen::sdo::machine::Server;
 /// # use async_canopen::types::{AbortCode, Address};
 /// use async_canopen::types::{Duration, Instant};
 /// # /// Object 1017h alone.
