@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use async_canopen::od::{ObjectAccess, Transfer};
+use async_canopen::od::machine::{ObjectAccess, Transfer};
 use async_canopen::sdo::machine::{Payload, Server};
 use async_canopen::types::{AbortCode, Address, Duration, Instant};
 
