@@ -1,6 +1,6 @@
 //! Nodes: all services put together, without input and output of their own.
 //!
-//! A *node* takes events of its buses and the time, and puts commands and events into an [`Outbox`]. A *device* is
+//! A *node* takes events of its buses and the time, and puts commands and events into an [`Outbox`](extend::Outbox). A *device* is
 //! the user's part of a node: its objects, its PDOs and its names, by the trait [`Device`].
 //!
 //! | node | for |

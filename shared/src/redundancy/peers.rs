@@ -176,7 +176,7 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Takes the timeout of the question to `node`. The node is asked again when it is next heard on the active bus, up to
-    /// three times. A node that was [adopted](Peers::adopt_overheard), and is heard on the active bus, no longer counts after
+    /// three times. A node that was adopted, and is heard on the active bus, no longer counts after
     /// the last time. Returns `true` the first time if the node does not count, and when it no longer counts.
     pub fn on_no_answer(&mut self, node: NodeId, now: Instant) -> bool {
         let Some(heard) = self.heard_mut(node) else { return false };

@@ -44,7 +44,7 @@ const MOST_DOUBLINGS: u8 = 7;
 ///
 /// A forged or faulty frame can imitate the master on the other bus. The slave follows it, because it looks like a
 /// real change of the bus. It returns as soon as the old bus contradicts it ([`Selection::Contradicted`]). Then it
-/// does not move on a heartbeat alone for [`Parameters::hold_off_time`], unless the selected bus is silent. Each
+/// does not move on a heartbeat alone for `Parameters::hold_off_time`, unless the selected bus is silent. Each
 /// further move that is reverted doubles this time, to at most 128 times its length.
 ///
 /// # Limits

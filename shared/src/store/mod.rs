@@ -11,7 +11,7 @@
 //!
 //! # Limits
 //!
-//! - A node writes at most [`MOST_NOTES`](crate::redundancy::Retained::MOST_NOTES) notes from power-on to power-off.
+//! - A node writes at most [`MOST_NOTES`](crate::redundancy::machine::Retained::MOST_NOTES) notes from power-on to power-off.
 
 pub mod identity;
 mod note;

@@ -32,7 +32,7 @@
 //! | [`Emergency`] | message: error code, error register, five bytes of the manufacturer |
 //! | [`ActiveErrors`] | objects 2048h and 2049h: the active errors of the other nodes, as a master knows them |
 //! | [`ErrorReader`] | what a master reads of the errors that it may not have heard |
-//! | [`EmcyConsumers`] | object 1028h: the nodes whose emergencies a master consumes |
+//! | [`EmcyConsumers`](machine::EmcyConsumers) | object 1028h: the nodes whose emergencies a master consumes |
 //!
 //! # Limits
 //!

@@ -3,4 +3,4 @@
 //! For nodes of another kind, and for tests. A user of a node needs none of these.
 
 pub use super::depth::{Depth, Places};
-pub use super::queue::{Full, Outgoing, TxQueue};
+pub use super::queue::{Full, Outgoing, TxQueue, is_vital};

@@ -23,8 +23,8 @@
 //! | [`NmtSlave`] | state machine of a slave |
 //! | [`NmtMessage`] | module control message |
 //! | [`NmtStartup`], [`ErrorBehaviour`] | objects 1F80h and 1029h |
-//! | [`ResetGuard`] | ignores a reset that is sent again and again |
-//! | [`ClashWatch`], [`StateClashes`] | detect two nodes with one Node-ID, in the node and in the master |
+//! | [`ResetGuard`](machine::ResetGuard) | ignores a reset that is sent again and again |
+//! | [`ClashWatch`](machine::ClashWatch), [`StateClashes`](machine::StateClashes) | detect two nodes with one Node-ID, in the node and in the master |
 //!
 //! # Limits
 //!

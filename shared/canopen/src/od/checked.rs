@@ -120,7 +120,7 @@ impl<'a> Found<'a> {
         self.take(value)
     }
 
-    /// Writes a whole value that was [accepted](Found::accepts).
+    /// Writes a whole value that was accepted.
     ///
     /// # Errors
     /// [`AbortCode::ReadOnly`] for an entry without a variable, or the error of a string that does not accept the

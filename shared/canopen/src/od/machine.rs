@@ -2,6 +2,6 @@
 //!
 //! For nodes of another kind, and for tests. A user of a node needs none of these.
 
-pub use super::access::{ObjectAccess, Transfer};
+pub use super::access::{ObjectAccess, Transfer, WHOLE};
 pub use super::cob_id_entry::EntryUse;
 pub use super::reason::Reason;

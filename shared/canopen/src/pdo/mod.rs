@@ -78,7 +78,7 @@
 //! | [`PdoSet`], [`Rpdo`], [`Tpdo`], [`CobIdOf`] | declaration of the PDOs at power-on |
 //! | [`PdoObjects`] | objects 1400h, 1600h, 1800h, 1A00h |
 //! | [`Rpdos`], [`Tpdos`] | PDOs at run time |
-//! | [`rules`] | rules for writing these objects by SDO |
+//! | [`rules`](machine::rules) | rules for writing these objects by SDO |
 //! | [`Sequence`], [`RepeatFilter`] | commands that must not be executed twice |
 //!
 //! # Limits

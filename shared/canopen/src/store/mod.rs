@@ -2,7 +2,7 @@
 //!
 //! A *set* is the stored parameters of all groups. A *save* writes a whole new set: the present values of one
 //! group, and the stored values of the others. So a save is stored whole or not at all. To restore the defaults of
-//! a group is to write a set without it. Both take effect at the next reset, when [`load`] runs before
+//! a group is to write a set without it. Both take effect at the next reset, when [`load`](machine::load) runs before
 //! communication starts.
 //!
 //! ```
@@ -57,7 +57,7 @@
 //! | kept | where | ends with |
 //! | --- | --- | --- |
 //! | set of parameters | [`ParameterStore`] | the next set |
-//! | *note*: the newest value of one parameter, see [`Notes`]; none with [`NoNotes`] | one word beside the set | the next set |
+//! | *note*: the newest value of one parameter, see [`Notes`]; none with [`NoNotes`](machine::NoNotes) | one word beside the set | the next set |
 //! | Node-ID in three copies | beside both | another Node-ID |
 //!
 //! # Limits
@@ -65,7 +65,7 @@
 //! - Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps. If it
 //!   changes between them, it may be stored with bytes of both. If it becomes shorter, the save fails.
 //! - A set of another Node-ID is not applied.
-//! - [`SaveLimit`] allows ten saves in a row, then one every six minutes.
+//! - [`SaveLimit`](machine::SaveLimit) allows ten saves in a row, then one every six minutes.
 
 mod limit;
 pub mod machine;

@@ -28,7 +28,7 @@ pub struct Retained {
 
 impl Retained {
     /// Greatest number of notes that a node writes from power-on to power-off. More would use up the room for sets.
-    pub(crate) const MOST_NOTES: u8 = 8;
+    pub const MOST_NOTES: u8 = 8;
 
     /// Encodes the values as two words.
     pub const fn encode(self) -> [u32; 2] {

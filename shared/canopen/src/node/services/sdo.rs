@@ -32,8 +32,8 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         CobId::sdo_request(self.id)
     }
 
-    /// Takes a segment of a block download like nearly all: see
-    /// [`is_plain_segment`](crate::sdo::Server::is_plain_segment). Returns whether the frame was one.
+    /// Takes a segment of a block download like nearly all: see `is_plain_segment` of the server. Returns whether the
+    /// frame was one.
     #[inline] // row `instructions.block_download_segment`
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
         let server = self.server_mut(self.server_of(frame.id()));
