@@ -59,6 +59,13 @@ impl Boot {
         }
     }
 
+    /// Returns the node that sends PDOs with this COB-ID: by the settings of the slaves, else by the pre-defined
+    /// connection set.
+    pub fn producer(&self, id: CobId) -> Option<NodeId> {
+        let configured = self.settings.iter().find(|setting| setting.transmits() == Some(id));
+        configured.map_or_else(|| id.node(), |setting| Some(setting.node))
+    }
+
     /// Starts the boot time at power-on.
     pub fn start(&mut self, now: Instant) {
         let is_any_mandatory = self.records.all().any(|record| record.duty == Duty::Mandatory);
