@@ -2,7 +2,7 @@
 //! Run it: `cargo run -p ecss-can --example master`
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, LinkEvent, Outbox, Turn};
+use ecss_can::node::extend::{BusCommand, LinkEvent, Outbox, Turn};
 use ecss_can::prelude::*;
 
 const VALVE: NodeId = NodeId::of::<5>();

@@ -3,7 +3,7 @@
 //!     cargo run -p ecss-can --example slave
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, LinkEvent, Outbox, Turn};
+use ecss_can::node::extend::{BusCommand, LinkEvent, Outbox, Turn};
 use ecss_can::prelude::*;
 
 /// A valve.

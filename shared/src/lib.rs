@@ -4,7 +4,8 @@
 //! master sends its heartbeat on one of them, the *active* bus, and the slaves follow it. All nodes share one time.
 //!
 //! The protocol is *sans-IO*: each service is a plain struct without input or output of its own. It takes frames and the
-//! time, and returns frames and actions. Only [`runner`] is async.
+//! time, and returns frames and actions. Submodules named `machine` have these structs; users of a node need none of them. Only
+//! [`runner`] is async.
 //!
 //! # Where to begin
 //!
@@ -101,16 +102,22 @@ extern crate alloc;
 extern crate self as ecss_can;
 
 // Users name one crate.
-pub use async_canopen::{boot, heartbeat, link, nmt, od, pdo, sdo, sync};
+pub use async_canopen::{link, od};
 
+pub mod boot;
 pub mod emcy;
+pub mod heartbeat;
 #[cfg(feature = "mock")]
 pub mod mock;
+pub mod nmt;
 pub mod node;
+pub mod pdo;
 pub mod prelude;
 pub mod profile;
 pub mod redundancy;
 pub mod runner;
+pub mod sdo;
 pub mod store;
+pub mod sync;
 pub mod time;
 pub mod types;

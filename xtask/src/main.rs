@@ -4,6 +4,7 @@
 
 #![forbid(unsafe_code)]
 
+mod api;
 mod bench;
 mod compliance;
 mod firmware;
@@ -43,6 +44,8 @@ enum Command {
     Pictures,
     /// Trace requirements of the standard to tests: docs/compliance.md
     Compliance(compliance::Options),
+    /// List the public items of both protocol crates by module: docs/api.md
+    Api(api::Options),
     /// Check licences, versions and sources of all packages with cargo-deny
     Licences(tool::Source),
     /// Change the protocol crate in many places, one by one, and count the changes that its tests find
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         Command::Sizes(options) => bench::sizes(&options),
         Command::Pictures => pictures::run(),
         Command::Compliance(options) => compliance::run(&options),
+        Command::Api(options) => api::run(&options),
         Command::Licences(options) => licences::run(&options),
         Command::Mutants(options) => mutants::run(&options),
         Command::TestAll(options) => test_all::run(&options),

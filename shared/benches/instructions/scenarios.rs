@@ -5,7 +5,8 @@ use std::hint::black_box;
 use anyhow::ensure;
 use ecss_can::heartbeat;
 use ecss_can::pdo::{CobIdOf, Mapping, PdoMapping};
-use ecss_can::time::{LocalClock, TimeSource};
+use ecss_can::time::TimeSource;
+use ecss_can::time::machine::LocalClock;
 use ecss_can::types::{Bus, CobId, FineInstant, FineScet, Frame, NmtState, NodeId};
 
 use crate::harness::Harness;

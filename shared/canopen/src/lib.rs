@@ -12,7 +12,7 @@
 //! | connect it to a CAN controller | [`link::adapter`] over a driver, [`link::port::CanPort`] for registers, [`runner::Platform`] |
 //! | test it | [`mock`](#features) |
 //! | use one service alone | [the services](#services) |
-//! | build another node | [`node::extend`], [`runner::extend`] |
+//! | build another node | [`node::extend`], [`runner::extend`], and the modules named `machine` |
 //!
 //! # A tour
 //!
@@ -74,10 +74,11 @@
 //! # Services
 //!
 //! The crate is *sans-IO*: each service is a plain struct without input or output of its own. It takes frames and the time, and
-//! returns frames and actions. So a node of another kind, or a test, can use one service alone. Only [`runner`] is async.
+//! returns frames and actions. So a node of another kind, or a test, can use one service alone: those of each module are in its
+//! submodule `machine`. Only [`runner`] is async.
 //!
 //! ```
-//! use async_canopen::heartbeat::Producer;
+//! use async_canopen::heartbeat::machine::Producer;
 //! use async_canopen::types::{Duration, Instant, NmtState, NodeId};
 //!
 //! let mut heartbeat = Producer::new(NodeId::of::<3>(), Duration::from_millis(100));

@@ -3,4 +3,6 @@
 mod post_mortem;
 
 pub use async_canopen::emcy::*;
+// Nodes of this crate are made of these.
+pub(crate) use async_canopen::emcy::machine::*;
 pub use post_mortem::{PostMortem, PostMortemObjects};

@@ -56,7 +56,7 @@ impl PostMortem {
 
     /// Returns code and manufacturer-specific bytes of the emergency that reports it: the cause and the program
     /// counter, little-endian. `None` without a cause.
-    pub const fn emergency(&self) -> Option<(ErrorCode, [u8; 5])> {
+    pub(crate) const fn emergency(&self) -> Option<(ErrorCode, [u8; 5])> {
         let code = match self.cause {
             Self::NONE => return None,
             Self::BROWN_OUT => ErrorCode::VOLTAGE_INSIDE,

@@ -4,7 +4,7 @@
 use super::{NetworkObjects, Spacecraft};
 use crate::redundancy::RedundancyObjects;
 use crate::time::{ClockObjects, LocalScet, LocalUtc};
-pub use async_canopen::node::index::*;
+pub use async_canopen::node::extend::index::*;
 
 pub const ASSIGNMENT: u16 = NetworkObjects::ASSIGNMENT.index();
 pub const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();

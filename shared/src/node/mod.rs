@@ -1,6 +1,6 @@
 //! Nodes: all services put together, without input and output of their own.
 //!
-//! A *node* takes events of its buses and the time, and puts commands and events into an [`Outbox`]. A *device* is
+//! A *node* takes events of its buses and the time, and puts commands and events into an [`Outbox`](extend::Outbox). A *device* is
 //! the user's part of a node: its objects, its PDOs and its names, by the trait [`Device`].
 //!
 //! | node | for |
@@ -14,7 +14,7 @@
 //! The [`runner`](crate::runner) runs a node on two CAN controllers. A test can call it directly:
 //!
 //! ```
-//! use ecss_can::node::{BusCommand, Outbox, Turn};
+//! use ecss_can::node::extend::{BusCommand, Outbox, Turn};
 //! use ecss_can::prelude::*;
 //! # /// A device without objects.
 //! # #[derive(Objects)]
@@ -68,9 +68,10 @@ mod status;
 mod stored;
 mod time_pdos;
 
+pub(crate) use async_canopen::node::extend::{BusCommand, ClientNode, Filters, FullDepth, LinkEvent, Turn};
+
 pub use async_canopen::node::{
-    BusCommand, ClientNode, Communication, Counters, Device, DeviceNode, DeviceObjects, FailCause, Filters,
-    FullDepth, Identity, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH, Turn,
+    Communication, Counters, Device, DeviceNode, DeviceObjects, FailCause, Identity, Node, extend,
 };
 pub use device::{DeviceTime, SpacecraftDevice, TimeKeeper};
 pub use events::SpacecraftEvent;

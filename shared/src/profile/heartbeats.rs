@@ -3,7 +3,7 @@
 use super::Profile;
 use crate::boot::Setting;
 use crate::heartbeat::{HeartbeatConsumers, HeartbeatProducer};
-use crate::od::Reason;
+use crate::od::machine::Reason;
 use crate::types::{Duration, NodeId};
 
 /// Producer heartbeat time.

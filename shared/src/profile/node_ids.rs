@@ -1,7 +1,7 @@
 //! Check of the Node-IDs of a profile.
 
 use super::Profile;
-use crate::od::Reason;
+use crate::od::machine::Reason;
 use crate::store::identity::{MAINTENANCE, is_slave};
 use crate::types::NodeId;
 

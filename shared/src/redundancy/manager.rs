@@ -20,7 +20,8 @@ pub use action::{Action, SwitchCause};
 ///
 /// ```
 /// use ecss_can::profile::Profile;
-/// use ecss_can::redundancy::{Action, Manager, SwitchCause};
+/// use ecss_can::redundancy::machine::{Action, Manager};
+/// use ecss_can::redundancy::SwitchCause;
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let (dwell, grace) = (Duration::from_millis(10_000), Duration::from_millis(1));
@@ -110,14 +111,14 @@ impl<const N: usize> Manager<N> {
     }
 
     /// Takes stored parameters before power-on. Bdefault becomes active.
-    pub fn restore(&mut self, parameters: Parameters) {
+    pub(crate) fn restore(&mut self, parameters: Parameters) {
         self.parameters = Parameters { ctoggle: 0, ..parameters };
         self.active = parameters.bdefault;
         self.heartbeat = Producer::new(NodeId::MASTER, parameters.producer);
     }
 
     /// Sets the NMT state of the master, for its heartbeats.
-    pub fn set_state(&mut self, state: NmtState) {
+    pub(crate) fn set_state(&mut self, state: NmtState) {
         self.state = state;
     }
 

@@ -44,6 +44,7 @@
 
 mod babblers;
 mod hold_off;
+pub mod machine;
 mod manager;
 mod master;
 mod objects;
@@ -55,17 +56,19 @@ mod slave_search;
 mod standby;
 mod trial;
 
-pub use babblers::{Babblers, BabblingStep};
-pub use manager::{Action, Manager, SwitchCause};
-pub use master::{
-    MasterAction, MasterBoards, MasterRedundancy, MasterSetup, MasterVerdict, OneBoard, Sending, TwoBoards,
-};
+pub(crate) use babblers::{Babblers, BabblingStep};
+pub use manager::SwitchCause;
+pub(crate) use manager::{Action, Manager};
+pub(crate) use master::{MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, Sending};
+pub use master::{MasterBoards, OneBoard, TwoBoards};
 pub use objects::{Redundancy, RedundancyObjects};
-pub use peers::{PeerHeartbeat, Peers};
-pub use rivals::Rivals;
-pub use selector::{MasterMessage, Selection, Selector};
-pub use slave::{BusCause, Retained, SlaveAction, SlaveActions, SlaveRedundancy, SlaveStep, SlaveVerdict};
-pub use standby::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
+pub(crate) use peers::{PeerHeartbeat, Peers};
+pub(crate) use rivals::Rivals;
+pub(crate) use selector::{MasterMessage, Selection, Selector};
+pub use slave::BusCause;
+pub(crate) use slave::{Retained, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};
+pub(crate) use standby::{Claim, RivalReaction, Standby};
+pub use standby::{Pair, Role, RoleCause, RoleChange, Strap};
 
 use crate::heartbeat::HeartbeatTimes;
 use crate::types::{Bus, Canonical, Duration};
@@ -94,7 +97,7 @@ impl Parameters {
     pub const NO_LIMIT: u8 = 255;
 
     /// Returns the times of heartbeats among them.
-    pub const fn heartbeats(&self) -> HeartbeatTimes {
+    pub(crate) const fn heartbeats(&self) -> HeartbeatTimes {
         HeartbeatTimes { consumer: self.consumer, producer: self.producer }
     }
 
@@ -105,7 +108,7 @@ impl Parameters {
 
     /// Returns the time that a contradiction counts: Ttoggle consumer times, but at least one consumer time and
     /// two heartbeats.
-    pub fn hold_off_time(&self) -> Duration {
+    pub(crate) fn hold_off_time(&self) -> Duration {
         self.toggling_time().max(self.consumer).max(self.producer.times(2))
     }
 
@@ -136,12 +139,12 @@ impl Parameters {
     }
 
     /// Returns the time without 701h of another node after which its collision with the master's is over.
-    pub fn quiet_time(&self) -> Duration {
+    pub(crate) fn quiet_time(&self) -> Duration {
         self.toggling_time().max(self.consumer).max(self.producer.times(2))
     }
 
     /// Returns whether a slave may change the bus by itself.
-    pub const fn toggling_enabled(&self) -> bool {
+    pub(crate) const fn toggling_enabled(&self) -> bool {
         self.toggling_time().as_micros() > 0 && self.ntoggle > 0
     }
 }

@@ -45,7 +45,7 @@ impl RedundancyObjects {
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for a Bdefault that is no bus.
-    pub fn may_write(at: Address, value: u32) -> Result<(), AbortCode> {
+    pub(crate) fn may_write(at: Address, value: u32) -> Result<(), AbortCode> {
         let is_no_bus = at == BDEFAULT && Bus::from_bdefault(value as u8).is_none();
         if is_no_bus { Err(AbortCode::ValueRange) } else { Ok(()) }
     }

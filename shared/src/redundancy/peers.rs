@@ -163,12 +163,12 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Returns whether `node` left a question without an answer, so that a late answer is one.
-    pub fn is_answer_late(&self, node: NodeId) -> bool {
+    pub(crate) fn is_answer_late(&self, node: NodeId) -> bool {
         self.heard(node).is_some_and(|heard| heard.unanswered > 0)
     }
 
     /// Takes an answer of the SDO server of `node`: the node counts.
-    pub fn on_answer(&mut self, node: NodeId, now: Instant) {
+    pub(crate) fn on_answer(&mut self, node: NodeId, now: Instant) {
         let Some(heard) = self.heard_mut(node) else { return };
         heard.on_answer();
         self.find_unasked();
@@ -176,7 +176,7 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Takes the timeout of the question to `node`. The node is asked again when it is next heard on the active bus, up to
-    /// three times. A node that was [adopted](Peers::adopt_overheard), and is heard on the active bus, no longer counts after
+    /// three times. A node that was adopted, and is heard on the active bus, no longer counts after
     /// the last time. Returns `true` the first time if the node does not count, and when it no longer counts.
     pub fn on_no_answer(&mut self, node: NodeId, now: Instant) -> bool {
         let Some(heard) = self.heard_mut(node) else { return false };
@@ -200,7 +200,7 @@ impl<const N: usize> Peers<N> {
 
     /// Counts the nodes that were overheard as if they had answered. The master asks them anyway. Does nothing if they are
     /// more than the `claimed` slaves of the master that was active, because then one of them is a foreign node.
-    pub fn adopt_overheard(&mut self, claimed: u8) {
+    pub(crate) fn adopt_overheard(&mut self, claimed: u8) {
         let overheard = self.each().filter(|(.., heard)| heard.is_overheard).count();
         for heard in self.each_heard_mut() {
             if core::mem::take(&mut heard.is_overheard) && overheard <= usize::from(claimed) {
@@ -210,7 +210,7 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Notes that the active bus changed. Every node has until `silent_at` to be heard there.
-    pub fn on_switch(&mut self, now: Instant, silent_at: Instant) {
+    pub(crate) fn on_switch(&mut self, now: Instant, silent_at: Instant) {
         for heard in self.each_heard_mut() {
             heard.on_switch(silent_at);
         }
@@ -232,7 +232,7 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Returns whether the application holds this slave.
-    pub fn is_held(&self, node: NodeId) -> bool {
+    pub(crate) fn is_held(&self, node: NodeId) -> bool {
         self.remote(node).is_some_and(|remote| remote.is_held)
     }
 
@@ -242,7 +242,7 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Returns whether a check is due.
-    pub fn is_due(&self, now: Instant) -> bool {
+    pub(crate) fn is_due(&self, now: Instant) -> bool {
         self.check.is_some_and(|check| check <= now)
     }
 
@@ -257,7 +257,7 @@ impl<const N: usize> Peers<N> {
 
     /// Returns the next node that was silent on both buses for ten consumer times and did not answer before, or since
     /// its last boot-up message. Each once.
-    pub fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
+    pub(crate) fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
         let is_over = |remote: &Remote| remote.forgotten_at(consumer).is_some_and(|at| at <= now);
         let (node, ..) = self.each().find(|(_, remote, _)| is_over(remote))?;
         self.remote_mut(node)?.forget();
@@ -266,7 +266,7 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Returns the next assigned slave that was never heard, each once.
-    pub fn next_unheard(&mut self) -> Option<NodeId> {
+    pub(crate) fn next_unheard(&mut self) -> Option<NodeId> {
         let (remote, raw) =
             self.remotes.iter_mut().zip(0..).find(|(remote, _)| remote.assignment == Assignment::Awaited)?;
         remote.end_wait();
@@ -285,7 +285,7 @@ impl<const N: usize> Peers<N> {
 
     /// Returns whether a slave that counts is silent on the active bus and heard on the other one for the hold
     /// time.
-    pub fn is_any_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
+    pub(crate) fn is_any_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
         self.each_counted().any(|(_, heard)| heard.is_elsewhere(now, parameters))
     }
 
@@ -321,7 +321,7 @@ impl<const N: usize> Peers<N> {
     }
 
     /// Returns the end of the last heartbeat of a node, if that reported Operational.
-    pub fn operational_at(&self, node: NodeId) -> Option<Instant> {
+    pub(crate) fn operational_at(&self, node: NodeId) -> Option<Instant> {
         self.heard(node).filter(|heard| heard.state == NmtState::Operational)?.heartbeat.last()
     }
 

@@ -23,7 +23,7 @@ impl Rivals {
     }
 
     /// Returns whether no collision is open on either bus.
-    pub fn are_silent(&self) -> bool {
+    pub(crate) fn are_silent(&self) -> bool {
         Bus::ALL.into_iter().all(|bus| self.last[bus].is_none())
     }
 

@@ -26,7 +26,7 @@ const MOST_DOUBLINGS: u8 = 7;
 ///
 /// ```
 /// use ecss_can::profile::Profile;
-/// use ecss_can::redundancy::{MasterMessage, Selection, Selector};
+/// use ecss_can::redundancy::machine::{MasterMessage, Selection, Selector};
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
@@ -44,7 +44,7 @@ const MOST_DOUBLINGS: u8 = 7;
 ///
 /// A forged or faulty frame can imitate the master on the other bus. The slave follows it, because it looks like a
 /// real change of the bus. It returns as soon as the old bus contradicts it ([`Selection::Contradicted`]). Then it
-/// does not move on a heartbeat alone for [`Parameters::hold_off_time`], unless the selected bus is silent. Each
+/// does not move on a heartbeat alone for `Parameters::hold_off_time`, unless the selected bus is silent. Each
 /// further move that is reverted doubles this time, to at most 128 times its length.
 ///
 /// # Limits
@@ -208,15 +208,9 @@ impl Selector {
         self.selected
     }
 
-    /// Returns Bdefault as it is kept beyond power-off: of [`Selector::new`], or of the last
-    /// [`Selection::KeepBdefault`].
-    pub const fn kept(&self) -> Bus {
-        self.kept
-    }
-
     /// Notes that `bus` is kept beyond power-off, for example by "save". A Bdefault that was found before is not
     /// kept any more.
-    pub fn set_kept(&mut self, bus: Bus) {
+    pub(crate) fn set_kept(&mut self, bus: Bus) {
         (self.kept, self.keep) = (bus, None);
     }
 
@@ -263,7 +257,7 @@ impl Selector {
     /// Takes the heartbeat of nearly every call: on the selected bus, while it is followed. Returns whether it
     /// was such a heartbeat. If not, call [`Selector::on_master`]. Deadlines only become later.
     #[inline]
-    pub fn on_beat(&mut self, bus: Bus, at: Instant) -> bool {
+    pub(crate) fn on_beat(&mut self, bus: Bus, at: Instant) -> bool {
         match &mut self.phase {
             Phase::Following { last } if bus == self.selected => {
                 self.rhythm.note(at.since(*last));

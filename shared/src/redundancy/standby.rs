@@ -40,7 +40,7 @@ pub struct Pair {
 
 impl Pair {
     /// Returns the time that a board listens after power-on.
-    pub const fn listens(&self, strap: Strap) -> Duration {
+    pub(crate) const fn listens(&self, strap: Strap) -> Duration {
         match strap {
             Strap::Prime => self.prime_listens,
             Strap::Second => self.second_listens,
@@ -48,7 +48,7 @@ impl Pair {
     }
 
     /// Returns the COB-ID of the claims of a board.
-    pub const fn claims(&self, strap: Strap) -> CobId {
+    pub(crate) const fn claims(&self, strap: Strap) -> CobId {
         match strap {
             Strap::Prime => self.prime_claims,
             Strap::Second => self.second_claims,
@@ -90,7 +90,7 @@ pub struct Claim {
 impl Claim {
     /// Returns whether the sender of `other` has to yield to this claim. Two claims with equal straps and equal
     /// numbers of slaves do not outrank each other: both senders stay active.
-    pub const fn outranks(&self, other: &Claim) -> bool {
+    pub(crate) const fn outranks(&self, other: &Claim) -> bool {
         let is_prime = matches!(self.strap, Strap::Prime);
         let is_tie = self.slaves == other.slaves;
         self.slaves > other.slaves || is_tie && is_prime && matches!(other.strap, Strap::Second)
@@ -157,7 +157,8 @@ pub enum RivalReaction {
 ///
 /// ```
 /// use ecss_can::profile::Profile;
-/// use ecss_can::redundancy::{RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
+/// use ecss_can::redundancy::machine::{RivalReaction, Standby};
+/// use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap};
 /// use ecss_can::types::{Bus, Duration, Instant};
 ///
 /// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
@@ -237,7 +238,7 @@ impl Standby {
     }
 
     /// Returns the number of this board.
-    pub const fn strap(&self) -> Strap {
+    pub(crate) const fn strap(&self) -> Strap {
         self.strap
     }
 
@@ -253,7 +254,7 @@ impl Standby {
 
     /// Returns whether the clock of this board is that of the network from the beginning: no other master was
     /// there when it first became active. Otherwise slaves have the time of another board.
-    pub const fn has_begun(&self) -> bool {
+    pub(crate) const fn has_begun(&self) -> bool {
         self.has_begun
     }
 
@@ -275,7 +276,7 @@ impl Standby {
     /// The frame is a sign of life only if no slave is heard. Without slaves no node acknowledges, and a frame that
     /// wins arbitration against the heartbeat is repeated in its place. With slaves the heartbeat is sent, and such
     /// a frame without it comes from another node.
-    pub fn on_other_frame(&mut self, bus: Bus, at: Instant, slaves: u8) -> RivalReaction {
+    pub(crate) fn on_other_frame(&mut self, bus: Bus, at: Instant, slaves: u8) -> RivalReaction {
         if self.is_active() || slaves > 0 {
             return RivalReaction::Nothing;
         }

@@ -11,15 +11,16 @@
 //!
 //! # Limits
 //!
-//! - A node writes at most [`MOST_NOTES`](crate::redundancy::Retained::MOST_NOTES) notes from power-on to power-off.
+//! - A node writes at most [`MOST_NOTES`](crate::redundancy::machine::Retained::MOST_NOTES) notes from power-on to power-off.
 
 pub mod identity;
 mod note;
 mod retained;
 
+pub(crate) use async_canopen::store::machine::{Apply, SaveLimit};
 pub use async_canopen::store::{
-    Apply, Content, Group, LOAD, Loaded, Loss, MAX_VALUE, ParameterStore, Parameters, Row, SAVE, SaveLimit,
-    StoreError, StoreObjects, StoreRequest,
+    Content, Group, LOAD, Loaded, Loss, ParameterStore, Parameters, Row, SAVE, StoreError, StoreObjects,
+    StoreRequest, machine,
 };
 pub use note::{BdefaultNotes, Save, load, note_bdefault, noted_bdefault};
 pub use retained::RetainedMemory;

@@ -17,7 +17,7 @@ use crate::types::{Address, Bus, NodeId};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BdefaultNotes;
 
-impl store::Notes for BdefaultNotes {
+impl store::machine::Notes for BdefaultNotes {
     const PARAMETER: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 
     fn noted(store: &dyn ParameterStore, node: NodeId) -> Option<u8> {
@@ -25,15 +25,15 @@ impl store::Notes for BdefaultNotes {
     }
 }
 
-/// A save that is running, which keeps the noted Bdefault: [`async_canopen::store::Save`].
-pub type Save = store::Save<BdefaultNotes>;
+/// A save that is running, which keeps the noted Bdefault: [`async_canopen::store::machine::Save`].
+pub type Save = store::machine::Save<BdefaultNotes>;
 
 /// Applies the stored parameters before communication starts. The noted Bdefault comes last.
 ///
 /// # Errors
 /// [`StoreError::Hardware`]. Parameters that were applied before stay.
 pub fn load(store: &mut dyn ParameterStore, node: NodeId, apply: &mut Apply) -> Result<Loaded, StoreError> {
-    store::load::<BdefaultNotes>(store, node, apply)
+    store::machine::load::<BdefaultNotes>(store, node, apply)
 }
 
 /// Returns the Bdefault that `node` noted, if no newer set replaced it.

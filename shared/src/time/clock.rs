@@ -122,7 +122,7 @@ impl LocalClock {
     }
 
     /// Returns whether the clock follows spacecraft times: one arrived since power-on.
-    pub const fn is_synchronised(&self) -> bool {
+    pub(crate) const fn is_synchronised(&self) -> bool {
         self.is_synchronised
     }
 
@@ -189,7 +189,7 @@ impl LocalClock {
     }
 
     /// Returns whether the clock was corrected after the instant `at`. A pair of that instant is ignored.
-    pub fn is_over(&self, at: FineInstant) -> bool {
+    pub(crate) fn is_over(&self, at: FineInstant) -> bool {
         at < self.base
     }
 

@@ -5,7 +5,8 @@
 //! pair corrects it without a jump, and makes a *step* if it is set.
 //!
 //! ```
-//! use ecss_can::time::{ClockPolicy, LocalClock};
+//! use ecss_can::time::ClockPolicy;
+//! use ecss_can::time::machine::LocalClock;
 //! use ecss_can::types::{Instant, Scet};
 //!
 //! let second = |s: u64| Instant::from_micros(s * 1_000_000);
@@ -34,16 +35,17 @@
 mod clock;
 mod doubt;
 mod estimator;
+pub mod machine;
 mod objects;
 mod policy;
 mod quality;
 mod service;
 mod trust;
 
-pub use clock::LocalClock;
+pub(crate) use clock::LocalClock;
 pub use objects::{
     ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,
 };
 pub use policy::ClockPolicy;
 pub use quality::{Quality, Step, TimeSource};
-pub use service::{ClientSamples, PairOutcome, Places, TimeService, mean_of_truncated};
+pub(crate) use service::{ClientSamples, PairOutcome, Places, TimeService, mean_of_truncated};

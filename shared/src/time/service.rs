@@ -126,7 +126,7 @@ pub struct Places {
 
 impl Places {
     /// Number of places of a short time.
-    pub const SHORT: u32 = 21;
+    pub(crate) const SHORT: u32 = 21;
 }
 
 /// Effect of a spacecraft time that arrived.
@@ -180,17 +180,17 @@ impl TimeService {
     }
 
     /// Returns whether this node stamps its SYNCs in the interrupt: it has no capture wires, or they are broken.
-    pub const fn is_uncaptured(&self) -> bool {
+    pub(crate) const fn is_uncaptured(&self) -> bool {
         self.uncaptured.is_whole()
     }
 
     /// Returns whether times at SYNCs are sent short.
-    pub const fn is_coarse(&self) -> bool {
+    pub(crate) const fn is_coarse(&self) -> bool {
         !self.was_captured || self.is_uncaptured()
     }
 
     /// Returns whether two nodes send the spacecraft time: more than one came after each of the last SYNCs.
-    pub const fn has_two_producers(&self) -> bool {
+    pub(crate) const fn has_two_producers(&self) -> bool {
         self.twice.is_whole()
     }
 
@@ -200,7 +200,7 @@ impl TimeService {
     }
 
     /// Returns the instant at which the last SYNC ended at the connector of its producer.
-    pub fn last_sync(&self, correction: &TimeCorrection) -> Option<FineInstant> {
+    pub(crate) fn last_sync(&self, correction: &TimeCorrection) -> Option<FineInstant> {
         let [last, _] = self.syncs;
         last.map(|sync| sync.corrected(correction))
     }
@@ -211,7 +211,7 @@ impl TimeService {
     }
 
     /// Forgets the parts that a client wrote: a time that was received stands in 2010h or 2012h in their place.
-    pub fn forget_written(&mut self) {
+    pub(crate) fn forget_written(&mut self) {
         self.written = Default::default();
     }
 
@@ -237,7 +237,7 @@ impl TimeService {
 
     /// Takes a value of the Spacecraft Time PDO with transmission type 254 or 255: the spacecraft time when it
     /// was sent, applied at its reception (ECSS 7.2.2).
-    pub fn at_reception(&mut self, scet: FineScet, at: FineInstant, now: Instant) -> PairOutcome {
+    pub(crate) fn at_reception(&mut self, scet: FineScet, at: FineInstant, now: Instant) -> PairOutcome {
         self.pair(at, None, scet, TimeSource::Reception, now)
     }
 
@@ -274,7 +274,7 @@ impl TimeService {
     }
 
     /// Returns the samples of the client that reads the time, to be exchanged for those of another client.
-    pub fn samples_mut(&mut self) -> &mut ClientSamples {
+    pub(crate) fn samples_mut(&mut self) -> &mut ClientSamples {
         &mut self.samples
     }
 
@@ -298,7 +298,7 @@ impl TimeService {
     }
 
     /// Returns whether heartbeats of this node are stamped.
-    pub const fn is_ranged(&self) -> bool {
+    pub(crate) const fn is_ranged(&self) -> bool {
         self.ranged > 0
     }
 
@@ -309,7 +309,7 @@ impl TimeService {
     }
 
     /// Notes that a client wrote part `at` of `count`. Returns whether it was the last one.
-    pub fn on_part_written(&mut self, at: Address, count: u8, now: Instant) -> bool {
+    pub(crate) fn on_part_written(&mut self, at: Address, count: u8, now: Instant) -> bool {
         let parts = &mut self.written[record(at)];
         parts.take(at.sub, count, now);
         parts.left == 0

@@ -4,9 +4,8 @@ use std::collections::HashMap;
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Filter, Health};
-use ecss_can::node::{
-    BusCommand, DeviceNode, FailCause, LinkEvent, MasterEvent, Node, Outbox, SlaveEvent, Turn,
-};
+use ecss_can::node::extend::{BusCommand, LinkEvent, Outbox, Turn};
+use ecss_can::node::{DeviceNode, FailCause, MasterEvent, Node, SlaveEvent};
 use ecss_can::pdo::ReceivedPdo;
 use ecss_can::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 

@@ -3,10 +3,10 @@
 //! Consumer time 100 ms, heartbeat 40 ms, Ttoggle 3, unless a test says otherwise.
 
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{
-    Claim, Manager, MasterMessage, Parameters, Peers, RivalReaction, Rivals, Selection, Selector, Standby,
-    Strap,
+use ecss_can::redundancy::machine::{
+    Claim, Manager, MasterMessage, Peers, RivalReaction, Rivals, Selection, Selector, Standby,
 };
+use ecss_can::redundancy::{Parameters, Strap};
 use ecss_can::types::NmtState::Operational;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
 use proptest::prelude::*;

@@ -1,6 +1,7 @@
 //! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C.
 
-use async_canopen::node::{BusCommand, CanopenSlave, Device, DeviceNode, Event, Node, Settings};
+use async_canopen::node::extend::BusCommand;
+use async_canopen::node::{CanopenSlave, Device, DeviceNode, Event, Node, Settings};
 use ecss_can::emcy::{DeviceError, Emergency, ErrorCode, ErrorRegister};
 use ecss_can::heartbeat::{HeartbeatConsumers, HeartbeatTimes};
 use ecss_can::od::Objects;

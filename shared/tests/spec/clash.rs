@@ -4,8 +4,9 @@
 
 use crate::instrument::{self, STANDARD};
 use ecss_can::link::port::Health;
-use ecss_can::nmt::{Clash, ClashWatch};
-use ecss_can::node::{LinkEvent, SlaveEvent};
+use ecss_can::nmt::machine::{Clash, ClashWatch};
+use ecss_can::node::SlaveEvent;
+use ecss_can::node::extend::LinkEvent;
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Duration, Instant};
 

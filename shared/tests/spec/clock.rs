@@ -1,6 +1,7 @@
 //! Local clock, timers.
 
-use ecss_can::time::{LocalClock, Step};
+use ecss_can::time::Step;
+use ecss_can::time::machine::LocalClock;
 use ecss_can::types::{Duration, FineInstant, Instant, Periodic, Scet};
 
 use crate::bench::{ms, span};

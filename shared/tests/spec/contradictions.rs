@@ -4,7 +4,8 @@
 //!
 //! Verifies: ECSS 8.3.3k, 8.3.3l
 
-use ecss_can::redundancy::{MasterMessage, Parameters, Selection, Selector};
+use ecss_can::redundancy::Parameters;
+use ecss_can::redundancy::machine::{MasterMessage, Selection, Selector};
 use ecss_can::types::{Bus, Instant, PerBus};
 
 use crate::bench::{NOMINAL, REDUNDANT, ms};

@@ -6,7 +6,8 @@
 
 use crate::instrument::{SLOW, STANDARD};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Action, Manager, Parameters, SwitchCause};
+use ecss_can::redundancy::machine::{Action, Manager};
+use ecss_can::redundancy::{Parameters, SwitchCause};
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Bus, NmtState};
 

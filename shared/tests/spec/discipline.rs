@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 7.2.1a
 
-use ecss_can::time::{ClockPolicy, LocalClock, Step, TimeSource};
+use ecss_can::time::machine::LocalClock;
+use ecss_can::time::{ClockPolicy, Step, TimeSource};
 use ecss_can::types::{FineInstant, FineScet};
 
 /// Units of the node's clock in a second, and in a microsecond.

@@ -5,13 +5,13 @@ use std::error::Error;
 use ecss_can::boot::BootFailure;
 use ecss_can::link::Miss;
 use ecss_can::link::bit_timing::BitTimingError;
+use ecss_can::link::machine::Full;
 use ecss_can::link::port::Busy;
-use ecss_can::link::queue::Full;
 use ecss_can::node::{ParallelAccess, Refusal};
 use ecss_can::sdo;
 use ecss_can::store::StoreError;
 use ecss_can::store::identity::{NoNodeId, Straps, node_id};
-use ecss_can::sync::UnexpectedLength;
+use ecss_can::sync::machine::UnexpectedLength;
 use ecss_can::time::NoTime;
 use ecss_can::types::{AbortCode, CobId, Frame, FrameError};
 

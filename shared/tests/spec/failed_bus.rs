@@ -5,7 +5,8 @@
 //! Verifies: ECSS 8.3.3b
 
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::redundancy::{Action, Manager, SwitchCause};
+use ecss_can::redundancy::SwitchCause;
+use ecss_can::redundancy::machine::{Action, Manager};
 use ecss_can::types::Bus;
 
 use crate::bench::{NOMINAL, REDUNDANT, ms};

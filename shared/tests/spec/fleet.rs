@@ -5,9 +5,8 @@
 //! Verifies: ECSS 8.3.3b, 8.3.3g
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{
-    BusCommand, FailCause, Filters, LinkEvent, MasterEvent, MasterRequest, Node, SlaveEvent,
-};
+use ecss_can::node::extend::{BusCommand, Filters, LinkEvent};
+use ecss_can::node::{FailCause, MasterEvent, MasterRequest, Node, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, Frame, Instant, NmtState, NodeId, PerBus};

@@ -7,7 +7,8 @@
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::Target;
-use ecss_can::redundancy::{Action, Manager, Parameters, PeerHeartbeat, SwitchCause};
+use ecss_can::redundancy::machine::{Action, Manager, PeerHeartbeat};
+use ecss_can::redundancy::{Parameters, SwitchCause};
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Bus, Duration, Frame};
 

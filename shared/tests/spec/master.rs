@@ -3,7 +3,8 @@
 use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, Refusal, Status};
+use ecss_can::node::extend::BusCommand;
+use ecss_can::node::{FailCause, MasterEvent, MasterRequest, Refusal, Status};
 use ecss_can::pdo::{CobIdOf, Pdo};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;

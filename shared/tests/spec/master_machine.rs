@@ -3,13 +3,14 @@
 //! Heartbeat 40 ms, consumer time 100 ms. Slave 2 is assigned. Four frames may wait.
 
 use ecss_can::link::access::BusAccess;
-use ecss_can::link::queue::Outgoing;
-use ecss_can::nmt::{Command, NmtMessage, Reaction, Target};
+use ecss_can::link::machine::Outgoing;
+use ecss_can::nmt::machine::Reaction;
+use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{
-    Claim, MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, RoleCause, Sending, Strap,
-    SwitchCause, TwoBoards,
+use ecss_can::redundancy::machine::{
+    Claim, MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, Sending,
 };
+use ecss_can::redundancy::{RoleCause, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Bus, CobId, NmtState};
 

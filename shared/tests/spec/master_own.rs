@@ -3,7 +3,8 @@
 use ecss_can::emcy::PostMortem;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{LinkEvent, MasterEvent, MasterRequest, SelfTest};
+use ecss_can::node::extend::LinkEvent;
+use ecss_can::node::{MasterEvent, MasterRequest, SelfTest};
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Duration, NodeId};
 

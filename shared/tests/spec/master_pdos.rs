@@ -3,7 +3,8 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::Filter;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, Device, MasterEvent, MasterRequest, Node as _, Refusal};
+use ecss_can::node::extend::BusCommand;
+use ecss_can::node::{Device, MasterEvent, MasterRequest, Node as _, Refusal};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, Mapping, Pdo, PdoObjects, PdoSet};
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};

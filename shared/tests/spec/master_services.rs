@@ -5,9 +5,10 @@ use std::task::Waker;
 use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{ClientNode, LinkEvent, MasterEvent};
+use ecss_can::node::MasterEvent;
+use ecss_can::node::extend::{ClientNode, LinkEvent};
 use ecss_can::profile::Profile;
-use ecss_can::sdo::Mode;
+use ecss_can::sdo::machine::Mode;
 use ecss_can::types::{Address, Bus, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};

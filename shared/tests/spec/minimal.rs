@@ -3,11 +3,12 @@
 use ecss_can::link::access::BusAccess;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Stamp, port::Filter};
+use ecss_can::node::extend::{BusCommand, LinkEvent};
 use ecss_can::node::minimal::{
     MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, Numbers, PDOS, Payload,
     Trigger,
 };
-use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node};
+use ecss_can::node::{FailCause, Node};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;

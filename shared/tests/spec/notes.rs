@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use ecss_can::redundancy::Retained;
+use ecss_can::redundancy::machine::Retained;
 use ecss_can::store::{
     Content, Group, Loaded, ParameterStore, Parameters, Row, Save, StoreError, StoreRequest, load,
     note_bdefault, noted_bdefault,

@@ -6,9 +6,8 @@
 pub mod time;
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{
-    BusCommand, ClientNode, FailCause, Master, MasterEvent, MasterRequest, Refusal, SpacecraftDevice,
-};
+use ecss_can::node::extend::{BusCommand, ClientNode};
+use ecss_can::node::{FailCause, Master, MasterEvent, MasterRequest, Refusal, SpacecraftDevice};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{Bus, Frame, NmtState};

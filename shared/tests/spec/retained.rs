@@ -8,7 +8,7 @@ use crate::instrument::{self, STANDARD};
 use ecss_can::nmt::Command;
 use ecss_can::node::SlaveEvent;
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::Retained;
+use ecss_can::redundancy::machine::Retained;
 use ecss_can::store::RetainedMemory;
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
 

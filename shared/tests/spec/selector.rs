@@ -6,7 +6,8 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use ecss_can::redundancy::{MasterMessage, Parameters, Selection, Selector};
+use ecss_can::redundancy::Parameters;
+use ecss_can::redundancy::machine::{MasterMessage, Selection, Selector};
 use ecss_can::types::Bus;
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, span};

@@ -2,7 +2,8 @@
 
 use crate::instrument::{self, Instrument, Outgoing, STANDARD, TELEMETRY_TPDO};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
-use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Slave, SlaveEvent};
+use ecss_can::node::extend::{BusCommand, LinkEvent};
+use ecss_can::node::{DeviceNode, FailCause, Node, Slave, SlaveEvent};
 use ecss_can::od::U48;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;

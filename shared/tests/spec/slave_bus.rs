@@ -4,7 +4,8 @@
 
 use crate::instrument::STANDARD;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{BusCommand, FailCause, Node as _, ParallelAccess, SlaveEvent};
+use ecss_can::node::extend::BusCommand;
+use ecss_can::node::{FailCause, Node as _, ParallelAccess, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, CobId, NmtState, NodeId};

@@ -2,7 +2,8 @@
 //! 250 ms, Ttoggle 2.
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{BusCommand, SlaveEvent};
+use ecss_can::node::SlaveEvent;
+use ecss_can::node::extend::BusCommand;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, NmtState, NodeId};

@@ -4,7 +4,8 @@
 //!
 //! Verifies: ECSS 8.3.1b, 8.3.1c, 8.3.3b
 
-use ecss_can::redundancy::{Action, Manager, Parameters, SwitchCause};
+use ecss_can::redundancy::machine::{Action, Manager};
+use ecss_can::redundancy::{Parameters, SwitchCause};
 use ecss_can::types::{Bus, Duration, NodeId};
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, node};

@@ -5,7 +5,8 @@
 //! Verifies: ECSS 8.1a
 
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Claim, Pair, RivalReaction, Role, RoleCause, RoleChange, Standby, Strap};
+use ecss_can::redundancy::machine::{Claim, RivalReaction, Standby};
+use ecss_can::redundancy::{Pair, Role, RoleCause, RoleChange, Strap};
 use ecss_can::types::Instant;
 
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};

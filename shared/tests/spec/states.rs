@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.2a
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, LinkEvent, Slave};
+use ecss_can::node::extend::LinkEvent;
+use ecss_can::node::{Device, Slave};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::profile::Profile;

@@ -4,7 +4,8 @@
 //!
 //! Verifies: ECSS 8.3.3b
 
-use ecss_can::redundancy::{Action, Manager, SwitchCause};
+use ecss_can::redundancy::SwitchCause;
+use ecss_can::redundancy::machine::{Action, Manager};
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, node};
 use crate::manager::{decisions, hear, started, switched};

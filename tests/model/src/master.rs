@@ -5,10 +5,9 @@ mod application;
 mod boot;
 pub mod errors;
 
-use ecss_can::link::queue;
-use ecss_can::redundancy::{
-    MasterRedundancy, MasterSetup, RoleCause, RoleChange, Strap, SwitchCause, TwoBoards,
-};
+use ecss_can::link::machine;
+use ecss_can::redundancy::machine::{MasterRedundancy, MasterSetup};
+use ecss_can::redundancy::{RoleCause, RoleChange, Strap, SwitchCause, TwoBoards};
 use ecss_can::types::{
     Bus, Canonical, CobId, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, Periodic, earliest,
 };
@@ -106,7 +105,7 @@ impl Master {
     }
 
     fn boot_up(&mut self, now: Instant) {
-        let (queue::Outgoing { frame, expires }, _) = self.redundancy.boot_up(now);
+        let (machine::Outgoing { frame, expires }, _) = self.redundancy.boot_up(now);
         self.is_announced = false;
         self.outgoing.send_until(self.active(), frame, expires);
         self.sync.restart(now);

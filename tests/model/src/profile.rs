@@ -2,7 +2,8 @@
 
 use ecss_can::link::access::BusAccess;
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{MasterSetup, Pair, Parameters};
+use ecss_can::redundancy::machine::MasterSetup;
+use ecss_can::redundancy::{Pair, Parameters};
 use ecss_can::types::{Bus, Duration, NodeId};
 use host_worlds::judge::Bounds;
 

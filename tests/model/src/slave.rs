@@ -5,9 +5,10 @@ mod application;
 pub mod reports;
 
 use ecss_can::emcy::ErrorCode;
-use ecss_can::heartbeat::NodeControl;
+use ecss_can::heartbeat::machine::NodeControl;
 use ecss_can::link::access::BusAccess;
-use ecss_can::redundancy::{Parameters, Retained, SlaveRedundancy, SlaveStep, SlaveVerdict};
+use ecss_can::redundancy::Parameters;
+use ecss_can::redundancy::machine::{Retained, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, earliest,
 };

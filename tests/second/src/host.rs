@@ -3,7 +3,8 @@
 use std::time::{Duration as Span, Instant as Wall};
 
 use anyhow::{Context, ensure};
-use ecss_can::sdo::{Client, Error, Mode, Payload};
+use ecss_can::sdo::Error;
+use ecss_can::sdo::machine::{Client, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 
 use crate::slcan::Channel;

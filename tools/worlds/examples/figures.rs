@@ -1,6 +1,6 @@
 //! Prints the figures of `docs/decisions/clock-estimator.md`: `cargo run --release -p host-worlds --example figures`.
 
-use ecss_can::time::LocalClock;
+use ecss_can::time::machine::LocalClock;
 use host_worlds::local_clock::trials::STEADY;
 use host_worlds::local_clock::{Figures, Sample, Scenario, Stamps};
 

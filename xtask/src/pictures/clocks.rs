@@ -3,7 +3,7 @@
 use can_wire::time::Time;
 use demo::drawing::chart::{Curve, Quantity, curves, duration};
 use demo::drawing::{Layout, Range};
-use ecss_can::time::LocalClock;
+use ecss_can::time::machine::LocalClock;
 use host_worlds::local_clock::trials::STEADY;
 use host_worlds::local_clock::{Sample, Scenario, Stamps};
 use twin::crystal::Crystal;

@@ -2,6 +2,7 @@
 
 mod choice;
 mod messages;
+mod page;
 mod pdos;
 mod profiles;
 

@@ -1,10 +1,10 @@
 //! Objects and PDOs: what the master sends a slave hears, and the other way round.
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{
-    BusCommand, DeviceNode, LinkEvent, Master, MasterEvent, MasterRequest, Node, NodeObjects,
-};
-use ecss_can::node::{Device as _, Outbox, Refusal, Slave, SlaveEvent, Turn};
+use ecss_can::node::extend::{BusCommand, LinkEvent};
+use ecss_can::node::extend::{Outbox, Turn};
+use ecss_can::node::{Device as _, Refusal, Slave, SlaveEvent};
+use ecss_can::node::{DeviceNode, Master, MasterEvent, MasterRequest, Node, NodeObjects};
 use ecss_can::od::{Objects, U40, U48};
 use ecss_can::pdo::{Mapping, PdoObjects, ReceivedPdo};
 use ecss_can::profile::Profile;

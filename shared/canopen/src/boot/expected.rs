@@ -1,6 +1,5 @@
 //! Slaves that the master boots: their assignment, their expected identity and their settings.
 
-use super::Boot;
 use crate::od::CobIdEntry;
 use crate::pdo::PdoObjects;
 use crate::types::{Address, CobId, NodeId};
@@ -35,12 +34,12 @@ impl Assignment {
     }
 
     /// Returns whether the master runs the boot-up process with the slave (bit 2).
-    pub const fn is_booted(self) -> bool {
+    pub(crate) const fn is_booted(self) -> bool {
         self.0 & (Self::SLAVE | Self::BOOT) == Self::SLAVE | Self::BOOT
     }
 
     /// Returns whether SYNC waits for the slave (bit 3).
-    pub const fn is_mandatory(self) -> bool {
+    pub(crate) const fn is_mandatory(self) -> bool {
         self.is_booted() && self.0 & Self::MANDATORY != 0
     }
 }
@@ -97,19 +96,10 @@ const LAST_TPDO: u16 = TPDO + 0x1FF;
 
 impl Setting {
     /// The COB-ID that it gives a transmit PDO, if it does.
-    fn transmits(&self) -> Option<CobId> {
+    pub(super) fn transmits(&self) -> Option<CobId> {
         let is_cob_id = matches!(self.at, Address { index: TPDO..=LAST_TPDO, sub: 1 });
         let raw = u32::from_le_bytes(self.value.try_into().ok()?);
         CobIdEntry::from_raw(raw).cob_id().filter(|_| is_cob_id)
-    }
-}
-
-impl Boot {
-    /// Returns the node that sends PDOs with this COB-ID: by the settings of the slaves, else by the pre-defined
-    /// connection set.
-    pub fn producer(&self, id: CobId) -> Option<NodeId> {
-        let configured = self.settings.iter().find(|setting| setting.transmits() == Some(id));
-        configured.map_or_else(|| id.node(), |setting| Some(setting.node))
     }
 }
 

@@ -34,7 +34,8 @@ impl ActiveError {
 /// Active errors of the other nodes, from their emergencies and from their objects 1001h and 1003h.
 ///
 /// ```
-/// use async_canopen::emcy::{ActiveErrors, Config, Emergency, ErrorCode, Producer};
+/// use async_canopen::emcy::machine::{ActiveErrors, Config, Producer};
+/// use async_canopen::emcy::{Emergency, ErrorCode};
 /// use async_canopen::types::{Instant, NmtState};
 ///
 /// let mut producer = Producer::new(Config::new(0x083, 0));

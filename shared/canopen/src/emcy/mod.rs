@@ -6,7 +6,8 @@
 //! sources.
 //!
 //! ```
-//! use async_canopen::emcy::{Config, Emergency, ErrorCode, Producer};
+//! use async_canopen::emcy::machine::{Config, Producer};
+//! use async_canopen::emcy::{Emergency, ErrorCode};
 //! use async_canopen::types::{Duration, Instant, NmtState};
 //!
 //! let mut producer = Producer::new(Config::new(0x083, 1_000)); // 1014h; 1015h: 100 ms between two messages
@@ -31,7 +32,7 @@
 //! | [`Emergency`] | message: error code, error register, five bytes of the manufacturer |
 //! | [`ActiveErrors`] | objects 2048h and 2049h: the active errors of the other nodes, as a master knows them |
 //! | [`ErrorReader`] | what a master reads of the errors that it may not have heard |
-//! | [`EmcyConsumers`] | object 1028h: the nodes whose emergencies a master consumes |
+//! | [`EmcyConsumers`](machine::EmcyConsumers) | object 1028h: the nodes whose emergencies a master consumes |
 //!
 //! # Limits
 //!
@@ -47,20 +48,21 @@ mod config;
 mod consumers;
 mod device_error;
 mod history;
+pub mod machine;
 mod message;
 mod objects;
 mod producer;
 mod reader;
 mod register;
 
-pub use active::{ActiveError, ActiveErrors};
+pub use active::ActiveError;
+pub(crate) use active::ActiveErrors;
 pub use code::ErrorCode;
-pub use config::Config;
-pub use consumers::EmcyConsumers;
+pub(crate) use config::Config;
 pub use device_error::DeviceError;
-pub use history::History;
+pub(crate) use history::History;
 pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};
-pub use producer::Producer;
-pub use reader::{ErrorReader, ReadOutcome};
+pub(crate) use producer::Producer;
+pub(crate) use reader::ErrorReader;
 pub use register::ErrorRegister;

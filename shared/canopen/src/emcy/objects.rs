@@ -50,7 +50,7 @@ impl EmcyObjects {
     }
 
     /// Returns whether there is a value to read. Sub-indices of 1003h above the last error have none.
-    pub fn has_data(&self, at: Address) -> bool {
+    pub(crate) fn has_data(&self, at: Address) -> bool {
         at.index != ERRORS || at.sub <= self.errors.count
     }
 
@@ -59,7 +59,7 @@ impl EmcyObjects {
     ///
     /// # Errors
     /// As [`CobIdEntry::written`]; [`AbortCode::ValueRange`] for another value than zero to 1003h.
-    pub fn may_write(&self, at: Address, value: u32) -> Result<(), AbortCode> {
+    pub(crate) fn may_write(&self, at: Address, value: u32) -> Result<(), AbortCode> {
         match (at.index, at.sub) {
             (ERRORS, 0) if value != 0 => Err(AbortCode::ValueRange),
             (COB_ID, _) => CobIdEntry::from_raw(self.cob_id).written(value, EntryUse::Emcy).map(drop),

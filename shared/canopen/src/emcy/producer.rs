@@ -47,7 +47,7 @@ pub struct Producer {
 
 impl Producer {
     /// Time from a message that was not sent to the next one.
-    pub const RETRY: Duration = Duration::from_millis(50);
+    pub(crate) const RETRY: Duration = Duration::from_millis(50);
 
     /// Makes a producer without errors.
     pub const fn new(config: Config) -> Self {

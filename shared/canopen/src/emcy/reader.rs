@@ -20,7 +20,7 @@ const TRIES: u8 = 3;
 /// The owner asks one question at a time, by an SDO upload of at most four bytes:
 ///
 /// ```
-/// use async_canopen::emcy::{ActiveErrors, ReadOutcome, ErrorReader};
+/// use async_canopen::emcy::machine::{ActiveErrors, ErrorReader, ReadOutcome};
 /// use async_canopen::types::{Duration, Instant, NodeId};
 ///
 /// let (node, timeout, now) = (NodeId::of::<5>(), Duration::from_millis(100), Instant::ZERO);

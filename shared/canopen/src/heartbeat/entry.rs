@@ -23,7 +23,7 @@ pub fn check_entry(present: &[u32], sub: u8, value: u32) -> Result<(), AbortCode
 /// Node-ID is not in 1 to 127 (CiA 301 7.5.2.15).
 ///
 /// ```
-/// use async_canopen::heartbeat::monitored;
+/// use async_canopen::heartbeat::machine::monitored;
 /// use async_canopen::types::NodeId;
 ///
 /// assert_eq!(monitored(0x0003_00FA), Some(NodeId::of::<3>())); // 250 ms

@@ -5,7 +5,8 @@
 //! which a node is *missed*.
 //!
 //! ```
-//! use async_canopen::heartbeat::{self, HeartbeatConsumers, Missed, Monitor, Producer};
+//! use async_canopen::heartbeat::{HeartbeatConsumers, self};
+//! use async_canopen::heartbeat::machine::{Missed, Monitor, Producer};
 //! use async_canopen::types::{Duration, Instant, NmtState, NodeId};
 //!
 //! let node = NodeId::of::<3>();
@@ -32,6 +33,7 @@
 
 mod consumer;
 mod entry;
+pub mod machine;
 mod monitor;
 mod node_control;
 mod objects;
@@ -39,13 +41,12 @@ mod producer;
 mod staggered;
 mod times;
 
-pub use consumer::{Consumer, ConsumerTimes};
-pub use entry::{check_entry, monitored};
-pub use monitor::{Heard, Missed, Monitor};
-pub use node_control::NodeControl;
+pub(crate) use entry::{check_entry, monitored};
+pub(crate) use monitor::Monitor;
+pub(crate) use node_control::NodeControl;
 pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};
-pub use producer::Producer;
-pub use staggered::Staggered;
+pub(crate) use producer::Producer;
+pub(crate) use staggered::Staggered;
 pub use times::HeartbeatTimes;
 
 use crate::types::{CobId, Frame, NmtState, NodeId};

@@ -5,7 +5,7 @@ use super::entry::monitored;
 use super::objects::CONSUMERS;
 use crate::types::{Address, Duration, Instant, NmtState, NodeId};
 
-/// Monitors the heartbeats of many nodes: one [`Consumer`](super::Consumer) for each entry of 1016h.
+/// Monitors the heartbeats of many nodes: one [`Consumer`](super::machine::Consumer) for each entry of 1016h.
 ///
 /// An entry is node << 16 | milliseconds. It is not in use if the node is not in 1 to 127 or the time is zero.
 /// Monitoring begins with the first heartbeat after the entry was written. A boot-up message alone does not start

@@ -55,7 +55,7 @@ impl NodeControl {
     }
 
     /// Sets whether the next boot-up leads to Operational, as [`NmtSlave::set_autostart`].
-    pub fn set_autostart(&mut self, autostart: bool) {
+    pub(crate) fn set_autostart(&mut self, autostart: bool) {
         self.nmt.set_autostart(autostart);
     }
 
@@ -65,7 +65,7 @@ impl NodeControl {
     }
 
     /// Takes a new period, as [`Staggered::set_period`].
-    pub fn set_period(&mut self, period: Duration, now: Instant) {
+    pub(crate) fn set_period(&mut self, period: Duration, now: Instant) {
         self.heartbeat.set_period(period, now);
     }
 
@@ -96,7 +96,7 @@ impl NodeControl {
     }
 
     /// Takes another communication error, as [`NmtSlave::on_communication_error`].
-    pub fn on_communication_error(&mut self, behaviour: ErrorBehaviour) -> Reaction {
+    pub(crate) fn on_communication_error(&mut self, behaviour: ErrorBehaviour) -> Reaction {
         self.nmt.on_communication_error(behaviour)
     }
 

@@ -21,7 +21,7 @@ impl Producer {
     }
 
     /// Sets the Node-ID of the heartbeats.
-    pub const fn set_node(&mut self, node: NodeId) {
+    pub(crate) const fn set_node(&mut self, node: NodeId) {
         self.node = node;
     }
 

@@ -9,7 +9,7 @@ use crate::types::{Canonical, Duration, Frame, Instant, NmtState, NodeId};
 /// Two slaves with one Node-ID that boot together with equal clocks send equal heartbeats. Equal frames that start
 /// in the same bit merge on the wire, and neither node hears the other. Therefore each node sends some of its
 /// heartbeats late, by a *pattern* of 32 bits that is different for each chip. If only one of the two sends a
-/// heartbeat late, it hears the other one and yields ([`ClashWatch`](crate::nmt::ClashWatch)).
+/// heartbeat late, it hears the other one and yields ([`ClashWatch`](crate::nmt::machine::ClashWatch)).
 ///
 /// Each heartbeat takes the next bit of the pattern, and is late if the bit is set. The first heartbeat after a
 /// boot-up message is on time, and so is an announced one.
@@ -51,7 +51,7 @@ impl Staggered {
     }
 
     /// Sets the Node-ID, as [`Producer::set_node`].
-    pub const fn set_node(&mut self, node: NodeId) {
+    pub(crate) const fn set_node(&mut self, node: NodeId) {
         self.producer.set_node(node);
     }
 

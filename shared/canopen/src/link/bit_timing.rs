@@ -101,7 +101,7 @@ impl BitRate {
 
     /// Returns the first and the last place of the sample point that interoperates (CiA 301 5.4, table of bit
     /// rates).
-    pub const fn sample_points(self) -> (Permille, Permille) {
+    pub(crate) const fn sample_points(self) -> (Permille, Permille) {
         (Permille(if self.0 >= 800_000 { 750 } else { 850 }), Permille(900))
     }
 }

@@ -5,8 +5,8 @@
 //! *lifetime*, after which it is aborted and reported.
 //!
 //! ```
-//! use async_canopen::link::depth::Places;
-//! use async_canopen::link::queue::{Outgoing, TxQueue};
+//! use async_canopen::link::machine::Places;
+//! use async_canopen::link::machine::{Outgoing, TxQueue};
 //! use async_canopen::types::{CobId, Frame, Instant};
 //!
 //! let mut queue = TxQueue::<Places<8>>::new();
@@ -22,7 +22,7 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`port`] | the trait of a controller, its events, filters, error state |
-//! | [`queue`], [`depth`] | transmit queue of a bus, depth of all queues of a node |
+//! | [`machine`] | transmit queue of a bus, depth of all queues of a node |
 //! | [`bit_timing`] | bit timing, computed by constants |
 //! | [`budget`] | limit of the frames that a node may send |
 //! | [`bus_off`] | recovery of a controller from bus-off |
@@ -50,11 +50,12 @@ pub mod adapter;
 pub mod bit_timing;
 pub mod budget;
 pub mod bus_off;
-pub mod depth;
+pub(crate) mod depth;
+pub mod machine;
 pub mod one_controller;
 mod pattern;
 pub mod port;
-pub mod queue;
+pub(crate) mod queue;
 mod stamp;
 
 pub use stamp::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource};

@@ -81,7 +81,7 @@ impl<D: Depth> TxQueue<D> {
     ///
     /// # Errors
     /// [`Full`]: no frame is displaced.
-    pub fn put_back(&mut self, outgoing: Outgoing) -> Result<(), Full> {
+    pub(crate) fn put_back(&mut self, outgoing: Outgoing) -> Result<(), Full> {
         self.insert(outgoing, outgoing.frame.id().raw())
     }
 

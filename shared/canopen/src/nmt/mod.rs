@@ -5,7 +5,8 @@
 //! when it leaves Initialising.
 //!
 //! ```
-//! use async_canopen::nmt::{Command, NmtMessage, NmtSlave, Reaction, Target};
+//! use async_canopen::nmt::{Command, NmtMessage, Target};
+//! use async_canopen::nmt::machine::{NmtSlave, Reaction};
 //! use async_canopen::types::{NmtState, NodeId};
 //!
 //! let mut slave = NmtSlave::new(false); // no autostart
@@ -22,8 +23,8 @@
 //! | [`NmtSlave`] | state machine of a slave |
 //! | [`NmtMessage`] | module control message |
 //! | [`NmtStartup`], [`ErrorBehaviour`] | objects 1F80h and 1029h |
-//! | [`ResetGuard`] | ignores a reset that is sent again and again |
-//! | [`ClashWatch`], [`StateClashes`] | detect two nodes with one Node-ID, in the node and in the master |
+//! | [`ResetGuard`](machine::ResetGuard) | ignores a reset that is sent again and again |
+//! | [`ClashWatch`](machine::ClashWatch), [`StateClashes`](machine::StateClashes) | detect two nodes with one Node-ID, in the node and in the master |
 //!
 //! # Limits
 //!
@@ -33,6 +34,7 @@
 mod clash;
 mod command;
 mod error_behaviour;
+pub mod machine;
 mod objects;
 mod reset_guard;
 mod slave;
@@ -40,11 +42,8 @@ mod startup;
 mod state_clash;
 
 pub(crate) use clash::CROSSING;
-pub use clash::{Clash, ClashTimes, ClashWatch};
 pub use command::{Command, NmtMessage, Target};
 pub use error_behaviour::ErrorBehaviour;
 pub use objects::NmtObjects;
-pub use reset_guard::{ResetGuard, ResetVerdict};
-pub use slave::{NmtSlave, Reaction};
+pub(crate) use slave::{NmtSlave, Reaction};
 pub use startup::NmtStartup;
-pub use state_clash::{Judged, StateClashes};

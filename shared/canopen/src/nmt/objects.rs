@@ -26,13 +26,13 @@ const STARTUP: u16 = NmtObjects::STARTUP.index();
 
 impl NmtObjects {
     /// Returns the reaction to a communication error.
-    pub fn error_behaviour(&self) -> ErrorBehaviour {
+    pub(crate) fn error_behaviour(&self) -> ErrorBehaviour {
         let [behaviour] = self.error_behaviour;
         ErrorBehaviour::from_byte(behaviour).unwrap_or_default()
     }
 
     /// Returns how the node enters Operational after its boot-up.
-    pub const fn startup(&self) -> NmtStartup {
+    pub(crate) const fn startup(&self) -> NmtStartup {
         NmtStartup::from_raw(self.startup)
     }
 
@@ -40,7 +40,7 @@ impl NmtObjects {
     ///
     /// # Errors
     /// As [`ErrorBehaviour::from_byte`] and [`NmtStartup::written`].
-    pub fn may_write(&self, at: Address, value: u32) -> Result<(), AbortCode> {
+    pub(crate) fn may_write(&self, at: Address, value: u32) -> Result<(), AbortCode> {
         match at.index {
             ERROR_BEHAVIOUR => ErrorBehaviour::from_byte(value as u8).map(drop),
             STARTUP => NmtStartup::from_raw(value).written(self.startup()),

@@ -49,7 +49,7 @@ impl Buses {
     }
 
     /// Keeps the node on one bus from power-on on. It never chooses the other one.
-    pub const fn keep_to_one(&mut self) {
+    pub(crate) const fn keep_to_one(&mut self) {
         self.access = BusAccess::Selective;
     }
 
@@ -73,7 +73,7 @@ impl Buses {
     }
 
     /// Joins the only bus, at power-on.
-    pub fn join_one<E>(&mut self, bus: Bus, out: &mut Outbox<E>) {
+    pub(crate) fn join_one<E>(&mut self, bus: Bus, out: &mut Outbox<E>) {
         self.joined[bus] = true;
         out.command(bus, BusCommand::Join);
     }
@@ -120,7 +120,7 @@ impl Buses {
     }
 
     /// Takes the error state of a controller. Returns whether the controller was bus-off and has recovered.
-    pub fn note_state(&mut self, bus: Bus, state: ErrorState) -> bool {
+    pub(crate) fn note_state(&mut self, bus: Bus, state: ErrorState) -> bool {
         let was_off = core::mem::replace(&mut self.reported[bus], state) == ErrorState::BusOff;
         was_off && state != ErrorState::BusOff
     }

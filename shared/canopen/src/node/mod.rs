@@ -6,7 +6,8 @@
 //! The [`runner`](crate::runner) runs a node on its CAN controller. A test can call it directly:
 //!
 //! ```
-//! use async_canopen::node::{BusCommand, Event, Outbox, Settings, Turn};
+//! use async_canopen::node::extend::{BusCommand, Outbox, Turn};
+//! use async_canopen::node::{Event, Settings};
 //! use async_canopen::prelude::*;
 //! # /// A device without objects.
 //! # #[derive(Objects)]
@@ -47,7 +48,7 @@ mod counters;
 mod device;
 mod events;
 pub mod extend;
-pub mod index;
+pub(crate) mod index;
 mod messages;
 mod outbox;
 mod parts;
@@ -63,10 +64,12 @@ pub use canopen_slave::CanopenSlave;
 pub use communication::{Communication, Identity};
 pub use contract::Node;
 pub use counters::Counters;
-pub use device::{ClientNode, Device, DeviceNode, DeviceObjects};
+pub(crate) use device::ClientNode;
+pub use device::{Device, DeviceNode, DeviceObjects};
 pub use events::Event;
-pub use messages::{BusCommand, FailCause, Filters, FullDepth, LinkEvent, MAX_FILTERS, QUEUE_DEPTH};
-pub use outbox::Outbox;
+pub use messages::FailCause;
+pub(crate) use messages::{BusCommand, Filters, FullDepth, LinkEvent, MAX_FILTERS};
+pub(crate) use outbox::Outbox;
 pub use services::{CanopenOnly, NodeObjects, assert_device};
 pub use settings::Settings;
-pub use turn::Turn;
+pub(crate) use turn::Turn;

@@ -129,7 +129,7 @@ impl<E, D: Depth> Outbox<E, D> {
     }
 
     /// Returns the number of frames for `bus` lost since the last call because the outbox was full.
-    pub fn take_unsent(&mut self, bus: Bus) -> u16 {
+    pub(crate) fn take_unsent(&mut self, bus: Bus) -> u16 {
         core::mem::take(&mut self.unsent[bus])
     }
 

@@ -34,7 +34,7 @@ pub struct Wakes(Instant);
 
 impl Wakes {
     /// Everything may be due.
-    pub const fn at_once() -> Self {
+    pub(crate) const fn at_once() -> Self {
         Wakes(Instant::ZERO)
     }
 

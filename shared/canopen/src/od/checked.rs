@@ -120,7 +120,7 @@ impl<'a> Found<'a> {
         self.take(value)
     }
 
-    /// Writes a whole value that was [accepted](Found::accepts).
+    /// Writes a whole value that was accepted.
     ///
     /// # Errors
     /// [`AbortCode::ReadOnly`] for an entry without a variable, or the error of a string that does not accept the
@@ -138,7 +138,7 @@ impl<'a> Found<'a> {
     ///
     /// # Errors
     /// As [`Found::write`].
-    pub fn accepts(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+    pub(crate) fn accepts(&mut self, value: &[u8]) -> Result<(), AbortCode> {
         self.download(Some(value.len()))?;
         let bits = number(value);
         // One byte over SDO, of which CiA 301 7.1.4.4 knows two values.

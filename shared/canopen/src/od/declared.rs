@@ -25,7 +25,7 @@ impl Declared {
     }
 
     /// Returns whether one of the values is a DOMAIN, which moves in parts.
-    pub const fn has_domains(&self) -> bool {
+    pub(crate) const fn has_domains(&self) -> bool {
         let mut nth = 0;
         while nth < self.objects.len() {
             let (entries, mut number) = (self.objects[nth].entries, 0);

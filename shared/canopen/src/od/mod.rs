@@ -87,6 +87,7 @@ mod domain;
 mod field;
 mod initial;
 mod limits;
+pub mod machine;
 mod numbers;
 mod object;
 mod reason;
@@ -96,7 +97,7 @@ mod times;
 mod typed;
 mod variable;
 
-pub use access::{ObjectAccess, Transfer, WHOLE};
+pub(crate) use access::{ObjectAccess, Transfer, WHOLE};
 /// # Example
 ///
 /// ```
@@ -122,7 +123,8 @@ pub use access::{ObjectAccess, Transfer, WHOLE};
 /// ```
 pub use async_canopen_derive::eds;
 pub use async_canopen_derive::{Objects, Record};
-pub use cob_id_entry::{CobIdEntry, EntryUse, INVALID, NO_REMOTE};
+pub(crate) use cob_id_entry::EntryUse;
+pub use cob_id_entry::{CobIdEntry, INVALID, NO_REMOTE};
 pub use data_type::DataType;
 pub use declared::{Declared, assert_entries};
 pub use dictionary::{Objects, Place, Record};
@@ -132,7 +134,7 @@ pub use initial::{Initial, NoNumbers, Numbers, Unwritten};
 pub use limits::Limits;
 pub use numbers::{I24, I40, I48, I56, Signed, U24, U40, U48, U56, Unsigned};
 pub use object::{Access, Entry, Names, Object, ObjectCode, PdoUse, sub_indices};
-pub use reason::Reason;
+pub(crate) use reason::Reason;
 pub use run::Run;
 pub use texts::{OctetString, UnicodeString, VisibleString};
 pub use times::{TimeDifference, TimeOfDay};

@@ -151,13 +151,13 @@ impl Entry {
     }
 
     /// Returns whether it is a number of at most four bytes that an SDO may read.
-    pub const fn is_fetched(&self) -> bool {
+    pub(crate) const fn is_fetched(&self) -> bool {
         self.has(FETCHED)
     }
 
     /// Returns whether it is a number of at most four bytes that an SDO may write. A BOOLEAN is not: only some
     /// bytes are valid.
-    pub const fn is_stored(&self) -> bool {
+    pub(crate) const fn is_stored(&self) -> bool {
         self.has(STORED)
     }
 
@@ -199,7 +199,7 @@ impl Entry {
     }
 
     /// Returns whether a frame of a receive PDO may end before the value: [`PdoUse::Optional`].
-    pub const fn is_optional(&self) -> bool {
+    pub(crate) const fn is_optional(&self) -> bool {
         self.has(OPTIONAL)
     }
 

@@ -36,7 +36,7 @@ impl Reason {
     }
 
     /// Adds the lowest `digits` digits of a number in hexadecimal, in the form of the standards: `1017h`.
-    pub const fn hex(mut self, number: u16, digits: u32) -> Reason {
+    pub(crate) const fn hex(mut self, number: u16, digits: u32) -> Reason {
         let mut digit = digits;
         while digit > 0 && self.len < LEN {
             digit -= 1;

@@ -107,7 +107,7 @@ pub struct Layout {
 
 impl Layout {
     /// Layout of a PDO without data.
-    pub const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], bytes: 0, least: 0 };
+    pub(crate) const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], bytes: 0, least: 0 };
 
     /// Resolves mapping entries: index, sub-index and bits, as objects 1600h and 1A00h hold them.
     ///

@@ -78,7 +78,7 @@
 //! | [`PdoSet`], [`Rpdo`], [`Tpdo`], [`CobIdOf`] | declaration of the PDOs at power-on |
 //! | [`PdoObjects`] | objects 1400h, 1600h, 1800h, 1A00h |
 //! | [`Rpdos`], [`Tpdos`] | PDOs at run time |
-//! | [`rules`] | rules for writing these objects by SDO |
+//! | [`rules`](machine::rules) | rules for writing these objects by SDO |
 //! | [`Sequence`], [`RepeatFilter`] | commands that must not be executed twice |
 //!
 //! # Limits
@@ -89,6 +89,7 @@
 
 mod carried;
 mod cob_id_of;
+pub mod machine;
 mod mapping;
 mod named;
 mod objects;
@@ -97,7 +98,7 @@ mod planned;
 mod receive;
 mod received;
 mod rpdo_error;
-pub mod rules;
+pub(crate) mod rules;
 mod sequence;
 mod set;
 mod transmit;
@@ -107,12 +108,13 @@ pub use cob_id_of::CobIdOf;
 pub use mapping::{Direction, Layout};
 pub use named::{NodePdo, Pdo, Received};
 pub use objects::{PdoObjects, PdoSlots};
-pub use parameters::{MAPPED, Mapping, PdoMapping, PdoParameters, RpdoParameters, StaticMapping};
+pub(crate) use parameters::MAPPED;
+pub use parameters::{Mapping, PdoMapping, PdoParameters, RpdoParameters, StaticMapping};
 pub use planned::{Rpdo, Tpdo};
-pub use receive::{Rpdos, Taken};
+pub(crate) use receive::{Rpdos, Taken};
 pub use received::{ReceivedPdo, SetRpdo};
 pub use rpdo_error::{RpdoError, RpdoEvent};
 pub use sequence::{RepeatFilter, Sequence};
 pub use set::PdoSet;
-pub use transmit::{AT_ONCE, Tpdos};
+pub(crate) use transmit::Tpdos;
 pub use values::{Append, Values};

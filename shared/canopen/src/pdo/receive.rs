@@ -200,7 +200,7 @@ impl<S: PdoSlots> Rpdos<S> {
     }
 
     /// Returns the COB-ID of an RPDO with its complement.
-    pub fn sealed(&self, number: usize) -> Sealed {
+    pub(crate) fn sealed(&self, number: usize) -> Sealed {
         self.ids.as_ref().get(number).copied().unwrap_or(Sealed::NONE)
     }
 
@@ -273,7 +273,7 @@ impl<S: PdoSlots> Rpdos<S> {
     }
 
     /// Returns whether a frame waits for SYNC.
-    pub fn is_waiting(&self) -> bool {
+    pub(crate) fn is_waiting(&self) -> bool {
         self.waiting
     }
 

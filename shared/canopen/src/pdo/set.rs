@@ -117,7 +117,7 @@ impl PdoSet {
     }
 
     /// Returns whether the values of a transmit PDO (0 is the first) are declared as a [state](Tpdo::state).
-    pub fn is_state(&self, number: usize) -> bool {
+    pub(crate) fn is_state(&self, number: usize) -> bool {
         self.tpdos.iter().any(|tpdo| tpdo.pdo().slot() == number && tpdo.pdo().is_state())
     }
 
@@ -133,13 +133,8 @@ impl PdoSet {
         found.map_or(usize::MAX, |tpdo| tpdo.pdo().slot())
     }
 
-    /// Returns the receive PDOs.
-    pub const fn rpdos(&self) -> &'static [Rpdo] {
-        self.rpdos
-    }
-
     /// Returns the transmit PDOs.
-    pub const fn tpdos(&self) -> &'static [Tpdo] {
+    pub(crate) const fn tpdos(&self) -> &'static [Tpdo] {
         self.tpdos
     }
 }

@@ -232,7 +232,7 @@ impl<S: PdoSlots> Tpdos<S> {
     }
 
     /// Returns the COB-ID of a TPDO with its complement.
-    pub fn sealed(&self, number: usize) -> Sealed {
+    pub(crate) fn sealed(&self, number: usize) -> Sealed {
         self.pdos.as_ref().get(number).map_or(Sealed::NONE, |pdo| pdo.id)
     }
 
@@ -242,7 +242,7 @@ impl<S: PdoSlots> Tpdos<S> {
     }
 
     /// Returns whether any TPDO is sent on events.
-    pub fn has_events(&self) -> bool {
+    pub(crate) fn has_events(&self) -> bool {
         self.has_events
     }
 
@@ -328,7 +328,7 @@ impl<S: PdoSlots> Tpdos<S> {
     /// Remembers the contents of the TPDOs that are sent on events. Call it before the application changes its
     /// objects.
     #[inline(never)] // an application need not have it twice
-    pub fn remember<D: Objects>(&mut self, objects: &D) {
+    pub(crate) fn remember<D: Objects>(&mut self, objects: &D) {
         for pdo in self.pdos.as_mut().iter_mut().filter(|pdo| pdo.is_by_event()) {
             pdo.before = pdo.layout.pack(objects);
         }
@@ -336,7 +336,7 @@ impl<S: PdoSlots> Tpdos<S> {
 
     /// Compares with the contents remembered before: an event for each TPDO with another content.
     #[inline(never)] // an application need not have it twice
-    pub fn trigger_changed<D: Objects>(&mut self, objects: &D, now: Instant) {
+    pub(crate) fn trigger_changed<D: Objects>(&mut self, objects: &D, now: Instant) {
         if !self.operational {
             return;
         }

@@ -104,7 +104,7 @@ impl Tally {
 
 impl Diagnostics {
     /// First word: `"ECAN"` in ASCII, little-endian.
-    pub const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
+    pub(crate) const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 
     /// Makes a block in which all counters are zero.
     pub const fn new() -> Self {

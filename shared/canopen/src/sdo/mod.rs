@@ -5,7 +5,7 @@
 //! for one confirmation. An *abort* ends a transfer with a code.
 //!
 //! ```
-//! use async_canopen::sdo::{Client, Mode};
+//! use async_canopen::sdo::machine::{Client, Mode};
 //! use async_canopen::types::{Address, Duration, Instant};
 //!
 //! let mut client = Client::new(Duration::from_millis(500));
@@ -59,6 +59,7 @@
 mod block;
 mod client;
 mod crc;
+pub mod machine;
 mod objects;
 mod second;
 mod server;
@@ -66,14 +67,13 @@ mod servers;
 mod wire;
 
 use crate::types::{AbortCode, Address};
-pub use block::WINDOW;
-pub use client::{Client, Error, Mode, STAGING};
-pub use crc::Crc;
+pub(crate) use client::{Client, Mode};
+pub use client::{Error, STAGING};
 pub use objects::{SdoParameters, SdoServerObjects};
 pub use second::{SdoChannel, TwoSdoServers};
-pub use server::Server;
+pub(crate) use server::Server;
 pub use servers::SdoServers;
-pub use wire::Payload;
+pub(crate) use wire::Payload;
 
 /// Returns the payload that aborts the transfer of an object.
 pub fn abort(at: Address, code: AbortCode) -> Payload {

@@ -2,11 +2,12 @@
 //!
 //! A *set* is the stored parameters of all groups. A *save* writes a whole new set: the present values of one
 //! group, and the stored values of the others. So a save is stored whole or not at all. To restore the defaults of
-//! a group is to write a set without it. Both take effect at the next reset, when [`load`] runs before
+//! a group is to write a set without it. Both take effect at the next reset, when [`load`](machine::load) runs before
 //! communication starts.
 //!
 //! ```
-//! use async_canopen::store::{Content, Group, Loaded, NoNotes, ParameterStore, Save, StoreRequest, load};
+//! use async_canopen::store::{Content, Group, Loaded, ParameterStore, StoreRequest};
+//! use async_canopen::store::machine::{NoNotes, Save, load};
 //! use async_canopen::types::{Address, NodeId};
 //! # use async_canopen::store::{Parameters, Row, StoreError};
 //! # #[derive(Default)]
@@ -56,7 +57,7 @@
 //! | kept | where | ends with |
 //! | --- | --- | --- |
 //! | set of parameters | [`ParameterStore`] | the next set |
-//! | *note*: the newest value of one parameter, see [`Notes`]; none with [`NoNotes`] | one word beside the set | the next set |
+//! | *note*: the newest value of one parameter, see [`Notes`]; none with [`NoNotes`](machine::NoNotes) | one word beside the set | the next set |
 //! | Node-ID in three copies | beside both | another Node-ID |
 //!
 //! # Limits
@@ -64,19 +65,19 @@
 //! - Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps. If it
 //!   changes between them, it may be stored with bytes of both. If it becomes shorter, the save fails.
 //! - A set of another Node-ID is not applied.
-//! - [`SaveLimit`] allows ten saves in a row, then one every six minutes.
+//! - [`SaveLimit`](machine::SaveLimit) allows ten saves in a row, then one every six minutes.
 
 mod limit;
+pub mod machine;
 mod notes;
 mod objects;
 mod save;
 mod set;
 
-pub use limit::SaveLimit;
-pub use notes::{NoNotes, Notes};
+pub(crate) use notes::Notes;
 pub use objects::{StoreObjects, StoreRequest};
-pub use save::{Parameters, Row, Save};
-pub use set::{Apply, Content, Loaded, MAX_VALUE, load};
+pub use save::{Parameters, Row};
+pub use set::{Content, Loaded};
 
 use thiserror::Error;
 

@@ -77,12 +77,12 @@ impl Consumer {
     /// Returns whether the SYNC needs no processing: no counter, no window, and no other part needs it. Its
     /// counter is zero.
     #[inline]
-    pub fn is_plain(&self, frame: &Frame) -> bool {
+    pub(crate) fn is_plain(&self, frame: &Frame) -> bool {
         self.plain && frame.dlc() == 0
     }
 
     /// Returns whether the last SYNC had an unexpected length.
-    pub fn is_wrong(&self) -> bool {
+    pub(crate) fn is_wrong(&self) -> bool {
         self.wrong
     }
 

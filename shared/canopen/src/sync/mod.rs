@@ -5,7 +5,7 @@
 //! time of its PDOs.
 //!
 //! ```
-//! use async_canopen::sync::{Config, Consumer, Producer};
+//! use async_canopen::sync::machine::{Config, Consumer, Producer};
 //! use async_canopen::types::{CobId, Duration, Instant};
 //!
 //! let period = Duration::from_millis(100);
@@ -27,13 +27,14 @@
 
 mod config;
 mod consumer;
+pub mod machine;
 mod objects;
 mod producer;
 
-pub use config::Config;
-pub use consumer::{Consumer, UnexpectedLength};
+pub(crate) use config::Config;
+pub(crate) use consumer::{Consumer, UnexpectedLength};
 pub use objects::SyncObjects;
-pub use producer::Producer;
+pub(crate) use producer::Producer;
 
 use crate::types::{AbortCode, Frame};
 

@@ -48,7 +48,7 @@ impl SyncObjects {
     /// # Errors
     /// As [`CobIdEntry::written`], [`check_period`] and [`check_overflow`]. [`AbortCode::ValueRange`] if a slave
     /// would produce SYNC.
-    pub fn may_write(&self, at: Address, value: u32, is_producer: bool) -> Result<(), AbortCode> {
+    pub(crate) fn may_write(&self, at: Address, value: u32, is_producer: bool) -> Result<(), AbortCode> {
         match at.index {
             COB_ID if !is_producer && CobIdEntry::from_raw(value).flag() => Err(AbortCode::ValueRange),
             COB_ID => CobIdEntry::from_raw(self.cob_id).written(value, EntryUse::Sync).map(drop),

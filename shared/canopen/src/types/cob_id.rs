@@ -59,7 +59,7 @@ impl CobId {
     }
 
     /// Returns the COB-ID of the answer to SDO requests with this one: 080h below it.
-    pub const fn sdo_answer(self) -> CobId {
+    pub(crate) const fn sdo_answer(self) -> CobId {
         CobId(self.0.saturating_sub(0x080))
     }
 
@@ -85,7 +85,7 @@ impl CobId {
 
     /// Returns the node that sends this COB-ID in the pre-defined connection set, if it is an emergency or a
     /// TPDO.
-    pub const fn sender(self) -> Option<NodeId> {
+    pub(crate) const fn sender(self) -> Option<NodeId> {
         match self.function() {
             0x080 | 0x180 | 0x280 | 0x380 | 0x480 => self.node(),
             _ => None,

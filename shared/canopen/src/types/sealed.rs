@@ -18,7 +18,7 @@ impl Sealed {
     }
 
     /// Seals a COB-ID, if there is one.
-    pub const fn maybe(id: Option<CobId>) -> Sealed {
+    pub(crate) const fn maybe(id: Option<CobId>) -> Sealed {
         match id {
             Some(id) => Self::of(id),
             None => Self::NONE,

@@ -1,6 +1,7 @@
 //! Active errors of other nodes, as a consumer of emergencies keeps them.
 
-use async_canopen::emcy::{ActiveError, ActiveErrors, Emergency, ErrorCode, ErrorRegister};
+use async_canopen::emcy::machine::ActiveErrors;
+use async_canopen::emcy::{ActiveError, Emergency, ErrorCode, ErrorRegister};
 
 use crate::bench::node;
 

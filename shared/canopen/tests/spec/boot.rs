@@ -2,9 +2,9 @@
 
 use std::ops::{Deref, DerefMut};
 
+use async_canopen::boot::machine::{Boot, BootAction, BootRequest, Identified};
 use async_canopen::boot::{
-    AssignedSlave, Boot, BootAction, BootCause, BootError, BootFailure, BootPolicy, BootProgress,
-    BootRequest, Difference, Expected, Identified, Setting,
+    AssignedSlave, BootCause, BootError, BootFailure, BootPolicy, BootProgress, Difference, Expected, Setting,
 };
 use async_canopen::sdo::Error;
 use async_canopen::types::{AbortCode, Address, CobId, Instant, NmtState, NodeId};
@@ -550,7 +550,7 @@ fn slave_assigned_in_flight_boots_at_heartbeat_until_released() {
     boot.assign(node(9), nine);
     boot.on_heartbeat(node(9), NmtState::Operational, true, false);
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(9, 0x1000, 0)));
-    boot.assign(node(9), async_canopen::boot::Assignment::from_raw(0));
+    boot.assign(node(9), async_canopen::boot::machine::Assignment::from_raw(0));
     assert_eq!((boot.is_asking(), boot.progress(node(9))), (false, BootProgress::Unassigned));
     boot.queue(node(9));
     assert_eq!(next(&mut boot, expected()), None);

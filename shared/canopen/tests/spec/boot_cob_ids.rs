@@ -2,9 +2,9 @@
 //!
 //! Verifies: ECSS 6.10l, 6.10m
 
+use async_canopen::boot::machine::{Assignment, BootRequest};
 use async_canopen::boot::{
-    AssignedSlave, Assignment, BootCause, BootError, BootFailure, BootPolicy, BootProgress, BootRequest,
-    Expected,
+    AssignedSlave, BootCause, BootError, BootFailure, BootPolicy, BootProgress, Expected,
 };
 use async_canopen::sdo::Error;
 use async_canopen::types::{AbortCode, Address, CobId, NmtState};

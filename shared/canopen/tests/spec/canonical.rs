@@ -1,8 +1,8 @@
 //! Canonical form of a state: what each attribute does, and what the machines of CANopen forget.
 
-use async_canopen::heartbeat::{Consumer, ConsumerTimes, NodeControl};
-use async_canopen::link::queue::Outgoing;
-use async_canopen::nmt::{Clash, ClashTimes, ClashWatch, ResetGuard};
+use async_canopen::heartbeat::machine::{Consumer, ConsumerTimes, NodeControl};
+use async_canopen::link::machine::Outgoing;
+use async_canopen::nmt::machine::{Clash, ClashTimes, ClashWatch, ResetGuard};
 use async_canopen::types::NmtState::Operational;
 use async_canopen::types::{Bus, Canonical, Duration, Instant, Instants, PerBus, Periodic};
 

@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 6.10a, 6.10b
 
-use async_canopen::od::{CobIdEntry, EntryUse};
+use async_canopen::od::CobIdEntry;
+use async_canopen::od::machine::EntryUse;
 use async_canopen::types::{AbortCode, CobId, NodeId};
 
 use crate::bench::node;

@@ -4,7 +4,8 @@
 
 use std::collections::BTreeSet;
 
-use async_canopen::emcy::{Config, Emergency, ErrorCode, ErrorRegister, Producer};
+use async_canopen::emcy::machine::{Config, Producer};
+use async_canopen::emcy::{Emergency, ErrorCode, ErrorRegister};
 use async_canopen::types::{CobId, Duration, Instant, NmtState};
 
 use proptest::prelude::*;

@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 6.4a
 
-use async_canopen::emcy::{Config, ErrorCode, Producer};
+use async_canopen::emcy::ErrorCode;
+use async_canopen::emcy::machine::{Config, Producer};
 use async_canopen::types::{AbortCode, Duration};
 
 fn producer() -> Producer {

@@ -1,6 +1,6 @@
 //! What a master reads of the errors that it may not have heard.
 
-use async_canopen::emcy::{ActiveErrors, ErrorReader, ReadOutcome};
+use async_canopen::emcy::machine::{ActiveErrors, ErrorReader, ReadOutcome};
 use async_canopen::types::{Address, Duration, Instant, NodeId};
 
 const NODE: NodeId = NodeId::of::<5>();

@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.5.2a
 
 use async_canopen::heartbeat;
-use async_canopen::heartbeat::{Consumer, Heard, HeartbeatConsumers, Missed, Monitor, Staggered};
+use async_canopen::heartbeat::HeartbeatConsumers;
+use async_canopen::heartbeat::machine::{Consumer, Heard, Missed, Monitor, Staggered};
 use async_canopen::types::{AbortCode, Duration, Instant, NmtState, Periodic};
 use proptest::prelude::*;
 
@@ -59,7 +60,7 @@ fn heartbeat_with_bit_7_has_a_state_and_is_noted() {
 /// Verifies: ECSS 8.3.3a, 8.3.3d
 #[test]
 fn a_producer_tells_the_present_state_every_period() {
-    let mut producer = heartbeat::Producer::new(node(2), span(100));
+    let mut producer = heartbeat::machine::Producer::new(node(2), span(100));
     assert_eq!(producer.poll(ms(5), NmtState::PreOperational), None);
     producer.announce(ms(10));
     assert_eq!(producer.poll(ms(10), NmtState::PreOperational), Some(frame(0x702, &[0x7F])));
@@ -72,7 +73,7 @@ fn a_producer_tells_the_present_state_every_period() {
 /// Notices: ECSS 6.5.2a: the first heartbeat with a new period waits for that period.
 #[test]
 fn a_new_producer_time_takes_effect_at_once() {
-    let mut producer = heartbeat::Producer::new(node(2), span(1_000));
+    let mut producer = heartbeat::machine::Producer::new(node(2), span(1_000));
     // Before the boot-up message it is a setting and no more.
     producer.set_period(span(500), ms(0));
     assert_eq!(producer.deadline(), None);
@@ -343,7 +344,7 @@ fn a_miss_that_nobody_will_resolve_is_handed_over() {
 #[test]
 fn a_node_is_monitored_by_one_entry_only() {
     let present = [0x0003_0064, 0x0009_00FA, 0x0005_0000, 0];
-    let check = |sub, value| heartbeat::check_entry(&present, sub, value);
+    let check = |sub, value| heartbeat::machine::check_entry(&present, sub, value);
     assert_eq!(check(4, 0x0003_0001), Err(AbortCode::ParameterIncompatible));
     assert_eq!(check(1, 0x0009_0064), Err(AbortCode::ParameterIncompatible));
     // Itself, entries not in use, several not in use.
@@ -394,7 +395,7 @@ proptest! {
         for step in steps {
             match step {
                 Step::Written(sub, value) => {
-                    if heartbeat::check_entry(&present, sub, value).is_ok() {
+                    if heartbeat::machine::check_entry(&present, sub, value).is_ok() {
                         let place = usize::from(sub) - 1;
                         present[place] = value;
                         let was = references[place];

@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 6.5.1a, 6.5.4a
 
-use async_canopen::nmt::{Command, ErrorBehaviour, NmtMessage, NmtSlave, NmtStartup, Reaction, Target};
+use async_canopen::nmt::machine::{NmtSlave, Reaction};
+use async_canopen::nmt::{Command, ErrorBehaviour, NmtMessage, NmtStartup, Target};
 use async_canopen::types::{AbortCode, NmtState, NodeId};
 
 use crate::bench::{frame, node};

@@ -1,7 +1,7 @@
 //! The transmit queue of a bus.
 
-use async_canopen::link::depth::{Depth, Places};
-use async_canopen::link::queue::{Full, Outgoing, TxQueue};
+use async_canopen::link::machine::{Depth, Places};
+use async_canopen::link::machine::{Full, Outgoing, TxQueue};
 use async_canopen::types::Instant;
 
 use crate::bench::{frame, ms};

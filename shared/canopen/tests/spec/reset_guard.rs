@@ -1,6 +1,6 @@
 //! The guard against babbled resets, with a pause of 500 ms (two consumer times of profile `standard`).
 
-use async_canopen::nmt::{ResetGuard, ResetVerdict};
+use async_canopen::nmt::machine::{ResetGuard, ResetVerdict};
 use async_canopen::types::Duration;
 
 use crate::bench::{ms, span};

@@ -4,9 +4,9 @@
 
 use std::collections::BTreeMap;
 
+use async_canopen::store::machine::{MAX_VALUE, NoNotes, Save, load};
 use async_canopen::store::{
-    Content, Group, LOAD, Loaded, MAX_VALUE, NoNotes, ParameterStore, Parameters, Row, SAVE, Save,
-    StoreError, StoreRequest, load,
+    Content, Group, LOAD, Loaded, ParameterStore, Parameters, Row, SAVE, StoreError, StoreRequest,
 };
 use async_canopen::types::{AbortCode, Address, NodeId};
 

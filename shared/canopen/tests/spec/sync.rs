@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.3a
 
 use async_canopen::sync;
-use async_canopen::sync::{Config, Consumer, Producer, UnexpectedLength};
+use async_canopen::sync::machine::{Config, Consumer, Producer, UnexpectedLength};
 use async_canopen::types::{AbortCode, Duration, Frame, Instant};
 
 use crate::bench::{frame, ms};

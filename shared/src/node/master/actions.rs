@@ -2,8 +2,8 @@
 
 use super::{Master, MasterEvent, MasterServices, Turn, objects};
 use crate::emcy::ErrorCode;
+use crate::link::machine::Outgoing;
 use crate::link::port::{ErrorState, Health};
-use crate::link::queue::Outgoing;
 use crate::nmt::NmtMessage;
 use crate::node::services::{LiveServices, RedundancyServices};
 use crate::node::{BusCommand, FailCause, LinkEvent, SpacecraftDevice};

@@ -23,7 +23,7 @@ pub struct MasterObjects<D: SpacecraftDevice> {
     pub device: D,
     /// Objects of the EMCY consumer
     #[objects]
-    pub emergencies: EmcyConsumers,
+    pub(crate) emergencies: EmcyConsumers,
     /// Active errors of the slaves
     #[objects]
     pub errors: ActiveErrors,

@@ -8,7 +8,7 @@ use super::{Master, Turn};
 use crate::boot::Assignment;
 use crate::emcy::{ActiveErrors, DeviceError, EmcyConsumers, ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, monitored};
-use crate::link::queue::Outgoing;
+use crate::link::machine::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::NetworkObjects;
 use crate::node::index::{

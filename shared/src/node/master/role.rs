@@ -25,7 +25,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// It ends when the clock is set by [`MasterRequest::SetTime`](crate::node::MasterRequest::SetTime) or by a
     /// client (2010h, 2012h). Always `None` with one master board.
     #[inline(always)] // constant for one board
-    pub fn withheld_time(&self) -> Option<CobId> {
+    pub(crate) fn withheld_time(&self) -> Option<CobId> {
         let is_known = self.redundancy.standby().is_none_or(|standby| standby.has_begun());
         if is_known || self.services.state.time.clock().is_set() {
             return None;

@@ -1,7 +1,7 @@
 //! Frames that the application of the master sends.
 
 use super::Master;
-use crate::link::queue::Outgoing;
+use crate::link::machine::Outgoing;
 use crate::node::minimal::MinimalPdos;
 use crate::node::{Refusal, SpacecraftDevice};
 use crate::pdo::{Pdo, Values};

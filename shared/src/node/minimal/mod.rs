@@ -46,7 +46,7 @@ use async_canopen::node::extend::{BusCounters, BusNews, Buses};
 use super::{Counters, Filters, LinkEvent, Node};
 use crate::heartbeat;
 use crate::link::Stamp;
-use crate::link::depth::Places;
+use crate::link::machine::Places;
 use crate::link::port::{Filter, Health};
 use crate::node;
 use crate::redundancy::{BusCause, MasterMessage, Selection, Selector};

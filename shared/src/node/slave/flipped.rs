@@ -6,10 +6,9 @@ use std::vec::Vec;
 
 use crate::heartbeat::NodeControl;
 use crate::link::Stamp;
+use crate::node::extend::Outbox;
 use crate::node::probe::{Probe, TwoServers};
-use crate::node::{
-    BusCommand, DeviceNode, LinkEvent, Node, Outbox, Slave, SlaveEvent, SpacecraftDevice, Turn,
-};
+use crate::node::{BusCommand, DeviceNode, LinkEvent, Node, Slave, SlaveEvent, SpacecraftDevice, Turn};
 use crate::profile::Profile;
 use crate::sdo::TwoSdoServers;
 use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};

@@ -1,6 +1,6 @@
 //! Actions of the redundancy of a master.
 
-use crate::link::queue::Outgoing;
+use crate::link::machine::Outgoing;
 use crate::redundancy::{RoleChange, SwitchCause};
 use crate::types::{Bus, Frame, Instant, NodeId};
 

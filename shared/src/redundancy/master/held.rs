@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::{MasterAction, MasterBoards, MasterRedundancy};
-use crate::link::queue::Outgoing;
+use crate::link::machine::Outgoing;
 use crate::types::{Bus, Canonical, Instant, PerBus};
 
 /// Place where a frame of the master goes.

@@ -6,7 +6,8 @@
 //! ```
 //! use ecss_can::profile::Profile;
 //! use ecss_can::link::access::BusAccess;
-//! use ecss_can::redundancy::{MasterAction, MasterRedundancy, MasterSetup, OneBoard};
+//! use ecss_can::redundancy::machine::{MasterAction, MasterRedundancy, MasterSetup};
+//! use ecss_can::redundancy::OneBoard;
 //! use ecss_can::types::{Bus, Duration, Instant};
 //!
 //! let setup = MasterSetup {
@@ -49,8 +50,8 @@ use super::peers::PLACES;
 use super::{Action, Claim, Manager, Parameters, PeerHeartbeat, Peers, Rivals};
 use crate::heartbeat;
 use crate::link::access::BusAccess;
+use crate::link::machine::Outgoing;
 use crate::link::port::Health;
-use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, NmtSlave, Reaction, Target};
 use crate::types::{Bus, Canonical, CobId, Duration, Instant, NmtState, NodeId, earliest};
 

@@ -3,7 +3,7 @@
 //! A standby follows the active master: the bus of its heartbeat, and the states of its slaves.
 
 use super::{MasterAction, MasterBoards, MasterRedundancy, Sending};
-use crate::link::queue::Outgoing;
+use crate::link::machine::Outgoing;
 use crate::nmt::NmtSlave;
 use crate::redundancy::{Claim, PeerHeartbeat, RivalReaction, Rivals, RoleCause, RoleChange, Standby};
 use crate::types::{Bus, Instant, NmtState, NodeId};
@@ -15,7 +15,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     }
 
     /// Returns the role of this board. `None`: the mission has one master board.
-    pub fn standby(&self) -> Option<&Standby> {
+    pub(crate) fn standby(&self) -> Option<&Standby> {
         self.boards.standby()
     }
 

@@ -99,7 +99,7 @@ impl SlaveRedundancy {
     }
 
     /// Returns the values that outlive a reset of the chip.
-    pub const fn retained(&self) -> Retained {
+    pub(crate) const fn retained(&self) -> Retained {
         self.retained
     }
 

@@ -1,7 +1,8 @@
 //! What the application of a slave changes itself takes effect as if it had been written over the bus.
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, DeviceNode, Node, SlaveEvent};
+use ecss_can::node::extend::BusCommand;
+use ecss_can::node::{DeviceNode, Node, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::types::{AbortCode, Bus, CobId, NmtState, Scet};
 

@@ -4,7 +4,8 @@
 
 use ecss_can::emcy::{DeviceError, ErrorCode};
 use ecss_can::node::DeviceNode;
-use ecss_can::node::{LinkEvent, SlaveEvent};
+use ecss_can::node::SlaveEvent;
+use ecss_can::node::extend::LinkEvent;
 use ecss_can::types::{Bus, NmtState};
 
 use super::fixture::{

@@ -1,7 +1,8 @@
 //! Maintenance mode: a Node-ID is stored there, and nowhere else.
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, Node};
+use ecss_can::node::Node;
+use ecss_can::node::extend::BusCommand;
 use ecss_can::profile::Profile;
 use ecss_can::store::ParameterStore;
 use ecss_can::store::identity::MAINTENANCE;

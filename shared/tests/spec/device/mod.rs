@@ -18,7 +18,8 @@ mod sync;
 mod transfers;
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, SelfTest, SlaveEvent};
+use ecss_can::node::extend::BusCommand;
+use ecss_can::node::{SelfTest, SlaveEvent};
 use ecss_can::types::{Bus, CobId, NmtState};
 
 use self::fixture::{ask, done, powered, read, refused, write};

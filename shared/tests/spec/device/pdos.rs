@@ -4,7 +4,8 @@
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::{Filter, Health};
-use ecss_can::node::{BusCommand, Device, Node as _, NodeObjects, Slave, SlaveEvent};
+use ecss_can::node::extend::BusCommand;
+use ecss_can::node::{Device, Node as _, NodeObjects, Slave, SlaveEvent};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::types::{Address, Bus, CobId, Duration};

@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.5.1a.5
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, Node, SlaveEvent};
+use ecss_can::node::extend::BusCommand;
+use ecss_can::node::{Node, SlaveEvent};
 use ecss_can::types::{Bus, CobId};
 
 use super::fixture::{done, operational, payloads, powered, read, write, write_all};

@@ -3,7 +3,8 @@
 mod check;
 mod node;
 
-use ecss_can::od::{Objects, Transfer, checked};
+use ecss_can::od::machine::Transfer;
+use ecss_can::od::{Objects, checked};
 use ecss_can::types::{AbortCode, Address};
 
 fn at(index: u16, sub: u8) -> Address {

@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.1a
 
 use ecss_can::node::DeviceNode;
-use ecss_can::sdo::{Error, Mode};
+use ecss_can::sdo::Error;
+use ecss_can::sdo::machine::Mode;
 use ecss_can::types::AbortCode;
 
 use super::{

@@ -3,7 +3,8 @@
 //! Verifies: ECSS 7.1.1a, 7.1.2a, 7.1.2d
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{LinkEvent, SlaveEvent};
+use ecss_can::node::SlaveEvent;
+use ecss_can::node::extend::LinkEvent;
 use ecss_can::time::Step;
 use ecss_can::types::{Duration, FineInstant};
 

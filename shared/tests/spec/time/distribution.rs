@@ -3,7 +3,8 @@
 //! Verifies: ECSS 7.2.1a, 7.2.3c
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{LinkEvent, Node as _, SlaveEvent};
+use ecss_can::node::extend::LinkEvent;
+use ecss_can::node::{Node as _, SlaveEvent};
 use ecss_can::time::Step;
 use ecss_can::types::{Duration, Scet};
 

@@ -3,7 +3,8 @@
 //! Verifies: ECSS 7.2.1a
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{LinkEvent, MasterEvent, SpacecraftDevice};
+use ecss_can::node::extend::LinkEvent;
+use ecss_can::node::{MasterEvent, SpacecraftDevice};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Instant, Scet};
 

@@ -2,7 +2,8 @@
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
-use ecss_can::node::{Device, DeviceTime, LinkEvent, Master, SpacecraftDevice};
+use ecss_can::node::extend::LinkEvent;
+use ecss_can::node::{Device, DeviceTime, Master, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;

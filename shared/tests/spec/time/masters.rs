@@ -3,7 +3,8 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{Device, DeviceTime, LinkEvent, Master, MasterRequest, SpacecraftDevice};
+use ecss_can::node::extend::LinkEvent;
+use ecss_can::node::{Device, DeviceTime, Master, MasterRequest, SpacecraftDevice};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Tpdo};
 use ecss_can::profile::Profile;

@@ -10,7 +10,8 @@ mod producers;
 mod universal;
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{LinkEvent, SpacecraftDevice};
+use ecss_can::node::SpacecraftDevice;
+use ecss_can::node::extend::LinkEvent;
 use ecss_can::types::{FineInstant, Instant, Scet};
 
 use self::devices::Node;

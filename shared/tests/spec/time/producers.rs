@@ -3,7 +3,8 @@
 //! Verifies: ECSS 7.2.3a, 7.2.3b
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{LinkEvent, MasterRequest};
+use ecss_can::node::MasterRequest;
+use ecss_can::node::extend::LinkEvent;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, Duration, FineInstant};
 

@@ -7,7 +7,7 @@ use std::task::{Context, Poll, Waker};
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent};
-use ecss_can::node::LinkEvent;
+use ecss_can::node::extend::LinkEvent;
 use ecss_can::runner::{Platform, Resources, Runners};
 use ecss_can::types::{FineInstant, Frame, PerBus};
 use futures_executor::LocalPool;

@@ -1,8 +1,8 @@
 //! Passes frames to the redundancy of a master, and carries out its decisions on the wires of the model.
 
+use ecss_can::link::machine;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::link::queue;
-use ecss_can::redundancy::{MasterAction, MasterVerdict, Sending};
+use ecss_can::redundancy::machine::{MasterAction, MasterVerdict, Sending};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};
 
 use super::Master;
@@ -55,7 +55,7 @@ impl Master {
 
     pub(super) fn send(&mut self, frame: Frame, now: Instant) {
         let expires = now + LIFETIME;
-        match self.redundancy.send(queue::Outgoing { frame, expires }) {
+        match self.redundancy.send(machine::Outgoing { frame, expires }) {
             Sending::Now(bus) => self.outgoing.send_until(bus, frame, expires),
             Sending::Held => {}
             Sending::Refused(bus) => self.act(MasterAction::Refused(bus), now),

@@ -1,7 +1,8 @@
 //! What a master of the model knows of its slaves: it follows their emergencies and values, and reads the errors that it may
 //! not have heard, by the machines that fly.
 
-use ecss_can::emcy::{ActiveError, ActiveErrors, Emergency, ErrorReader, ReadOutcome};
+use ecss_can::emcy::machine::{ActiveErrors, ErrorReader, ReadOutcome};
+use ecss_can::emcy::{ActiveError, Emergency};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, earliest,
 };

@@ -1,9 +1,10 @@
 //! Carries out the decisions of the redundancy of a slave on the wires of the model.
 
 use ecss_can::emcy::ErrorCode;
-use ecss_can::heartbeat::NodeControl;
-use ecss_can::nmt::Reaction;
-use ecss_can::redundancy::{BusCause, Parameters, SlaveAction};
+use ecss_can::heartbeat::machine::NodeControl;
+use ecss_can::nmt::machine::Reaction;
+use ecss_can::redundancy::machine::SlaveAction;
+use ecss_can::redundancy::{BusCause, Parameters};
 use ecss_can::types::{Bus, Instant, PerBus};
 use host_worlds::judge::selector::is_bdefault_right;
 

@@ -1,6 +1,6 @@
 //! What the application of a slave reports: one error by the producer that flies, and one value.
 
-use ecss_can::emcy::{Config, Producer};
+use ecss_can::emcy::machine::{Config, Producer};
 use ecss_can::types::{
     Address, Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, earliest,
 };

@@ -3,7 +3,7 @@
 //! [`Transfer`] follows one server. A test gives it each request with the server's answers, and compares the value that
 //! it returns with what the server wrote.
 
-use ecss_can::sdo::Payload;
+use ecss_can::sdo::machine::Payload;
 use ecss_can::types::{AbortCode, Address};
 
 /// Segments of a sub-block.

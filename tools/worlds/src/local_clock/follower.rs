@@ -2,7 +2,8 @@
 
 use ecss_can::link::Stamp;
 use ecss_can::profile::Profile;
-use ecss_can::time::{LocalClock, Places, TimeCorrection, TimeService, TimeSource};
+use ecss_can::time::machine::{LocalClock, Places, TimeService};
+use ecss_can::time::{TimeCorrection, TimeSource};
 use ecss_can::types::{Bus, FineInstant, FineScet};
 
 /// A clock that is disciplined by pairs.

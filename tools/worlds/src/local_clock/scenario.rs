@@ -1,7 +1,7 @@
 //! One master, one slave, and the pairs that go from one to the other.
 
-use ecss_can::time::LocalClock;
 use ecss_can::time::TimeSource;
+use ecss_can::time::machine::LocalClock;
 use ecss_can::types::{FineInstant, FineScet};
 use fastrand::Rng;
 

@@ -1,6 +1,6 @@
 //! How near the local clock comes to the master's, with the crystals of the requirement.
 
-use ecss_can::time::LocalClock;
+use ecss_can::time::machine::LocalClock;
 use fastrand::Rng;
 use host_worlds::local_clock::trials::STEADY;
 use host_worlds::local_clock::{Crystal, Data, Figures, Scenario, Stamps};

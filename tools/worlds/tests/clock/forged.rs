@@ -1,6 +1,7 @@
 //! Spacecraft times that somebody forged, or that were corrupted.
 
-use ecss_can::time::{LocalClock, TimeSource};
+use ecss_can::time::TimeSource;
+use ecss_can::time::machine::LocalClock;
 use ecss_can::types::{FineInstant, FineScet};
 
 /// A slave with the crystal of its master that receives a time each second.

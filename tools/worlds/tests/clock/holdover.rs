@@ -1,6 +1,6 @@
 //! The bound that the clock reports while no SYNC comes.
 
-use ecss_can::time::LocalClock;
+use ecss_can::time::machine::LocalClock;
 use host_worlds::local_clock::trials::STEADY;
 use host_worlds::local_clock::{Figures, Scenario, Stamps};
 

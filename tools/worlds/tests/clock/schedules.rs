@@ -1,7 +1,7 @@
 //! Random schedules: lost SYNCs, jumps of the time, resets of the slave, changes of the producer, commands.
 
-use ecss_can::time::LocalClock;
 use ecss_can::time::TimeSource;
+use ecss_can::time::machine::LocalClock;
 use ecss_can::types::{FineInstant, FineScet};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

@@ -12,7 +12,7 @@ use can_wire::encode::encode;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use ecss_can::sdo::{Client, Mode, Payload};
+use ecss_can::sdo::machine::{Client, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 use twin::guest::GuestEvent;
 use twin::spacecraft::Bus;

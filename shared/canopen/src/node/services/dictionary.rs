@@ -42,9 +42,9 @@ pub struct Dictionary<D: Device, E: Extension<D>> {
     /// Instant of the last call of the SDO server.
     pub now: Instant,
     /// Transfer of the other SDO server during a call of one of two.
-    pub shared: <D::Sdo as SdoServers>::Second<Shared>,
+    pub(crate) shared: <D::Sdo as SdoServers>::Second<Shared>,
     /// Whether that call made something due.
-    pub wakes: Wakes,
+    pub(crate) wakes: Wakes,
 }
 
 impl<D: Device, E: Extension<D>> Dictionary<D, E> {
@@ -90,7 +90,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
     }
 
     /// Continues a running save if that is due. Returns its end.
-    pub fn advance_save(&mut self, now: Instant, wakes: &mut Wakes) -> Option<SaveEnd> {
+    pub(crate) fn advance_save(&mut self, now: Instant, wakes: &mut Wakes) -> Option<SaveEnd> {
         let end = self.stored.advance(&mut self.objects, now)?;
         if end.result.is_ok() && (end.at.index == STORE || end.at.sub == ALL) {
             self.clear(ErrorCode::DATA_SET, 0, wakes);
@@ -108,7 +108,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
     }
 
     /// Register and history of errors in the objects follow.
-    pub fn show_errors(&mut self) {
+    pub(crate) fn show_errors(&mut self) {
         self.emcy.show(&mut self.objects.communication.emcy);
     }
 

@@ -142,13 +142,13 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Copies all COB-IDs after the services took them.
-    pub fn copy_cob_ids(&mut self) {
+    pub(crate) fn copy_cob_ids(&mut self) {
         (0..Self::COB_IDS).for_each(|number| self.copy_cob_id(number));
     }
 
     /// Copies the COB-ID of an object that was written, if it has one. The other copies stay as they are, so that
     /// a flipped bit in one of them is still found.
-    pub fn copy_written_cob_id(&mut self, at: Address) {
+    pub(crate) fn copy_written_cob_id(&mut self, at: Address) {
         if let Some(number) = number_of::<D>(at) {
             self.copy_cob_id(number);
         }

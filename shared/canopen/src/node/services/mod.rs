@@ -81,7 +81,7 @@ pub struct Lifetimes {
     /// Lifetime of a heartbeat.
     pub heartbeat: Duration,
     /// Lifetime of SYNC and of the PDOs that follow it.
-    pub synchronous: Duration,
+    pub(crate) synchronous: Duration,
     /// Lifetime of an event-driven PDO.
     pub event: Duration,
     /// Lifetime of an SDO response.
@@ -129,7 +129,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the COB-ID of an RPDO, if it is valid.
-    pub fn rpdo_id(&self, number: usize) -> Option<CobId> {
+    pub(crate) fn rpdo_id(&self, number: usize) -> Option<CobId> {
         let pdo = self.dictionary.objects.pdos.rpdos().0.get(number)?;
         CobIdEntry::from_raw(pdo.cob_id).cob_id()
     }
@@ -140,12 +140,12 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the number of entries of 1016h.
-    pub fn consumers(&self) -> usize {
+    pub(crate) fn consumers(&self) -> usize {
         self.dictionary.objects.consumers.entries().len()
     }
 
     /// Returns the COB-ID of the heartbeat that an entry of 1016h consumes, if the entry is in use.
-    pub fn consumed(&self, entry: usize) -> Option<CobId> {
+    pub(crate) fn consumed(&self, entry: usize) -> Option<CobId> {
         let entry = self.dictionary.objects.consumers.entries().get(entry)?;
         monitored(*entry).map(CobId::heartbeat)
     }

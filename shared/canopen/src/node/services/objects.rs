@@ -47,7 +47,7 @@ impl<D: Device, E: Extension<D>> NodeObjects<D, E> {
     }
 
     /// The communication profile as at power-on.
-    pub fn restore_communication(&mut self, id: NodeId, heartbeats: HeartbeatTimes) {
+    pub(crate) fn restore_communication(&mut self, id: NodeId, heartbeats: HeartbeatTimes) {
         self.communication = D::communication(id);
         self.consumers = D::consumers(id);
         self.pdos = D::pdos(id);

@@ -15,7 +15,7 @@ use crate::types::{AbortCode, Address, CobId, Frame, Instant, NmtState};
 
 impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Sends all states of the application from `at` on.
-    pub fn send_states(&mut self, at: Instant) {
+    pub(crate) fn send_states(&mut self, at: Instant) {
         if const { has_states::<D>() } {
             self.dictionary.tpdos.change(&mut self.wakes).send_states(at);
         }
@@ -33,7 +33,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 impl<D: Device, E: Extension<D>> Dictionary<D, E> {
     /// Takes all PDOs from the objects. A PDO that is impossible becomes invalid (bit 31 of its COB-ID). That is
     /// an error until a possible one is written, or the PDO is switched off.
-    pub fn set_pdos(&mut self, now: Instant, wakes: &mut Wakes) {
+    pub(crate) fn set_pdos(&mut self, now: Instant, wakes: &mut Wakes) {
         // First of all none is valid: an old one must not be in the way of a new one.
         self.rpdos.no_sooner().clear();
         self.tpdos.no_sooner().clear();

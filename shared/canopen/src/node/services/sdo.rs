@@ -28,12 +28,12 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the COB-ID of SDO requests by the Node-ID.
-    pub fn sdo_id(&self) -> CobId {
+    pub(crate) fn sdo_id(&self) -> CobId {
         CobId::sdo_request(self.id)
     }
 
-    /// Takes a segment of a block download like nearly all: see
-    /// [`is_plain_segment`](crate::sdo::Server::is_plain_segment). Returns whether the frame was one.
+    /// Takes a segment of a block download like nearly all: see `is_plain_segment` of the server. Returns whether the
+    /// frame was one.
     #[inline] // row `instructions.block_download_segment`
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
         let server = self.server_mut(self.server_of(frame.id()));
@@ -126,7 +126,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Notes that frames were dropped: each may have been a response of either server.
-    pub fn on_sdo_unsent(&mut self, frames: u16) {
+    pub(crate) fn on_sdo_unsent(&mut self, frames: u16) {
         for _ in 0..frames {
             self.on_sdo_sent();
             self.on_second_sdo_sent();

@@ -117,7 +117,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the COB-ID of the requests of the second server as it was just written, if its channel is valid.
-    pub fn second_sdo_id(&self) -> Option<CobId> {
+    pub(crate) fn second_sdo_id(&self) -> Option<CobId> {
         let [request, answer] =
             self.dictionary.objects.sdo.cob_ids()?.map(|entry| CobIdEntry::from_raw(entry).cob_id());
         answer.and(request)
@@ -130,7 +130,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Notes that an answer of the second server was sent, or failed.
-    pub fn on_second_sdo_sent(&mut self) {
+    pub(crate) fn on_second_sdo_sent(&mut self) {
         let Self { second_sdo, wakes, .. } = self;
         if let Some(second) = second_sdo.as_mut().first_mut() {
             second.server.change(wakes).on_sent();

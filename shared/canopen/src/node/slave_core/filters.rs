@@ -48,17 +48,17 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     }
 
     /// Returns the number of filters that the node would have without a limit.
-    pub fn wanted_filters(&self) -> usize {
+    pub(crate) fn wanted_filters(&self) -> usize {
         self.second_sdo_filter() + usize::from(D::Sdo::SECOND_SERVER.is_some())
     }
 
     /// Returns the number of the filter of the second SDO server.
-    pub fn second_sdo_filter(&self) -> usize {
+    pub(crate) fn second_sdo_filter(&self) -> usize {
         self.filters_of_rpdos() + D::Pdos::RECEIVE + 1
     }
 
     /// Returns the number of the first filter of an RPDO.
-    pub fn filters_of_rpdos(&self) -> usize {
+    pub(crate) fn filters_of_rpdos(&self) -> usize {
         FILTERS_OF_PEERS + self.services.consumers()
     }
 
@@ -99,7 +99,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
 
     /// Notes that a filter has changed. The node sends it to its buses when it runs next.
     #[inline(never)] // many callers
-    pub fn note_filter(&mut self, number: usize) {
+    pub(crate) fn note_filter(&mut self, number: usize) {
         if number < MAX_FILTERS {
             let changed = self.changed_filters.change(&mut self.services.wakes);
             (changed.numbers, changed.not_before) = (changed.numbers | 1 << number, Instant::ZERO);
@@ -123,7 +123,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     }
 
     /// Computes the set of the COB-IDs that the node takes.
-    pub fn update_taken(&mut self) {
+    pub(crate) fn update_taken(&mut self) {
         self.taken = (0..self.wanted_filters()).map(|number| self.filtered_id(number)).collect();
     }
 }

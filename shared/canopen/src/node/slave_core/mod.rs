@@ -222,7 +222,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     }
 
     /// Takes the new period of the heartbeat (1017h).
-    pub fn follow_heartbeat(&mut self, now: Instant) {
+    pub(crate) fn follow_heartbeat(&mut self, now: Instant) {
         let time = self.services.dictionary.objects.communication.heartbeat.time;
         self.control.change(&mut self.services.wakes).set_period(Duration::from_millis(u64::from(time)), now);
     }

@@ -12,7 +12,7 @@ impl Server {
     /// Returns whether a frame is a segment like nearly all: the next one, neither first nor last of its sub-block, and
     /// the buffer has room for it. Then [take it](Server::take_plain_segment). If not, call [`Server::on_request`].
     #[inline]
-    pub fn is_plain_segment(&self, payload: &Payload) -> bool {
+    pub(crate) fn is_plain_segment(&self, payload: &Payload) -> bool {
         let [command, ..] = payload;
         matches!(&self.state, State::BlockDownload { receiver, refused: None } if receiver.is_plain(*command))
             && self.value.has_room()
@@ -20,7 +20,7 @@ impl Server {
 
     /// Takes a segment that is [plain](Server::is_plain_segment). The deadline only becomes later.
     #[inline]
-    pub fn take_plain_segment(&mut self, payload: &Payload, now: Instant) {
+    pub(crate) fn take_plain_segment(&mut self, payload: &Payload, now: Instant) {
         let [_, data @ ..] = payload;
         self.deadline = now + self.pause();
         if let State::BlockDownload { receiver, .. } = &mut self.state {

@@ -22,8 +22,8 @@ const PAUSE: u64 = 4;
 /// Call [`Server::poll`] when [`Server::deadline`] has come and after [`Server::on_sent`].
 ///
 /// ```
-/// # use async_canopen::od::{ObjectAccess, Transfer};
-/// use async_canopen::sdo::Server;
+/// # use async_canopen::od::machine::{ObjectAccess, Transfer};
+/// use async_canopen::sdo::machine::Server;
 /// # use async_canopen::types::{AbortCode, Address};
 /// use async_canopen::types::{Duration, Instant};
 /// # /// Object 1017h alone.

@@ -4,8 +4,9 @@
 
 mod types;
 
+use async_canopen::od::machine::Transfer;
 use async_canopen::od::{
-    Domain, I24, Names, ObjectCode, Objects, Record, Transfer, VisibleString, checked, sub_indices,
+    Domain, I24, Names, ObjectCode, Objects, Record, VisibleString, checked, sub_indices,
 };
 use async_canopen::types::AbortCode::{
     NoObject, NoSubIndex, ReadOnly, TooLong, TooShort, ValueRange, ValueTooHigh, ValueTooLow, WriteOnly,

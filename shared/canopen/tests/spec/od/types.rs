@@ -3,9 +3,10 @@
 //! Verifies: ECSS 6.8a
 
 use async_canopen::od::checked::Found;
+use async_canopen::od::machine::Transfer;
 use async_canopen::od::{
-    Access, Bytes, DataType, Entry, I24, I40, I48, I56, OctetString, Place, TimeDifference, TimeOfDay,
-    Transfer, Typed, U24, U40, U48, U56, UnicodeString, Variable, VisibleString, checked,
+    Access, Bytes, DataType, Entry, I24, I40, I48, I56, OctetString, Place, TimeDifference, TimeOfDay, Typed,
+    U24, U40, U48, U56, UnicodeString, Variable, VisibleString, checked,
 };
 use async_canopen::types::AbortCode;
 use async_canopen::types::AbortCode::{Length, OutOfMemory, TooLong, TooShort, ValueRange};

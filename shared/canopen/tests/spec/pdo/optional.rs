@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.2a
 
 use async_canopen::od::{Objects, Record};
-use async_canopen::pdo::{Direction, PdoObjects, PdoParameters, RpdoError, RpdoEvent, Rpdos, Taken, rules};
+use async_canopen::pdo::machine::{Rpdos, Taken, rules};
+use async_canopen::pdo::{Direction, PdoObjects, PdoParameters, RpdoError, RpdoEvent};
 use async_canopen::types::Instant;
 
 use crate::bench::{frame, ms};

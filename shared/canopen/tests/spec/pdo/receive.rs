@@ -5,7 +5,8 @@
 use async_canopen::emcy::ErrorCode;
 use async_canopen::od::{INVALID, NO_REMOTE};
 use async_canopen::pdo::RpdoError::{OutOfRange, Overdue, TooLong, TooShort};
-use async_canopen::pdo::{Direction, PdoObjects, PdoParameters, RpdoError, RpdoEvent, Rpdos, Taken, rules};
+use async_canopen::pdo::machine::{Rpdos, Taken, rules};
+use async_canopen::pdo::{Direction, PdoObjects, PdoParameters, RpdoError, RpdoEvent};
 use async_canopen::types::{AbortCode, Instant};
 use proptest::prelude::*;
 

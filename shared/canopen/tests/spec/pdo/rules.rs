@@ -3,9 +3,8 @@
 //! Verifies: ECSS 6.2a
 
 use async_canopen::od::Record;
-use async_canopen::pdo::{
-    Direction, Mapping, PdoMapping, PdoObjects, PdoParameters, PdoSet, Rpdos, StaticMapping, Tpdos, rules,
-};
+use async_canopen::pdo::machine::{Rpdos, Tpdos, rules};
+use async_canopen::pdo::{Direction, Mapping, PdoMapping, PdoObjects, PdoParameters, PdoSet, StaticMapping};
 use async_canopen::types::AbortCode;
 use async_canopen::types::AbortCode::{
     NoObject, NoSubIndex, NotMappable, ParameterIncompatible, PdoLength, UnsupportedAccess, ValueRange,

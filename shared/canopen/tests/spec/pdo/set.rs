@@ -7,7 +7,8 @@
 use std::panic::{UnwindSafe, catch_unwind};
 
 use async_canopen::od::{Field, Fields, NO_REMOTE, Object, Objects, SubIndex};
-use async_canopen::pdo::{CobIdOf, Direction, Layout, Pdo, PdoObjects, PdoParameters, PdoSet, rules};
+use async_canopen::pdo::machine::rules;
+use async_canopen::pdo::{CobIdOf, Direction, Layout, Pdo, PdoObjects, PdoParameters, PdoSet};
 use async_canopen::types::{Address, CobId, NodeId};
 
 use super::device::{Device, entry};

@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.2a
 
 use async_canopen::od::{INVALID, NO_REMOTE, Objects};
-use async_canopen::pdo::{CobIdOf, Direction, Pdo, PdoObjects, PdoParameters, PdoSet, Tpdos, rules};
+use async_canopen::pdo::machine::{Tpdos, rules};
+use async_canopen::pdo::{CobIdOf, Direction, Pdo, PdoObjects, PdoParameters, PdoSet};
 use async_canopen::types::{AbortCode, Address, CobId, Frame, Instant};
 
 use super::device::{Device, WORDS, entry};

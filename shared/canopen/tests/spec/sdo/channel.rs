@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use async_canopen::sdo::{Client, Error, Mode, Payload, Server};
+use async_canopen::sdo::Error;
+use async_canopen::sdo::machine::{Client, Mode, Payload, Server};
 use async_canopen::types::{Address, Duration, Instant};
 
 use super::fixture::{Objects, TIMEOUT};

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use async_canopen::od::{ObjectAccess, Transfer};
-use async_canopen::sdo::{Payload, Server};
+use async_canopen::od::machine::{ObjectAccess, Transfer};
+use async_canopen::sdo::machine::{Payload, Server};
 use async_canopen::types::{AbortCode, Address, Duration, Instant};
 
 pub const TIMEOUT: Duration = Duration::from_millis(400);

@@ -11,7 +11,7 @@ mod second;
 mod server;
 mod server_blocks;
 
-use async_canopen::sdo::Crc;
+use async_canopen::sdo::machine::Crc;
 use host_worlds::judge::sdo::checksum;
 use proptest::prelude::*;
 

@@ -2,7 +2,7 @@
 //!
 //! Verifies: ECSS 6.1a
 
-use async_canopen::sdo::{Client, Mode, Payload};
+use async_canopen::sdo::machine::{Client, Mode, Payload};
 use async_canopen::types::{Address, Duration, Instant};
 use host_worlds::judge::sdo::{Transfer, checksum, is_written};
 use proptest::prelude::*;

@@ -1,7 +1,8 @@
 //! A whole slave between two buses.
 
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent, Turn};
+use ecss_can::node::extend::{BusCommand, LinkEvent, Outbox, Turn};
+use ecss_can::node::{Node, Slave, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 

@@ -1,6 +1,6 @@
 //! A dictionary with an object of each kind, that keeps watch over how it is used.
 
-use ecss_can::od::{ObjectAccess, Transfer};
+use ecss_can::od::machine::{ObjectAccess, Transfer};
 use ecss_can::types::{AbortCode, Address};
 
 /// Most bytes of the domain.

@@ -1,6 +1,6 @@
 //! The SDO server, between any client and a small dictionary.
 
-use ecss_can::sdo::{Payload, Server};
+use ecss_can::sdo::machine::{Payload, Server};
 use ecss_can::types::{Address, Duration, Instant};
 use host_worlds::judge::sdo::{Transfer, checksum, is_written};
 

@@ -3,7 +3,8 @@
 use ecss_can::emcy::{DeviceError, ErrorCode};
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{DeviceNode, FailCause, LinkEvent, Node};
+use ecss_can::node::extend::LinkEvent;
+use ecss_can::node::{DeviceNode, FailCause, Node};
 use ecss_can::od::U48;
 use ecss_can::types::{Duration, Frame, Instant, NmtState};
 

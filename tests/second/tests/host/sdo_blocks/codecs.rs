@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use canopen_rs::Address as TheirAddress;
 use canopen_rs::sdo::block::{self, BlockReceiver, BlockWriter};
-use ecss_can::sdo::Payload;
+use ecss_can::sdo::machine::Payload;
 use ecss_can::types::{Address, Instant};
 
 use super::line::Server;

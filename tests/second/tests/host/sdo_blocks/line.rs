@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use ecss_can::sdo::{Client, Error, Mode, Payload};
+use ecss_can::sdo::Error;
+use ecss_can::sdo::machine::{Client, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 use second::host::{pull, push};
 

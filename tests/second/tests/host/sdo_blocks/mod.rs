@@ -10,7 +10,8 @@ mod zencan;
 use self::codecs::{Codecs, OBJECT};
 use self::line::Line;
 use self::zencan::{CONSTANT, DOMAIN, KEY, STRING, Zencan};
-use ecss_can::sdo::{Error, Payload};
+use ecss_can::sdo::Error;
+use ecss_can::sdo::machine::Payload;
 use ecss_can::types::{AbortCode, Address};
 
 /// A byte, a segment, a byte more, a sub-block with and without a byte less and more, and many.

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use ecss_can::sdo::Payload;
+use ecss_can::sdo::machine::Payload;
 use ecss_can::types::{Address, Instant};
 use zencan_node::common::NodeId;
 use zencan_node::common::messages::{CanId, CanMessage};

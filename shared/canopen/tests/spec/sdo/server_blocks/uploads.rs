@@ -2,7 +2,7 @@
 //!
 //! Verifies: ECSS 6.1a
 
-use async_canopen::sdo::WINDOW;
+use async_canopen::sdo::machine::WINDOW;
 use host_worlds::judge::sdo::checksum;
 
 use super::{answers, end, segments, uploading};
