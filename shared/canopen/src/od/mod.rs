@@ -100,6 +100,41 @@ pub use access::{ObjectAccess, Transfer, WHOLE};
 /// # Example
 ///
 /// ```
+/// use async_canopen::od::checked;
+/// use async_canopen::prelude::*;
+///
+/// /// How the heater works.
+/// #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
+/// #[repr(u8)]
+/// enum Mode {
+///     /// The heater is off.
+///     #[default]
+///     Off,
+///     /// The heater holds the set point.
+///     Auto,
+///     /// The heater has full power.
+///     Boost = 8,
+/// }
+///
+/// /// A heater.
+/// #[derive(Objects)]
+/// struct Heater {
+///     /// Mode
+///     #[object(0x6301, rw, default = Mode::Auto)]
+///     mode: Mode,
+/// }
+///
+/// let mut heater = Heater::default();
+/// let mode = Heater::MODE.address();
+/// assert_eq!(heater.mode, Mode::Auto);
+/// assert_eq!(checked::write(&mut heater, mode, &[8]), Ok(()));
+/// assert_eq!(checked::write(&mut heater, mode, &[7]), Err(AbortCode::ValueRange));
+/// assert_eq!(heater.mode, Mode::Boost);
+/// ```
+pub use async_canopen_derive::Enumeration;
+/// # Example
+///
+/// ```
 /// use async_canopen::od::{Field, NotWritable, Readable, eds};
 /// use async_canopen::pdo::{Pdo, PdoSet};
 /// use async_canopen::types::{Address, NodeId};
@@ -131,7 +166,7 @@ pub use field::{Field, Fields, SubIndex};
 pub use initial::{Initial, NoNumbers, Numbers, Unwritten};
 pub use limits::Limits;
 pub use numbers::{I24, I40, I48, I56, Signed, U24, U40, U48, U56, Unsigned};
-pub use object::{Access, Entry, Names, Object, ObjectCode, PdoUse, sub_indices};
+pub use object::{Access, Entry, NamedValue, Names, Object, ObjectCode, PdoUse, sub_indices};
 pub use reason::Reason;
 pub use run::Run;
 pub use texts::{OctetString, UnicodeString, VisibleString};

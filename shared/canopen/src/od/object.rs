@@ -291,6 +291,18 @@ pub struct Names {
     pub object: &'static str,
     /// Names of the entries, in the order of [`Object::entries`].
     pub entries: &'static [&'static str],
+    /// Values with a name of each entry, in the order of [`Object::entries`]: those of an enumeration. Entries behind the last
+    /// have none.
+    pub values: &'static [&'static [NamedValue]],
     /// Index of the structure (DEFSTRUCT), zero for none.
     pub structure: u16,
+}
+
+/// Value of an enumeration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NamedValue {
+    /// Number that SDOs and PDOs carry.
+    pub number: i64,
+    /// Name of its variant.
+    pub name: &'static str,
 }
