@@ -1,6 +1,4 @@
 //! Values that are enums: `#[derive(Enumeration)]`. Structs for the values of a PDO: `#[derive(PdoValues)]`.
-//!
-//! Verifies: ECSS 6.1a, 6.2a
 
 use async_canopen::od::{Access, DataType, Entry, NamedValue, Names, Number, Typed, Variable, checked};
 use async_canopen::pdo::{Direction, Layout};
@@ -107,6 +105,8 @@ fn value_at_power_on_is_a_variant() {
 
 /// Given values of an enumeration in each place of a dictionary, when a client writes a number without a variant, then it gets
 /// 06090030h and the value stays.
+///
+/// Verifies: ECSS 6.1a
 #[test]
 fn sdo_write_without_a_variant_is_aborted() {
     let mut heater = Heater::default();
@@ -140,6 +140,8 @@ fn length_and_limits_are_checked_before_the_variant() {
 
 /// Given receive PDOs of a single value and of values in a row, when one of them has no variant, then it stays, the others are
 /// taken, and the frame does not count as applied.
+///
+/// Verifies: ECSS 6.2a
 #[test]
 fn receive_pdo_without_a_variant_is_out_of_range() {
     let mut heater = Heater::default();
