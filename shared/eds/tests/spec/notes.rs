@@ -67,16 +67,18 @@ fn values_of_an_enumeration_are_limits_and_a_comment() {
 /// Given an enumeration with more names than a line takes, then they are in several lines, and each begins with the object.
 #[test]
 fn many_names_of_an_enumeration_are_several_comments() {
-    macro_rules! many {
-        ($($name:ident)*) => {
-            #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
-            #[repr(u16)]
-            enum Many { #[default] $($name),* }
-        };
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
+    #[repr(u16)]
+    enum Many {
+        #[default]
+        NothingHasHappenedSinceTheLastReset,
+        BatteryVoltageIsBelowItsLowerLimit,
+        CurrentOfTheHeaterExceedsItsLimit,
+        SensorDoesNotAnswerOnItsInterface,
+        TemperatureIsOutsideOfTheTable,
+        ValveHasNotReachedItsPosition,
+        PressureRisesWithoutACommand,
     }
-    many!(FirstOfManyNamesInARow SecondOfManyNamesInARow ThirdOfManyNamesInARow FourthOfManyNamesInARow
-        FifthOfManyNamesInARow SixthOfManyNamesInARow SeventhOfManyNamesInARow EighthOfManyNamesInARow
-        NinthOfManyNamesInARow);
     #[derive(Objects)]
     struct Device {
         /// Many
@@ -85,8 +87,11 @@ fn many_names_of_an_enumeration_are_several_comments() {
     }
     let lines = lines(&Description::new(&device(), |_| Device::default()).unwrap());
     assert_eq!(lines.len(), 2);
-    assert!(lines[0].starts_with("6001: 0 = FirstOfManyNamesInARow, 1 = "), "{lines:?}");
-    assert!(lines[1].starts_with("6001: ") && lines[1].ends_with(" 8 = NinthOfManyNamesInARow"), "{lines:?}");
+    assert!(lines[0].starts_with("6001: 0 = NothingHasHappenedSinceTheLastReset, 1 = "), "{lines:?}");
+    assert!(
+        lines[1].starts_with("6001: ") && lines[1].ends_with(" 6 = PressureRisesWithoutACommand"),
+        "{lines:?}"
+    );
 }
 
 #[test]
