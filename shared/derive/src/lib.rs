@@ -100,10 +100,12 @@ pub fn record(input: TokenStream) -> TokenStream {
 /// | it comes by | what happens |
 /// | --- | --- |
 /// | SDO write to the device | abort 06090030h; the value stays |
-/// | receive PDO of the device | as with a value outside `low` and `high`: the value stays, the error is "out of range" (EMCY 8200h) |
+/// | receive PDO of the device | as with a value outside `low` and `high`: the value stays, EMCY 8200h, no event of the PDO |
 /// | parameter store | the stored value is not applied |
 /// | SDO read by a client of this crate | `sdo::Error::UnknownValue` with the number |
 /// | PDO from another node | `ReceivedPdo::get` returns `None` |
+///
+/// A value with `optional` needs a variant with the number 0: a frame that ends before the value carries zero.
 ///
 /// `low` and `high` of a field take integers, and allow fewer of the variants. The data sheet (EDS) has the least and the greatest number
 /// as `LowLimit` and `HighLimit`, and a comment with the names of the variants.

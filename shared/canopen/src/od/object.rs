@@ -1,6 +1,6 @@
 //! Declaration of an object and its entries: the values that every access is checked against.
 
-use super::{DataType, Limits, Typed};
+use super::{DataType, Limits, NamedValue, Typed};
 
 /// Kind of an object (CiA 301 7.4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -296,13 +296,4 @@ pub struct Names {
     pub values: &'static [&'static [NamedValue]],
     /// Index of the structure (DEFSTRUCT), zero for none.
     pub structure: u16,
-}
-
-/// Value of an enumeration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NamedValue {
-    /// Number that SDOs and PDOs carry.
-    pub number: i64,
-    /// Name of its variant.
-    pub name: &'static str,
 }

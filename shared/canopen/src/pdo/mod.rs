@@ -76,6 +76,7 @@
 //! | type | purpose |
 //! | --- | --- |
 //! | [`PdoSet`], [`Rpdo`], [`Tpdo`], [`CobIdOf`] | declaration of the PDOs at power-on |
+//! | [`PdoValues`](trait@PdoValues) | values of a PDO: a tuple, or a struct with names |
 //! | [`PdoObjects`] | objects 1400h, 1600h, 1800h, 1A00h |
 //! | [`Rpdos`], [`Tpdos`] | PDOs at run time |
 //! | [`rules`] | rules for writing these objects by SDO |
