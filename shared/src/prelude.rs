@@ -8,8 +8,8 @@ pub use crate::node::{
     Communication, Device, DeviceNode, Identity, LOCAL_TIME, LOCAL_TIME_PDO, MASTER_TIME, Master,
     MasterEvent, Node, Refusal, SPACECRAFT_TIME, SelfTest, Slave, SlaveEvent, SpacecraftDevice, TimeKeeper,
 };
-pub use crate::od::{Domain, Objects, Record, eds};
-pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo};
+pub use crate::od::{Domain, Enumeration, Objects, Record, eds};
+pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, PdoValues, ReceivedPdo};
 pub use crate::profile::Profile;
 pub use crate::redundancy::TwoBoards;
 pub use crate::runner::{

@@ -5,8 +5,8 @@ pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::link::bit_timing::BitRate;
 pub use crate::nmt::{Command, NmtMessage, Target};
 pub use crate::node::{CanopenSlave, Communication, Device, DeviceNode, Event, Identity, Node, Settings};
-pub use crate::od::{Domain, Objects, Record, eds};
-pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, ReceivedPdo};
+pub use crate::od::{Domain, Enumeration, Objects, Record, eds};
+pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, PdoValues, ReceivedPdo};
 pub use crate::runner::{
     BusRunner, Clock, Diagnostics, DueRunner, EventSource, Events, Handle, Platform, Single, SingleRunners,
 };

@@ -94,6 +94,11 @@ impl Attribute {
         quote!(#krate::od::#read, #krate::od::#write)
     }
 
+    /// Returns whether SDO clients may write the value.
+    pub fn is_writable(&self) -> bool {
+        self.access.as_ref().is_some_and(|own| own != "Ro" && own != "Const")
+    }
+
     /// Returns whether the value has a least or a greatest one.
     pub fn is_limited(&self) -> bool {
         self.low.is_some() || self.high.is_some()

@@ -171,6 +171,26 @@ pub fn same_error(of: &Type) -> TokenStream {
     quote!(let _ = #krate::od::Entry::of::<#of>;)
 }
 
+/// Returns the values with a name, those of an enumeration, as an expression.
+pub fn named(of: &Type) -> TokenStream {
+    let krate = path::canopen();
+    let same_error = same_error(of);
+    quote!({
+        #same_error
+        <#of as #krate::od::Typed>::VALUES
+    })
+}
+
+/// Returns a statement that refuses a number which is no value of its type, if the condition `is_meant` holds.
+pub fn check(is_meant: &TokenStream, of: &Type) -> TokenStream {
+    let krate = path::canopen();
+    let same_error = same_error(of);
+    quote! {
+        #same_error
+        #krate::od::checked::value_of::<#of>(#is_meant, value)?;
+    }
+}
+
 /// Returns the expression by which a transmit PDO reads a value of this type.
 pub fn bits(value: &TokenStream, of: &Type) -> TokenStream {
     let krate = path::canopen();
@@ -214,11 +234,16 @@ pub fn set_run_bits(
     })
 }
 
-/// Returns the expression by which a receive PDO writes a value. It writes only a value within the limits.
+/// Returns the expression by which a receive PDO writes a value. It writes only a value of its type within the limits.
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
     let krate = path::canopen();
     let same_error = same_error(of);
-    let write = quote!(::core::option::Option::Some(<#of as #krate::od::Variable>::set_bits(#value, bits)));
+    let write = quote! {
+        if !<#of as #krate::od::Typed>::is_value(bits) {
+            return ::core::option::Option::None;
+        }
+        ::core::option::Option::Some(<#of as #krate::od::Variable>::set_bits(#value, bits))
+    };
     if !attribute.is_limited() {
         return quote!({
             #same_error

@@ -34,6 +34,9 @@
 //! object, `SubIndex` for an entry of a record. There each type parameter has its default, so that `Device::VALUE`
 //! needs no argument.
 //!
+//! A value may be an enum that derives [`Enumeration`](macro@Enumeration). A struct that derives [`PdoValues`](macro@PdoValues) gives
+//! the values of a PDO names.
+//!
 //! [`eds!`] makes such constants of the data sheet of another maker.
 //!
 //! `#[derive(Canonical)]` is for state machines: see [`macro@Canonical`].
@@ -51,12 +54,14 @@
 mod attribute;
 mod canonical;
 mod eds;
+mod enumeration;
 mod errors;
 mod field;
 mod horizon;
 mod instance;
 mod objects;
 mod path;
+mod pdo_values;
 mod record;
 mod sketch;
 mod spelling;
@@ -81,6 +86,51 @@ pub fn objects(input: TokenStream) -> TokenStream {
 pub fn record(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     record::expand(&input).unwrap_or_else(|errors| beside(errors, stub::record(&input))).into()
+}
+
+/// Makes an enum without fields a number of the object dictionary, for values that are one of a few.
+///
+/// `async_canopen::od::Enumeration` has an example.
+///
+/// The enum has `#[repr(u8)]`, or `u16`, `u32`, `i8`, `i16`, `i32`: the size and the data type of the value. It also implements `Copy` and
+/// `Default`. A field has the variant of `Default` at power-on, or that of `default = Mode::Auto`.
+///
+/// A number without a variant is never a value of a field:
+///
+/// | it comes by | what happens |
+/// | --- | --- |
+/// | SDO write to the device | abort 06090030h; the value stays |
+/// | receive PDO of the device | as with a value outside `low` and `high`: the value stays, EMCY 8200h, no event of the PDO |
+/// | parameter store | the stored value is not applied |
+/// | SDO read by a client of this crate | `sdo::Error::UnknownValue` with the number |
+/// | PDO from another node | `ReceivedPdo::get` returns `None` |
+///
+/// A value with `optional` needs a variant with the number 0: a frame that ends before the value carries zero.
+///
+/// `low` and `high` of a field take integers, and allow fewer of the variants. The data sheet (EDS) has the least and the greatest number
+/// as `LowLimit` and `HighLimit`, and a comment with the names of the variants.
+///
+/// # Errors
+/// At the place of the mistake: a missing or another `repr`, fields of a variant, parameters of the enum.
+#[proc_macro_derive(Enumeration)]
+pub fn enumeration(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    enumeration::expand(&input).unwrap_or_else(|errors| beside(errors, enumeration::stub(&input))).into()
+}
+
+/// Makes a struct the values of a PDO, with names instead of places.
+///
+/// `async_canopen::pdo::PdoValues` has an example.
+///
+/// The fields are numbers, in the order in which the PDO carries them; at most eight. `Pdo::into_struct` ends the declaration of the PDO.
+/// Other types, another order of types, or another number of values do not compile there.
+///
+/// # Errors
+/// At the place of the mistake: fields without names, a ninth field, a field that is no number.
+#[proc_macro_derive(PdoValues)]
+pub fn pdo_values(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    pdo_values::expand(&input).unwrap_or_else(|errors| beside(errors, pdo_values::stub(&input))).into()
 }
 
 /// Implements the canonical form of a state machine: its instants relative to now, without ages that have no effect.

@@ -31,6 +31,8 @@ pub struct Object<'a> {
     pub bits: Option<TokenStream>,
     /// Expression that writes the value of a receive PDO at a place, an `Option<()>`. `None`: it may not.
     pub set_bits: Option<TokenStream>,
+    /// Statement that refuses a number which is no value of an enumeration. `None`: no client writes it.
+    pub check: Option<TokenStream>,
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
@@ -143,6 +145,7 @@ fn implementation(
     };
     let reads: Vec<_> = (0..).zip(objects.iter().map(|object| &object.bits)).filter_map(arm).collect();
     let writes: Vec<_> = (0..).zip(objects.iter().map(|object| &object.set_bits)).filter_map(arm).collect();
+    let values = objects.iter().filter_map(|object| object.check.as_ref());
     let group_names: Vec<&Ident> = groups.iter().map(|(name, _)| *name).collect();
     let types: Vec<&Type> = groups.iter().map(|(_, group)| *group).collect();
     let check = options.check.map(|function| quote!(#function(self, at, value)?;));
@@ -215,6 +218,7 @@ fn implementation(
                 at: #krate::types::Address,
                 value: &[u8],
             ) -> ::core::result::Result<(), #krate::types::AbortCode> {
+                #(#values)*
                 #check
                 #(<#types as #krate::od::Objects>::check(&self.#group_names, at, value)?;)*
                 ::core::result::Result::Ok(())
@@ -346,7 +350,7 @@ pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) 
         parts.map(|parts| (parts, value, count))
     });
     let (title, number, (parts, value, count)) = (title?, number?, parts?);
-    let Parts { code, entries, names, structure, variable, bits, set_bits } = parts;
+    let Parts { code, entries, names, values, structure, variable, bits, set_bits } = parts;
     let (read, written) = match attribute.shape {
         // Its entries know.
         Shape::Record { .. } => (true, true),
@@ -356,12 +360,23 @@ pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) 
         #krate::od::Object { index: #number, count: #count, entries: #entries }
     };
     let names = quote! {
-        #krate::od::Names { code: #code, object: #title, entries: #names, structure: #structure }
+        #krate::od::Names {
+            code: #code, object: #title, entries: #names, values: #values, structure: #structure,
+        }
     };
     let (bits, set_bits) = (read.then_some(bits), written.then_some(set_bits));
     let record = matches!(attribute.shape, Shape::Record { .. }).then_some(value);
     let is_single = attribute.shape == Shape::Var && !attribute.in_a_row;
     let (element, access_types) = (element(value, attribute), attribute.access_types());
+    let is_meant = quote!(at.index.wrapping_sub(#number) < #count);
+    let check = match record {
+        Some(record) => Some(quote! {
+            if #is_meant {
+                <#record as #krate::od::Record>::check(at.sub, value)?;
+            }
+        }),
+        None => attribute.is_writable().then(|| field::check(&is_meant, element)),
+    };
     Some(Object {
         number,
         declaration,
@@ -374,6 +389,7 @@ pub fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) 
         variable,
         bits,
         set_bits,
+        check,
     })
 }
 
@@ -382,6 +398,7 @@ struct Parts {
     code: TokenStream,
     entries: TokenStream,
     names: TokenStream,
+    values: TokenStream,
     structure: TokenStream,
     variable: TokenStream,
     bits: TokenStream,
@@ -399,7 +416,7 @@ fn var(
 ) -> Option<Parts> {
     let krate = path::canopen();
     let access = errors.take(attribute.required_access())?;
-    let same_error = field::same_error(value);
+    let (same_error, named) = (field::same_error(value), field::named(value));
     let entry = attribute.qualified(of, quote!(#krate::od::Entry::of::<#value>(0, 1, #access)));
     Some(Parts {
         code: quote! {
@@ -410,6 +427,7 @@ fn var(
         },
         entries: quote!(&[#entry]),
         names: quote!(&[#title]),
+        values: quote!(&[#named]),
         structure: quote!(0),
         variable: quote!({
             #same_error
@@ -439,13 +457,14 @@ fn array(
     let access = access?;
     let entry = attribute.qualified(of, quote!(#krate::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
-    let same_error = field::same_error(value);
+    let (same_error, named) = (field::same_error(value), field::named(value));
     // At the place of the type: the error that it is no `Variable` follows from that of its declaration.
     let found = Ident::new("found", value.span());
     Some(Parts {
         code: quote!(#krate::od::ObjectCode::Array),
         entries: quote!(&[#krate::od::Entry::highest(#count), #entry]),
         names: quote!(&["Highest sub-index supported", #title]),
+        values: quote!(&[&[], #named]),
         structure: quote!(0),
         variable: quote!({
             #same_error
@@ -466,6 +485,7 @@ fn record(value: &Type, as_array: bool, place: &TokenStream, place_mut: &TokenSt
         code: quote!(#krate::od::ObjectCode::#code),
         entries: quote!(<#value as #krate::od::Record>::ENTRIES),
         names: quote!(<#value as #krate::od::Record>::NAMES),
+        values: quote!(<#value as #krate::od::Record>::VALUES),
         structure: quote!(<#value as #krate::od::Record>::STRUCTURE),
         variable: quote!(#krate::od::Record::variable(#place_mut, place.sub)),
         bits: quote!(#krate::od::Record::bits(#place, place.sub, run)),

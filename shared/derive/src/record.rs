@@ -14,6 +14,8 @@ pub struct Sub {
     pub number: u16,
     pub entry: TokenStream,
     pub title: String,
+    /// Values with a name, as an expression.
+    pub values: TokenStream,
     /// The constant of its field.
     pub constant: Option<TokenStream>,
     pub arm: TokenStream,
@@ -21,6 +23,8 @@ pub struct Sub {
     pub bits: Option<TokenStream>,
     /// Match arm that writes the value of a receive PDO. `None`: it may not.
     pub set_bits: Option<TokenStream>,
+    /// Statement that refuses a number which is no value of an enumeration. `None`: no client writes it.
+    pub check: Option<TokenStream>,
     /// The last sub-index, as an expression.
     pub last: TokenStream,
 }
@@ -71,13 +75,25 @@ fn implementation(
     let last = subs.last().map(|sub| sub.last.clone());
     if subs.first().is_some_and(|first| first.number != 0) {
         let (entry, title) = (quote!(#krate::od::Entry::highest(#last)), "Highest sub-index supported");
-        let (title, arm, last) = (title.into(), quote!(), quote!());
         subs.insert(
             0,
-            Sub { number: 0, entry, title, constant: None, arm, bits: None, set_bits: None, last },
+            Sub {
+                number: 0,
+                entry,
+                title: title.into(),
+                values: quote!(&[]),
+                constant: None,
+                arm: quote!(),
+                bits: None,
+                set_bits: None,
+                check: None,
+                last: quote!(),
+            },
         );
     }
     let (entries, titles) = (subs.iter().map(|sub| &sub.entry), subs.iter().map(|sub| &sub.title));
+    let (values, checks) =
+        (subs.iter().map(|sub| &sub.values), subs.iter().filter_map(|sub| sub.check.as_ref()));
     // The last sub-index first: the arm of several in a row covers all that are behind it.
     let arms = subs.iter().rev().map(|sub| &sub.arm);
     let reads: Vec<_> = subs.iter().rev().filter_map(|sub| sub.bits.as_ref()).collect();
@@ -99,6 +115,7 @@ fn implementation(
         impl #impl_generics #krate::od::Record for #ident #type_generics #bounds {
             const ENTRIES: &'static [#krate::od::Entry] = &[#(#entries),*];
             const NAMES: &'static [&'static str] = &[#(#titles),*];
+            const VALUES: &'static [&'static [#krate::od::NamedValue]] = &[#(#values),*];
             #structure
 
             fn variable(&mut self, sub: u8) -> ::core::option::Option<&mut dyn #krate::od::Variable> {
@@ -115,6 +132,13 @@ fn implementation(
                     #(#reads)*
                     _ => ::core::option::Option::None,
                 }
+            }
+
+            #[allow(unused_variables)]
+            #[inline]
+            fn check(sub: u8, value: &[u8]) -> ::core::result::Result<(), #krate::types::AbortCode> {
+                #(#checks)*
+                ::core::result::Result::Ok(())
             }
 
             #[allow(unused_variables)]
@@ -189,6 +213,7 @@ pub fn sub(
         number,
         entry,
         title,
+        values: field::named(value),
         constant: field::constant(
             field,
             &format!("sub-index {first}"),
@@ -201,6 +226,9 @@ pub fn sub(
         })),
         bits: read.then(|| arm(bits)),
         set_bits: written.then(|| arm(set_bits)),
+        check: attribute
+            .is_writable()
+            .then(|| field::check(&quote!(sub.wrapping_sub(#first) < #count), value)),
         last,
     })
 }

@@ -100,6 +100,7 @@ fn object_of(field: &Field, is_free: impl Fn(u16) -> bool) -> Object<'_> {
         variable: TokenStream::new(),
         bits: None,
         set_bits: None,
+        check: None,
     }
 }
 
@@ -118,6 +119,7 @@ fn sub_of(input: &DeriveInput, field: &Field) -> Sub {
         number,
         entry: entry(first, count.clone()),
         title: String::new(),
+        values: TokenStream::new(),
         constant: field::constant(
             field,
             "unknown",
@@ -127,6 +129,7 @@ fn sub_of(input: &DeriveInput, field: &Field) -> Sub {
         arm: TokenStream::new(),
         bits: None,
         set_bits: None,
+        check: None,
         last: TokenStream::new(),
     }
 }

@@ -194,7 +194,7 @@ impl Description {
     fn value(&self, file: &mut File, parameters: &Parameters, index: u16, value: &Value) {
         let (entry, data_type, at) = (value.entry, value.entry.data_type, (index, value.sub));
         file.set("DataType", format_args!("0x{:04X}", data_type.index()));
-        let (low, high) = entry.limits.map_or((None, None), |limits| (limits.low(), limits.high()));
+        let (low, high) = value.limits();
         if let Some(low) = low {
             file.set("LowLimit", value::limit(data_type, low));
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ecss_can::od::checked::find;
-use ecss_can::od::{DataType, Entry, Names, Object, ObjectCode, Objects};
+use ecss_can::od::{DataType, Entry, NamedValue, Names, Object, ObjectCode, Objects};
 use ecss_can::types::{Address, NodeId};
 
 use crate::Error;
@@ -28,6 +28,17 @@ pub struct Value {
     pub name: String,
     pub entry: &'static Entry,
     pub default: Default,
+    /// Values with a name: those of an enumeration.
+    pub named: &'static [NamedValue],
+}
+
+impl Value {
+    /// Least and greatest number that a client may write: those of the declaration, else those of an enumeration.
+    pub fn limits(&self) -> (Option<i64>, Option<i64>) {
+        let (low, high) = self.entry.limits.map_or((None, None), |limits| (limits.low(), limits.high()));
+        let numbers = || self.named.iter().map(|value| value.number);
+        (low.or_else(|| numbers().min()), high.or_else(|| numbers().max()))
+    }
 }
 
 /// Looks at the dictionaries of nodes.
@@ -58,7 +69,9 @@ fn values<D: Objects>(
     names: &'static Names,
 ) -> Result<Vec<Value>, Error> {
     let mut values = Vec::new();
-    for (entry, name) in object.entries.iter().zip(names.entries) {
+    let named = names.values.iter().copied().chain(std::iter::repeat(&[][..]));
+    for ((entry, name), named) in object.entries.iter().zip(names.entries).zip(named) {
+        named.iter().try_for_each(|value| checked(value.name))?;
         for nth in 0..entry.count {
             let sub = entry.sub + nth;
             let default = if has_text(index, sub, entry) {
@@ -68,7 +81,8 @@ fn values<D: Objects>(
             } else {
                 Default::None
             };
-            values.push(Value { sub, name: numbered(name, nth.into(), entry.count.into())?, entry, default });
+            let name = numbered(name, nth.into(), entry.count.into())?;
+            values.push(Value { sub, name, entry, default, named });
         }
     }
     Ok(values)

@@ -41,7 +41,8 @@
 //! * What cannot be read (write-only, an error that has not occurred), blocks of bytes (DOMAIN) and times (TIME_OF_DAY,
 //!   TIME_DIFFERENCE) have no default either. There is never an empty number.
 //! * An object of code DOMAIN is written as a VAR of type DOMAIN: some readers do not know the code.
-//! * CiA 306 has no keyword for the capacity of a string, nor for what "save" (1010h) keeps: both stand in `[Comments]`.
+//! * CiA 306 has no keyword for the capacity of a string, the names of an enumeration, and what "save" (1010h) keeps: they stand in
+//!   `[Comments]`. The limits of an enumeration are its least and its greatest number.
 //! * `ParameterValue` stands where a DCF differs from the default and nowhere else: tools write what they find there into
 //!   the device, and 1010h or the mapping of a valid PDO do not take their own value back.
 

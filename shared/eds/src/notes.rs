@@ -1,6 +1,6 @@
-//! What a data sheet has no keyword for, as comments: the capacity of strings, what "save" does not keep.
+//! What a data sheet has no keyword for, as comments: the capacity of strings, the names of an enumeration, what "save" does not keep.
 
-use ecss_can::od::DataType;
+use ecss_can::od::{DataType, NamedValue};
 
 use crate::dictionary::{Described, Dictionary, Value};
 use crate::file::LINE;
@@ -14,6 +14,7 @@ const COMMANDS: [u16; 3] = [0x1003, STORE, 0x1011];
 /// Lines about the objects of a dictionary.
 pub fn of(dictionary: &Dictionary) -> Vec<String> {
     let mut lines = capacities(dictionary);
+    lines.extend(enumerations(dictionary));
     if dictionary.get(&STORE).is_some_and(saves) {
         lines.extend(not_kept(dictionary));
     }
@@ -29,6 +30,37 @@ fn capacities(dictionary: &Dictionary) -> Vec<String> {
         writable(object).filter(is_string).map(move |value| (section(index, object, value), value.entry.size))
     });
     strings.map(|(section, size)| format!("{section} takes at most {size} bytes")).collect()
+}
+
+/// The values of each enumeration with their names: `6002: 0 = Off, 1 = Auto`. Consecutive sub-indices of one kind share their lines.
+fn enumerations(dictionary: &Dictionary) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (&index, object) in dictionary {
+        for alike in object.values.chunk_by(|one, next| std::ptr::eq(one.entry, next.entry)) {
+            if let [first, others @ ..] = alike {
+                let first_section = section(index, object, first);
+                let sections = match others.last() {
+                    Some(last) => format!("{first_section} to {}:", section(index, object, last)),
+                    None => format!("{first_section}:"),
+                };
+                lines.extend(named(&sections, first.named));
+            }
+        }
+    }
+    lines
+}
+
+/// Lines with these names, each with `start`.
+fn named(start: &str, values: &[NamedValue]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for NamedValue { number, name } in values {
+        let text = format!(" {number} = {name}");
+        match lines.last_mut().filter(|line| line.len() + 1 + text.len() <= LINE) {
+            Some(line) => *line += &format!(",{text}"),
+            None => lines.push(format!("{start}{text}")),
+        }
+    }
+    lines
 }
 
 /// Whether the device saves anything: bit 0 of 1010h, "on command".

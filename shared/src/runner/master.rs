@@ -6,7 +6,7 @@ use super::{Handle, Outside, Platform};
 use crate::emcy::{ActiveError, PostMortem};
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{Master, MasterRequest, Refusal, SelfTest, SpacecraftDevice, Status};
-use crate::pdo::{Pdo, Values};
+use crate::pdo::{Pdo, PdoValues};
 use crate::redundancy::MasterBoards;
 use crate::sdo::Error;
 use crate::types::{Bus, Frame, Instant, NmtState, NodeId, Scet};
@@ -102,7 +102,7 @@ pub trait MasterHandle {
     /// # Errors
     /// As [`send_frame`](MasterHandle::send_frame). [`Refusal::NotOperational`], counted on the active bus, if the slave does not
     /// take commands.
-    fn send_to<E, T: Values>(&self, slave: NodeId, pdo: Pdo<E, T>, values: T) -> Result<(), Refusal>;
+    fn send_to<E, T: PdoValues>(&self, slave: NodeId, pdo: Pdo<E, T>, values: T) -> Result<(), Refusal>;
 
     /// Sends a frame that no PDO covers, with the lifetime of event-driven PDOs.
     ///
@@ -217,7 +217,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> MasterHandle for Handle<
         self.with(|master, now| master.send_pdo(number, now))
     }
 
-    fn send_to<E, T: Values>(&self, slave: NodeId, pdo: Pdo<E, T>, values: T) -> Result<(), Refusal> {
+    fn send_to<E, T: PdoValues>(&self, slave: NodeId, pdo: Pdo<E, T>, values: T) -> Result<(), Refusal> {
         self.with(|master, now| master.send_to(slave, pdo, values, now))
     }
 

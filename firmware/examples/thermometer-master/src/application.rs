@@ -6,7 +6,7 @@ use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 
-use thermometer::Thermometer;
+use thermometer::{Alarm, Change, Thermometer};
 
 use crate::{Ground, THERMOMETER, is_kept, write_table};
 
@@ -15,7 +15,7 @@ use crate::{Ground, THERMOMETER, is_kept, write_table};
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Report {
     /// The thermometer sent a change: temperature in 0.1 °C, and alarm.
-    Measured { temperature: i16, alarm: u8 },
+    Measured { temperature: i16, alarm: Alarm },
     /// The master changed the active bus.
     ActiveBus(Bus),
     /// The thermometer has saved its table. The master resets it.
@@ -52,7 +52,7 @@ async fn listen(
                 away.signal(());
             }
             MasterEvent::Pdo(pdo) => {
-                if let Some((temperature, alarm)) = pdo.get(<Thermometer>::CHANGE.of(THERMOMETER)) {
+                if let Some(Change { temperature, alarm }) = pdo.get(<Thermometer>::CHANGE.of(THERMOMETER)) {
                     report(Report::Measured { temperature, alarm });
                 }
             }

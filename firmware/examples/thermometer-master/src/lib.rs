@@ -8,7 +8,7 @@ mod application;
 
 use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
-use thermometer::Thermometer;
+use thermometer::{Mode, Thermometer};
 
 pub use application::{Report, application};
 
@@ -39,7 +39,7 @@ pub async fn write_table(thermometer: SdoClient<impl Platform, Ground>) -> Resul
     let mut bytes = table();
     let fill = |part: &mut [u8]| part.fill_with(|| bytes.next().unwrap_or(0));
     thermometer.download_from(Thermometer::TABLE, 2048, fill).await?;
-    thermometer.write(Thermometer::MODE, 1).await?;
+    thermometer.write(Thermometer::MODE, Mode::Corrected).await?;
     thermometer.save_all().await
 }
 

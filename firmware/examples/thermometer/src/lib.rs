@@ -15,6 +15,42 @@ pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT }
 /// Address of its sensor, an LM75 with A2 to A0 at ground.
 pub const LM75: u8 = 0x48;
 
+/// Relation of the temperature to its limits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Alarm {
+    /// Within the limits.
+    #[default]
+    Within = 0,
+    /// Above the upper limit.
+    Above = 1,
+    /// Below the lower limit.
+    Below = 2,
+    /// The sensor does not answer.
+    NoSensor = 3,
+}
+
+/// Origin of the temperature.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
+#[repr(u8)]
+pub enum Mode {
+    /// As the sensor has it.
+    #[default]
+    Plain = 0,
+    /// Corrected by the table.
+    Corrected = 1,
+}
+
+/// Values of [`Thermometer::CHANGE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PdoValues)]
+pub struct Change {
+    /// Temperature, 0.1 °C; 8000h while there is none.
+    pub temperature: i16,
+    /// Relation to the limits.
+    pub alarm: Alarm,
+}
+
 /// What it has beside the objects of every node. `S` is where its table lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device, check = Thermometer::check_limits)]
@@ -30,10 +66,8 @@ pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'stat
     #[object(0x6001, ro, pdo, default = i16::MIN)]
     pub highest: i16,
     /// Alarm
-    ///
-    /// 0: within the limits; 1: above; 2: below; 3: the sensor does not answer.
     #[object(0x6002, ro, pdo)]
-    pub alarm: u8,
+    pub alarm: Alarm,
     /// Upper limit
     ///
     /// 0.1 °C.
@@ -45,10 +79,8 @@ pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'stat
     #[object(0x6011, rw, low = -400, high = 1_250, default = -200)]
     pub lower: i16,
     /// Mode
-    ///
-    /// 0: as the sensor has it; 1: corrected by the table.
-    #[object(0x6012, rw, high = 1)]
-    pub mode: u8,
+    #[object(0x6012, rw)]
+    pub mode: Mode,
     /// Command
     ///
     /// 1: forget the highest temperature.
@@ -83,20 +115,11 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
     /// Command: 200h + node.
     pub const COMMAND_PDO: Pdo<Self, (u8,)> = Pdo::new(CobIdOf::node(0x200)).map(Thermometer::COMMAND);
     /// Temperature and alarm when they change, at most ten times a second: 280h + node.
-    pub const CHANGE: Pdo<Self, (i16, u8)> =
-        Pdo::new(CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE).map(Thermometer::ALARM);
+    pub const CHANGE: Pdo<Self, Change> =
+        Pdo::new(CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE).map(Thermometer::ALARM).into_struct();
     /// Temperature and highest temperature with every SYNC: 480h + node.
     pub const CYCLE: Pdo<Self, (i16, i16)> =
         Pdo::new(CobIdOf::node(0x480)).map(Thermometer::TEMPERATURE).map(Thermometer::HIGHEST);
-
-    /// Within the limits.
-    pub const WITHIN: u8 = 0;
-    /// Above the upper limit.
-    pub const ABOVE: u8 = 1;
-    /// Below the lower limit.
-    pub const BELOW: u8 = 2;
-    /// The sensor does not answer.
-    pub const NO_SENSOR: u8 = 3;
 
     /// The lower limit stays below the upper one.
     fn check_limits(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
@@ -111,16 +134,20 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
     /// Takes the sensor's register Temp: two's complement, 1/256 °C (NXP LM75B, 7.4.3); `None` when it did not answer.
     pub fn measured(&mut self, register: Option<i16>) {
         let Some(register) = register else {
-            (self.temperature, self.alarm) = (i16::MIN, Self::NO_SENSOR);
+            (self.temperature, self.alarm) = (i16::MIN, Alarm::NoSensor);
             return;
         };
         let tenths = (i32::from(register) * 10 + 128) >> 8;
-        self.temperature = tenths as i16 + if self.mode == 1 { self.correction(register) } else { 0 };
+        self.temperature = tenths as i16
+            + match self.mode {
+                Mode::Plain => 0,
+                Mode::Corrected => self.correction(register),
+            };
         self.highest = self.highest.max(self.temperature);
         self.alarm = match self.temperature {
-            high if high > self.upper => Self::ABOVE,
-            low if low < self.lower => Self::BELOW,
-            _ => Self::WITHIN,
+            high if high > self.upper => Alarm::Above,
+            low if low < self.lower => Alarm::Below,
+            _ => Alarm::Within,
         };
     }
 
@@ -164,11 +191,11 @@ mod tests {
     fn registers_are_temperatures_and_set_the_alarm() {
         let mut thermometer = Thermometer::<[u8; 0]>::default();
         for (register, temperature, alarm) in [
-            (0xE700_u16 as i16, -250, 2),
-            (0xFFE0_u16 as i16, -1, 0),
-            (0x1900, 250, 0),
-            (0x5500, 850, 0),
-            (0x5520, 851, 1),
+            (0xE700_u16 as i16, -250, Alarm::Below),
+            (0xFFE0_u16 as i16, -1, Alarm::Within),
+            (0x1900, 250, Alarm::Within),
+            (0x5500, 850, Alarm::Within),
+            (0x5520, 851, Alarm::Above),
         ] {
             thermometer.measured(Some(register));
             assert_eq!((thermometer.temperature, thermometer.alarm), (temperature, alarm), "{register}");
@@ -181,10 +208,7 @@ mod tests {
         let mut thermometer = Thermometer::<[u8; 0]>::default();
         thermometer.measured(Some(0x1900));
         thermometer.measured(None);
-        assert_eq!(
-            (thermometer.temperature, thermometer.alarm),
-            (i16::MIN, Thermometer::<[u8; 0]>::NO_SENSOR)
-        );
+        assert_eq!((thermometer.temperature, thermometer.alarm), (i16::MIN, Alarm::NoSensor));
         assert_eq!(thermometer.highest, 250);
     }
 
@@ -195,7 +219,7 @@ mod tests {
         for (entry, correction) in [(0, 1), (612, 2), (1023, 3)] {
             table[2 * entry] = correction;
         }
-        let mut thermometer: Thermometer = Thermometer { mode: 1, ..Default::default() };
+        let mut thermometer: Thermometer = Thermometer { mode: Mode::Corrected, ..Default::default() };
         thermometer.table = Domain::new(&mut Box::leak(Box::new([0; 2048]))[..]);
         thermometer.table.write(&table).unwrap();
         for (register, temperature) in

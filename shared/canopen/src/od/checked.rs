@@ -1,7 +1,7 @@
 //! Reads and writes with all checks of the declaration: existence, access right, length, limits.
 
 use super::variable::{copy_from, number};
-use super::{Bytes, DataType, Entry, Objects, Place, Transfer, Variable, WHOLE};
+use super::{Bytes, DataType, Entry, Objects, Place, Transfer, Typed, Variable, WHOLE};
 use crate::types::{AbortCode, Address};
 
 /// Value that was found by its address.
@@ -22,6 +22,20 @@ pub fn write<D: Objects>(objects: &mut D, at: Address, value: &[u8]) -> Result<(
     find(objects, at)?.accepts(value)?;
     objects.check(at, value)?;
     find(objects, at)?.take(value)
+}
+
+/// Checks that a whole number is a value of type `T`. If it is meant for another object or sub-index, so that `is_meant` is
+/// `false`, it is not checked. The derive macros call this.
+///
+/// # Errors
+/// [`AbortCode::ValueRange`] for a number that is no value of an enumeration.
+#[inline(always)] // nothing is left of it for other types
+pub fn value_of<T: Typed>(is_meant: bool, value: &[u8]) -> Result<(), AbortCode> {
+    if T::VALUES.is_empty() || !is_meant || T::is_value(number(value)) {
+        Ok(())
+    } else {
+        Err(AbortCode::ValueRange)
+    }
 }
 
 /// Finds a value by its address.

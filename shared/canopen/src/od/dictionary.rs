@@ -1,6 +1,6 @@
 //! Dictionary: objects are found by index, values are reached by place.
 
-use super::{Declared, Entry, Names, Object, Run, Variable};
+use super::{Declared, Entry, NamedValue, Names, Object, Run, Variable};
 use crate::types::{AbortCode, Address};
 
 /// Place of a value: found once by its address, then reached without a search.
@@ -21,6 +21,8 @@ pub trait Record {
     const ENTRIES: &'static [Entry];
     /// Names of the entries, for EDS and DCF.
     const NAMES: &'static [&'static str];
+    /// Values with a name of each entry, for EDS and DCF. Entries behind the last have none.
+    const VALUES: &'static [&'static [NamedValue]] = &[];
     /// Index of the structure (DEFSTRUCT), zero for none.
     const STRUCTURE: u16 = 0;
 
@@ -30,6 +32,15 @@ pub trait Record {
     /// Returns the values of the sub-indices from `sub` on in a transmit PDO, if it may carry them.
     fn bits(&self, _sub: u8, _run: Run) -> Option<u64> {
         None
+    }
+
+    /// Checks that a whole number, which a client writes, is a value of its type.
+    ///
+    /// # Errors
+    /// [`AbortCode::ValueRange`] for a number that is no value of an enumeration.
+    #[inline]
+    fn check(_sub: u8, _value: &[u8]) -> Result<(), AbortCode> {
+        Ok(())
     }
 
     /// Takes the values of the sub-indices from `sub` on from a receive PDO, if it may carry them and they are
@@ -73,11 +84,12 @@ pub trait Objects {
     fn bits(&self, place: Place, run: Run) -> Option<u64>;
 
     /// Takes the values from a place on from a receive PDO, in the low bits. `None` if it may not carry them, or
-    /// if some are outside their limits; those are not written.
+    /// if some are outside their limits or no value of their enumeration; those are not written.
     fn set_bits(&mut self, place: Place, run: Run, bits: u64) -> Option<()>;
 
-    /// Checks a value beyond its declaration. It comes by SDO or from the parameter store, is whole, and has the
-    /// right type and limits. `#[objects(check = function)]` on a declaration provides the check.
+    /// Checks a value beyond length and limits. It comes by SDO or from the parameter store, and is whole. A number that is no
+    /// value of an enumeration is refused with [`AbortCode::ValueRange`]. Then the function of `#[objects(check = function)]` is
+    /// asked.
     ///
     /// Values that move in parts are not checked here: a DOMAIN, and a stored string of more than 256 bytes. Only
     /// the application itself makes such a string.

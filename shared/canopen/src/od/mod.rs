@@ -88,6 +88,7 @@ mod field;
 mod initial;
 mod limits;
 pub mod machine;
+mod named_value;
 mod numbers;
 mod object;
 mod reason;
@@ -98,6 +99,41 @@ mod typed;
 mod variable;
 
 pub(crate) use access::{ObjectAccess, Transfer, WHOLE};
+/// # Example
+///
+/// ```
+/// use async_canopen::od::checked;
+/// use async_canopen::prelude::*;
+///
+/// /// How the heater works.
+/// #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
+/// #[repr(u8)]
+/// enum Mode {
+///     /// The heater is off.
+///     #[default]
+///     Off,
+///     /// The heater holds the set point.
+///     Auto,
+///     /// The heater has full power.
+///     Boost = 8,
+/// }
+///
+/// /// A heater.
+/// #[derive(Objects)]
+/// struct Heater {
+///     /// Mode
+///     #[object(0x6301, rw, default = Mode::Auto)]
+///     mode: Mode,
+/// }
+///
+/// let mut heater = Heater::default();
+/// let mode = Heater::MODE.address();
+/// assert_eq!(heater.mode, Mode::Auto);
+/// assert_eq!(checked::write(&mut heater, mode, &[8]), Ok(()));
+/// assert_eq!(checked::write(&mut heater, mode, &[7]), Err(AbortCode::ValueRange));
+/// assert_eq!(heater.mode, Mode::Boost);
+/// ```
+pub use async_canopen_derive::Enumeration;
 /// # Example
 ///
 /// ```
@@ -132,6 +168,7 @@ pub use domain::Domain;
 pub use field::{Field, Fields, SubIndex};
 pub use initial::{Initial, NoNumbers, Numbers, Unwritten};
 pub use limits::Limits;
+pub use named_value::NamedValue;
 pub use numbers::{I24, I40, I48, I56, Signed, U24, U40, U48, U56, Unsigned};
 pub use object::{Access, Entry, Names, Object, ObjectCode, PdoUse, sub_indices};
 pub(crate) use reason::Reason;

@@ -1,6 +1,6 @@
 //! Declaration of an object and its entries: the values that every access is checked against.
 
-use super::{DataType, Limits, Typed};
+use super::{DataType, Limits, NamedValue, Typed};
 
 /// Kind of an object (CiA 301 7.4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -291,6 +291,9 @@ pub struct Names {
     pub object: &'static str,
     /// Names of the entries, in the order of [`Object::entries`].
     pub entries: &'static [&'static str],
+    /// Values with a name of each entry, in the order of [`Object::entries`]: those of an enumeration. Entries behind the last
+    /// have none.
+    pub values: &'static [&'static [NamedValue]],
     /// Index of the structure (DEFSTRUCT), zero for none.
     pub structure: u16,
 }

@@ -31,18 +31,19 @@ impl Run {
     }
 
     /// Writes the values from `first` on. The lowest bits go to the first one. `None` if there are too few; then
-    /// nothing is written.
+    /// nothing is written. Also `None` if some are no value of an enumeration; those are not written.
     #[inline]
-    pub fn write<T: Variable>(self, values: &mut [T], first: usize, bits: u64) -> Option<()> {
+    pub fn write<T: Typed>(self, values: &mut [T], first: usize, bits: u64) -> Option<()> {
         let values = values.get_mut(first..)?.get_mut(..self.count as usize)?;
         let (lowest, others) = values.split_first_mut()?;
         lowest.set_bits(bits);
-        let mut rest = bits;
+        let (mut rest, mut all) = (bits, T::is_value(bits));
         for value in others {
             rest = rest.wrapping_shr(self.bits());
             value.set_bits(rest);
+            all &= T::is_value(rest);
         }
-        Some(())
+        all.then_some(())
     }
 
     /// Writes as [`Run::write`]. Also `None` if some values are outside `limits`; those are not written.
@@ -56,8 +57,8 @@ impl Run {
         let (mut rest, mut all) = (bits, Some(()));
         for value in values.get_mut(first..)?.get_mut(..self.count as usize)? {
             match limits.check(T::TYPE, rest) {
-                Ok(()) => value.set_bits(rest),
-                Err(_) => all = None,
+                Ok(()) if T::is_value(rest) => value.set_bits(rest),
+                _ => all = None,
             }
             rest = rest.wrapping_shr(self.bits());
         }

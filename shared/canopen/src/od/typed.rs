@@ -51,10 +51,11 @@ pub enum Untyped {}
     note = "the values of a record have their types by `field`, not by `sub`"
 )]
 pub trait Number: Typed + Copy + Default {
-    /// Returns the number that the low bits are.
-    fn from_bits(bits: u64) -> Self {
+    /// Returns the number that the low bits are. `None` if they are no value of an enumeration.
+    #[inline]
+    fn from_bits(bits: u64) -> Option<Self> {
         let mut value = Self::default();
         value.set_bits(bits);
-        value
+        Some(value)
     }
 }

@@ -1,6 +1,6 @@
 //! Value under an index and sub-index, of any type.
 
-use super::DataType;
+use super::{DataType, NamedValue};
 use crate::types::AbortCode;
 
 /// Value of the object dictionary: a number, which is a pattern of bits, or [`Bytes`].
@@ -10,7 +10,7 @@ pub trait Variable {
         0
     }
 
-    /// Takes a number in the low bits. Does nothing for [`Bytes`].
+    /// Takes a number in the low bits. Does nothing for [`Bytes`], nor for an enumeration that does not have the number.
     fn set_bits(&mut self, _bits: u64) {}
 
     /// Returns the value if it is a string or a block.
@@ -75,6 +75,14 @@ pub trait Typed: Variable {
     const TYPE: DataType;
     /// Number of bytes of a number, most bytes of a string, zero for a DOMAIN.
     const SIZE: usize;
+    /// Values of an enumeration with their names. Empty for every other type.
+    const VALUES: &'static [NamedValue] = &[];
+
+    /// Returns whether the low bits, as many as the type has, are a value of the type. Only an enumeration has bits that are none.
+    #[inline(always)]
+    fn is_value(_bits: u64) -> bool {
+        true
+    }
 
     /// Returns the value as one of any type.
     #[inline(always)]

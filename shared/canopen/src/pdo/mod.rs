@@ -76,6 +76,7 @@
 //! | type | purpose |
 //! | --- | --- |
 //! | [`PdoSet`], [`Rpdo`], [`Tpdo`], [`CobIdOf`] | declaration of the PDOs at power-on |
+//! | [`PdoValues`](trait@PdoValues) | values of a PDO: a tuple, or a struct with names |
 //! | [`PdoObjects`] | objects 1400h, 1600h, 1800h, 1A00h |
 //! | [`Rpdos`], [`Tpdos`] | PDOs at run time |
 //! | [`rules`](machine::rules) | rules for writing these objects by SDO |
@@ -104,6 +105,47 @@ mod set;
 mod transmit;
 mod values;
 
+/// # Example
+///
+/// ```
+/// use async_canopen::prelude::*;
+///
+/// /// A heater.
+/// #[derive(Objects)]
+/// struct Heater {
+///     /// Temperature
+///     #[object(0x6000, ro, pdo)]
+///     temperature: i16,
+///     /// Power
+///     #[object(0x6001, ro, pdo)]
+///     power: u8,
+/// }
+///
+/// /// Values of [`CHANGE`].
+/// #[derive(Clone, Copy, Debug, PartialEq, PdoValues)]
+/// struct Change {
+///     /// Temperature, 0.1 °C.
+///     temperature: i16,
+///     /// Power, percent.
+///     power: u8,
+/// }
+///
+/// /// Change of a value: 280h + node.
+/// const CHANGE: Pdo<Heater, Change> =
+///     Pdo::new(CobIdOf::node(0x280)).map(Heater::TEMPERATURE).map(Heater::POWER).into_struct();
+///
+/// const HEATER: NodeId = NodeId::of::<5>();
+/// let frame = CHANGE.of(HEATER).frame(Change { temperature: 400, power: 100 });
+/// assert_eq!(frame.data(), [0x90, 0x01, 100]);
+///
+/// /// PDOs of another node: it receives the changes of the heater.
+/// const PDOS: PdoSet = PdoSet::new(&[CHANGE.of(HEATER).receive(1)], &[]);
+/// # let pdo = ReceivedPdo::new(&PDOS, 0, Bus::Nominal, [0x90, 0x01, 100, 0, 0, 0, 0, 0], Instant::ZERO);
+/// if let Some(change) = pdo.get(CHANGE.of(HEATER)) {
+///     assert_eq!((change.temperature, change.power), (400, 100));
+/// }
+/// ```
+pub use async_canopen_derive::PdoValues;
 pub use cob_id_of::CobIdOf;
 pub use mapping::{Direction, Layout};
 pub use named::{NodePdo, Pdo, Received};
@@ -117,4 +159,4 @@ pub use rpdo_error::{RpdoError, RpdoEvent};
 pub use sequence::{RepeatFilter, Sequence};
 pub use set::PdoSet;
 pub(crate) use transmit::Tpdos;
-pub use values::{Append, Values};
+pub use values::{Append, PdoValues};

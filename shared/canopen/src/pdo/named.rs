@@ -5,7 +5,7 @@ use core::marker::PhantomData;
 
 use super::carried::{Carried, tell_object};
 use super::planned::{Rpdo, Tpdo};
-use super::values::{Append, Values};
+use super::values::{Append, PdoValues};
 use super::{CobIdOf, Direction, MAPPED};
 use crate::od::{Access, DataType, Field, Number, Reason};
 use crate::types::{Address, CobId, Frame, NodeId};
@@ -127,6 +127,12 @@ impl<D, T> Pdo<D, T> {
         self.with(Address::new(V::TYPE.index(), 0), V::TYPE, None)
     }
 
+    /// Returns the same PDO with a struct for its values, which derives [`PdoValues`](macro@super::PdoValues). Its fields have the
+    /// types of the values, in their order; two of one type are the same for the compiler.
+    pub const fn into_struct<S: PdoValues<Tuple = T>>(self) -> Pdo<D, S> {
+        Pdo { cob_id: self.cob_id, carried: self.carried, access: self.access, of: PhantomData }
+    }
+
     /// Makes it receive PDO 1 to 512 of the device.
     ///
     /// # Panics
@@ -220,7 +226,7 @@ impl<T> NodePdo<T> {
     /// Returns the frame that carries these values.
     pub fn frame(self, values: T) -> Frame
     where
-        T: Values,
+        T: PdoValues,
     {
         Frame::from_dlc(self.cob_id, self.bytes, values.pack().to_le_bytes())
     }
@@ -229,13 +235,13 @@ impl<T> NodePdo<T> {
 /// PDO that a node may receive: a [`Pdo`] of its device, or a [`NodePdo`] of another one.
 pub trait Received: Copy {
     /// Values that it carries.
-    type Values: Values;
+    type Values: PdoValues;
 
     /// Returns the COB-ID as the set of the receiver has it.
     fn declared_as(self) -> CobIdOf;
 }
 
-impl<D, T: Values> Received for Pdo<D, T> {
+impl<D, T: PdoValues> Received for Pdo<D, T> {
     type Values = T;
 
     fn declared_as(self) -> CobIdOf {
@@ -243,7 +249,7 @@ impl<D, T: Values> Received for Pdo<D, T> {
     }
 }
 
-impl<T: Values> Received for NodePdo<T> {
+impl<T: PdoValues> Received for NodePdo<T> {
     type Values = T;
 
     fn declared_as(self) -> CobIdOf {

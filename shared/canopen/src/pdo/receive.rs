@@ -11,7 +11,7 @@ use crate::types::{AbortCode, CobId, Duration, Frame, Instant, Sealed};
 pub enum Taken {
     /// All values are in the dictionary.
     Applied,
-    /// Some values are outside their limits and were not written. The others are in the dictionary.
+    /// Some values are outside their limits, or none of their enumeration, and were not written. The others are in the dictionary.
     Refused,
     /// The frame waits for SYNC.
     Held,
@@ -37,8 +37,8 @@ const fn function(id: u16) -> usize {
 ///   once. A PDO that carries the time takes effect at once with every type. With types 0 to 240 it is the time of
 ///   the last SYNC.
 /// - A frame with fewer bytes than are mapped is not processed. Of a longer frame the mapped bytes are used. A
-///   value outside its limits is not written. The other values of its frame are, but the frame does not count as
-///   applied. All three are errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is
+///   value outside its limits, or none of its enumeration, is not written. The other values of its frame are, but the frame does not
+///   count as applied. All three are errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is
 ///   gone.
 /// - A frame may end before a value that the device declares optional. Such a value is zero.
 /// - The event timer is a deadline from each good frame to the next. It starts with the first good frame in

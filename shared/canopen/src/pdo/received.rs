@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::named::{Pdo, Received};
-use super::values::Values;
+use super::values::PdoValues;
 use super::{CobIdOf, PdoSet};
 use crate::types::{Bus, Duration, Instant, NodeId};
 
@@ -55,9 +55,10 @@ impl ReceivedPdo {
     }
 
     /// Returns the values if it is this PDO. They are those of the frame, by the declaration: a client that maps others does
-    /// not change their meaning here.
+    /// not change their meaning here. Also `None` if one of them is no value of its [enumeration](macro@crate::od::Enumeration):
+    /// [`ReceivedPdo::is`] is `true` then, and `data` has the payload.
     pub fn get<P: Received>(&self, pdo: P) -> Option<P::Values> {
-        self.is(pdo).then(|| P::Values::unpack(u64::from_le_bytes(self.data)))
+        if self.is(pdo) { P::Values::unpack(u64::from_le_bytes(self.data)) } else { None }
     }
 
     /// Returns whether it is this PDO.
@@ -65,10 +66,10 @@ impl ReceivedPdo {
         self.name().is(pdo)
     }
 
-    /// Returns sender and values if it is this PDO of any node.
-    pub fn from<D, T: Values>(&self, pdo: Pdo<D, T>) -> Option<(NodeId, T)> {
+    /// Returns sender and values if it is this PDO of any node. `None` as in [`ReceivedPdo::get`].
+    pub fn from<D, T: PdoValues>(&self, pdo: Pdo<D, T>) -> Option<(NodeId, T)> {
         let node = pdo.cob_id().node_of(self.name().declared()?)?;
-        Some((node, T::unpack(u64::from_le_bytes(self.data))))
+        Some((node, T::unpack(u64::from_le_bytes(self.data))?))
     }
 
     /// Returns the time since the end of the frame. It is at most 71 minutes.

@@ -12,7 +12,7 @@ pub enum RpdoError {
     TooLong,
     /// No frame arrived in time.
     Overdue,
-    /// A value was outside its limits. It was not written.
+    /// A value was outside its limits, or none of its enumeration. It was not written.
     OutOfRange,
 }
 

@@ -62,11 +62,13 @@ impl<B: Platform, N: ClientNode> SdoClient<B, N> {
     ///
     /// # Errors
     /// See [`Error`]. [`Error::TooLarge`] and [`Error::TooShort`] if the value of the node has another size.
+    /// [`Error::UnknownValue`] if it is none of its [enumeration](macro@crate::od::Enumeration).
     ///
     /// # Cancel safety
     /// A dropped future aborts the transfer.
     pub async fn read<T: Number, W>(&self, field: Field<T, Readable, W>) -> Result<T, Error> {
-        self.read_number(field.address(), T::SIZE).await.map(T::from_bits)
+        let bits = self.read_number(field.address(), T::SIZE).await?;
+        T::from_bits(bits).ok_or(Error::UnknownValue(bits as u32))
     }
 
     /// Writes a number.

@@ -12,6 +12,7 @@ mod boot_running;
 mod canonical;
 mod cob_id;
 mod emcy;
+mod enumeration;
 mod error_history;
 mod error_reader;
 mod heartbeat;

@@ -4,7 +4,7 @@ use super::Master;
 use crate::link::machine::Outgoing;
 use crate::node::minimal::MinimalPdos;
 use crate::node::{Refusal, SpacecraftDevice};
-use crate::pdo::{Pdo, Values};
+use crate::pdo::{Pdo, PdoValues};
 use crate::profile::MinimalNode;
 use crate::redundancy::MasterBoards;
 use crate::types::{Frame, Instant, NmtState, NodeId};
@@ -73,7 +73,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     ///
     /// # Errors
     /// As [`Master::send_frame`]. [`Refusal::NotOperational`], counted on the active bus, if the slave does not take commands.
-    pub fn send_to<E, T: Values>(
+    pub fn send_to<E, T: PdoValues>(
         &mut self,
         node: NodeId,
         pdo: Pdo<E, T>,

@@ -3,11 +3,13 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use ecss_can::od::{Field, NotWritable, Readable};
 use ecss_can::prelude::*;
+use ecss_can::sdo::Error;
 use host_worlds::can_wire::fault::Fault;
 use host_worlds::log::NodeEvent;
 use host_worlds::{Builder, MockBoard, NEXT_TO_MASTER_M, ResetLine, Time, World, idle};
-use thermometer::{Hardware, PROFILE, Thermometer};
+use thermometer::{Alarm, Change, Hardware, Mode, PROFILE, Thermometer};
 use thermometer_master::{Ground, Report, THERMOMETER, is_kept, write_table};
 
 eds! {
@@ -82,8 +84,8 @@ fn running() -> (World, Sensor) {
     (world, sensor)
 }
 
-/// What the master heard last by PDO: temperature and alarm.
-fn known(world: &World) -> (i16, u8) {
+/// What the master heard last by PDO.
+fn known(world: &World) -> Change {
     let change = |event: &NodeEvent| match event {
         NodeEvent::Master(MasterEvent::Pdo(pdo)) => pdo.get(<Thermometer>::CHANGE.of(THERMOMETER)),
         _ => None,
@@ -97,14 +99,14 @@ fn known(world: &World) -> (i16, u8) {
 #[test]
 fn a_change_reaches_the_master_before_and_after_a_cut() {
     let (mut world, sensor) = running();
-    assert_eq!(known(&world), (250, Thermometer::<Vec<u8>>::WITHIN));
+    assert_eq!(known(&world), Change { temperature: 250, alarm: Alarm::Within });
     world.cut(Bus::Nominal, NEXT_TO_MASTER_M);
     world.run_for(Time::from_ms(1_000));
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Redundant);
     sensor.register.set(Some(ABOVE_85_DEGREES));
     world.run_for(Time::from_ms(201));
-    assert_eq!(known(&world), (851, Thermometer::<Vec<u8>>::ABOVE));
+    assert_eq!(known(&world), Change { temperature: 851, alarm: Alarm::Above });
 }
 
 /// The master hears by PDO that there is no temperature.
@@ -115,10 +117,10 @@ fn a_silent_sensor_reaches_the_master_as_such() {
     let (mut world, sensor) = running();
     sensor.register.set(None);
     world.run_for(Time::from_ms(201));
-    assert_eq!(known(&world), (i16::MIN, Thermometer::<Vec<u8>>::NO_SENSOR));
+    assert_eq!(known(&world), Change { temperature: i16::MIN, alarm: Alarm::NoSensor });
     sensor.register.set(Some(AT_25_DEGREES));
     world.run_for(Time::from_ms(201));
-    assert_eq!(known(&world), (250, Thermometer::<Vec<u8>>::WITHIN));
+    assert_eq!(known(&world), Change { temperature: 250, alarm: Alarm::Within });
 }
 
 /// The master writes the table over noisy wires and saves it.
@@ -144,7 +146,7 @@ fn the_table_survives_noise_and_a_loss_of_power() {
     world.run_for(Time::from_ms(200));
     assert_eq!(kept.take().map(|(_, result)| result), Some(Ok(true)));
     // Entry 612 of the table adds nine tenths.
-    assert_eq!(known(&world).0, 259);
+    assert_eq!(known(&world).temperature, 259);
 }
 
 /// Emergencies of the thermometer on the nominal bus: their error codes.
@@ -206,13 +208,13 @@ fn the_master_calibrates_the_thermometer_once() {
     let calibration: Vec<Report> =
         reports.take().into_iter().filter(|report| !matches!(report, Report::Measured { .. })).collect();
     assert_eq!(calibration, [Report::TableSaved, Report::TableKept]);
-    assert_eq!((sensor.resets.get(), known(&world).0), (1, 259));
+    assert_eq!((sensor.resets.get(), known(&world).temperature), (1, 259));
     assert_eq!(*sensor.commanded.borrow(), [259]);
 
     sensor.register.set(Some(ABOVE_85_DEGREES));
     world.run_for(Time::from_ms(201));
     // Entry 852 of the table adds thirteen tenths.
-    assert_eq!(reports.take(), [Report::Measured { temperature: 864, alarm: Thermometer::<Vec<u8>>::ABOVE }]);
+    assert_eq!(reports.take(), [Report::Measured { temperature: 864, alarm: Alarm::Above }]);
     world.cut(Bus::Nominal, NEXT_TO_MASTER_M);
     world.run_for(Time::from_ms(1_000));
     assert!(reports.borrow().contains(&Report::ActiveBus(Bus::Redundant)), "{reports:?}");
@@ -259,10 +261,10 @@ fn the_master_knows_the_thermometer_by_its_data_sheet() {
         sdo.write(Described::UPPER_LIMIT, 240).await?;
         let (mut name, alarm) = ([0; 32], sdo.read(Described::ALARM).await?);
         let count = sdo.read_bytes(Described::MANUFACTURER_DEVICE_NAME, &mut name).await?;
-        Ok::<_, ecss_can::sdo::Error>((before, alarm, name[..count].to_vec()))
+        Ok::<_, Error>((before, alarm, name[..count].to_vec()))
     });
     world.run_for(Time::from_ms(500));
-    let expected = Ok((850, Thermometer::<Vec<u8>>::WITHIN, b"Thermometer".to_vec()));
+    let expected = Ok((850, Alarm::Within as u8, b"Thermometer".to_vec()));
     assert_eq!(moved.take().map(|(_, result)| result), Some(expected));
 
     // 25 °C are above the new limit.
@@ -270,10 +272,34 @@ fn the_master_knows_the_thermometer_by_its_data_sheet() {
         NodeEvent::Master(MasterEvent::Pdo(pdo)) => pdo.get(Described::TPDO_2.of(THERMOMETER)),
         _ => None,
     });
-    assert_eq!(last, Some((250, Thermometer::<Vec<u8>>::ABOVE)));
+    assert_eq!(last, Some((250, Alarm::Above as u8)));
     assert_eq!(world.master::<Ground>().send_to(THERMOMETER, Described::RPDO_1, (1,)), Ok(()));
     world.run_for(Time::from_ms(10));
     assert_eq!(*sensor.commanded.borrow(), [250]);
+}
+
+/// Given a master that reads and writes the enumerations of the thermometer, then it gets their variants. A mode without a name is
+/// aborted with 06090030h, and a value that the enumeration of the master does not have is an error.
+///
+/// Verifies: ECSS 6.1a
+#[test]
+fn an_enumeration_has_no_other_values_over_sdo() {
+    let (mut world, sensor) = running();
+    sensor.register.set(None);
+    world.run_for(Time::from_ms(201));
+    let sdo = world.master::<Ground>().sdo(THERMOMETER);
+    let moved = world.spawn(NodeId::MASTER, async move {
+        let alarm: Alarm = sdo.read(Thermometer::ALARM).await?;
+        sdo.write(Thermometer::MODE, Mode::Corrected).await?;
+        let refused = sdo.write(Described::MODE, 2).await;
+        let mode: Mode = sdo.read(Thermometer::MODE).await?;
+        let alarm_as_mode = Field::<Mode, Readable, NotWritable>::at(Thermometer::ALARM.address());
+        Ok::<_, Error>((alarm, refused, mode, sdo.read(alarm_as_mode).await))
+    });
+    world.run_for(Time::from_ms(500));
+    let (aborted, unknown) = (Err(Error::Abort(AbortCode::ValueRange)), Err(Error::UnknownValue(3)));
+    let expected = Ok((Alarm::NoSensor, aborted, Mode::Corrected, unknown));
+    assert_eq!(moved.take().map(|(_, result)| result), Some(expected));
 }
 
 #[test]

@@ -28,6 +28,9 @@ pub enum Error {
     /// The value has fewer bytes than its type. The transfer itself succeeded.
     #[error("the value has fewer bytes than its type")]
     TooShort,
+    /// The value is none of its enumeration. The transfer itself succeeded.
+    #[error("{0:X}h is no value of the enumeration")]
+    UnknownValue(u32),
     /// The active bus changed. The client sent an abort on the bus that is active now.
     #[error("the active bus changed during the transfer: repeat it")]
     BusChanged,
@@ -42,6 +45,7 @@ impl Error {
             Error::Timeout => AbortCode::Timeout.code(),
             Error::TooLarge => AbortCode::OutOfMemory.code(),
             Error::TooShort => AbortCode::TooShort.code(),
+            Error::UnknownValue(_) => AbortCode::ValueRange.code(),
             Error::BusChanged => AbortCode::DeviceState.code(),
         }
     }
