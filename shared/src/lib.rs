@@ -102,22 +102,16 @@ extern crate alloc;
 extern crate self as ecss_can;
 
 // Users name one crate.
-pub use async_canopen::{link, od};
+pub use async_canopen::{boot, heartbeat, link, nmt, od, pdo, sdo, sync};
 
-pub mod boot;
 pub mod emcy;
-pub mod heartbeat;
 #[cfg(feature = "mock")]
 pub mod mock;
-pub mod nmt;
 pub mod node;
-pub mod pdo;
 pub mod prelude;
 pub mod profile;
 pub mod redundancy;
 pub mod runner;
-pub mod sdo;
 pub mod store;
-pub mod sync;
 pub mod time;
 pub mod types;

@@ -4,7 +4,7 @@ use super::peers::PLACES;
 use super::slave_search::SlaveSearch;
 use super::trial::Trial;
 use super::{Parameters, PeerHeartbeat, Peers};
-use crate::heartbeat::Producer;
+use crate::heartbeat::machine::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
 use crate::types::{Bus, Canonical, Duration, Instant, NmtState, NodeId, PerBus, earliest};
 

@@ -2,7 +2,7 @@
 
 use self::remote::{Assignment, Heard, Question, Remote, Standing};
 use super::Parameters;
-use crate::heartbeat::monitored;
+use crate::heartbeat::machine::monitored;
 use crate::nmt::Target;
 use crate::types::{Canonical, Duration, Instant, NmtState, NodeId};
 

@@ -51,7 +51,7 @@ fn items_count_once_in_their_module() {
     assert_eq!(modules[2].functions, ["MOST", "start"]);
     assert_eq!(
         modules.iter().map(|module| module.is_extension()).collect::<Vec<_>>(),
-        [false, true, false, false]
+        [false, true, true, false]
     );
 }
 

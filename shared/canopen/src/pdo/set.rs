@@ -133,8 +133,13 @@ impl PdoSet {
         found.map_or(usize::MAX, |tpdo| tpdo.pdo().slot())
     }
 
+    /// Returns the receive PDOs.
+    pub const fn rpdos(&self) -> &'static [Rpdo] {
+        self.rpdos
+    }
+
     /// Returns the transmit PDOs.
-    pub(crate) const fn tpdos(&self) -> &'static [Tpdo] {
+    pub const fn tpdos(&self) -> &'static [Tpdo] {
         self.tpdos
     }
 }

@@ -5,7 +5,7 @@ use async_canopen::node::extend::Part;
 use super::MasterServices;
 use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
-use crate::boot::{Boot, BootAction, BootRequest, Identified};
+use crate::boot::machine::{Boot, BootAction, BootRequest, Identified};
 use crate::emcy::EmcyObjects;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{RPDO, TPDO};
@@ -13,7 +13,7 @@ use crate::node::services::TimeServices;
 use crate::node::{Communication, SpacecraftDevice};
 use crate::profile::Profile;
 use crate::redundancy::MasterBoards;
-use crate::sdo::Mode;
+use crate::sdo::machine::Mode;
 use crate::types::earliest;
 
 /// Bytes taken from the client at once.

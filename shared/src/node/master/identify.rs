@@ -11,7 +11,8 @@ use super::transfers::{Owner, Transfers};
 use super::{Master, MasterEvent, Turn};
 use crate::node::{Communication, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
-use crate::sdo::{Error, Mode};
+use crate::sdo::Error;
+use crate::sdo::machine::Mode;
 use crate::types::{Address, Instant};
 
 const DEVICE_TYPE: Address = Communication::DEVICE_TYPE.address();

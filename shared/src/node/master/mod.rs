@@ -29,11 +29,11 @@ use super::services::{Services, State, TimeServices};
 use super::settings;
 use super::stored::Stored;
 use super::{MasterEvent, MasterRequest, SpacecraftDevice, Status};
-use crate::boot::Boot;
+use crate::boot::machine::Boot;
 use crate::emcy::ErrorReader;
 use crate::link::Stamp;
 use crate::link::port::Filter;
-use crate::nmt::StateClashes;
+use crate::nmt::machine::StateClashes;
 use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Strap, TwoBoards};
@@ -59,7 +59,7 @@ pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
     identification: Timed<Identification>,
     errors: Timed<ErrorReader>,
     budgets: Timed<Budgets>,
-    sync: Timed<sync::Producer>,
+    sync: Timed<sync::machine::Producer>,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
     /// [`Profile::minimal`].
@@ -114,7 +114,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             identification: Timed::new(Identification::default()),
             errors: Timed::new(ErrorReader::new(errors::PERIOD)),
             budgets: Timed::new(Budgets::new(profile)),
-            sync: Timed::new(sync::Producer::with(initial.communication::<D>().sync.config())),
+            sync: Timed::new(sync::machine::Producer::with(initial.communication::<D>().sync.config())),
             stamped: profile.stamped,
             minimal: profile.minimal,
             is_booting: true,

@@ -1,7 +1,8 @@
 //! NMT state of the master itself (CiA 301 7.3.2).
 
 use super::{Master, MasterEvent, Turn, objects};
-use crate::nmt::{Command, NmtMessage, Reaction, Target};
+use crate::nmt::machine::Reaction;
+use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{BusCommand, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::store::Group;

@@ -5,9 +5,10 @@ use async_canopen::node::extend::{SdoStep, Wakes};
 use super::MasterServices;
 use super::declared::MasterObjects;
 use super::{Master, Turn};
-use crate::boot::Assignment;
+use crate::boot::machine::Assignment;
 use crate::emcy::{ActiveErrors, DeviceError, EmcyConsumers, ErrorCode, PostMortem};
-use crate::heartbeat::{ConsumerSlots, monitored};
+use crate::heartbeat::ConsumerSlots;
+use crate::heartbeat::machine::monitored;
 use crate::link::machine::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::NetworkObjects;
@@ -22,7 +23,7 @@ use crate::node::{
     Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, SpacecraftDevice, assert_device,
 };
 use crate::pdo::PdoSlots;
-use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
+use crate::pdo::machine::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
 use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
 use crate::sdo::SdoServerObjects;

@@ -11,7 +11,7 @@ use crate::link::bit_timing::BitRate;
 use crate::node::{ClientNode, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::sdo;
-use crate::sdo::Client;
+use crate::sdo::machine::Client;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// Tasks that may wait for the client without waking each other.
@@ -142,7 +142,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     fn with_client<R>(
         &mut self,
         turn: &mut Turn,
-        step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::Payload)) -> R,
+        step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::machine::Payload)) -> R,
     ) -> R {
         let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
         let Turn { now, out, .. } = turn;
@@ -153,7 +153,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// An SDO response on the active bus.
     pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, turn: &mut Turn) {
-        let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else {
+        let Ok(payload) = <&sdo::machine::Payload>::try_from(frame.data()) else {
             return self.services.counters.malformed(bus);
         };
         // Not announced: what comes belongs to nothing that was asked here.
@@ -194,7 +194,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let [of_client, of_server] = &mut aborts;
         let transfers = self.transfers_mut();
         let id = CobId::sdo_request(transfers.node);
-        let mut note: &mut dyn FnMut(sdo::Payload) = &mut |payload| *of_client = Some(Frame::of(id, payload));
+        let mut note: &mut dyn FnMut(sdo::machine::Payload) =
+            &mut |payload| *of_client = Some(Frame::of(id, payload));
         transfers.client.bus_changed(&mut note);
         (transfers.is_due, transfers.pause) = (true, Some(turn.now + AFTER_SWITCH));
         self.serve(SdoStep::BusChanged, turn.now, &mut |frame| *of_server = Some(frame));
@@ -209,7 +210,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             let node = self.transfers.node;
             self.redundancy_mut().peers_mut().ask_again(node);
         }
-        let mut silent: &mut dyn FnMut(sdo::Payload) = &mut |_| {};
+        let mut silent: &mut dyn FnMut(sdo::machine::Payload) = &mut |_| {};
         let transfers = self.transfers_mut();
         if transfers.owner == Owner::Application {
             // Its task collects the error.

@@ -66,7 +66,7 @@ pub struct MinimalSlave<D: MinimalDevice> {
     buses: Buses,
     counters: BusCounters,
     selector: Selector,
-    heartbeat: heartbeat::Producer,
+    heartbeat: heartbeat::machine::Producer,
     /// SYNCs until each transmit PDO goes out again.
     syncs: [u8; PDOS],
 }
@@ -82,7 +82,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
             buses: Buses::new(numbers.access, numbers.bus_off),
             counters: BusCounters::default(),
             selector: Selector::new(numbers.redundancy),
-            heartbeat: heartbeat::Producer::new(id, numbers.redundancy.producer),
+            heartbeat: heartbeat::machine::Producer::new(id, numbers.redundancy.producer),
             syncs: [0; PDOS],
         }
     }

@@ -10,7 +10,7 @@ use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT, HEARTBEAT_SENT};
 use crate::node::{NodeObjects, SpacecraftDevice};
 use crate::od::INVALID;
-use crate::pdo::rules::is_synchronous;
+use crate::pdo::machine::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::types::{Bus, FineInstant, Frame, Instant, NodeId};
 

@@ -3,7 +3,8 @@
 use easy_ext::ext;
 
 use super::Services;
-use crate::heartbeat::{ConsumerSlots, monitored};
+use crate::heartbeat::ConsumerSlots;
+use crate::heartbeat::machine::monitored;
 use crate::node::SpacecraftDevice;
 use crate::redundancy::{Parameters, Redundancy, RedundancyObjects};
 use crate::types::{Address, Duration, Instant, NodeId};

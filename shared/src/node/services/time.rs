@@ -6,14 +6,14 @@ use easy_ext::ext;
 use super::Services;
 use super::mapped::{MappedTime, is_local_time};
 use super::state::State;
-use crate::boot::CommonPdo;
+use crate::boot::machine::CommonPdo;
 use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{NodeObjects, SpacecraftDevice, SpacecraftEvent, Turn};
 use crate::od::checked::find;
 use crate::od::{CobIdEntry, INVALID};
-use crate::pdo::rules::is_synchronous;
+use crate::pdo::machine::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
 use crate::types::{

@@ -4,7 +4,7 @@ extern crate std;
 
 use std::vec::Vec;
 
-use crate::heartbeat::NodeControl;
+use crate::heartbeat::machine::NodeControl;
 use crate::link::Stamp;
 use crate::node::extend::Outbox;
 use crate::node::probe::{Probe, TwoServers};

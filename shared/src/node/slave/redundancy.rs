@@ -4,7 +4,7 @@ use async_canopen::node::extend::SdoStep;
 
 use super::Slave;
 use crate::link::Stamp;
-use crate::nmt::Reaction;
+use crate::nmt::machine::Reaction;
 use crate::node::services::RedundancyServices;
 use crate::node::slave::Turn;
 use crate::node::{SlaveEvent, SpacecraftDevice};

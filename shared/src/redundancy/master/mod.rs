@@ -52,7 +52,8 @@ use crate::heartbeat;
 use crate::link::access::BusAccess;
 use crate::link::machine::Outgoing;
 use crate::link::port::Health;
-use crate::nmt::{Command, NmtMessage, NmtSlave, Reaction, Target};
+use crate::nmt::machine::{NmtSlave, Reaction};
+use crate::nmt::{Command, NmtMessage, Target};
 use crate::types::{Bus, Canonical, CobId, Duration, Instant, NmtState, NodeId, earliest};
 
 /// Frames that may wait until the active bus is announced.

@@ -4,7 +4,7 @@
 
 use super::{MasterAction, MasterBoards, MasterRedundancy, Sending};
 use crate::link::machine::Outgoing;
-use crate::nmt::NmtSlave;
+use crate::nmt::machine::NmtSlave;
 use crate::redundancy::{Claim, PeerHeartbeat, RivalReaction, Rivals, RoleCause, RoleChange, Standby};
 use crate::types::{Bus, Instant, NmtState, NodeId};
 

@@ -5,7 +5,7 @@
 
 use super::remote::{MEMORY, Remote, RemoteTimes};
 use super::{Parameters, Peers};
-use crate::heartbeat::ConsumerTimes;
+use crate::heartbeat::machine::ConsumerTimes;
 use crate::types::{Duration, Instant};
 
 impl Remote {

@@ -1,7 +1,7 @@
 //! What a master knows of one other node.
 
 use super::Parameters;
-use crate::heartbeat::{Consumer, ConsumerTimes};
+use crate::heartbeat::machine::{Consumer, ConsumerTimes};
 use crate::types::{Canonical, Duration, Instant, NmtState};
 
 /// Consumer times without a heartbeat after which a node is forgotten that has to answer first, or again.

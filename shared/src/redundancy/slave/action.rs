@@ -2,7 +2,7 @@
 
 use super::Retained;
 use crate::emcy::ErrorCode;
-use crate::heartbeat::NodeControl;
+use crate::heartbeat::machine::NodeControl;
 use crate::nmt::Command;
 use crate::types::{Bus, Instant, PerBus};
 

@@ -3,7 +3,7 @@
 use super::{SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
-use crate::nmt::{Clash, ClashTimes};
+use crate::nmt::machine::{Clash, ClashTimes};
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Duration, Frame, Instant};
 

@@ -2,7 +2,8 @@
 
 use super::{SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use crate::emcy::ErrorCode;
-use crate::heartbeat::{self, NodeControl, is_heartbeat};
+use crate::heartbeat::machine::NodeControl;
+use crate::heartbeat::{self, is_heartbeat};
 use crate::nmt::{Command, NmtMessage};
 use crate::redundancy::MasterMessage;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus};

@@ -9,7 +9,7 @@
 //! | active bus, search, Bdefault | [`Selector`] |
 //! | whether a reset is obeyed | [`ResetGuard`] |
 //! | whether the node yields to another one with its Node-ID | [`ClashWatch`] |
-//! | NMT state, boot-up message, heartbeat | [`NodeControl`](crate::heartbeat::NodeControl) of the node, by actions |
+//! | NMT state, boot-up message, heartbeat | [`NodeControl`](crate::heartbeat::machine::NodeControl) of the node, by actions |
 //!
 //! After it missed the master, a slave sends an EMCY (ECSS 8.3.3e, note 2). The first change of the bus waits until
 //! this *warning* was sent, or for a short time.
@@ -25,7 +25,7 @@ mod tests;
 
 use super::{Parameters, Selector};
 use crate::link::access::BusAccess;
-use crate::nmt::{ClashWatch, ResetGuard};
+use crate::nmt::machine::{ClashWatch, ResetGuard};
 use crate::types::{Bus, Canonical, Duration, Instant, PerBus, earliest};
 pub use action::{BusCause, SlaveAction, SlaveActions, SlaveStep, SlaveVerdict};
 pub use retained::Retained;

@@ -9,7 +9,8 @@
 
 use super::{Retained, SlaveAction as Action, SlaveRedundancy, SlaveStep};
 use crate::emcy::ErrorCode;
-use crate::nmt::{Command, ResetVerdict};
+use crate::nmt::Command;
+use crate::nmt::machine::ResetVerdict;
 use crate::types::{Bus, Duration, Instant};
 
 impl SlaveRedundancy {

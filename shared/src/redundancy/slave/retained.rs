@@ -20,7 +20,7 @@ const NONE: u8 = 2;
 pub struct Retained {
     /// Bdefault since the master was last found. `None` if the stored one holds (ECSS 8.3.3k, l).
     pub bdefault: Option<Bus>,
-    /// Number of resets obeyed in a row: [`crate::nmt::ResetGuard::row`].
+    /// Number of resets obeyed in a row: [`crate::nmt::machine::ResetGuard::row`].
     pub resets: u8,
     /// Number of notes written to the parameter store since power-on.
     pub notes: u8,

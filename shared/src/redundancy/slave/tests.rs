@@ -7,9 +7,11 @@ use std::vec::Vec;
 use super::action::MOST;
 use super::{BusCause, Retained, SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict as Verdict};
 use crate::emcy::ErrorCode;
-use crate::heartbeat::{self, NodeControl};
+use crate::heartbeat;
+use crate::heartbeat::machine::NodeControl;
 use crate::link::access::BusAccess;
-use crate::nmt::{Command, NmtMessage, Reaction, Target};
+use crate::nmt::machine::Reaction;
+use crate::nmt::{Command, NmtMessage, Target};
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
