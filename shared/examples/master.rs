@@ -76,7 +76,7 @@ impl Desk {
 }
 
 fn main() {
-    let master = Master::new(&Profile::DEFAULT, Plant::default(), None);
+    let master = Master::builder(&Profile::DEFAULT, Plant::default()).build();
     let mut desk = Desk { master, out: Outbox::new(), now: Instant::ZERO };
     desk.master.start(&mut Turn::new(desk.now, &mut desk.out));
     assert_eq!(desk.sent()[0], (0x701, vec![0]), "boot-up");

@@ -76,7 +76,7 @@ impl Desk {
 }
 
 fn main() {
-    let slave = Slave::new(NodeId::of::<5>(), &Profile::DEFAULT, Valve::default());
+    let slave = Slave::builder(NodeId::of::<5>(), &Profile::DEFAULT, Valve::default()).build();
     let mut desk = Desk { slave, out: Outbox::new(), now: Instant::ZERO };
     desk.slave.start(&mut Turn::new(desk.now, &mut desk.out));
     assert_eq!(desk.sent()[0], (0x705, vec![0]), "boot-up");

@@ -67,8 +67,8 @@ impl<N: Node> Board<N> {
 }
 
 fn main() {
-    let mut slave = Board::new(Slave::new(COUNTER, &Profile::DEFAULT, Counter::default()));
-    let mut master = Board::new(Master::new(&Profile::DEFAULT, Display::default(), None));
+    let mut slave = Board::new(Slave::builder(COUNTER, &Profile::DEFAULT, Counter::default()).build());
+    let mut master = Board::new(Master::builder(&Profile::DEFAULT, Display::default()).build());
     let (mut now, mut heard) = (Instant::ZERO, vec![]);
     while now < Instant::from_micros(1_050_000) {
         while let Some(sent) = master.step(now) {

@@ -48,8 +48,8 @@
 //!
 //! let clock = ManualClock::new();
 //! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
-//! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Thermometer::default());
-//! let (slave, _events, runners) = RESOURCES.start(slave, ports.clone(), clock, &DIAGNOSTICS);
+//! let slave = || Slave::builder(NodeId::of::<3>(), &Profile::DEFAULT, Thermometer::default()).build();
+//! let (slave, _events, runners) = RESOURCES.start(slave, Connection { ports: ports.clone(), clock }, &DIAGNOSTICS);
 //! let mut tasks = Tasks::new(runners); // on a board: one task for each runner
 //! tasks.run();
 //! ports.nominal.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());

@@ -50,7 +50,7 @@ pub struct Profile {
     /// Producer heartbeat time (1017h) of every node, in whole milliseconds, 1 to 65,535 ms.
     pub heartbeat: Duration,
     /// Delay of the heartbeats that a slave sends late, at most a tenth of their period: four data frames of
-    /// eight bytes, 540 bits. See [`Slave::with_late_heartbeats`](crate::node::Slave::with_late_heartbeats).
+    /// eight bytes, 540 bits. See [`SlaveBuilder::late_heartbeats`](crate::node::SlaveBuilder::late_heartbeats).
     pub late_heartbeat: Duration,
     /// Consumer heartbeat time (1016h), in whole milliseconds, at most 65,535 ms. Longer than `heartbeat`; zero: no
     /// heartbeat is consumed.
@@ -218,6 +218,15 @@ impl Profile {
             ntoggle: self.ntoggle,
             ctoggle: 0,
         }
+    }
+
+    /// Returns the redundancy parameters of the minimal slave `id`. With a consumer time of zero it does not change the
+    /// bus and stays on Bdefault. It sends no heartbeat, and its producer time is zero, if [`Profile::minimal`] lists it
+    /// without one: other nodes then notice it only by its telemetry.
+    pub fn minimal_redundancy(&self, id: NodeId) -> Parameters {
+        let is_silent = self.minimal.iter().any(|minimal| minimal.node == id && !minimal.has_heartbeat);
+        let redundancy = self.redundancy();
+        if is_silent { Parameters { producer: Duration::ZERO, ..redundancy } } else { redundancy }
     }
 
     /// Returns the redundancy parameters of the master.

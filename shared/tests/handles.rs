@@ -6,7 +6,7 @@ use std::task::{Context, Wake, Waker};
 
 use ecss_can::emcy::{ActiveError, Emergency};
 use ecss_can::mock::{MockBoard, MockSpacecraft, SentFrame, poll_once};
-use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
+use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Payload};
 use ecss_can::prelude::*;
 use ecss_can::runner::extend::WholeNode;
 
@@ -48,7 +48,7 @@ fn at(ms: u64) -> Instant {
 /// A master, and slave 2 in Operational.
 fn flying() -> (MockSpacecraft, HeaterMaster, HeaterSlave) {
     let mut spacecraft = MockSpacecraft::new();
-    let (master, _) = spacecraft.power_on(|| Master::new(&Profile::DEFAULT, Heater::default(), None));
+    let (master, _) = spacecraft.power_on(|| Master::builder(&Profile::DEFAULT, Heater::default()).build());
     let slave = slave(&mut spacecraft, TWO);
     spacecraft.run_until(at(1_000));
     assert_eq!(master.slave_state(TWO), Some(NmtState::Operational));
@@ -56,7 +56,7 @@ fn flying() -> (MockSpacecraft, HeaterMaster, HeaterSlave) {
 }
 
 fn slave(spacecraft: &mut MockSpacecraft, node: NodeId) -> HeaterSlave {
-    spacecraft.power_on(|| Slave::new(node, &Profile::DEFAULT, Heater::default())).0
+    spacecraft.power_on(|| Slave::builder(node, &Profile::DEFAULT, Heater::default()).build()).0
 }
 
 /// Runs for some milliseconds.
@@ -285,7 +285,8 @@ impl Wake for Count {
 #[test]
 fn read_wakes_no_task() {
     let mut spacecraft = MockSpacecraft::new();
-    let (slave, mut events) = spacecraft.power_on(|| Slave::new(TWO, &Profile::DEFAULT, Heater::default()));
+    let (slave, mut events) =
+        spacecraft.power_on(|| Slave::builder(TWO, &Profile::DEFAULT, Heater::default()).build());
     while poll_once(events.next()).is_some() {}
     let count = std::sync::Arc::new(Count::default());
     let waker = Waker::from(count.clone());
@@ -318,8 +319,8 @@ impl MinimalDevice for Echo {
 #[test]
 fn minimal_slave_is_commanded_and_read_by_name() {
     let (mut spacecraft, master, _) = flying();
-    let numbers = Numbers::of(&Profile::DEFAULT, THREE);
-    let (minimal, _) = spacecraft.power_on(|| MinimalSlave::new(THREE, numbers, Echo(0)));
+    let minimal = MinimalSlave::builder(THREE, &Profile::DEFAULT, Echo(0));
+    let (minimal, _) = spacecraft.power_on(|| minimal.build());
     run(&mut spacecraft, 1_000);
     assert!(poll_once(master.wait_operational(THREE)).is_some());
     assert_eq!(master.send_to_minimal(THREE, 0, &[7]), Ok(()));
@@ -348,7 +349,7 @@ fn a_master_reads_the_values_of_a_pdo_from_its_event() {
 
     let mut spacecraft = MockSpacecraft::new();
     let (master, mut events) =
-        spacecraft.power_on(|| Master::new(&Profile::DEFAULT, Ground::default(), None));
+        spacecraft.power_on(|| Master::builder(&Profile::DEFAULT, Ground::default()).build());
     let [two, three] = [TWO, THREE].map(|node| slave(&mut spacecraft, node));
     spacecraft.run_until(at(1_000));
     two.update(|heater| heater.power = 20);

@@ -58,11 +58,11 @@ fn ids(sent: &[SentFrame]) -> Vec<(Bus, u16)> {
 }
 
 fn slave(node: NodeId) -> Slave<Bare> {
-    Slave::new(node, &Profile::DEFAULT, Bare::default())
+    Slave::builder(node, &Profile::DEFAULT, Bare::default()).build()
 }
 
 fn master() -> Master<Bare> {
-    Master::new(&Profile::DEFAULT, Bare::default(), None)
+    Master::builder(&Profile::DEFAULT, Bare::default()).build()
 }
 
 /// Given a port, when frames follow each other before the node has taken an event, then each has a mailbox of its own, and the last

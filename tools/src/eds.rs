@@ -6,7 +6,6 @@ use std::process::Stdio;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use ecss_can::node::minimal::Numbers;
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
 use ecss_can::types::NodeId;
@@ -202,8 +201,8 @@ fn is_minimal(profile: &profile::Profile, node: NodeId) -> bool {
 /// Minimal slaves have other PDOs in profile `librecube`: a description for each, whatever profile the others have.
 fn minimal_descriptions() -> anyhow::Result<(Description, Description)> {
     let (standard, librecube) = (numbers(Profile::Standard), numbers(Profile::Librecube));
-    let minimal = |node| MinimalObjects::new(node, &Numbers::of(standard, node));
-    let prototype = |node| PrototypeObjects::new(node, &Numbers::of(librecube, node));
+    let minimal = |node| MinimalObjects::new(node, standard);
+    let prototype = |node| PrototypeObjects::new(node, librecube);
     Ok((
         Description::new(&minimal_device(Profile::Standard), minimal)?,
         Description::new(&minimal_device(Profile::Librecube), prototype)?,
@@ -219,14 +218,13 @@ fn minimal_dcf(
     let profile = numbers(of);
     let name = format!("minimal-{}.dcf", node.get());
     let commissioning = commissioning(node, format!("minimal slave {}", node.get()), profile);
-    let numbers = Numbers::of(profile, node);
     let text = match of {
         Profile::Librecube => {
-            let mut objects = PrototypeObjects::new(node, &numbers);
+            let mut objects = PrototypeObjects::new(node, profile);
             prototype.dcf(&name, PROTOTYPE_EDS, &commissioning, &mut objects)
         }
         Profile::Standard | Profile::Standby => {
-            let mut objects = MinimalObjects::new(node, &numbers);
+            let mut objects = MinimalObjects::new(node, profile);
             minimal.dcf(&name, MINIMAL_EDS, &commissioning, &mut objects)
         }
     };
@@ -282,7 +280,7 @@ fn device(product: &str, order_code: &str, description: &str, profile: Profile) 
 
 /// The objects of the master at power-on.
 fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObjects>> {
-    let mut objects = mission::master(profile, None).objects().clone();
+    let mut objects = mission::master(profile).build().objects().clone();
     // Boards have a parameter store.
     (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
     objects
@@ -290,7 +288,7 @@ fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObje
 
 /// The objects of a slave at power-on.
 fn slave(node: NodeId, profile: &profile::Profile) -> NodeObjects<MissionObjects<Vec<u8>>> {
-    let mut objects = mission::slave(node, profile, Vec::new()).objects().clone();
+    let mut objects = mission::slave(node, profile, Vec::new()).build().objects().clone();
     // Boards have a parameter store.
     (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
     objects

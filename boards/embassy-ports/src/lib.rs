@@ -8,7 +8,7 @@
 //! let mut can = CanConfigurator::new(p.FDCAN1, p.PA11, p.PA12, Irqs);
 //! can.set_bitrate(250_000);
 //! let port = Adapter::new(Fdcan::new(can));
-//! let (slave, mut events, runners) = NODE.start(|| device, port, Uptime, &DIAGNOSTICS);
+//! let (slave, mut events, runners) = NODE.start(|| device, Connection { ports: port, clock: Uptime }, &DIAGNOSTICS);
 //! ```
 //!
 //! # What these drivers lack

@@ -12,8 +12,8 @@
 //! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
 //! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
 //!
-//! An image links this crate by `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares the tasks of a node, [`pulse_task`] that
-//! of the pulse output.
+//! An image links this crate by `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares a function
+//! that spawns the tasks of a node, [`pulse_task`] one for the pulse output.
 //!
 //! On the host it has these macros alone.
 

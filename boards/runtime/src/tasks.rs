@@ -1,25 +1,23 @@
 //! Tasks of an image: those of a node on two buses, and that of its pulse output.
 
-/// Declares the tasks of a node, and `spawn_node`, which spawns them. Tasks of Embassy cannot be generic, so that each image has its
-/// own.
+/// Declares a function that spawns the tasks of a node: `fn NAME(BOARD, NODE)`, with the types of its board and its node. The
+/// function takes a `Spawner` and the [`Runners`](ecss_can::runner::Runners). Tasks of Embassy cannot be generic, so that each
+/// image has its own.
 ///
-/// `$board` is the type of its board, `$node` that of its node. The tasks are supervised under the names `bus`, twice, and `due`. The
+/// The tasks are supervised under the names `bus`, twice, and `due`. The
 /// image depends on `ecss-can` and `embassy-executor`.
 ///
 /// ```ignore (a part of an image)
-/// boards_runtime::node_tasks!(Board, Slave<Heater>);
+/// boards_runtime::node_tasks!(fn spawn_node(Board, Slave<Heater>));
 ///
 /// // In its main task:
-/// let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
+/// let (slave, events, runners) = RESOURCES.start(slave, board.connection, &DIAGNOSTICS);
 /// spawn_node(spawner, runners);
 /// ```
 #[macro_export]
 macro_rules! node_tasks {
-    ($board:ty, $node:ty) => {
-        fn spawn_node(
-            spawner: ::embassy_executor::Spawner,
-            runners: ::ecss_can::runner::Runners<$board, $node>,
-        ) {
+    (fn $name:ident($board:ty, $node:ty)) => {
+        fn $name(spawner: ::embassy_executor::Spawner, runners: ::ecss_can::runner::Runners<$board, $node>) {
             #[::embassy_executor::task(pool_size = 2)]
             fn bus(runner: ::ecss_can::runner::BusRunner<$board, $node>) -> impl Future<Output = ()> {
                 $crate::supervised("bus", runner.run())
@@ -37,23 +35,23 @@ macro_rules! node_tasks {
     };
 }
 
-/// Declares the task of the pulse output, and `spawn_pulses`, which spawns it: a pulse at each second of the spacecraft time, or at equal
-/// parts of it.
+/// Declares a function that spawns the task of the pulse output: a pulse at each second of the spacecraft time, or at equal parts of
+/// it. The function takes a `Spawner`, the `Pulse` of the board and the handle of the node.
 ///
-/// `$board` and `$node` as for [`node_tasks`]. `$per_second` is a function that takes the handle of the node and returns the number of
-/// pulses per second as a function, which the task calls before each pulse. The task is supervised under the name `pulses`. The image
+/// `fn NAME(BOARD, NODE, PER_SECOND)`: types of board and node, and a function that takes the handle of the node and returns the
+/// number of pulses per second as a function, which the task calls before each pulse. The task is supervised under the name `pulses`. The image
 /// depends on `ecss-can`, `boards-stm32f4` and `embassy-executor`.
 ///
 /// ```ignore (a part of an image)
-/// boards_runtime::pulse_task!(Board, Node, pulses_per_second);
+/// boards_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
 ///
 /// // In its main task:
 /// spawn_pulses(spawner, board.pulse, slave);
 /// ```
 #[macro_export]
 macro_rules! pulse_task {
-    ($board:ty, $node:ty, $per_second:path) => {
-        fn spawn_pulses(
+    (fn $name:ident($board:ty, $node:ty, $per_second:path)) => {
+        fn $name(
             spawner: ::embassy_executor::Spawner,
             pulse: ::boards_stm32f4::Pulse,
             node: ::ecss_can::runner::Handle<$board, $node>,

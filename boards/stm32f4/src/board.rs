@@ -4,9 +4,10 @@ use core::marker::PhantomData;
 
 use ecss_can::emcy::PostMortem;
 use ecss_can::link::bit_timing::BitTiming;
-use ecss_can::runner::Platform;
-use ecss_can::store::identity::{self, NoNodeId};
-use ecss_can::store::{ParameterStore, RetainedMemory};
+use ecss_can::node::Hardware;
+use ecss_can::runner::{Connection, Platform};
+use ecss_can::store::ParameterStore;
+use ecss_can::store::identity::{self, MAINTENANCE, NoNodeId};
 use ecss_can::types::{NodeId, PerBus};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::AnyPin;
@@ -23,28 +24,21 @@ use crate::{Uptime, retained, spare, supervisor};
 
 /// Everything an image needs of the board `B`.
 pub struct Board<B> {
-    /// The CAN controllers, off their buses.
-    pub ports: PerBus<Port<Edges>>,
-    /// Time since power-on.
-    pub clock: Uptime,
+    /// The CAN controllers, off their buses, and the time since power-on: for
+    /// [`Resources::start`](ecss_can::runner::Resources::start).
+    pub connection: Connection<PerBus<Port<Edges>>, Uptime>,
+    /// Parameter store (none if its flash fails), RAM that outlives a reset, record of the last reset, and a pattern of
+    /// late heartbeats: for the builder of the node.
+    pub hardware: Hardware,
     /// The pulse output, low.
     pub pulse: Pulse,
     /// The LEDs, dark.
     pub leds: Leds,
-    /// Node-ID of a slave from straps and parameter store.
+    /// Node-ID of a slave from straps and parameter store. With the strap of maintenance mode closed it is [`MAINTENANCE`],
+    /// whatever these say.
     pub node_id: Result<NodeId, NoNodeId>,
     /// What the straps alone say.
     pub straps: Result<NodeId, StrapError>,
-    /// Whether the strap of maintenance mode is closed; for
-    /// [`Slave::in_maintenance`](ecss_can::node::Slave::in_maintenance).
-    pub is_maintenance: bool,
-    /// The parameter store; `None` when its flash fails.
-    pub store: Option<&'static mut (dyn ParameterStore + Send)>,
-    /// RAM that outlives a reset.
-    pub retained: &'static mut (dyn RetainedMemory + Send),
-    /// How the program before this one ended; for
-    /// [`SlaveHandle::set_post_mortem`](ecss_can::runner::SlaveHandle::set_post_mortem).
-    pub post_mortem: PostMortem,
     /// RAM that is left, 64 KiB at most: for blocks of data.
     pub memory: &'static mut [u8],
     board: PhantomData<B>,
@@ -58,8 +52,7 @@ impl<B: BoardSpec> Board<B> {
         let Wiring { nominal, redundant, capture, edges, pulse, straps, leds, flash } = B::wiring(resources);
         let (post_mortem, from_outside) = watch(B::HCLK);
         let mut store = store(flash);
-        let Identity { node_id, straps, is_maintenance } =
-            identity(straps, B::HCLK, from_outside, store.as_deref_mut());
+        let Identity { node_id, straps } = identity(straps, B::HCLK, from_outside, store.as_deref_mut());
         let captured = [edges.nominal.channel, edges.redundant.channel];
         // There are four.
         let free = (0..3).find(|channel| !captured.contains(channel)).unwrap_or(3);
@@ -68,37 +61,40 @@ impl<B: BoardSpec> Board<B> {
         let nominal = Port::new(nominal, irqs, timing, edges.nominal);
         let redundant = Port::new(redundant, irqs, timing, edges.redundant);
         Board {
-            ports: PerBus { nominal, redundant },
-            clock: Uptime,
+            connection: Connection { ports: PerBus { nominal, redundant }, clock: Uptime },
+            hardware: hardware(store, post_mortem),
             pulse: Pulse::new(pulse, free),
             leds: Leds::new(leds),
             node_id,
             straps,
-            is_maintenance,
-            store,
-            retained: retained::take(),
-            post_mortem,
             memory: spare::take(),
             board: PhantomData,
         }
-    }
-
-    /// Returns the pattern of late heartbeats of this chip, for
-    /// [`Slave::with_late_heartbeats`](ecss_can::node::Slave::with_late_heartbeats).
-    ///
-    /// The pattern is the CRC-32C of the unique ID (96 bits). Two IDs that differ within 32 consecutive bits have different CRCs.
-    /// Chips of one wafer differ in their coordinates, which are the first 32 bits (RM0090 39.1). The parameter store already
-    /// contains this CRC.
-    pub fn late_heartbeats() -> u32 {
-        let mut crc = Crc::new();
-        crc.update(&embassy_stm32::uid::uid());
-        crc.value()
     }
 }
 
 impl<B: 'static> Platform for Board<B> {
     type Port = Port<Edges>;
     type Clock = Uptime;
+}
+
+/// What the node of this board uses beside ports and clock.
+fn hardware(store: Option<&'static mut (dyn ParameterStore + Send)>, post_mortem: PostMortem) -> Hardware {
+    let mut hardware = Hardware::default();
+    hardware.store = store;
+    hardware.retained = Some(retained::take());
+    hardware.post_mortem = post_mortem;
+    hardware.late_heartbeats = late_heartbeats();
+    hardware
+}
+
+/// Returns the pattern of late heartbeats of this chip: the CRC-32C of the unique ID (96 bits). Two IDs that differ within 32
+/// consecutive bits have different CRCs. Chips of one wafer differ in their coordinates, which are the first 32 bits (RM0090 39.1).
+/// The parameter store already contains this CRC.
+fn late_heartbeats() -> u32 {
+    let mut crc = Crc::new();
+    crc.update(&embassy_stm32::uid::uid());
+    crc.value()
 }
 
 /// Opens the parameter store, which may take seconds: see [`store::open`].
@@ -125,7 +121,6 @@ fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore
 struct Identity {
     node_id: Result<NodeId, NoNodeId>,
     straps: Result<NodeId, StrapError>,
-    is_maintenance: bool,
 }
 
 /// The straps: bits 0 to 3, parity, maintenance mode. They are read after a reset `from_outside`, and are as they were else (ECSS
@@ -139,9 +134,10 @@ fn identity(
 ) -> Identity {
     let bits = strap_bits(straps, hclk, from_outside);
     let straps = straps::node_id(bits);
-    Identity {
-        node_id: identity::node_id(straps::of_slave(straps), store.and_then(|store| store.node_id())),
-        straps,
-        is_maintenance: bits >> 5 != 0,
-    }
+    let node_id = if bits >> 5 != 0 {
+        Ok(MAINTENANCE)
+    } else {
+        identity::node_id(straps::of_slave(straps), store.and_then(|store| store.node_id()))
+    };
+    Identity { node_id, straps }
 }

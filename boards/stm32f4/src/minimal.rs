@@ -3,7 +3,7 @@
 use core::marker::PhantomData;
 
 use ecss_can::link::bit_timing::BitTiming;
-use ecss_can::runner::Platform;
+use ecss_can::runner::{Connection, Platform};
 use ecss_can::types::{NodeId, PerBus};
 
 use crate::Uptime;
@@ -17,10 +17,9 @@ use crate::straps::{self, StrapError};
 ///
 /// A program that panics, faults or hangs is reset, and its controllers are silent from then on until it has started again.
 pub struct MinimalBoard<B> {
-    /// The CAN controllers, off their buses.
-    pub ports: PerBus<Port<Interrupts>>,
-    /// Time since power-on.
-    pub clock: Uptime,
+    /// The CAN controllers, off their buses, and the time since power-on: for
+    /// [`Resources::start`](ecss_can::runner::Resources::start).
+    pub connection: Connection<PerBus<Port<Interrupts>>, Uptime>,
     /// The LEDs, dark.
     pub leds: Leds,
     /// Node-ID from the straps.
@@ -41,7 +40,12 @@ impl<B: BoardSpec> MinimalBoard<B> {
         let nominal = Port::new(nominal, irqs, timing, Interrupts);
         let redundant = Port::new(redundant, irqs, timing, Interrupts);
         let ports = PerBus { nominal, redundant };
-        MinimalBoard { ports, clock: Uptime, leds: Leds::new(leds), node_id, board: PhantomData }
+        MinimalBoard {
+            connection: Connection { ports, clock: Uptime },
+            leds: Leds::new(leds),
+            node_id,
+            board: PhantomData,
+        }
     }
 }
 

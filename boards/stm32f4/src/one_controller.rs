@@ -4,7 +4,7 @@ use core::marker::PhantomData;
 
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::one_controller::{OneController, Side, TransceiverSwitch};
-use ecss_can::runner::Platform;
+use ecss_can::runner::{Connection, Platform};
 use ecss_can::types::{Bus, NodeId, PerBus};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
@@ -21,12 +21,11 @@ use crate::straps::{self, StrapError};
 /// As [`MinimalBoard`](crate::MinimalBoard), with CAN1 alone: an output pin selects the transceiver of the nominal bus (low) or of
 /// the redundant one (high). CAN2 stays in reset.
 ///
-/// The node has selective access: [`Numbers::on_one_bus`](ecss_can::node::minimal::Numbers::on_one_bus).
+/// The node has selective access: [`on_one_bus`](ecss_can::node::minimal::MinimalSlaveBuilder::on_one_bus).
 pub struct OneControllerBoard<B> {
-    /// The CAN controller as the port of each bus, off both.
-    pub ports: PerBus<SharedPort>,
-    /// Time since power-on.
-    pub clock: Uptime,
+    /// The CAN controller as the port of each bus, off both, and the time since power-on: for
+    /// [`Resources::start`](ecss_can::runner::Resources::start).
+    pub connection: Connection<PerBus<SharedPort>, Uptime>,
     /// The LEDs, dark.
     pub leds: Leds,
     /// Node-ID from the straps.
@@ -50,7 +49,12 @@ impl<B: BoardSpec> OneControllerBoard<B> {
         let node_id =
             straps::node_id(strap_bits([bit_0, bit_1, bit_2, bit_3, parity], B::HCLK, from_outside));
         let ports = share(Port::new(nominal, irqs, timing, Interrupts), switch);
-        OneControllerBoard { ports, clock: Uptime, leds: Leds::new(leds), node_id, board: PhantomData }
+        OneControllerBoard {
+            connection: Connection { ports, clock: Uptime },
+            leds: Leds::new(leds),
+            node_id,
+            board: PhantomData,
+        }
     }
 }
 

@@ -14,8 +14,8 @@ type Node = master::Node<Boards>;
 static RESOURCES: Resources<Board, Node> = Resources::new();
 static CABLES: Cables = Cables::new();
 
-boards_runtime::node_tasks!(Board, Node);
-boards_runtime::pulse_task!(Board, Node, pulses_per_second);
+boards_runtime::node_tasks!(fn spawn_node(Board, Node));
+boards_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
 
 #[embassy_executor::task]
 fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
@@ -40,16 +40,17 @@ async fn main(spawner: Spawner) {
     let timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
     let board = Board::new(board::take!(p), timing, Irqs);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
-    #[cfg(not(feature = "standby"))]
-    let master = || mission::master(PROFILE, board.store);
     #[cfg(feature = "standby")]
     let Some(strap) = boards_stm32f4::straps::master_board(board.straps) else {
         return defmt::error!("straps of neither master board, staying silent");
     };
-    #[cfg(feature = "standby")]
-    let master = || mission::master_of_two(PROFILE, strap, board.store);
-    let (master, events, runners) = RESOURCES.start(master, board.ports, board.clock, &DIAGNOSTICS);
-    master.set_post_mortem(board.post_mortem);
+    let master = || {
+        let master = mission::master(PROFILE).hardware(board.hardware);
+        #[cfg(feature = "standby")]
+        let master = master.one_of_two(strap);
+        master.build()
+    };
+    let (master, events, runners) = RESOURCES.start(master, board.connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, master);
     spawner.spawn(cables(master).unwrap());

@@ -13,7 +13,7 @@ pub fn run() -> ExitCode {
     host::run(
         "Run the application of the master beside three plain slaves on mock buses",
         |spacecraft, console| {
-            let (master, events) = spacecraft.power_on(|| mission::master(PROFILE, None));
+            let (master, events) = spacecraft.power_on(|| mission::master(PROFILE).build());
             for id in SLAVES {
                 host::slave(spacecraft, PROFILE, id);
             }

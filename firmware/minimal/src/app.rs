@@ -3,7 +3,7 @@
 use board::Spec;
 use boards_runtime::Irqs;
 use boards_stm32f4::{DIAGNOSTICS, supervised};
-use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use minimal::Application;
@@ -19,12 +19,12 @@ type Node = MinimalSlave<Shipped>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
-boards_runtime::node_tasks!(Board, Node);
+boards_runtime::node_tasks!(fn spawn_node(Board, Node));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards_stm32f4::start::<Spec>();
-    let Board { ports, clock, leds, node_id, .. } =
+    let Board { connection, leds, node_id, .. } =
         Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) =
@@ -33,14 +33,13 @@ async fn main(spawner: Spawner) {
         return;
     };
     defmt::info!("minimal slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let slave = || MinimalSlave::new(id, numbers(id), Shipped::new());
-    let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &DIAGNOSTICS);
+    let slave = || {
+        let slave = MinimalSlave::builder(id, PROFILE, Shipped::new());
+        #[cfg(feature = "one-controller")] // on one bus at a time, whatever the profile says of this node
+        let slave = slave.on_one_bus();
+        slave.build()
+    };
+    let (slave, events, runners) = RESOURCES.start(slave, connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
     supervised("application", Application::new(slave, events, leds).run()).await
-}
-
-/// One controller is on one bus at a time, whatever the profile says of this node.
-fn numbers(id: NodeId) -> Numbers {
-    let numbers = Numbers::of(PROFILE, id);
-    if cfg!(feature = "one-controller") { numbers.on_one_bus() } else { numbers }
 }

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::NodeId;
 use minimal::Application;
@@ -25,8 +25,8 @@ pub fn run() -> ExitCode {
         |spacecraft, console| {
             host::master(spacecraft, WITH_MINIMAL, NODE, console);
             host::slave(spacecraft, WITH_MINIMAL, SLAVE);
-            let numbers = Numbers::of(WITH_MINIMAL, NODE);
-            let (slave, events) = spacecraft.power_on(|| MinimalSlave::new(NODE, numbers, Shipped::new()));
+            let slave = MinimalSlave::builder(NODE, WITH_MINIMAL, Shipped::new());
+            let (slave, events) = spacecraft.power_on(|| slave.build());
             spacecraft.spawn(Application::new(slave, events, host::PrintedIndicators::new(console)).run());
         },
     )

@@ -21,9 +21,7 @@ mod profiles;
 mod record;
 
 pub use indicators::Indicators;
-pub use master::{
-    Boards, CableMeasurement, CommanderObjects, Received, SLAVES, master, master_of_two, received, slot,
-};
+pub use master::{Boards, CableMeasurement, CommanderObjects, Received, SLAVES, master, received, slot};
 pub use message::{Command, Request, Telemetry};
 pub use objects::{MissionObjects, Outgoing, REQUEST, TELECOMMAND, Telecommand, TelemetryRequest, slave};
 pub use payload::Message;

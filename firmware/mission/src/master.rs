@@ -1,14 +1,14 @@
 //! The master of the demonstration mission: it commands each slave, and receives its telemetry and its local time.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME_PDO, MASTER_TIME, Master};
+use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME_PDO, MASTER_TIME, Master, MasterBuilder};
 use ecss_can::od::{Objects, Record};
 use ecss_can::pdo::{PdoObjects, PdoSet, ReceivedPdo, Rpdo};
 use ecss_can::profile::Profile;
 #[cfg(not(feature = "standby"))]
 use ecss_can::redundancy::OneBoard;
-use ecss_can::redundancy::{Strap, TwoBoards};
-use ecss_can::store::ParameterStore;
+#[cfg(feature = "standby")]
+use ecss_can::redundancy::TwoBoards;
 use ecss_can::types::{NodeId, Scet};
 
 use crate::{Message, MissionObjects};
@@ -121,21 +121,9 @@ pub type Boards = OneBoard;
 #[cfg(feature = "standby")]
 pub type Boards = TwoBoards;
 
-/// The master of the mission, with a parameter store if its board has one.
-pub fn master(
-    profile: &Profile,
-    store: Option<&'static mut (dyn ParameterStore + Send)>,
-) -> Master<CommanderObjects> {
-    Master::new(profile, CommanderObjects::default(), store)
-}
-
-/// One of two masters of the mission, `strap` says which one; with a parameter store if its board has one.
-pub fn master_of_two(
-    profile: &Profile,
-    strap: Strap,
-    store: Option<&'static mut (dyn ParameterStore + Send)>,
-) -> Master<CommanderObjects, TwoBoards> {
-    Master::of_two(profile, strap, CommanderObjects::default(), store)
+/// The master of the mission, to be built: the only one, or [`one_of_two`](MasterBuilder::one_of_two).
+pub fn master(profile: &Profile) -> MasterBuilder<'_, CommanderObjects> {
+    Master::builder(profile, CommanderObjects::default())
 }
 
 /// Content of a receive PDO of the master.

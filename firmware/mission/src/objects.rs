@@ -1,7 +1,7 @@
 //! Objects of the demonstration mission's slaves, and how their PDOs carry them.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME, SPACECRAFT_TIME, Slave};
+use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME, SPACECRAFT_TIME, Slave, SlaveBuilder};
 use ecss_can::od::{Domain, Objects, Record, U40, U48};
 use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
@@ -122,12 +122,12 @@ impl From<Message> for Outgoing {
     }
 }
 
-/// A slave of the mission; `memory` is its data store.
+/// A slave of the mission, to be built; `memory` is its data store.
 pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
     id: NodeId,
     profile: &Profile,
     memory: S,
-) -> Slave<MissionObjects<S>> {
+) -> SlaveBuilder<'_, MissionObjects<S>> {
     let application = MissionObjects { store: Domain::new(memory), ..Default::default() };
-    Slave::new(id, profile, application)
+    Slave::builder(id, profile, application)
 }

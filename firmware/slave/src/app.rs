@@ -4,7 +4,6 @@ use board::Spec;
 use boards_runtime::Irqs;
 use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
-use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 use slave::{Application, Node, pulses_per_second};
@@ -13,8 +12,8 @@ type Board = boards_stm32f4::Board<Spec>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
-boards_runtime::node_tasks!(Board, Node);
-boards_runtime::pulse_task!(Board, Node, pulses_per_second);
+boards_runtime::node_tasks!(fn spawn_node(Board, Node));
+boards_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -23,21 +22,12 @@ async fn main(spawner: Spawner) {
     let board = Board::new(board::take!(p), timing, Irqs);
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let id = match board.node_id {
-        _ if board.is_maintenance => MAINTENANCE,
         Ok(id) => id,
         Err(error) => return defmt::error!("no Node-ID by straps and store: {}, staying silent", error),
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let slave = || {
-        let slave = mission::slave(id, PROFILE, board.memory).with_late_heartbeats(Board::late_heartbeats());
-        if board.is_maintenance {
-            slave.in_maintenance(board.store)
-        } else {
-            slave.with_retained(board.retained).with_store(board.store)
-        }
-    };
-    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
-    slave.set_post_mortem(board.post_mortem);
+    let slave = || mission::slave(id, PROFILE, board.memory).hardware(board.hardware).build();
+    let (slave, events, runners) = RESOURCES.start(slave, board.connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
     spawn_pulses(spawner, board.pulse, slave);
     supervised("application", Application::new(slave, events, board.leds).run()).await

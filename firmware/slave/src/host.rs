@@ -14,7 +14,8 @@ pub fn run() -> ExitCode {
         "Run the application of the slave, node 2, beside a plain master on mock buses",
         |spacecraft, console| {
             host::master(spacecraft, PROFILE, NODE, console);
-            let (slave, events) = spacecraft.power_on(|| mission::slave(NODE, PROFILE, host::memory()));
+            let (slave, events) =
+                spacecraft.power_on(|| mission::slave(NODE, PROFILE, host::memory()).build());
             spacecraft.spawn(Application::new(slave, events, host::PrintedIndicators::new(console)).run());
         },
     )

@@ -38,7 +38,7 @@ impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
     pub fn new(awaited: CobId) -> anyhow::Result<Self> {
         let application = Application { block: Domain::new(vec![0; BLOCK]), ..Application::default() };
         let mut harness = Harness {
-            slave: Slave::new(NODE, &Profile::DEFAULT, application),
+            slave: Slave::builder(NODE, &Profile::DEFAULT, application).build(),
             out: Outbox::new(),
             now: Instant::ZERO,
             beat: Instant::ZERO,

@@ -50,7 +50,7 @@
 //! let clock = ManualClock::new();
 //! let port = LoopbackPort::new(&clock);
 //! let slave = || CanopenSlave::new(NodeId::of::<3>(), &Settings::DEFAULT, Thermometer::default());
-//! let (slave, _events, runners) = NODE.start(slave, port.clone(), clock, &DIAGNOSTICS);
+//! let (slave, _events, runners) = NODE.start(slave, Connection { ports: port.clone(), clock }, &DIAGNOSTICS);
 //! let mut tasks = Tasks::default(); // on a board: one task for each runner
 //! tasks.spawn_single(runners);
 //! tasks.run();

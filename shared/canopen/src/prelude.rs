@@ -8,6 +8,7 @@ pub use crate::node::{CanopenSlave, Communication, Device, DeviceNode, Event, Id
 pub use crate::od::{Domain, Enumeration, Objects, Record, eds};
 pub use crate::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, PdoValues, ReceivedPdo};
 pub use crate::runner::{
-    BusRunner, Clock, Diagnostics, DueRunner, EventSource, Events, Handle, Platform, Single, SingleRunners,
+    BusRunner, Clock, Connection, Diagnostics, DueRunner, EventSource, Events, Handle, Platform, Single,
+    SingleRunners,
 };
 pub use crate::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};

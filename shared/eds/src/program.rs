@@ -20,7 +20,7 @@ use crate::{Commissioning, Description, Device};
 pub fn slave_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Device) -> ExitCode {
     let sheet = Device { boot_up_slave: true, ..sheet };
     program(&with_bit_rate(sheet, profile), |id| {
-        let mut objects = Slave::new(id, profile, D::default()).into_objects();
+        let mut objects = Slave::builder(id, profile, D::default()).build().into_objects();
         // Boards have a parameter store.
         (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects
@@ -32,7 +32,7 @@ pub fn master_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Devic
     let id = NodeId::MASTER.get();
     let sheet = Device { boot_up_master: true, nodes: id..=id, ..sheet };
     program(&with_bit_rate(sheet, profile), |_| {
-        let mut objects = Master::new(profile, D::default(), None).into_objects();
+        let mut objects = Master::builder(profile, D::default()).build().into_objects();
         (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects
     })

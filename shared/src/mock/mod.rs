@@ -22,8 +22,9 @@
 //! static RESOURCES: Resources<MockBoard, Slave<Bare>> = Resources::new();
 //! let clock = ManualClock::new();
 //! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
-//! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
-//! let (_, mut events, runners) = RESOURCES.start(slave, ports.clone(), clock.clone(), &DIAGNOSTICS);
+//! let slave = || Slave::builder(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default()).build();
+//! let connection = Connection { ports: ports.clone(), clock: clock.clone() };
+//! let (_, mut events, runners) = RESOURCES.start(slave, connection, &DIAGNOSTICS);
 //!
 //! let mut tasks = Tasks::new(runners);
 //! tasks.run();

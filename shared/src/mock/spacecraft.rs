@@ -6,8 +6,7 @@ use core::future::Future;
 
 use super::{LoopbackPort, ManualClock, MockBoard, Tasks};
 use crate::node::Node;
-use crate::runner::Clock;
-use crate::runner::{Diagnostics, Events, Handle, Resources};
+use crate::runner::{Clock, Connection, Diagnostics, Events, Handle, Resources};
 use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// Several nodes on two buses. All have the same clock.
@@ -31,8 +30,9 @@ use crate::types::{Bus, Frame, Instant, PerBus};
 /// #     const PDOS: PdoSet = PdoSet::NONE;
 /// # }
 /// let mut spacecraft = MockSpacecraft::new();
-/// let (master, _) = spacecraft.power_on(|| Master::new(&Profile::DEFAULT, Bare::default(), None));
-/// let (slave, _) = spacecraft.power_on(|| Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default()));
+/// let (master, _) = spacecraft.power_on(|| Master::builder(&Profile::DEFAULT, Bare::default()).build());
+/// let slave = Slave::builder(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
+/// let (slave, _) = spacecraft.power_on(|| slave.build());
 ///
 /// spacecraft.run_until(Instant::from_micros(2_000_000));
 /// assert!(master.may_command(NodeId::of::<3>()));
@@ -92,7 +92,8 @@ impl MockSpacecraft {
         self.nodes.push(ports.clone());
         let resources: &'static Resources<MockBoard, N> = Box::leak(Box::new(Resources::new()));
         let diagnostics: &'static Diagnostics = Box::leak(Box::new(Diagnostics::new()));
-        let (handle, events, runners) = resources.start(node, ports, self.clock.clone(), diagnostics);
+        let (handle, events, runners) =
+            resources.start(node, Connection { ports, clock: self.clock.clone() }, diagnostics);
         self.tasks.spawn_node(runners);
         (handle, events)
     }

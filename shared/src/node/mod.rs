@@ -26,7 +26,7 @@
 //! #     const PDOS: PdoSet = PdoSet::NONE;
 //! # }
 //!
-//! let mut slave = Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
+//! let mut slave = Slave::builder(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default()).build();
 //! let mut out = Outbox::new();
 //! slave.start(&mut Turn::new(Instant::ZERO, &mut out));
 //!
@@ -50,6 +50,7 @@
 mod device;
 mod events;
 mod extension;
+mod hardware;
 mod index;
 mod master;
 mod master_api;
@@ -75,11 +76,12 @@ pub use async_canopen::node::{
 };
 pub use device::{DeviceTime, SpacecraftDevice, TimeKeeper};
 pub use events::SpacecraftEvent;
-pub use master::{Master, MasterObjects};
+pub use hardware::Hardware;
+pub use master::{Master, MasterBuilder, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use network_objects::{MasterRole, NetworkObjects, Ranging};
 pub use objects::{NodeObjects, assert_device};
-pub use slave::Slave;
+pub use slave::{Slave, SlaveBuilder};
 pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
 pub use status::Status;

@@ -1,6 +1,7 @@
 //! A slave node.
 
 mod budget;
+mod builder;
 mod bus_events;
 #[cfg(test)]
 mod flipped;
@@ -8,6 +9,8 @@ mod maintenance;
 mod objects;
 mod redundancy;
 mod retained;
+
+pub use builder::SlaveBuilder;
 
 use async_canopen::node::extend::{BusCounters, Part, SlaveCore, Timed};
 
@@ -21,7 +24,6 @@ use crate::node::services::TimeServices;
 use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
-use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Scet};
@@ -44,9 +46,8 @@ pub struct Slave<D: SpacecraftDevice> {
 }
 
 impl<D: SpacecraftDevice> Slave<D> {
-    /// Makes a slave before power-on. `id` is 2 to 126, or 127 for [`Slave::in_maintenance`].
     #[inline(never)] // places on a small stack are reached by short instructions
-    pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
+    fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
         Slave {
             canopen: SlaveCore::new(
@@ -66,29 +67,6 @@ impl<D: SpacecraftDevice> Slave<D> {
             initial: redundancy,
             stamped: profile.stamped,
         }
-    }
-
-    /// Adds the parameter store of a board that has one: objects 1010h and 1011h work, and the stored parameters apply from
-    /// power-on. `None`: the slave saves nothing.
-    #[must_use]
-    pub fn with_store(mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
-        if let Some(store) = store {
-            self.show_node_id(store);
-            self.canopen.services.dictionary.stored.store = Some(store);
-            self.load_all();
-        }
-        self
-    }
-
-    /// Sends some heartbeats late, by [`Profile::late_heartbeat`]. Each heartbeat takes the next bit of `pattern`
-    /// and is late if the bit is set. The default is zero: no heartbeat is late.
-    ///
-    /// Give each chip another pattern, such as a CRC-32 of its unique ID. By it two boards with one Node-ID find
-    /// each other when they boot together with equal clocks (EMCY 8150h).
-    #[must_use]
-    pub fn with_late_heartbeats(mut self, pattern: u32) -> Self {
-        self.canopen.control.no_sooner().set_pattern(pattern);
-        self
     }
 
     /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.

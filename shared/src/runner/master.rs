@@ -3,7 +3,7 @@
 use super::cable::{Cable, Measurement};
 use super::extend::{Waiter, WholeNode};
 use super::{Handle, Outside, Platform};
-use crate::emcy::{ActiveError, PostMortem};
+use crate::emcy::ActiveError;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{Master, MasterRequest, Refusal, SelfTest, SpacecraftDevice, Status};
 use crate::pdo::{Pdo, PdoValues};
@@ -85,10 +85,6 @@ pub trait MasterHandle {
 
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     fn report_self_test(&self, result: SelfTest);
-
-    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An emergency
-    /// follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
-    fn set_post_mortem(&self, record: PostMortem);
 
     /// Sends a transmit PDO of the device of the master by its transmission type, even if its content has not changed.
     ///
@@ -206,10 +202,6 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> MasterHandle for Handle<
 
     fn report_self_test(&self, result: SelfTest) {
         self.with(|master, now| master.report_self_test(result, now));
-    }
-
-    fn set_post_mortem(&self, record: PostMortem) {
-        self.with(|master, _| master.set_post_mortem(record));
     }
 
     fn send<T>(&self, pdo: Pdo<D, T>) -> Result<(), Refusal> {

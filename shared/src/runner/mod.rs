@@ -33,8 +33,8 @@
 //!
 //! let clock = ManualClock::new();
 //! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
-//! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
-//! let (slave, mut events, runners) = RESOURCES.start(slave, ports, clock, &DIAGNOSTICS);
+//! let slave = || Slave::builder(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default()).build();
+//! let (slave, mut events, runners) = RESOURCES.start(slave, Connection { ports, clock }, &DIAGNOSTICS);
 //!
 //! let mut tasks = Tasks::new(runners); // on a board: `runners.nominal.run().await` in a task, and so on
 //! tasks.run();

@@ -2,7 +2,6 @@
 
 use super::extend::WholeNode;
 use super::{Handle, Outside, Platform};
-use crate::emcy::PostMortem;
 use crate::node::{DeviceNode, ParallelAccess, SelfTest, Slave, SpacecraftDevice, Status};
 use crate::pdo::Pdo;
 use crate::types::Bus;
@@ -28,10 +27,6 @@ pub trait SlaveHandle {
 
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     fn report_self_test(&self, result: SelfTest);
-
-    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An emergency
-    /// follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
-    fn set_post_mortem(&self, record: PostMortem);
 
     /// Sends a transmit PDO of the device by its transmission type, even if its content has not changed. Refuses it,
     /// and counts that on the active bus, unless the slave is Operational and the PDO is in the set of the device and valid.
@@ -60,10 +55,6 @@ impl<B: Platform, D: SpacecraftDevice> SlaveHandle for Handle<B, Slave<D>> {
 
     fn report_self_test(&self, result: SelfTest) {
         self.with(|slave, now| slave.report_self_test(result, now));
-    }
-
-    fn set_post_mortem(&self, record: PostMortem) {
-        self.with(|slave, _| slave.set_post_mortem(record));
     }
 
     fn send<T>(&self, pdo: Pdo<D, T>) {

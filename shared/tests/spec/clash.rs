@@ -116,8 +116,8 @@ fn heartbeat_heard_while_its_own_waits_makes_no_elder() {
 
 /// A slave whose heartbeats are all late, 700 ms after its boot-up: the next one is due at 700 ms, and goes out 540 us later.
 fn late_slave() -> Bench<TestSlave> {
-    let slave = instrument::slave(node(5), &STANDARD, vec![0; 1024]).with_late_heartbeats(u32::MAX);
-    let mut slave = Bench::new(slave);
+    let slave = instrument::builder(node(5), &STANDARD, vec![0; 1024]).late_heartbeats(u32::MAX);
+    let mut slave = Bench::new(slave.build());
     slave.transmitted(NOMINAL, frame(0x705, &[0]));
     for at in (50..=650).step_by(100) {
         slave.run_until(ms(at));

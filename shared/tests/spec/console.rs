@@ -93,8 +93,13 @@ impl Device for Console {
     }
 }
 
-pub fn master(profile: &Profile, store: Option<&'static mut (dyn ParameterStore + Send)>) -> Master<Console> {
-    Master::new(profile, Console::default(), store)
+pub fn master(profile: &Profile) -> Master<Console> {
+    Master::builder(profile, Console::default()).build()
+}
+
+/// The same with a parameter store.
+pub fn master_with(profile: &Profile, store: &'static mut (dyn ParameterStore + Send)) -> Master<Console> {
+    Master::builder(profile, Console::default()).store(store).build()
 }
 
 /// Sends a command of these bytes to one of slaves 2 to 9.

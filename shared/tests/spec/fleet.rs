@@ -132,7 +132,7 @@ impl Fleet {
 
     /// A master, or the master again after a reset.
     fn power_master(&mut self, profile: &Profile) {
-        let master = console::master(profile, None);
+        let master = console::master(profile);
         let filters = master.filters();
         let mut station = Station::new(self.now, master, filters);
         if let Some(old) = &self.master {

@@ -2,7 +2,7 @@
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Slave};
+use ecss_can::node::{Communication, Device, Identity, Slave, SlaveBuilder};
 use ecss_can::od::{Domain, Objects, Record, U48};
 use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -123,8 +123,13 @@ pub struct Outgoing {
     pub data: U48,
 }
 
-/// An instrument with this block.
-pub fn slave(id: NodeId, profile: &Profile, memory: Vec<u8>) -> Slave<Instrument> {
+/// An instrument with this block, to be built.
+pub fn builder(id: NodeId, profile: &Profile, memory: Vec<u8>) -> SlaveBuilder<'_, Instrument> {
     let application = Instrument { store: Domain::new(memory), ..Instrument::default() };
-    Slave::new(id, profile, application)
+    Slave::builder(id, profile, application)
+}
+
+/// An instrument with this block, without a parameter store.
+pub fn slave(id: NodeId, profile: &Profile, memory: Vec<u8>) -> Slave<Instrument> {
+    builder(id, profile, memory).build()
 }

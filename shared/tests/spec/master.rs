@@ -15,7 +15,7 @@ use crate::console;
 use crate::instrument::STANDARD;
 
 fn powered(profile: &Profile) -> Bench<Master> {
-    Bench::new(console::master(profile, None))
+    Bench::new(console::master(profile))
 }
 
 /// The question who a node is: its device type, 1000h.
@@ -66,7 +66,7 @@ fn filters_are_function_codes_of_slaves_and_own_sdo_server() {
     let id = |raw| CobId::new(raw).unwrap();
     let mut expected = [0x701, 0x381, 0x181, 0x581, 0x080].map(|raw| Filter::function(id(raw))).to_vec();
     expected.push(Filter::exact(id(0x601)));
-    let filters: Vec<Filter> = console::master(&STANDARD, None).filters().into_iter().collect();
+    let filters: Vec<Filter> = console::master(&STANDARD).filters().into_iter().collect();
     assert!(filters.iter().all(|filter| expected.contains(filter)), "{filters:?}");
     assert!(expected.iter().all(|filter| filters.contains(filter)), "{filters:?}");
 }

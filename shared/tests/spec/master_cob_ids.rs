@@ -36,7 +36,7 @@ fn assert_cob_id_in_use(at: Address, entry: u32) {
     const TWO: NodeId = NodeId::of::<2>();
     const PROFILE: Profile =
         Profile { slaves: &[AssignedSlave { node: TWO, mandatory: false, expected: ANY }], ..STANDARD };
-    let mut master: Bench<Master> = Bench::new(console::master(&PROFILE, None));
+    let mut master: Bench<Master> = Bench::new(console::master(&PROFILE));
     master.run_until(ms(1));
     master.receive(NOMINAL, 0x702, &[0x00]);
     let mut count = 0;

@@ -54,7 +54,7 @@ proptest! {
 
     #[test]
     fn before_its_deadline_a_master_has_nothing_to_do(steps in vec(step(), 1..120)) {
-        let mut master = Bench::new(console::master(&STANDARD, None));
+        let mut master = Bench::new(console::master(&STANDARD));
         for step in steps {
             match step {
                 Step::Wait { time } => master.run_until(master.now + span(time)),
@@ -75,7 +75,7 @@ proptest! {
 /// Given slaves that count and are in order, When their heartbeats go on, Then none of them makes anything due.
 #[test]
 fn heartbeats_in_order_leave_the_deadline_alone() {
-    let mut master = Bench::new(console::master(&STANDARD, None));
+    let mut master = Bench::new(console::master(&STANDARD));
     master.transmitted(NOMINAL, frame(0x701, &[0x05]));
     for node in [2, 3, 4] {
         master.receive(NOMINAL, 0x700 + node, &[5]);

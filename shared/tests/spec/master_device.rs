@@ -22,7 +22,7 @@ pub(crate) const BOOTS_TWO: Profile = Profile {
 };
 
 pub(crate) fn powered(profile: &Profile) -> Bench<Master> {
-    let mut master = Bench::new(console::master(profile, None));
+    let mut master = Bench::new(console::master(profile));
     master.run_until(ms(1));
     master.clear();
     master

@@ -1,7 +1,7 @@
 //! A master and minimal slaves (ECSS 9), one of them without heartbeat.
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
+use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Payload};
 use ecss_can::node::{MasterEvent, MasterRequest, Refusal};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId, Scet};
@@ -26,7 +26,7 @@ const MIXED: Profile = Profile {
 
 /// The heartbeat of the master was acknowledged.
 fn announced() -> Bench<Master> {
-    let mut master = Bench::new(console::master(&MIXED, None));
+    let mut master = Bench::new(console::master(&MIXED));
     master.run_until(ms(10));
     master.transmitted(NOMINAL, frame(0x701, &[0x05]));
     master.clear();
@@ -66,8 +66,7 @@ impl MinimalDevice for Echo {
 #[test]
 fn master_sends_commands_and_requests_by_each_of_four_pdos() {
     let mut master = announced();
-    let numbers = Numbers::of(&MIXED, node(SILENT));
-    let mut slave = Bench::new(MinimalSlave::new(node(SILENT), numbers, Echo::default()));
+    let mut slave = Bench::new(MinimalSlave::builder(node(SILENT), &MIXED, Echo::default()).build());
     slave.run_until(ms(1_000));
     assert_eq!(slave.frames(), [], "the profile says that it has no heartbeat");
     for (number, id) in [0x206, 0x306, 0x406, 0x506].into_iter().enumerate() {
@@ -292,7 +291,7 @@ fn sync_has_the_period_that_stands_in_the_dictionary() {
 fn sync_has_the_stored_period_after_power_on() {
     let memory = Memory::default();
     let powered = || {
-        let mut master = Bench::new(console::master(&MIXED, Some(Box::leak(Box::new(memory.clone())))));
+        let mut master = Bench::new(console::master_with(&MIXED, Box::leak(Box::new(memory.clone()))));
         master.run_until(ms(1));
         master
     };

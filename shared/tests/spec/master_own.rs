@@ -146,10 +146,10 @@ fn result_of_the_self_test_outlives_reset_communication() {
 /// Verifies: ECSS 6.4a.1, 6.4a.2
 #[test]
 fn its_last_reset_is_reported() {
-    let mut master = Bench::new(console::master(&STANDARD, None));
-    assert_eq!(read(&mut master, 0x1014, 0), 0x81);
     let record = PostMortem { cause: PostMortem::WATCHDOG, row: 3, pc: 0x0800_1234, ..PostMortem::default() };
-    master.touch(|master, _| master.set_post_mortem(record));
+    let master = Master::builder(&STANDARD, console::Console::default()).post_mortem(record).build();
+    let mut master = Bench::new(master);
+    assert_eq!(read(&mut master, 0x1014, 0), 0x81);
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     master.run_until(ms(50));
     let emergency = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x081).expect("an emergency");
@@ -173,7 +173,7 @@ const UNACKNOWLEDGED: Health =
 /// Notices: ECSS 6.5.3a: the emergency of a master goes out before its boot-up message.
 #[test]
 fn emergency_waits_for_the_boot_up_message() {
-    let mut master = Bench::new(console::master(&STANDARD, None));
+    let mut master = Bench::new(console::master(&STANDARD));
     master.run_until(ms(1));
     master.health(NOMINAL, Health { last_error: LastError::BitRecessive, ..UNACKNOWLEDGED });
     master.run_until(ms(90));
@@ -253,7 +253,7 @@ fn bus_on_which_recovery_never_ends_is_left() {
 /// Data sheets are written from the dictionary of a master that never ran.
 #[test]
 fn its_dictionary_is_there_without_it() {
-    let objects = console::master(&STANDARD, None).into_objects();
+    let objects = console::master(&STANDARD).into_objects();
     assert_eq!(objects.communication.heartbeat.time, 100);
     assert_eq!(objects.consumers.consumer_heartbeat[0], u32::from(node(2).get()) << 16 | 250);
 }

@@ -300,7 +300,7 @@ fn what_it_stores_holds_after_the_next_start() {
     let memory = Memory::default();
     let start = || {
         let store: &'static mut Memory = Box::leak(Box::new(memory.clone()));
-        let mut master = Bench::new(console::master(&STANDARD, Some(store)));
+        let mut master = Bench::new(console::master_with(&STANDARD, store));
         master.run_until(ms(1));
         master.transmitted(NOMINAL, frame(0x701, &[5]));
         master
@@ -312,7 +312,7 @@ fn what_it_stores_holds_after_the_next_start() {
         assert_eq!(write(&mut master, index, sub, value, len), Ok(()), "{index:04X}h");
     }
     assert_eq!(write(&mut master, 0x1010, 1, u32::from_le_bytes(*b"save"), 4), Ok(()));
-    let mut master = Bench::new(console::master(&STANDARD, Some(Box::leak(Box::new(memory.clone())))));
+    let mut master = Bench::new(console::master_with(&STANDARD, Box::leak(Box::new(memory.clone()))));
     let redundant = NOMINAL.other();
     assert_eq!(master.frames()[0], (redundant, frame(0x701, &[0])), "the stored Bdefault");
     assert_eq!(master.node.status(master.now).redundancy.consumer.as_millis(), 400);
@@ -346,7 +346,7 @@ impl Device for Viewer {
 /// Notices: ECSS 9.5a: an application of the master may send 781h to 7FFh.
 #[test]
 fn frames_that_no_pdo_covers_pass_both_ways() {
-    let viewer = ecss_can::node::Master::new(&STANDARD, Viewer::default(), None);
+    let viewer = ecss_can::node::Master::builder(&STANDARD, Viewer::default()).build();
     assert!(viewer.filters().contains(&Filter::function(IMAGE)));
     let mut master = Bench::new(viewer);
     let send = |master: &mut Bench<ecss_can::node::Master<Viewer>>, frame| {
@@ -373,7 +373,7 @@ fn frames_that_no_pdo_covers_pass_both_ways() {
 /// Notices: ECSS 6.5.2a: a heartbeat that the application wants as a raw frame is not consumed.
 #[test]
 fn raw_frames_do_not_hide_a_heartbeat() {
-    let mut master = Bench::new(ecss_can::node::Master::new(&STANDARD, Viewer::default(), None));
+    let mut master = Bench::new(ecss_can::node::Master::builder(&STANDARD, Viewer::default()).build());
     let node = NodeId::of::<3>();
     master.clear();
     master.receive(NOMINAL, 0x703, &[5]);

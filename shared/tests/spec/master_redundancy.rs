@@ -108,7 +108,7 @@ fn a_master_starts_on_its_stored_bdefault() {
     let powered = || {
         let store: &'static mut (dyn ecss_can::store::ParameterStore + Send) =
             Box::leak(Box::new(memory.clone()));
-        let mut master = Bench::new(console::master(&STANDARD, Some(store)));
+        let mut master = Bench::new(console::master_with(&STANDARD, store));
         master.run_until(ms(1));
         master
     };

@@ -1,16 +1,14 @@
 //! The minimal slave (ECSS 9).
 
-use ecss_can::link::access::BusAccess;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Stamp, port::Filter};
 use ecss_can::node::extend::{BusCommand, LinkEvent};
 use ecss_can::node::minimal::{
-    MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, Numbers, PDOS, Payload,
-    Trigger,
+    MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, PDOS, Payload, Trigger,
 };
 use ecss_can::node::{FailCause, Node};
 use ecss_can::pdo::CobIdOf;
-use ecss_can::profile::Profile;
+use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, CobId, Duration, Instant, NodeId};
 
@@ -130,13 +128,18 @@ impl MinimalDevice for Full {
     }
 }
 
-fn numbers() -> Numbers {
-    Numbers::of(&Profile::DEFAULT, node(5))
+/// Node 5 has no heartbeat.
+const SILENT: Profile =
+    Profile { minimal: &[MinimalNode { node: NodeId::of::<5>(), has_heartbeat: false }], ..Profile::DEFAULT };
+
+/// Node 5 with the default profile.
+fn minimal<D: MinimalDevice>(device: D) -> MinimalSlave<D> {
+    MinimalSlave::builder(node(5), &Profile::DEFAULT, device).build()
 }
 
 /// It follows the master and sends no heartbeat, so that what it sends is telemetry.
 pub fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
-    let mut bench = Bench::new(MinimalSlave::new(node(5), numbers().without_heartbeat(), D::default()));
+    let mut bench = Bench::new(MinimalSlave::builder(node(5), &SILENT, D::default()).build());
     bench.clear();
     bench
 }
@@ -147,7 +150,7 @@ pub fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
 /// Notices: ECSS 8.2.1a.2: a minimal slave with parallel access joins one bus.
 #[test]
 fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
-    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
+    let mut slave = Bench::new(minimal(Probe::default()));
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);
     assert_eq!(slave.events, [MinimalEvent::ActiveBus { bus: NOMINAL, cause: BusCause::PowerOn }]);
     slave.run_until(ms(250));
@@ -333,7 +336,7 @@ const fn sync_pdo(base: u16) -> Option<MinimalTpdo> {
 /// Notices: ECSS 9.4.3b.2: SYNC brings three PDOs at most.
 #[test]
 fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
-    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Talkative));
+    let mut slave = Bench::new(minimal(Talkative));
     slave.run_until(ms(150));
     slave.clear();
     slave.now = ms(200);
@@ -438,7 +441,7 @@ fn frame_against_the_protocol_is_dropped_and_counted() {
 /// Notices: ECSS 5.6.2a: a minimal slave does not recover a controller that is bus-off.
 #[test]
 fn no_error_makes_it_send_an_emergency() {
-    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
+    let mut slave = Bench::new(minimal(Probe::default()));
     let health = |state, tec| Health { state, tec, rec: 0, last_error: LastError::Ack };
     slave.health(NOMINAL, health(ErrorState::Passive, 128));
     slave.health(NOMINAL, health(ErrorState::BusOff, 255));
@@ -459,7 +462,7 @@ fn no_error_makes_it_send_an_emergency() {
 /// Notices: ECSS 9.4.7.2a: a slave whose controller failed sends an EMCY.
 #[test]
 fn no_condition_that_it_tells_makes_it_send_an_emergency() {
-    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
+    let mut slave = Bench::new(minimal(Cyclic::default()));
     for (at, bus) in [(50, NOMINAL), (150, NOMINAL), (170, REDUNDANT), (250, NOMINAL), (255, REDUNDANT)] {
         slave.run_until(ms(at));
         slave.receive(bus, 0x701, &[0x05]);
@@ -470,7 +473,7 @@ fn no_condition_that_it_tells_makes_it_send_an_emergency() {
     }
     slave.link(bus, LinkEvent::Stalled);
     let off = Health { state: ErrorState::BusOff, tec: 255, rec: 0, last_error: LastError::Ack };
-    for at in 0..=u64::from(numbers().bus_off.attempts) {
+    for at in 0..=u64::from(Profile::DEFAULT.bus_off.attempts) {
         slave.run_until(ms(260 + 10 * at));
         slave.health(bus, off);
         slave.health(bus, Health::default());
@@ -515,7 +518,7 @@ fn telemetry_has_neither_an_inhibit_time_nor_an_event_timer() {
     }
     assert_eq!(slave.frames(), []);
     // The heartbeat is no event timer, neither of telemetry that was asked for nor of that of SYNC.
-    let mut heard = Bench::new(MinimalSlave::new(node(5), numbers(), Cyclic::default()));
+    let mut heard = Bench::new(minimal(Cyclic::default()));
     heard.receive(NOMINAL, 0x181, &[REQUEST, 2, 7]);
     heard.receive(NOMINAL, 0x080, &[]);
     assert_eq!(heard.frames().len(), 3);
@@ -555,8 +558,8 @@ fn late_sync_brings_its_telemetry() {
 /// Notices: ECSS 8.2.1a.1: a minimal slave joins the other bus before it leaves its own.
 #[test]
 fn it_looks_for_the_masters_heartbeat_by_itself() {
-    let selective = Numbers { access: BusAccess::Selective, ..numbers() };
-    let mut slave = Bench::new(MinimalSlave::new(node(5), selective, Probe::default()));
+    const SELECTIVE: Profile = Profile { selective: &[NodeId::of::<5>()], ..Profile::DEFAULT };
+    let mut slave = Bench::new(MinimalSlave::builder(node(5), &SELECTIVE, Probe::default()).build());
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join)]);
     slave.run_until(ms(50));
     slave.receive(NOMINAL, 0x701, &[0x05]);
@@ -600,9 +603,8 @@ fn search_of_a_minimal_slave_begins_at_power_on() {
 #[test]
 fn minimal_slave_that_gave_up_stays_and_listens() {
     for (ntoggle, end, stays) in [(1, 1_000, REDUNDANT), (2, 1_500, NOMINAL)] {
-        let mut few = numbers().without_heartbeat();
-        few.redundancy.ntoggle = ntoggle;
-        let mut slave = Bench::new(MinimalSlave::new(node(5), few, Probe::default()));
+        let few = Profile { ntoggle, ..SILENT };
+        let mut slave = Bench::new(MinimalSlave::builder(node(5), &few, Probe::default()).build());
         slave.run_until(ms(end));
         assert_eq!(slave.events.last(), Some(&MinimalEvent::GaveUp { bus: stays }));
         slave.clear();
@@ -621,9 +623,8 @@ fn minimal_slave_that_gave_up_stays_and_listens() {
 #[test]
 fn minimal_slave_that_gave_up_keeps_its_heartbeat() {
     for (ntoggle, stays) in [(1, REDUNDANT), (2, NOMINAL)] {
-        let mut few = numbers();
-        few.redundancy.ntoggle = ntoggle;
-        let mut slave = Bench::new(MinimalSlave::new(node(5), few, Probe::default()));
+        let few = Profile { ntoggle, ..Profile::DEFAULT };
+        let mut slave = Bench::new(MinimalSlave::builder(node(5), &few, Probe::default()).build());
         slave.run_until(ms(1_500));
         assert_eq!(slave.events.last(), Some(&MinimalEvent::GaveUp { bus: stays }));
         slave.clear();
@@ -731,10 +732,8 @@ fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
 /// Notices: ECSS 8.3.2a: a minimal slave starts on the nominal bus.
 #[test]
 fn without_a_consumer_time_it_stays_where_it_is() {
-    let mut alone = numbers().without_heartbeat();
-    alone.redundancy.consumer = Duration::ZERO;
-    alone.redundancy.bdefault = Bus::Redundant;
-    let mut slave = Bench::new(MinimalSlave::new(node(5), alone, Probe::default()));
+    let alone = Profile { consumer: Duration::ZERO, bdefault: Bus::Redundant, ..SILENT };
+    let mut slave = Bench::new(MinimalSlave::builder(node(5), &alone, Probe::default()).build());
     assert_eq!(slave.node.deadline(), None);
     slave.run_until(ms(100_000));
     slave.receive(NOMINAL, 0x701, &[0x05]);
@@ -752,10 +751,9 @@ fn without_a_consumer_time_it_stays_where_it_is() {
 /// Notices: ECSS 5.3.3.2.3h: a minimal slave that consumes no heartbeat stays off the bus when the short is over.
 #[test]
 fn without_a_consumer_time_bus_off_is_recovered() {
-    let mut alone = numbers().without_heartbeat();
-    alone.redundancy.consumer = Duration::ZERO;
+    let alone = Profile { consumer: Duration::ZERO, ..SILENT };
     for bus in Bus::ALL {
-        let mut slave = Bench::new(MinimalSlave::new(node(5), alone, Probe::default()));
+        let mut slave = Bench::new(MinimalSlave::builder(node(5), &alone, Probe::default()).build());
         slave.clear();
         slave.health(bus, Health { state: ErrorState::BusOff, tec: 255, ..Health::default() });
         slave.run_until(ms(9));
@@ -773,12 +771,11 @@ fn without_a_consumer_time_bus_off_is_recovered() {
 #[test]
 fn filters_admit_the_heartbeat_of_the_master_with_either_access() {
     let master = Filter::exact(CobId::new(0x701).unwrap());
-    let mut alone = numbers();
-    alone.redundancy.consumer = Duration::ZERO;
-    for (numbers, is_admitted) in [(numbers(), true), (numbers().on_one_bus(), true), (alone, false)] {
-        let slave = MinimalSlave::new(node(5), numbers, Probe::default());
-        assert_eq!(slave.filters().contains(&master), is_admitted, "{numbers:?}");
-    }
+    let alone = Profile { consumer: Duration::ZERO, ..Profile::DEFAULT };
+    let builder = |profile| MinimalSlave::builder(node(5), profile, Probe::default());
+    assert!(builder(&Profile::DEFAULT).build().filters().contains(&master));
+    assert!(builder(&Profile::DEFAULT).on_one_bus().build().filters().contains(&master));
+    assert!(!builder(&alone).build().filters().contains(&master));
 }
 
 /// Verifies: ECSS 6.3a, 9.3a, 9.4.6.1a, 9.4.7.1a, 9.4.7.2a
@@ -795,16 +792,16 @@ fn its_filters_are_exact() {
     let exact = |ids: &[u16]| -> Vec<Filter> {
         ids.iter().map(|id| Filter::exact(CobId::new(*id).unwrap())).collect()
     };
-    let probe = MinimalSlave::new(node(5), numbers(), Probe::default());
+    let probe = minimal(Probe::default());
     assert_eq!(probe.filters()[..], exact(&[0x205, 0x305, 0x405, 0x505, 0x701]));
-    let cyclic = MinimalSlave::new(node(5), numbers(), Cyclic::default());
+    let cyclic = minimal(Cyclic::default());
     assert_eq!(cyclic.filters()[..], exact(&[0x181, 0x080, 0x701]));
     assert!(!cyclic.is_stamped(NOMINAL, &frame(0x080, &[])));
-    let mixed = MinimalSlave::new(node(5), numbers(), Mixed::default());
+    let mixed = minimal(Mixed::default());
     assert_eq!(mixed.filters()[..], exact(&[0x205, 0x080, 0x701]));
-    let listener = MinimalSlave::new(node(5), numbers(), Listener);
+    let listener = minimal(Listener);
     assert_eq!(listener.filters()[..], exact(&[0x205, 0x080, 0x701]));
-    let full = MinimalSlave::new(node(5), numbers(), Full);
+    let full = minimal(Full);
     assert_eq!(full.filters()[..], exact(&[0x205, 0x305, 0x405, 0x505, 0x080, 0x701]));
 }
 
@@ -843,7 +840,7 @@ fn the_state_of_its_controllers_is_told() {
     assert_eq!(slave.events, [MinimalEvent::BusStalled { bus: NOMINAL }]);
     slave.clear();
     let off = health(ErrorState::BusOff, 255);
-    for at in 1..=u64::from(numbers().bus_off.attempts) {
+    for at in 1..=u64::from(Profile::DEFAULT.bus_off.attempts) {
         slave.run_until(ms(10 * at));
         slave.health(NOMINAL, off);
         slave.health(NOMINAL, Health::default());
@@ -861,18 +858,16 @@ fn the_state_of_its_controllers_is_told() {
 /// Notices: ECSS 8.2.1a.1: a minimal slave with one controller takes heartbeats of the bus that it is not on.
 /// Notices: ECSS 8.3.2a: a minimal slave with one controller starts on the nominal bus.
 #[test]
-fn numbers_of_one_controller_are_those_of_selective_access() {
-    let one = numbers().on_one_bus();
-    assert_eq!(one, Numbers { access: BusAccess::Selective, ..numbers() });
-    let mut slave = Bench::new(MinimalSlave::new(node(5), one.without_heartbeat(), Probe::default()));
+fn slave_with_one_controller_has_selective_access() {
+    let one = |profile| MinimalSlave::builder(node(5), profile, Probe::default()).on_one_bus().build();
+    let mut slave = Bench::new(one(&SILENT));
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join)]);
     slave.receive(REDUNDANT, 0x205, &[1]);
     slave.receive(REDUNDANT, 0x701, &[5]);
     assert_eq!((slave.node.device().commands.len(), slave.node.counters()[REDUNDANT].ignored), (0, 2));
     assert_eq!(slave.node.active(), NOMINAL);
     let profile = Profile { bdefault: REDUNDANT, ..Profile::DEFAULT };
-    let one = Numbers::of(&profile, node(5)).on_one_bus();
-    let slave = Bench::new(MinimalSlave::new(node(5), one, Probe::default()));
+    let slave = Bench::new(one(&profile));
     assert_eq!(slave.controls, [(REDUNDANT, BusCommand::Join)]);
 }
 
@@ -885,7 +880,7 @@ fn its_access_is_that_of_the_profile() {
     const PROFILE: Profile = Profile { selective: &[NodeId::of::<5>()], ..Profile::DEFAULT };
     let joined = |raw| {
         let id = node(raw);
-        Bench::new(MinimalSlave::new(id, Numbers::of(&PROFILE, id), Probe::default())).controls
+        Bench::new(MinimalSlave::builder(id, &PROFILE, Probe::default()).build()).controls
     };
     assert_eq!(joined(5), [(NOMINAL, BusCommand::Join)]);
     assert_eq!(joined(6), [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);

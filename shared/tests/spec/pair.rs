@@ -30,7 +30,7 @@ fn role(role: Role, cause: RoleCause) -> MasterEvent {
 }
 
 pub fn powered(strap: Strap) -> Board {
-    Bench::new(Master::of_two(&PROFILE, strap, Console::default(), None))
+    Bench::new(Master::builder(&PROFILE, Console::default()).one_of_two(strap).build())
 }
 
 fn heartbeat() -> Frame {
@@ -50,7 +50,7 @@ fn standing_by() -> Board {
 
 /// With another device.
 fn standing_by_with<D: SpacecraftDevice>(device: D) -> Bench<Master<D, TwoBoards>> {
-    let mut board = Bench::new(Master::of_two(&PROFILE, Strap::Prime, device, None));
+    let mut board = Bench::new(Master::builder(&PROFILE, device).one_of_two(Strap::Prime).build());
     stand_by(&mut board);
     board
 }
@@ -105,7 +105,8 @@ fn taken_over() -> Board {
 fn a_board_alone_listens_silently_then_boots_on_the_default_bus() {
     for bus in Bus::ALL {
         let profile = Profile { bdefault: bus, ..PROFILE };
-        let mut board = Bench::new(Master::of_two(&profile, Strap::Prime, Console::default(), None));
+        let mut board =
+            Bench::new(Master::builder(&profile, Console::default()).one_of_two(Strap::Prime).build());
         assert_eq!(board.controls, LISTENS);
         assert_eq!(board.write((0x1017, 0), &[50, 0]), Ok(()));
         board.run_until(ms(699));
@@ -126,7 +127,8 @@ fn a_board_alone_listens_silently_then_boots_on_the_default_bus() {
 /// Verifies: ECSS 6.5.3a, 8.2.1a.2, 8.3.2a
 #[test]
 fn a_board_of_a_mission_without_a_standby_is_active_at_power_on() {
-    let mut board = Bench::new(Master::of_two(&STANDARD, Strap::Second, Console::default(), None));
+    let mut board =
+        Bench::new(Master::builder(&STANDARD, Console::default()).one_of_two(Strap::Second).build());
     board.run_until(ms(0));
     assert_eq!(board.controls, JOINS);
     assert_eq!(board.frames(), [(NOMINAL, frame(0x701, &[0])), (NOMINAL, heartbeat())]);
@@ -388,7 +390,7 @@ fn the_second_board_is_the_nmt_master_when_it_is_active() {
 #[test]
 fn the_second_board_checks_and_starts_an_assigned_slave() {
     const PAIR: Profile = Profile { standby: Some(Profile::PAIR), ..BOOTS_TWO };
-    let mut board = Bench::new(Master::of_two(&PAIR, Strap::Second, Console::default(), None));
+    let mut board = Bench::new(Master::builder(&PAIR, Console::default()).one_of_two(Strap::Second).build());
     board.run_until(ms(1_000));
     board.transmitted(NOMINAL, heartbeat());
     board.receive(NOMINAL, 0x702, &[0]);
@@ -403,7 +405,7 @@ fn the_second_board_checks_and_starts_an_assigned_slave() {
 #[test]
 fn the_second_board_reports_a_silent_slave_after_boot_time() {
     const PAIR: Profile = Profile { standby: Some(Profile::PAIR), ..BOOTS_TWO };
-    let mut board = Bench::new(Master::of_two(&PAIR, Strap::Second, Console::default(), None));
+    let mut board = Bench::new(Master::builder(&PAIR, Console::default()).one_of_two(Strap::Second).build());
     let is_told = |board: &Board| {
         board.events.iter().any(|event| matches!(event, MasterEvent::BootFailed { node: TWO, .. }))
     };
@@ -564,7 +566,7 @@ fn the_role_stands_in_2045h() {
     board.request(MasterRequest::StandBy);
     board.run_until(ms(1_800));
     assert_eq!(read(&board), (2, 0, 2));
-    assert_eq!(console::master(&STANDARD, None).objects().application.network.role.role, 2);
+    assert_eq!(console::master(&STANDARD).objects().application.network.role.role, 2);
 }
 
 #[test]

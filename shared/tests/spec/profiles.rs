@@ -16,7 +16,7 @@ use crate::bench::{node, span};
 /// Notices: ECSS 6.5.2b: 1016h of a slave does not name the master.
 #[test]
 fn a_slave_holds_the_objects_of_table_8_1() {
-    let mut objects = Slave::new(node(5), &STANDARD, Instrument::default()).into_objects();
+    let mut objects = Slave::builder(node(5), &STANDARD, Instrument::default()).build().into_objects();
     objects.extension.redundancy.parameters = (&Parameters { ctoggle: 3, ..STANDARD.redundancy() }).into();
     let values: [(u16, u8, &[u8]); 8] = [
         (0x1016, 0, &[8]),

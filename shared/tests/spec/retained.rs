@@ -54,9 +54,12 @@ impl Memories {
 
     /// The slave starts, after a reset or with power: what is in RAM is up to the test.
     fn start(&self) -> Bench<TestSlave> {
-        let store = self.store.clone().map(|store| Box::leak(Box::new(store)) as _);
-        let slave = instrument::slave(node(5), &self.profile, vec![]).with_store(store);
-        Bench::new(slave.with_retained(Box::leak(Box::new(self.ram.clone()))))
+        let slave = instrument::builder(node(5), &self.profile, vec![]);
+        let slave = slave.retained(Box::leak(Box::new(self.ram.clone())));
+        Bench::new(match self.store.clone() {
+            Some(store) => slave.store(Box::leak(Box::new(store))).build(),
+            None => slave.build(),
+        })
     }
 
     fn lose_power(&mut self) {

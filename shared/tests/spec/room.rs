@@ -52,7 +52,7 @@ impl Device for Bank {
 fn a_pdo_without_room_at_a_sync_goes_out_at_the_next_one() {
     const IDLE: usize = 17;
     let profile = Profile { autostart: true, ..STANDARD };
-    let mut slave = Bench::new(Slave::new(node(5), &profile, Bank { switches: [0; MANY] }));
+    let mut slave = Bench::new(Slave::builder(node(5), &profile, Bank { switches: [0; MANY] }).build());
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.touch(|slave, now| {
         slave.change(now, |bank| {
@@ -75,7 +75,7 @@ fn a_pdo_without_room_at_a_sync_goes_out_at_the_next_one() {
 /// then these follow after the announcement.
 #[test]
 fn commands_wait_while_the_master_holds_too_many_frames() {
-    let mut master: Bench<Master> = Bench::new(console::master(&STANDARD, None));
+    let mut master: Bench<Master> = Bench::new(console::master(&STANDARD));
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     (2..10).for_each(|node| master.receive(NOMINAL, 0x700 + node, &[NmtState::Operational.byte()]));
     master.request(MasterRequest::SwitchBus(REDUNDANT));

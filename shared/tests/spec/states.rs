@@ -38,7 +38,7 @@ impl Device for Valve {
 
 fn operational() -> Bench<Slave<Valve>> {
     let profile = Profile { autostart: true, ..STANDARD };
-    let mut slave = Bench::new(Slave::new(node(5), &profile, Valve { position: 0, pressure: 0 }));
+    let mut slave = Bench::new(Slave::builder(node(5), &profile, Valve { position: 0, pressure: 0 }).build());
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.run_until(ms(50));
     slave.clear();

@@ -295,10 +295,11 @@ pub(crate) fn world(flight: Flight) -> World {
         selective: if flight.is_selective { &[WHEEL] } else { &[] },
         ..Profile::DEFAULT
     };
-    let master = move |strap| move |_: MockBoard| Master::of_two(&profile, strap, Watcher::default(), None);
+    let master = move |strap| {
+        move |_: MockBoard| Master::builder(&profile, Watcher::default()).one_of_two(strap).build()
+    };
     let slave = move |board: MockBoard| {
-        let slave = Slave::new(board.node_id, &profile, Wheel::default());
-        slave.with_retained(board.retained).with_store(board.store)
+        Slave::builder(board.node_id, &profile, Wheel::default()).hardware(board.hardware).build()
     };
     let mut world = World::builder().master(master(Strap::Prime), idle).slave(WHEEL, slave, wheel);
     if flight.has_other {

@@ -40,7 +40,7 @@ pub fn data_sheet() -> anyhow::Result<PathBuf> {
         ..Device::new(MADE)
     };
     written("test-device", &device, |node| {
-        let mut objects = fixtures::device(node, &LIBRECUBE, Vec::new()).objects().clone();
+        let mut objects = fixtures::device(node, &LIBRECUBE, Vec::new()).build().objects().clone();
         // Boards have a parameter store.
         (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
         objects

@@ -98,7 +98,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
     let mut builder = if script.masters == 1 {
         let (all, theirs) = (ids.clone(), notes.clone());
         World::builder().master(
-            move |_| mission::master(&profile, None),
+            move |_| mission::master(&profile).build(),
             move |master, events| {
                 application::master(master, events, NodeKey::MASTER, all.clone(), theirs.clone())
             },
@@ -108,7 +108,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
             let (all, theirs) = (ids.clone(), notes.clone());
             move |master, events| application::master(master, events, key, all.clone(), theirs.clone())
         });
-        let of_two = move |strap| mission::master_of_two(&profile, strap, None);
+        let of_two = move |strap| mission::master(&profile).one_of_two(strap).build();
         let both = World::builder().master(move |_| of_two(Strap::Prime), first);
         both.board(NodeKey::SECOND_MASTER, move |_| of_two(Strap::Second), second)
     };
@@ -119,7 +119,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
             id,
             move |board| {
                 let slave = mission::slave(board.node_id, &profile, Default::default());
-                slave.with_retained(board.retained).with_store(board.store)
+                slave.hardware(board.hardware).late_heartbeats(0).build()
             },
             move |slave, events| {
                 application::slave(slave, events, id, theirs.clone(), broken == Some(Rule::Repeats), errors)

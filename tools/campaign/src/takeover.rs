@@ -82,11 +82,11 @@ fn world(Case { kbit, ppm }: Case) -> World {
     let profile =
         Box::leak(Box::new(PROFILE.at(if kbit == 125 { BitRate::KBIT_125 } else { BitRate::MBIT_1 })));
     let profile: &'static Profile = profile;
-    let of_two = move |strap| mission::master_of_two(profile, strap, None);
+    let of_two = move |strap| mission::master(profile).one_of_two(strap).build();
     let both = World::builder().master(move |_| of_two(Strap::Prime), idle);
     let both = both.board(NodeKey::SECOND_MASTER, move |_| of_two(Strap::Second), idle);
     let all = SLAVES.into_iter().fold(both, |world, id| {
-        world.slave(id, move |board| mission::slave(board.node_id, profile, Vec::new()), idle)
+        world.slave(id, move |board| mission::slave(board.node_id, profile, Vec::new()).build(), idle)
     });
     all.kbit(kbit).drift(PRIME, ppm).powered_at(SECOND, Time::NEVER).build()
 }

@@ -42,12 +42,12 @@ pub struct Assumed {
 
 /// All messages, from the highest priority.
 pub fn messages(profile: &Profile, assumed: &Assumed) -> Vec<Named> {
-    let master = mission::master(profile, None);
+    let master = mission::master(profile).build();
     let mut set = Set { profile, assumed, all: Vec::new() };
     let (sync, cycle) = set.sync(&master.objects().communication);
     set.node("master", sync, cycle, master.objects());
     for id in (2..=assumed.slaves + 1).filter_map(NodeId::new) {
-        let slave = mission::slave(id, profile, Vec::new());
+        let slave = mission::slave(id, profile, Vec::new()).build();
         let name = format!("slave {}", id.get());
         set.nmt(&name, id);
         set.sdo(&name, &slave.objects().sdo);

@@ -18,8 +18,8 @@ pub struct Options {
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Standard)]
     profile: Profile,
 
-    /// Number of slaves: nodes 2, 3, 4, ...; the master commands 14 of them [1..126]
-    #[arg(long, value_name = "N", default_value_t = 14, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=126))]
+    /// Number of slaves: nodes 2, 3, 4, ...; the master commands 14 of them [1..125]
+    #[arg(long, value_name = "N", default_value_t = 14, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=125))]
     nodes: u8,
 
     /// Bit rate in kbit/s [default: that of the profile]

@@ -5,8 +5,8 @@ use crate::{TOOLS, assert_refused};
 #[test]
 fn wrong_values_of_the_schedule_are_refused() {
     assert_refused(&[
-        ("schedule --nodes 0", &["--nodes", "1..=126"]),
-        ("schedule --nodes 127", &["--nodes", "1..=126"]),
+        ("schedule --nodes 0", &["--nodes", "1..=125"]),
+        ("schedule --nodes 126", &["--nodes", "1..=125"]),
         ("schedule --bit-rate 300", &["--bit-rate", "250, 500, 800, 1000 kbit/s"]),
         ("schedule --errors 2:0", &["--errors", "0 to 100 errors", "1 to 60000 ms"]),
         ("schedule --profile none", &["--profile", "librecube", "standard"]),

@@ -1,7 +1,7 @@
 //! The board of a node in a world.
 
+use ecss_can::node::Hardware;
 use ecss_can::runner::Platform;
-use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::NodeId;
 
 use crate::clock::MockClock;
@@ -11,14 +11,10 @@ use crate::port::BoardPort;
 pub struct MockBoard {
     /// Its straps.
     pub node_id: NodeId,
-    /// Pattern by the unique ID of its chip, another one for each board; for [`Slave::with_late_heartbeats`].
-    ///
-    /// [`Slave::with_late_heartbeats`]: ecss_can::node::Slave::with_late_heartbeats
-    pub late_heartbeats: u32,
-    /// Two words of RAM that outlive a reset.
-    pub retained: &'static mut (dyn RetainedMemory + Send),
-    /// Flash for parameters, which outlives a loss of power. It has room for sets of any length, and never fails: there is always one.
-    pub store: Option<&'static mut (dyn ParameterStore + Send)>,
+    /// For the builder of its node: flash for parameters, two words of RAM that outlive a reset, and a pattern of late heartbeats,
+    /// another one for each board. The flash outlives a loss of power, has room for sets of any length, and never fails. There is
+    /// no record of a reset.
+    pub hardware: Hardware,
 }
 
 impl Platform for MockBoard {

@@ -103,7 +103,7 @@ impl Builder {
         self
     }
 
-    /// Sets the pattern of late heartbeats of a board, [`MockBoard::late_heartbeats`]. Each board has another one by default.
+    /// Sets the pattern of late heartbeats of a board, in [`MockBoard::hardware`]. Each board has another one by default.
     ///
     /// # Panics
     /// When there is no such node.

@@ -37,8 +37,7 @@
 //! }
 //!
 //! fn heater(board: MockBoard) -> Slave<Heater> {
-//!     let heater = Slave::new(board.node_id, &PROFILE, Heater::default());
-//!     heater.with_retained(board.retained).with_store(board.store)
+//!     Slave::builder(board.node_id, &PROFILE, Heater::default()).hardware(board.hardware).build()
 //! }
 //!
 //! async fn application(heater: Handle<Slave<Heater>>, mut events: Events<Slave<Heater>>) {

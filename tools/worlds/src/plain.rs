@@ -25,5 +25,5 @@ impl Device for Plain {
 
 /// A master that boots, starts and watches its slaves, and keeps buses and time: for a world in which slaves are tested.
 pub fn plain_master(profile: &Profile) -> Master<Plain> {
-    Master::new(profile, Plain::default(), None)
+    Master::builder(profile, Plain::default()).build()
 }

@@ -4,7 +4,8 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::runner::{Diagnostics, Resources, Runners};
+use ecss_can::node::Hardware;
+use ecss_can::runner::{Connection, Diagnostics, Resources, Runners};
 use ecss_can::types::{Bus, PerBus};
 
 use crate::board::MockBoard;
@@ -109,12 +110,11 @@ impl Unit {
             diary: &self.diary,
             reset: &reset,
         };
-        let board = MockBoard {
-            node_id: self.key.node(),
-            late_heartbeats: self.late_heartbeats,
-            retained: Box::leak(Box::new(self.ram.clone())),
-            store: Some(Box::leak(Box::new(self.flash.clone()))),
-        };
+        let mut hardware = Hardware::default();
+        hardware.late_heartbeats = self.late_heartbeats;
+        hardware.retained = Some(Box::leak(Box::new(self.ram.clone())));
+        hardware.store = Some(Box::leak(Box::new(self.flash.clone())));
+        let board = MockBoard { node_id: self.key.node(), hardware };
         let node = (self.firmware)(board, &shell);
         self.powered = Some(Powered { pool, clock, diagnostics, node, reset });
     }
@@ -185,8 +185,7 @@ impl Shell<'_> {
     /// A power-on needs new memory: handles to the old node may still be in use.
     fn run<N: Member>(&self, node: impl FnOnce() -> N) -> (Handle<N>, Events<N>) {
         let resources: &Resources<MockBoard, N> = Box::leak(Box::default());
-        let (handle, events, runners) =
-            resources.start(node, self.ports(), self.clock.clone(), self.diagnostics);
+        let (handle, events, runners) = resources.start(node, self.connection(), self.diagnostics);
         let Runners { nominal, redundant, due } = runners;
         self.spawn(async { nominal.run().await });
         self.spawn(async { redundant.run().await });
@@ -194,13 +193,14 @@ impl Shell<'_> {
         (handle, Events::new(events, self.diary.clone(), self.reset.clone()))
     }
 
-    fn ports(&self) -> PerBus<BoardPort> {
-        if self.has_one_controller {
+    fn connection(&self) -> Connection<PerBus<BoardPort>, MockClock> {
+        let ports = if self.has_one_controller {
             let PerBus { nominal, redundant } = one_controller(self.ports);
             PerBus { nominal: BoardPort::Shared(nominal), redundant: BoardPort::Shared(redundant) }
         } else {
             PerBus::from_fn(|bus| BoardPort::Own(self.ports[bus].clone()))
-        }
+        };
+        Connection { ports, clock: self.clock.clone() }
     }
 
     fn spawn(&self, task: impl Future<Output = ()> + 'static) {

@@ -112,7 +112,8 @@ mod firmware {
     async fn main(_spawner: Spawner) {
         const TIMING: BitTiming = boards_stm32f4::bit_timing(&Profile::DEFAULT.network);
         let p = boards_stm32f4::start::<Spec>();
-        let Board { mut ports, leds, straps, store, .. } = Board::<Spec>::new(board::take!(p), TIMING, Irqs);
+        let Board { connection, leds, straps, hardware, .. } =
+            Board::<Spec>::new(board::take!(p), TIMING, Irqs);
         let mut failures = Failures(0);
         failures.note(
             1,
@@ -120,12 +121,13 @@ mod firmware {
             "look at the oscillator and its solder bridges",
             boards_stm32f4::check_clock::<Spec>(),
         );
+        let mut ports = connection.ports;
         check_controllers(&mut failures, &mut ports.nominal, &mut ports.redundant);
         failures.note(
             8,
             "parameter store",
             "the flash fails: replace the chip",
-            store.ok_or("no store").map(drop),
+            hardware.store.ok_or("no store").map(drop),
         );
         failures.note(
             9,

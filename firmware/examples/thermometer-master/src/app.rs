@@ -14,16 +14,15 @@ type Board = boards_stm32f4::Board<Spec>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
-boards_runtime::node_tasks!(Board, Node);
+boards_runtime::node_tasks!(fn spawn_node(Board, Node));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards_stm32f4::start::<Spec>();
-    let Board { ports, clock, store, post_mortem, .. } =
-        Board::new(board::take!(p), const { boards_stm32f4::bit_timing(&PROFILE.network) }, Irqs);
-    let master = || Master::new(&PROFILE, Ground::default(), store);
-    let (master, events, runners) = RESOURCES.start(master, ports, clock, &DIAGNOSTICS);
-    master.set_post_mortem(post_mortem);
+    let bit_timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
+    let board = Board::new(board::take!(p), bit_timing, Irqs);
+    let master = Master::builder(&PROFILE, Ground::default()).hardware(board.hardware);
+    let (master, events, runners) = RESOURCES.start(|| master.build(), board.connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
     supervised("application", application(master, events, |report| defmt::info!("{}", report))).await;
 }

@@ -24,7 +24,7 @@ type Board = boards_stm32f4::Board<Spec>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
-boards_runtime::node_tasks!(Board, Node);
+boards_runtime::node_tasks!(fn spawn_node(Board, Node));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -32,14 +32,8 @@ async fn main(spawner: Spawner) {
     let bit_timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
     let board = Board::new(board::take!(p), bit_timing, boards_runtime::Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
-    let slave = || {
-        slave(id, board.memory.split_at_mut(2048).0)
-            .with_late_heartbeats(Board::late_heartbeats())
-            .with_retained(board.retained)
-            .with_store(board.store)
-    };
-    let (slave, events, runners) = RESOURCES.start(slave, board.ports, board.clock, &DIAGNOSTICS);
-    slave.set_post_mortem(board.post_mortem);
+    let slave = || slave(id, board.memory.split_at_mut(2048).0).hardware(board.hardware).build();
+    let (slave, events, runners) = RESOURCES.start(slave, board.connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
     // The board has taken neither I2C1 nor its pins.
     let i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH5, Irqs, Default::default());

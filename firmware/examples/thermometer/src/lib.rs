@@ -167,13 +167,13 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
     }
 }
 
-/// A thermometer before power-on; `memory` holds its table.
+/// A thermometer, to be built; `memory` holds its table.
 pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
     id: NodeId,
     memory: S,
-) -> Slave<Thermometer<S>> {
+) -> SlaveBuilder<'static, Thermometer<S>> {
     let application = Thermometer { table: Domain::new(memory), ..Default::default() };
-    Slave::new(id, &PROFILE, application)
+    Slave::builder(id, &PROFILE, application)
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub fn memory() -> &'static mut [u8] {
 /// Powers on a master that each second sends node `to` a command and a telemetry request. Changes of its bus have lines
 /// on the console.
 pub fn master(spacecraft: &mut MockSpacecraft, profile: &Profile, to: NodeId, console: &Console) {
-    let (master, mut events) = spacecraft.power_on(|| crate::master(profile, None));
+    let (master, mut events) = spacecraft.power_on(|| crate::master(profile).build());
     spacecraft.spawn(async move {
         let mut sequence = Sequence::new(master.now(), COMMAND_PERIOD);
         for (turn, asked) in (1_u32..).zip(Request::ALL.into_iter().cycle()) {
@@ -49,7 +49,7 @@ pub fn master(spacecraft: &mut MockSpacecraft, profile: &Profile, to: NodeId, co
 
 /// Powers on a slave that executes commands and answers telemetry requests.
 pub fn slave(spacecraft: &mut MockSpacecraft, profile: &Profile, id: NodeId) {
-    let (slave, mut events) = spacecraft.power_on(|| crate::slave(id, profile, memory()));
+    let (slave, mut events) = spacecraft.power_on(|| crate::slave(id, profile, memory()).build());
     spacecraft.spawn(async move {
         let mut record = SlaveRecord::new();
         loop {

@@ -1,9 +1,10 @@
 //! The objects that the data sheet of a minimal slave shows (ECSS 9.2a). No node holds them, and no SDO reaches them.
 
 use ecss_can::node::Identity;
-use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalTpdo, Numbers, assert_minimal};
+use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalTpdo, assert_minimal};
 use ecss_can::od::{Objects, Record, U48};
 use ecss_can::pdo::{Mapping, StaticMapping};
+use ecss_can::profile::Profile;
 use ecss_can::types::{CobId, Duration, NodeId};
 
 use super::MinimalMission;
@@ -127,10 +128,10 @@ const NO_REMOTE: u32 = 1 << 30;
 const ON_EVENT: u8 = 254;
 
 impl MinimalObjects {
-    /// As they are hard-coded in node `id` with these numbers.
-    pub fn new(id: NodeId, numbers: &Numbers) -> MinimalObjects {
+    /// As they are hard-coded in node `id` with this profile.
+    pub fn new(id: NodeId, profile: &Profile) -> MinimalObjects {
         let mut all = MinimalObjects::default();
-        (all.consumer_heartbeat, all.producer_heartbeat) = consumer(numbers);
+        (all.consumer_heartbeat, all.producer_heartbeat) = consumer(id, profile);
         all.identity = identity(id);
         (all.rpdos, all.tpdos) = parameters(&MinimalMission::PDOS, id);
         let [first, second, third, fourth] = &mut all.rpdo_mappings;
@@ -148,10 +149,11 @@ impl MinimalObjects {
 }
 
 /// 1016h for the heartbeat of the master, and 1017h.
-pub(super) fn consumer(numbers: &Numbers) -> ([u32; 1], u16) {
+pub(super) fn consumer(id: NodeId, profile: &Profile) -> ([u32; 1], u16) {
     let milliseconds = |time: Duration| time.as_millis();
-    let consumer = milliseconds(numbers.redundancy.consumer) as u32;
-    ([u32::from(NodeId::MASTER.get()) << 16 | consumer], milliseconds(numbers.redundancy.producer) as u16)
+    let redundancy = profile.minimal_redundancy(id);
+    let consumer = milliseconds(redundancy.consumer) as u32;
+    ([u32::from(NodeId::MASTER.get()) << 16 | consumer], milliseconds(redundancy.producer) as u16)
 }
 
 pub(super) fn identity(id: NodeId) -> Identity {

@@ -59,7 +59,7 @@ impl<N: Node> Desk<N> {
 
 /// A master whose heartbeat was acknowledged, and that has heard slave 3 in Operational.
 fn flying() -> Desk<Commander> {
-    let mut desk = Desk::new(master(&STANDARD, None));
+    let mut desk = Desk::new(master(&STANDARD).build());
     let event = LinkEvent::Transmitted { frame: frame(0x701, &[5]), stamp: Stamp::interrupt(Instant::ZERO) };
     desk.node.on_link(Bus::Nominal, &event, &mut Turn::new(Instant::ZERO, &mut desk.out));
     desk.hear(frame(0x703, &[5]));
@@ -69,7 +69,7 @@ fn flying() -> Desk<Commander> {
 }
 
 fn operational() -> Desk<Obeyer> {
-    let mut desk = Desk::new(slave(node(3), &STANDARD, vec![]));
+    let mut desk = Desk::new(slave(node(3), &STANDARD, vec![]).build());
     desk.hear(frame(0x701, &[5]));
     desk.hear(frame(0x000, &[1, 3]));
     desk.sent();
@@ -165,7 +165,7 @@ fn times(objects: &PdoObjects<8, 8>) -> Vec<u32> {
 /// Notices: ECSS 7.2.2d: another PDO of the master has its time behind another object.
 #[test]
 fn spacecraft_time_is_get_at_the_master_and_set_at_each_slave() {
-    let master = master(&STANDARD, None);
+    let master = master(&STANDARD).build();
     let pdos = &master.objects().pdos;
     assert_eq!(pdos.tpdos[0].cob_id & 0x8000_07FF, 0x181);
     assert_eq!(pdos.tpdo_mappings[0].objects(), figure_7_1(0x2011));
@@ -173,7 +173,7 @@ fn spacecraft_time_is_get_at_the_master_and_set_at_each_slave() {
     let mut others = pdos.tpdo_mappings[1..].iter().flat_map(Mapping::objects);
     assert!(others.all(|object| object >> 16 != 0x2011));
     for raw in 2..=15 {
-        let slave = slave(node(raw), &STANDARD, vec![]);
+        let slave = slave(node(raw), &STANDARD, vec![]).build();
         let pdos = &slave.objects().pdos;
         assert_eq!(pdos.rpdos[0].cob_id & 0x8000_07FF, 0x181, "slave {raw}");
         assert_eq!(pdos.rpdo_mappings[0].objects(), figure_7_1(0x2010), "slave {raw}");
@@ -208,7 +208,7 @@ fn spacecraft_time_is_taken_as_figure_7_1_has_it() {
 #[test]
 fn each_slave_has_one_local_time_pdo() {
     for raw in 2..=126 {
-        let slave = slave(node(raw), &STANDARD, vec![]);
+        let slave = slave(node(raw), &STANDARD, vec![]).build();
         let pdos = &slave.objects().pdos;
         assert_eq!(times(pdos), [0x180 + u32::from(raw)], "slave {raw}");
         assert_eq!(pdos.tpdo_mappings[0].objects(), figure_7_1(0x2011), "slave {raw}");
@@ -260,7 +260,7 @@ fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
 fn type_of_the_time_is_1_to_240() {
     const RARE: Profile = Profile { time: Duration::from_millis(60_000), ..STANDARD };
     const FREQUENT: Profile = Profile { time: Duration::from_millis(50), ..STANDARD };
-    let transmission = |profile| master(profile, None).objects().pdos.tpdos[0].transmission;
+    let transmission = |profile| master(profile).build().objects().pdos.tpdos[0].transmission;
     assert_eq!([&RARE, &FREQUENT].map(transmission), [240, 1]);
 }
 
@@ -297,7 +297,7 @@ fn a_node_that_is_none_of_the_missions_is_not_commanded() {
 #[test]
 fn the_master_consumes_the_heartbeat_of_every_slave() {
     for profile in [&STANDARD, &LIBRECUBE] {
-        let entries = master(profile, None).objects().consumers.consumer_heartbeat;
+        let entries = master(profile).build().objects().consumers.consumer_heartbeat;
         let time = profile.consumer.as_millis() as u32;
         let expected: [u32; SLAVES] = core::array::from_fn(|nth| (nth as u32 + 2) << 16 | time);
         assert_eq!(entries, expected);
@@ -357,8 +357,8 @@ fn master_and_slave_have_the_objects_of_tables_8_1_and_8_2() {
             ((0x2000, 4), (0x4F, 0)),
             ((0x2000, 5), ABSENT),
         ];
-        let mut master = Desk::new(master(profile, None));
-        let mut slave = Desk::new(slave(node(3), profile, vec![]));
+        let mut master = Desk::new(master(profile).build());
+        let mut slave = Desk::new(slave(node(3), profile, vec![]).build());
         let booted =
             |id| LinkEvent::Transmitted { frame: frame(id, &[0]), stamp: Stamp::interrupt(Instant::ZERO) };
         master.node.on_link(Bus::Nominal, &booted(0x701), &mut Turn::new(Instant::ZERO, &mut master.out));

@@ -23,7 +23,8 @@
 //! let clock = ManualClock::new();
 //! let port = LoopbackPort::new(&clock);
 //! let slave = || CanopenSlave::new(NodeId::of::<3>(), &Settings::DEFAULT, Bare::default());
-//! let (_, mut events, runners) = RESOURCES.start(slave, port.clone(), clock.clone(), &DIAGNOSTICS);
+//! let connection = Connection { ports: port.clone(), clock: clock.clone() };
+//! let (_, mut events, runners) = RESOURCES.start(slave, connection, &DIAGNOSTICS);
 //!
 //! let mut tasks = Tasks::default();
 //! tasks.spawn_single(runners);

@@ -33,7 +33,7 @@
 //! let clock = ManualClock::new();
 //! let port = LoopbackPort::new(&clock);
 //! let slave = || CanopenSlave::new(NodeId::of::<3>(), &Settings::DEFAULT, Bare::default());
-//! let (slave, mut events, runners) = RESOURCES.start(slave, port, clock, &DIAGNOSTICS);
+//! let (slave, mut events, runners) = RESOURCES.start(slave, Connection { ports: port, clock }, &DIAGNOSTICS);
 //!
 //! let mut tasks = Tasks::default();
 //! tasks.spawn_single(runners); // on a board: `runners.bus.run().await` in a task, and so on
@@ -58,6 +58,7 @@
 mod alarm;
 mod bus;
 mod canopen_slave;
+mod connection;
 mod diagnostics;
 mod due;
 pub mod extend;
@@ -73,6 +74,7 @@ mod single;
 mod storage;
 
 pub use bus::BusRunner;
+pub use connection::Connection;
 pub use diagnostics::{Diagnostics, Interrupts, Stamps, Tally};
 pub use due::DueRunner;
 pub use handle::{EventSource, Events, Handle};

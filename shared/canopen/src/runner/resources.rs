@@ -2,7 +2,7 @@
 
 use super::bus::BusState;
 use super::storage::NodeStorage;
-use super::{BusRunner, Diagnostics, DueRunner, Events, Handle, Platform};
+use super::{BusRunner, Connection, Diagnostics, DueRunner, Events, Handle, Platform};
 use crate::node::Node;
 use crate::types::{Bus, PerBus};
 
@@ -28,10 +28,10 @@ impl<B: Platform, N: Node> Resources<B, N> {
     pub fn start(
         &'static self,
         node: impl FnOnce() -> N,
-        ports: PerBus<B::Port>,
-        clock: B::Clock,
+        connection: Connection<PerBus<B::Port>, B::Clock>,
         diagnostics: &'static Diagnostics,
     ) -> (Handle<B, N>, Events<B, N>, Runners<B, N>) {
+        let Connection { ports, clock } = connection;
         let buses = || PerBus {
             nominal: BusState::new(Bus::Nominal, ports.nominal),
             redundant: BusState::new(Bus::Redundant, ports.redundant),

@@ -2,7 +2,7 @@
 
 use super::bus::BusState;
 use super::storage::NodeStorage;
-use super::{BusRunner, Diagnostics, DueRunner, Events, Handle, Platform};
+use super::{BusRunner, Connection, Diagnostics, DueRunner, Events, Handle, Platform};
 use crate::node::Node;
 use crate::types::Bus;
 
@@ -27,10 +27,10 @@ impl<B: Platform, N: Node> Single<B, N> {
     pub fn start(
         &'static self,
         node: impl FnOnce() -> N,
-        port: B::Port,
-        clock: B::Clock,
+        connection: Connection<B::Port, B::Clock>,
         diagnostics: &'static Diagnostics,
     ) -> (Handle<B, N>, Events<B, N>, SingleRunners<B, N>) {
+        let Connection { ports: port, clock } = connection;
         let state = || BusState::new(Bus::Nominal, port);
         let (core, state) = self.storage.start(node, state, clock, diagnostics);
         (

@@ -4,10 +4,10 @@
 
 use std::path::Path;
 
-use ecss_can::node::minimal::Numbers;
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::od::Access;
-use ecss_can::types::NodeId;
+use ecss_can::profile::{MinimalNode, Profile};
+use ecss_can::types::{Duration, NodeId};
 use mission::LIBRECUBE;
 use mission::minimal::MinimalObjects;
 use mission::minimal::prototype::PrototypeObjects;
@@ -21,7 +21,7 @@ use crate::values::compare_fresh;
 type Objects = NodeObjects<MissionObjects<Vec<u8>>>;
 
 fn fresh(node: NodeId) -> Objects {
-    let mut objects = slave(node, &LIBRECUBE, Vec::new()).objects().clone();
+    let mut objects = slave(node, &LIBRECUBE, Vec::new()).build().objects().clone();
     // Boards have a parameter store.
     (objects.extension.storage.store, objects.extension.storage.restore) = ([1; 4], [1; 4]);
     objects
@@ -98,14 +98,13 @@ fn compare_types<D: ecss_can::od::Objects>(file: &Ini) {
 /// Notices: ECSS 9.4.7.3b.2: the data sheet has 1006h with two bytes.
 #[test]
 fn data_sheets_tell_type_and_access_of_every_value() {
-    let master = made(|_| mission::master(&LIBRECUBE, None).into_objects());
+    let master = made(|_| mission::master(&LIBRECUBE).build().into_objects());
     compare_declared::<NodeObjects<MasterObjects<CommanderObjects>>>(&master);
     compare_types::<NodeObjects<MasterObjects<CommanderObjects>>>(&master);
-    let numbers = Numbers::of(&LIBRECUBE, NodeId::of::<6>());
-    let minimal = made(|id| MinimalObjects::new(id, &numbers));
+    let minimal = made(|id| MinimalObjects::new(id, &LIBRECUBE));
     compare_declared::<MinimalObjects>(&minimal);
     compare_types::<MinimalObjects>(&minimal);
-    let prototype = made(|id| PrototypeObjects::new(id, &numbers));
+    let prototype = made(|id| PrototypeObjects::new(id, &LIBRECUBE));
     compare_declared::<PrototypeObjects>(&prototype);
     compare_types::<PrototypeObjects>(&prototype);
 }
@@ -117,14 +116,15 @@ fn data_sheets_tell_type_and_access_of_every_value() {
 #[test]
 fn data_sheet_of_a_minimal_slave_without_heartbeat_says_so() {
     let of = |file: &Ini| ["1016sub1", "1017"].map(|name| file.section(name).number("DefaultValue"));
-    let mut numbers = Numbers::of(&LIBRECUBE, NodeId::of::<6>());
-    assert_eq!(of(&made(|id| MinimalObjects::new(id, &numbers))), [1 << 16 | 2_500, 250]);
-    numbers = numbers.without_heartbeat();
-    assert_eq!(of(&made(|id| MinimalObjects::new(id, &numbers))), [1 << 16 | 2_500, 0]);
-    assert_eq!(of(&made(|id| PrototypeObjects::new(id, &numbers))), [1 << 16 | 2_500, 0]);
-    numbers.redundancy.consumer = ecss_can::types::Duration::ZERO;
-    assert_eq!(of(&made(|id| MinimalObjects::new(id, &numbers))), [1 << 16, 0]);
-    assert_eq!(of(&made(|id| PrototypeObjects::new(id, &numbers))), [1 << 16, 0]);
+    const SIX: NodeId = NodeId::of::<6>();
+    const SILENT: Profile =
+        Profile { minimal: &[MinimalNode { node: SIX, has_heartbeat: false }], ..LIBRECUBE };
+    const ALONE: Profile = Profile { consumer: Duration::ZERO, ..SILENT };
+    assert_eq!(of(&made(|_| MinimalObjects::new(SIX, &LIBRECUBE))), [1 << 16 | 2_500, 250]);
+    assert_eq!(of(&made(|_| MinimalObjects::new(SIX, &SILENT))), [1 << 16 | 2_500, 0]);
+    assert_eq!(of(&made(|_| PrototypeObjects::new(SIX, &SILENT))), [1 << 16 | 2_500, 0]);
+    assert_eq!(of(&made(|_| MinimalObjects::new(SIX, &ALONE))), [1 << 16, 0]);
+    assert_eq!(of(&made(|_| PrototypeObjects::new(SIX, &ALONE))), [1 << 16, 0]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod actions;
 mod boot;
 mod budget;
+mod builder;
 mod declared;
 mod errors;
 mod filters;
@@ -15,6 +16,7 @@ mod role;
 mod sending;
 mod transfers;
 
+pub use builder::MasterBuilder;
 pub use declared::MasterObjects;
 use declared::MasterServices;
 
@@ -34,10 +36,10 @@ use crate::emcy::ErrorReader;
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::machine::StateClashes;
-use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
+use crate::node::{Filters, FullDepth, Hardware, LinkEvent, Node, TimeKeeper};
 use crate::profile::{MinimalNode, Profile};
-use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Strap, TwoBoards};
-use crate::store::{Group, ParameterStore};
+use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard};
+use crate::store::Group;
 use crate::sync;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet, earliest};
@@ -47,7 +49,7 @@ type Turn<'a> = super::Turn<'a, MasterEvent>;
 /// Master of a spacecraft: NMT master, redundancy master, producer of SYNC and time, SDO client, CANopen device;
 /// commands and telemetry.
 ///
-/// `B` is [`TwoBoards`] if another board may take over from this one.
+/// `B` is [`TwoBoards`](crate::redundancy::TwoBoards) if another board may take over from this one.
 #[doc(alias("NMT master", "redundancy master", "SYNC producer", "time producer"))]
 #[derive(Debug)]
 pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
@@ -71,43 +73,11 @@ pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
     initial: Initial,
 }
 
-impl<D: SpacecraftDevice> Master<D> {
-    /// Makes a master before power-on. With a parameter store objects 1010h and 1011h work, and the stored
-    /// parameters apply from power-on.
-    #[inline(always)] // a copy of a master is 20 kB of stack
-    pub fn new(
-        profile: &Profile,
-        device: D,
-        store: Option<&'static mut (dyn ParameterStore + Send)>,
-    ) -> Self {
-        Master::with(OneBoard, profile, device, store)
-    }
-}
-
-impl<D: SpacecraftDevice> Master<D, TwoBoards> {
-    /// Makes one of two masters before power-on. `strap` is the number of the board (ECSS 8.1a, Figure 4-2). The
-    /// board listens first, and then becomes active or the standby. With a profile that has no numbers for two
-    /// boards ([`Profile::standby`]) it is the same as [`Master::new`].
-    #[inline(always)] // a copy of a master is 20 kB of stack
-    pub fn of_two(
-        profile: &Profile,
-        strap: Strap,
-        device: D,
-        store: Option<&'static mut (dyn ParameterStore + Send)>,
-    ) -> Self {
-        Master::with(TwoBoards::new(profile.standby, strap), profile, device, store)
-    }
-}
-
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     // One expression of calls: each part is made in its place, and a copy of a master is 20 kB of stack.
     #[inline(never)]
-    fn with(
-        boards: B,
-        profile: &Profile,
-        device: D,
-        store: Option<&'static mut (dyn ParameterStore + Send)>,
-    ) -> Self {
+    fn new(boards: B, profile: &Profile, device: D, hardware: Hardware) -> Self {
+        let Hardware { store, post_mortem, .. } = hardware;
         let initial = Initial::new(profile);
         Master {
             clashes: StateClashes::default(),
@@ -125,7 +95,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             redundancy: Timed::new(MasterRedundancy::new(boards, &objects::setup(profile))),
             services: Services::new(
                 NodeId::MASTER,
-                || initial.objects(profile, device),
+                || initial.objects(profile, device, post_mortem),
                 Stored::new(store),
                 &settings::of_profile(profile, NodeId::MASTER),
                 || State::new(profile),

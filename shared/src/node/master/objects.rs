@@ -17,7 +17,7 @@ use crate::node::index::{
     RPDO, SYNC_COB_ID, SYNC_DITHER,
 };
 use crate::node::network_objects::entry;
-use crate::node::services::{LiveServices, PostMortemServices};
+use crate::node::services::LiveServices;
 use crate::node::services::{Services, carries_time};
 use crate::node::{
     Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, SpacecraftDevice, assert_device,
@@ -69,11 +69,12 @@ impl Initial {
         &self,
         profile: &Profile,
         device: D,
+        post_mortem: PostMortem,
     ) -> NodeObjects<MasterObjects<D>> {
         const { assert_device::<MasterObjects<D>>() };
         NodeObjects {
             application: application(profile, device),
-            extension: self.spacecraft(),
+            extension: self.spacecraft(post_mortem),
             communication: self.communication::<D>(),
             consumers: self.consumers::<D>(),
             pdos: self.pdos::<D>(),
@@ -88,9 +89,10 @@ impl Initial {
         objects.pdos = self.pdos::<D>();
     }
 
-    fn spacecraft(&self) -> Spacecraft {
+    fn spacecraft(&self, post_mortem: PostMortem) -> Spacecraft {
         let mut spacecraft = Spacecraft::default();
         spacecraft.redundancy.parameters = (&self.redundancy).into();
+        spacecraft.post_mortem.record = post_mortem;
         spacecraft
     }
 
@@ -356,12 +358,6 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
         self.services.change(now, |objects| objects.extension.self_test = result);
-    }
-
-    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
-    /// emergency follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
-    pub fn set_post_mortem(&mut self, record: PostMortem) {
-        self.services.set_post_mortem(record);
     }
 }
 

@@ -1,13 +1,9 @@
 //! Events and methods between a minimal slave and its device.
 
 use super::pdos::{MinimalPdos, Payload};
-use crate::link::access::BusAccess;
-use crate::link::bus_off::BusOffPolicy;
 use crate::link::port::Health;
-use crate::profile::Profile;
 use crate::redundancy::BusCause;
-use crate::redundancy::Parameters;
-use crate::types::{Bus, Duration, Instant, NodeId};
+use crate::types::{Bus, Instant};
 
 /// Device of a minimal slave: its PDOs and its reactions.
 pub trait MinimalDevice: 'static {
@@ -26,46 +22,6 @@ pub trait MinimalDevice: 'static {
     /// Returns the payload of transmit PDO `number`, which a SYNC that ended at `at` requests. `None`: there is
     /// nothing to send.
     fn on_sync(&mut self, number: usize, at: Instant) -> Option<Payload>;
-}
-
-/// Parameters of a minimal slave, from the profile of a mission or of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Numbers {
-    /// Access of the node to its two buses.
-    pub access: BusAccess,
-    /// Parameters of the change of the bus. With a consumer time of zero the node does not change the bus and
-    /// stays on Bdefault. With a producer time of zero it sends no heartbeat.
-    pub redundancy: Parameters,
-    /// Policy for the recovery from bus-off.
-    pub bus_off: BusOffPolicy,
-    /// Lifetime of telemetry that waits for its bus.
-    pub lifetime: Duration,
-}
-
-impl Numbers {
-    /// Takes the parameters of node `id` from a profile. It follows the master's heartbeat. It sends its own
-    /// heartbeat unless [`Profile::minimal`] lists it without one.
-    pub fn of(profile: &Profile, id: NodeId) -> Numbers {
-        let is_silent = profile.minimal.iter().any(|minimal| minimal.node == id && !minimal.has_heartbeat);
-        let numbers = Numbers {
-            access: profile.access(id),
-            redundancy: profile.redundancy(),
-            bus_off: profile.bus_off,
-            lifetime: profile.event,
-        };
-        if is_silent { numbers.without_heartbeat() } else { numbers }
-    }
-
-    /// Returns the same parameters for a board with one controller: one bus at a time.
-    pub const fn on_one_bus(self) -> Numbers {
-        Numbers { access: BusAccess::Selective, ..self }
-    }
-
-    /// Returns the same parameters without a heartbeat. Other nodes notice the slave only by its telemetry.
-    pub fn without_heartbeat(self) -> Numbers {
-        Numbers { redundancy: Parameters { producer: Duration::ZERO, ..self.redundancy }, ..self }
-    }
 }
 
 /// Event that a minimal slave reports to its application. The device itself handles PDOs and SYNC: see [`MinimalDevice`].

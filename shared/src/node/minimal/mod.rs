@@ -4,7 +4,7 @@
 //! is a command, a request for telemetry, or both. The slave handles it in the call that receives it.
 //!
 //! ```
-//! use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
+//! use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Payload};
 //! use ecss_can::profile::Profile;
 //! use ecss_can::types::{Instant, NodeId};
 //!
@@ -23,8 +23,7 @@
 //!     }
 //! }
 //!
-//! let id = NodeId::of::<5>();
-//! let slave = MinimalSlave::new(id, Numbers::of(&Profile::DEFAULT, id), Echo);
+//! let slave = MinimalSlave::builder(NodeId::of::<5>(), &Profile::DEFAULT, Echo).build();
 //! assert_eq!(slave.active(), Profile::DEFAULT.bdefault);
 //! ```
 //!
@@ -34,10 +33,12 @@
 //! - A device has at most four PDOs in each direction.
 
 mod api;
+mod builder;
 mod objects;
 mod pdos;
 
-pub use api::{MinimalDevice, MinimalEvent, Numbers};
+pub use api::{MinimalDevice, MinimalEvent};
+pub use builder::MinimalSlaveBuilder;
 pub use objects::{Permission, assert_minimal, permission};
 pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
 
@@ -49,7 +50,7 @@ use crate::link::Stamp;
 use crate::link::machine::Places;
 use crate::link::port::{Filter, Health};
 use crate::node;
-use crate::redundancy::{BusCause, MasterMessage, Selection, Selector};
+use crate::redundancy::{BusCause, MasterMessage, Parameters, Selection, Selector};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 
 /// Each step of it sends four PDOs and a heartbeat at most.
@@ -62,7 +63,9 @@ type Turn<'a> = node::Turn<'a, MinimalEvent, Places<DEPTH>>;
 pub struct MinimalSlave<D: MinimalDevice> {
     id: NodeId,
     device: D,
-    numbers: Numbers,
+    redundancy: Parameters,
+    /// Time after which telemetry that waits for its bus expires.
+    lifetime: Duration,
     buses: Buses,
     counters: BusCounters,
     selector: Selector,
@@ -72,21 +75,6 @@ pub struct MinimalSlave<D: MinimalDevice> {
 }
 
 impl<D: MinimalDevice> MinimalSlave<D> {
-    /// Makes a slave before power-on. `id` is 2 to 126.
-    pub fn new(id: NodeId, numbers: Numbers, device: D) -> Self {
-        const { D::PDOS.assert_possible() };
-        MinimalSlave {
-            id,
-            device,
-            numbers,
-            buses: Buses::new(numbers.access, numbers.bus_off),
-            counters: BusCounters::default(),
-            selector: Selector::new(numbers.redundancy),
-            heartbeat: heartbeat::machine::Producer::new(id, numbers.redundancy.producer),
-            syncs: [0; PDOS],
-        }
-    }
-
     /// Returns the device.
     pub const fn device(&self) -> &D {
         &self.device
@@ -109,7 +97,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 
     /// Returns whether it follows the master's heartbeat (ECSS 9.4.9.1.1a).
     const fn follows_master(&self) -> bool {
-        self.numbers.redundancy.consumer.as_micros() > 0
+        self.redundancy.consumer.as_micros() > 0
     }
 
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
@@ -148,7 +136,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 
     fn send(&mut self, id: CobId, payload: &Payload, turn: &mut Turn) {
         match Frame::new(id, payload) {
-            Ok(frame) => turn.out.send_for(self.active(), frame, turn.now, self.numbers.lifetime),
+            Ok(frame) => turn.out.send_for(self.active(), frame, turn.now, self.lifetime),
             Err(_) => self.counters.refused(self.active()),
         }
     }
@@ -213,7 +201,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 
     fn move_to(&mut self, bus: Bus, cause: BusCause, turn: &mut Turn) {
         self.buses.change(bus.other(), bus, turn.out);
-        if self.numbers.redundancy.producer > Duration::ZERO {
+        if self.redundancy.producer > Duration::ZERO {
             self.heartbeat.announce(turn.now);
         }
         turn.out.event(MinimalEvent::ActiveBus { bus, cause });
@@ -230,7 +218,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
             }
         }
         if let Some(frame) = self.heartbeat.poll(turn.until, NmtState::Operational) {
-            turn.out.send_for(self.active(), frame, turn.now, self.numbers.redundancy.producer);
+            turn.out.send_for(self.active(), frame, turn.now, self.redundancy.producer);
         }
     }
 }
@@ -256,7 +244,7 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
         if self.follows_master() {
             self.selector.start(turn.now);
         }
-        if self.numbers.redundancy.producer > Duration::ZERO {
+        if self.redundancy.producer > Duration::ZERO {
             self.heartbeat.announce(turn.now);
         }
         turn.out.event(MinimalEvent::ActiveBus { bus, cause: BusCause::PowerOn });

@@ -3,17 +3,10 @@
 use easy_ext::ext;
 
 use super::Services;
-use crate::emcy::PostMortem;
 use crate::node::SpacecraftDevice;
 
 #[ext(PostMortemServices)]
 impl<D: SpacecraftDevice> Services<D> {
-    /// Writes object 2032h. An emergency reports it after the boot-up message.
-    pub fn set_post_mortem(&mut self, record: PostMortem) {
-        self.dictionary.objects.extension.post_mortem.record = record;
-        self.state.is_reset_due = true;
-    }
-
     /// Notes that a heartbeat or boot-up message was sent.
     pub fn on_heartbeat_sent(&mut self) {
         if core::mem::take(&mut self.state.is_reset_due) {

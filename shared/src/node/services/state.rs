@@ -25,7 +25,7 @@ pub struct State<P: PdoSlots, S: SdoServers> {
     pub(super) carries_quality: bool,
     /// `true`: the time of SYNCs is needed, for a live value or for a time that a PDO brings.
     pub(super) notes_syncs: bool,
-    /// The last reset is reported when the boot-up message was sent.
+    /// `true` until the boot-up message was sent: then the last reset is reported.
     pub(super) is_reset_due: bool,
 }
 
@@ -49,7 +49,7 @@ impl<P: PdoSlots, S: SdoServers> State<P, S> {
             carries_live_value: false,
             carries_quality: false,
             notes_syncs: false,
-            is_reset_due: false,
+            is_reset_due: true,
         }
     }
 

@@ -32,7 +32,7 @@ impl Bench {
 
 impl<D: SpacecraftDevice> Bench<D> {
     fn of(device: D) -> Self {
-        let slave = Slave::new(ID, &Profile::DEFAULT, device);
+        let slave = Slave::builder(ID, &Profile::DEFAULT, device).build();
         let mut bench = Bench { slave, now: Instant::ZERO, sent: Vec::new(), filters: 0 };
         bench.with(|slave, turn| slave.start(turn));
         bench.heartbeats(2);

@@ -7,20 +7,8 @@ use crate::store::ParameterStore;
 use crate::types::{Bus, Duration};
 
 impl<D: SpacecraftDevice> Slave<D> {
-    /// Makes it a slave in maintenance mode, with the Node-ID [`MAINTENANCE`](crate::store::identity::MAINTENANCE).
-    /// Use it in place of [`Slave::with_store`] and [`Slave::with_retained`].
-    ///
-    /// The node is on the nominal bus alone, in Pre-operational, and answers SDO requests. It sends and receives
-    /// nothing else, and neither loads nor saves parameters. A client stores a Node-ID by object 2046h, which every
-    /// other mode refuses.
-    #[must_use]
-    pub fn in_maintenance(mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
-        self.maintain(store);
-        self
-    }
-
-    #[inline(never)] // places on a small stack are reached by short instructions
-    fn maintain(&mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) {
+    /// Makes it a slave in maintenance mode: see [`Slave::builder`].
+    pub(super) fn maintain(&mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) {
         // Without a consumer time there is no search, without a producer time no heartbeat.
         let (consumer, producer) = (Duration::ZERO, Duration::ZERO);
         self.initial = Parameters { consumer, producer, bdefault: Bus::Nominal, ..self.initial };

@@ -1,10 +1,10 @@
 //! Dictionary of a slave at run time: SDO, SYNC and PDOs, and the effect of a written object.
 
 use super::Slave;
-use crate::emcy::{DeviceError, PostMortem};
+use crate::emcy::DeviceError;
 use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
-use crate::node::services::{PostMortemServices, RedundancyServices};
+use crate::node::services::RedundancyServices;
 use crate::node::slave::Turn;
 use crate::node::{DeviceNode, NodeObjects, SelfTest, SpacecraftDevice};
 use crate::store::Group;
@@ -107,12 +107,6 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
         self.canopen.services.change(now, |objects| objects.extension.self_test = result);
-    }
-
-    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
-    /// emergency follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
-    pub fn set_post_mortem(&mut self, record: PostMortem) {
-        self.canopen.services.set_post_mortem(record);
     }
 }
 

@@ -26,14 +26,11 @@ impl Memory {
 }
 
 impl<D: SpacecraftDevice> Slave<D> {
-    /// Adds memory that outlives a reset. The slave starts on the bus where it last found its master, and counts
-    /// resets in a row across resets of its chip.
-    #[must_use]
-    pub fn with_retained(mut self, words: &'static mut (dyn RetainedMemory + Send)) -> Self {
+    /// Before power-on: takes memory that outlives a reset.
+    pub(super) fn retain(&mut self, words: &'static mut (dyn RetainedMemory + Send)) {
         let retained = Retained::decode(words.read()).unwrap_or_default();
         self.memory = Memory(Some(words));
         self.select_bdefault(retained);
-        self
     }
 
     /// Before power-on: takes what is stored.

@@ -119,8 +119,8 @@ pub(crate) fn powered() -> Bench<TestSlave> {
 }
 
 pub(crate) fn powered_with(memory: &Memory) -> Bench<TestSlave> {
-    let slave = instrument::slave(node(5), &STANDARD, vec![]);
-    Bench::new(slave.with_store(Some(Box::leak(Box::new(memory.clone())))))
+    let slave = instrument::builder(node(5), &STANDARD, vec![]);
+    Bench::new(slave.store(Box::leak(Box::new(memory.clone()))).build())
 }
 
 /// Answer to an SDO request on the nominal bus.

@@ -55,7 +55,7 @@ type TestDevice = Bench<Slave<Probe>>;
 fn started(defaults: fn(NodeId) -> PdoObjects) -> TestDevice {
     DEFAULTS.set(defaults);
     let profile = Profile { autostart: true, ..STANDARD };
-    Bench::new(Slave::new(node(5), &profile, Probe::default()))
+    Bench::new(Slave::builder(node(5), &profile, Probe::default()).build())
 }
 
 /// TPDO 2, by event, and RPDO 3, of these objects.

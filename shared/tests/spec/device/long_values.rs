@@ -55,8 +55,8 @@ impl Device for Instrument {
 type TestDevice = Bench<Slave<Instrument>>;
 
 fn powered(memory: &Memory) -> TestDevice {
-    let slave = Slave::new(node(5), &STANDARD, Instrument::default());
-    Bench::new(slave.with_store(Some(Box::leak(Box::new(memory.clone())))))
+    let slave = Slave::builder(node(5), &STANDARD, Instrument::default());
+    Bench::new(slave.store(Box::leak(Box::new(memory.clone()))).build())
 }
 
 fn calibration() -> Vec<u8> {
@@ -245,8 +245,8 @@ fn a_long_value_that_does_not_fit_any_more_leaves_the_default() {
     let mut slave = powered(&memory);
     calibrate(&mut slave);
     assert_eq!(write(&mut slave, 0x1010, 4, b"save"), done(0x1010, 4));
-    let smaller = Slave::new(node(5), &STANDARD, Smaller::default());
-    let mut smaller = Bench::new(smaller.with_store(Some(Box::leak(Box::new(memory.clone())))));
+    let smaller = Slave::builder(node(5), &STANDARD, Smaller::default());
+    let mut smaller = Bench::new(smaller.store(Box::leak(Box::new(memory.clone()))).build());
     assert_eq!(smaller.node.objects().application.calibration.as_bytes(), b"unity");
     assert_eq!(errors(&mut smaller), (1, 1));
 }

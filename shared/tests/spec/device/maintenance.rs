@@ -21,9 +21,11 @@ fn storing(id: u8) -> [u8; 4] {
 /// Of a mission whose slaves start by themselves, on the redundant bus.
 fn maintained(memory: Option<&Memory>) -> Bench<TestSlave> {
     let profile = Profile { autostart: true, bdefault: Bus::Redundant, ..STANDARD };
-    let slave = instrument::slave(MAINTENANCE, &profile, vec![]);
-    let store = memory.map(|memory| Box::leak(Box::new(memory.clone())));
-    Bench::new(slave.in_maintenance(store.map(|store| store as _)))
+    let slave = instrument::builder(MAINTENANCE, &profile, vec![]);
+    Bench::new(match memory {
+        Some(memory) => slave.store(Box::leak(Box::new(memory.clone()))).build(),
+        None => slave.build(),
+    })
 }
 
 /// The answer to an SDO request; nothing else may be sent.

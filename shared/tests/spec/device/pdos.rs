@@ -323,7 +323,7 @@ impl Device for Wide {
 /// Given more RPDOs than filters, when the COB-ID of the last one changes, then no filter does.
 #[test]
 fn an_rpdo_without_a_filter_changes_none() {
-    let mut slave = Bench::new(Slave::new(node(5), &STANDARD, Wide::default()));
+    let mut slave = Bench::new(Slave::builder(node(5), &STANDARD, Wide::default()).build());
     slave.run_until(ms(5));
     for (index, changed) in [(0x141A, Some(31)), (0x141B, None), (0x141C, None)] {
         write(&mut slave, index + 0x200, 1, &[16, 0, 0, 0x62]);

@@ -2,13 +2,20 @@
 
 use ecss_can::emcy::PostMortem;
 
-use super::fixture::{ask, errors, payloads, powered, read, run_with_master};
-use crate::bench::{NOMINAL, span};
+use super::fixture::{ask, errors, payloads, read, run_with_master};
+use crate::bench::{Bench, NOMINAL, node, span};
+use crate::instrument::{self, STANDARD};
+use crate::slave::TestSlave;
 
 const DUMP: [u8; 160] = [0x5A; 160];
 
 const RECORD: PostMortem =
     PostMortem { cause: PostMortem::PANIC, row: 2, pc: 0x0801_2345, task: 0x2000_0678, dump: &DUMP };
+
+/// A slave whose board has this record. Its boot-up message has not been sent yet.
+fn reset(record: PostMortem) -> Bench<TestSlave> {
+    Bench::alone(instrument::builder(node(5), &STANDARD, vec![]).post_mortem(record).build())
+}
 
 /// Given a record of the last reset, when the boot-up message was sent, then one emergency reports it, and its end.
 ///
@@ -26,16 +33,16 @@ fn the_last_reset_is_reported_once_after_the_boot_up_message() {
         (PostMortem::OSCILLATOR, [0x00, 0x50], 0x01),
     ];
     for (cause, [low, high], register) in causes {
-        let mut slave = powered();
+        let mut slave = reset(PostMortem { cause, ..RECORD });
         let boot_up = slave.sent[0].frame;
         slave.clear();
-        slave.touch(|slave, _| slave.set_post_mortem(PostMortem { cause, ..RECORD }));
         slave.receive(NOMINAL, 0x701, &[5]);
         assert_eq!(
             payloads(&slave, 0x085),
             [[0; 8]; 0],
             "cause {cause}: before the boot-up message was sent"
         );
+        slave.is_acknowledged = true;
         slave.transmitted(NOMINAL, boot_up);
         slave.transmitted(NOMINAL, boot_up);
         let until = slave.now + span(100); // the inhibit time
@@ -50,9 +57,8 @@ fn the_last_reset_is_reported_once_after_the_boot_up_message() {
 /// Notices: ECSS 6.4a.1: a start without an error before it is reported as a software error.
 #[test]
 fn a_reset_without_a_cause_is_not_reported() {
-    let mut slave = powered();
+    let mut slave = reset(PostMortem::default());
     let boot_up = slave.sent[0].frame;
-    slave.touch(|slave, _| slave.set_post_mortem(PostMortem::default()));
     slave.transmitted(NOMINAL, boot_up);
     assert_eq!(payloads(&slave, 0x085), [[0; 8]; 0]);
     assert_eq!(read(&mut slave, 0x2032, 1), [0; 4]);
@@ -61,8 +67,9 @@ fn a_reset_without_a_cause_is_not_reported() {
 /// Verifies: ECSS 6.1a
 #[test]
 fn the_record_of_the_last_reset_is_in_the_dictionary() {
-    let mut slave = powered();
-    slave.touch(|slave, _| slave.set_post_mortem(RECORD));
+    let mut slave = reset(RECORD);
+    let boot_up = slave.sent[0].frame;
+    slave.transmitted(NOMINAL, boot_up);
     assert_eq!(read(&mut slave, 0x2032, 1), [1, 0, 0, 0]);
     assert_eq!(read(&mut slave, 0x2032, 2), [2, 0, 0, 0]);
     assert_eq!(read(&mut slave, 0x2032, 3), [0x45, 0x23, 0x01, 0x08]);

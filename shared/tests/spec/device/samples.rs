@@ -40,7 +40,7 @@ impl Device for Sampler {
 /// Notices: ECSS 6.1a: a value below its limit is refused with 0609 0031h, too high.
 #[test]
 fn value_outside_its_limits_or_no_boolean_is_refused() {
-    let mut device = Bench::new(Slave::new(node(5), &STANDARD, Sampler::default()));
+    let mut device = Bench::new(Slave::builder(node(5), &STANDARD, Sampler::default()).build());
     for (sub, value, code) in [
         (28, &[101, 0][..], 0x0609_0031), // above its limit
         (28, &[0x9B, 0xFF], 0x0609_0032), // -101: below
@@ -59,7 +59,7 @@ fn value_outside_its_limits_or_no_boolean_is_refused() {
 /// Notices: ECSS 6.8a: 1020h stays when an object of the application is written.
 #[test]
 fn changed_sample_is_a_changed_configuration() {
-    let mut device = Bench::new(Slave::new(node(5), &STANDARD, Sampler::default()));
+    let mut device = Bench::new(Slave::builder(node(5), &STANDARD, Sampler::default()).build());
     write_all(&mut device, &[(0x1020, 1, &[7, 0, 0, 0]), (0x1020, 2, &[8, 0, 0, 0]), (0x6400, 1, &[1])]);
     assert_eq!(device.node.objects().communication.configuration, [0, 0]);
 }

@@ -156,7 +156,7 @@ fn saves_in_a_loop_are_limited() {
 fn stored_by_another() -> Memory {
     let memory = Memory::default();
     let mut other = Bench::new(
-        instrument::slave(node(6), &STANDARD, vec![]).with_store(Some(Box::leak(Box::new(memory.clone())))),
+        instrument::builder(node(6), &STANDARD, vec![]).store(Box::leak(Box::new(memory.clone()))).build(),
     );
     other.receive(NOMINAL, 0x606, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
     other.finish_save();

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use crate::instrument::STANDARD;
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, Slave, SlaveEvent};
+use ecss_can::node::{Device, Slave, SlaveBuilder, SlaveEvent};
 use ecss_can::od::{Objects, VisibleString, checked};
 use ecss_can::pdo::{Mapping, PdoObjects, PdoSet};
 use ecss_can::types::AbortCode::{ParameterIncompatible, ReadOnly, TooLong, ValueRange, ValueTooHigh};
@@ -152,14 +152,14 @@ impl Device for Camera {
     const PDOS: PdoSet = PdoSet::NONE;
 }
 
-fn slave(application: Camera) -> Slave<Camera> {
-    Slave::new(node(5), &STANDARD, application)
+fn slave(application: Camera) -> SlaveBuilder<'static, Camera> {
+    Slave::builder(node(5), &STANDARD, application)
 }
 
 /// Verifies: ECSS 6.1a
 #[test]
 fn a_client_is_told_why_whatever_transfer_it_chose() {
-    let mut slave = Bench::new(slave(Camera::default()));
+    let mut slave = Bench::new(slave(Camera::default()).build());
     // Expedited: a number with limits, one without, an entry of an array.
     for (index, sub, good, bad, code) in [
         (0x6000, 0, &[50, 0][..], &[100, 0][..], 0x0604_0043),
@@ -223,7 +223,7 @@ fn keeps_cob_id(_: &Fixed, at: Address, value: &[u8]) -> Result<(), AbortCode> {
 #[test]
 fn what_a_function_refuses_of_a_pdo_its_service_does_not_take() {
     let application = Fixed::default();
-    let mut slave = Bench::new(Slave::new(node(5), &STANDARD, application));
+    let mut slave = Bench::new(Slave::builder(node(5), &STANDARD, application).build());
     let event = |slave: &mut Bench<Slave<Fixed>>| {
         slave.clear();
         slave.touch(|slave, now| slave.send_pdo(2, now));
@@ -264,9 +264,9 @@ fn refused_stored_value_is_not_applied_and_raises_an_emcy() {
     let memory = Memory::default();
     let store = || -> &'static mut Memory { Box::leak(Box::new(memory.clone())) };
     let old = OldCamera { name: VisibleString::new(b"fisheye").unwrap(), blades: [9, 4] };
-    let mut old = Bench::new(Slave::<OldCamera>::new(node(5), &STANDARD, old).with_store(Some(store())));
+    let mut old = Bench::new(Slave::<OldCamera>::builder(node(5), &STANDARD, old).store(store()).build());
     assert_eq!(write(&mut old, 0x1010, 1, b"save"), done(0x1010, 1));
-    let mut new = Bench::new(slave(Camera::default()).with_store(Some(store())));
+    let mut new = Bench::new(slave(Camera::default()).store(store()).build());
     let camera = &new.node.objects().application;
     assert_eq!(camera.lens.label.name.as_bytes(), b"Wide");
     assert_eq!(camera.shutter.blades, [9, 3], "each by itself");

@@ -242,7 +242,8 @@ fn standby_follows_sync_by_its_stored_cob_id() {
     let memory = Memory::default();
     let board = || {
         let store: &'static mut Memory = Box::leak(Box::new(memory.clone()));
-        Bench::new(Master::of_two(&PROFILE, Strap::Prime, Console::default(), Some(store)))
+        let master = Master::builder(&PROFILE, Console::default()).one_of_two(Strap::Prime);
+        Bench::new(master.store(store).build())
     };
     let mut writer = board();
     move_sync(&mut writer);

@@ -75,8 +75,11 @@ fn spacecraft_slave() -> TestSlave {
 }
 
 fn stored_slave(memory: Option<&Memory>) -> TestSlave {
-    let store = memory.map(|memory| Box::leak(Box::new(memory.clone())) as _);
-    let mut slave = Bench::new(Slave::new(node(5), &STANDARD, Recorder::default()).with_store(store));
+    let slave = Slave::builder(node(5), &STANDARD, Recorder::default());
+    let mut slave = Bench::new(match memory {
+        Some(memory) => slave.store(Box::leak(Box::new(memory.clone()))).build(),
+        None => slave.build(),
+    });
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.receive(NOMINAL, 0x000, &[1, 5]);
     slave

@@ -123,7 +123,7 @@ pub type Node<D> = Bench<Slave<D>>;
 /// Node 5 with this device, operational, its master on the nominal bus.
 pub fn operational<D: SpacecraftDevice>() -> Node<D> {
     let profile = Profile { autostart: true, ..STANDARD };
-    let mut slave = Bench::new(Slave::new(node(5), &profile, D::default()));
+    let mut slave = Bench::new(Slave::builder(node(5), &profile, D::default()).build());
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.clear();
     slave

@@ -171,7 +171,7 @@ fn times_of_21_places_come_of_a_producer_without_capture() {
 
 /// A master that sends a SYNC each 100 ms and its time with each.
 fn high_resolution() -> Bench<Master> {
-    let mut master = Bench::new(console::master(&Profile { autostart: true, ..STANDARD }, None));
+    let mut master = Bench::new(console::master(&Profile { autostart: true, ..STANDARD }));
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     for (sub, value, len) in [(1, 0xC000_0181, 4), (2, 1, 1), (1, 0x4000_0181, 4)] {
         assert_eq!(crate::master_device::write(&mut master, 0x1800, sub, value, len), Ok(()));

@@ -156,7 +156,7 @@ fn client_maps_scet_or_utc_to_the_last_pdos() {
 fn utc_is_mapped_at_a_master_that_had_none() {
     for index in [0x1800, 0x1805] {
         let profile = Profile { autostart: true, ..STANDARD };
-        let mut master = Bench::new(Master::new(&profile, Vacant::default(), None));
+        let mut master = Bench::new(Master::builder(&profile, Vacant::default()).build());
         master.transmitted(NOMINAL, frame(0x701, &[0]));
         for (index, sub, value) in steps_of(index, 0x181, 1, &[0x2013_0310, 0x2013_0220, 0x2013_0110]) {
             assert_eq!(master.write((index, sub), &value), Ok(()), "{index:04X}h sub {sub}");
@@ -180,7 +180,7 @@ fn utc_is_mapped_at_a_master_that_had_none() {
 fn spacecraft_time_is_mapped_at_a_master_that_had_none() {
     for transmission in [1, 254] {
         let profile = Profile { autostart: true, ..STANDARD };
-        let mut master = Bench::new(Master::new(&profile, Bare::default(), None));
+        let mut master = Bench::new(Master::builder(&profile, Bare::default()).build());
         master.transmitted(NOMINAL, frame(0x701, &[0]));
         let [fine, coarse] = LOCAL.map(u32::to_le_bytes);
         let steps: [((u16, u8), &[u8]); 6] = [

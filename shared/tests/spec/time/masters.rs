@@ -113,7 +113,7 @@ impl<const TYPE: u8, const UTC: bool> DeviceTime for Teller<TYPE, UTC> {
 
 /// A master with this device, its boot-up message acknowledged.
 fn powered<D: SpacecraftDevice>(profile: &Profile) -> Bench<Master<D>> {
-    let mut master = Bench::new(Master::new(profile, D::default(), None));
+    let mut master = Bench::new(Master::builder(profile, D::default()).build());
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     master
 }
@@ -298,7 +298,7 @@ fn time_more_frequent_than_sync_goes_with_every_sync() {
 #[test]
 fn master_without_sync_sends_its_time() {
     for (index, value, has_sync) in [(0x1006, 0, false), (0x1005, 0x80, false), (0x1006, 50_000, true)] {
-        let mut master = Bench::new(console::master(&STANDARD, None));
+        let mut master = Bench::new(console::master(&STANDARD));
         master.transmitted(NOMINAL, frame(0x701, &[0]));
         master.run_until(ms(250));
         master.clear();

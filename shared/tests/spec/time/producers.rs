@@ -25,7 +25,7 @@ fn sent(master: &Bench<Master>) -> Vec<([u8; 8], Duration)> {
 
 /// SYNC every 100 ms, its time with every `cycle`-th.
 fn high_resolution(cycle: u8) -> Bench<Master> {
-    let mut master = Bench::new(console::master(&Profile { autostart: true, ..STANDARD }, None));
+    let mut master = Bench::new(console::master(&Profile { autostart: true, ..STANDARD }));
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     for (sub, value, len) in [(1, 0xC000_0181, 4), (2, u32::from(cycle), 1), (1, 0x4000_0181, 4)] {
         assert_eq!(write(&mut master, 0x1800, sub, value, len), Ok(()));
@@ -207,7 +207,7 @@ fn the_spacecraft_time_may_be_another_pdo_of_the_master() {
 #[test]
 fn the_spacecraft_time_of_a_master_may_be_utc() {
     let profile = Profile { autostart: true, ..STANDARD };
-    let mut master = Bench::new(ecss_can::node::Master::new(&profile, Calendar::default(), None));
+    let mut master = Bench::new(ecss_can::node::Master::builder(&profile, Calendar::default()).build());
     master.transmitted(NOMINAL, frame(0x701, &[0]));
     // 1.5 s: every tenth SYNC has its time.
     for nth in 6..=15 {

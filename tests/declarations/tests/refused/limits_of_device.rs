@@ -38,6 +38,6 @@ impl Device for Heater {
 }
 
 fn main() {
-    let heater: Slave<Heater> = Slave::new(NodeId::of::<5>(), &Profile::DEFAULT, Heater::default());
+    let heater: Slave<Heater> = Slave::builder(NodeId::of::<5>(), &Profile::DEFAULT, Heater::default()).build();
     assert_eq!(heater.objects().application.power, 0);
 }

@@ -22,5 +22,5 @@ impl Device for Computer {
 }
 
 fn main() {
-    Master::new(&Profile::DEFAULT, Computer::default(), None);
+    Master::builder(&Profile::DEFAULT, Computer::default()).build();
 }

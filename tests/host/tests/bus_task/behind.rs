@@ -8,7 +8,7 @@ use std::task::{Context, Poll, Waker};
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent};
 use ecss_can::node::extend::LinkEvent;
-use ecss_can::runner::{Platform, Resources, Runners};
+use ecss_can::runner::{Connection, Platform, Resources, Runners};
 use ecss_can::types::{FineInstant, Frame, PerBus};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
@@ -109,7 +109,8 @@ fn state_seen_before_its_event_is_reported_once() {
     let port = ports.nominal.clone();
     let resources: &Resources<Board, Probe> = Box::leak(Box::default());
     let probe = Probe::default();
-    let (_, _, runners) = resources.start(|| probe.clone(), ports, clock, Box::leak(Box::default()));
+    let (_, _, runners) =
+        resources.start(|| probe.clone(), Connection { ports, clock }, Box::leak(Box::default()));
     let Runners { nominal, .. } = runners;
     let mut pool = LocalPool::new();
     pool.spawner().spawn_local(async { nominal.run().await }).expect("the pool lives");

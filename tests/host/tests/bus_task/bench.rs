@@ -11,7 +11,7 @@ use ecss_can::link::port::Filter;
 use ecss_can::node::extend::{BusCommand, Filters, FullDepth, LinkEvent, Turn};
 use ecss_can::node::{FailCause, Node};
 use ecss_can::runner::extend::WholeNode;
-use ecss_can::runner::{Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
+use ecss_can::runner::{Connection, Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;
 use futures_util::future::LocalBoxFuture;
@@ -109,7 +109,7 @@ impl Bench {
         let ports = PerBus::from_fn(|bus| BoardPort::Own(wires[bus].clone()));
         let diagnostics: &Diagnostics = Box::leak(Box::default());
         let resources: &Resources<MockBoard, Probe> = Box::leak(Box::default());
-        let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, diagnostics);
+        let (node, _, runners) = resources.start(|| probe.clone(), Connection { ports, clock }, diagnostics);
         let Runners { nominal, redundant, due } = runners;
         let tasks: Vec<LocalBoxFuture<'static, ()>> = vec![
             Box::pin(async { nominal.run().await }),
@@ -151,7 +151,8 @@ impl<N: Node> Bench<N> {
         let diagnostics: &Diagnostics = Box::leak(Box::default());
         let resources: &Single<MockBoard, N> = Box::leak(Box::default());
         let port = BoardPort::Own(wire.clone());
-        let (node, _, SingleRunners { bus, due }) = resources.start(node, port, clock, diagnostics);
+        let (node, _, SingleRunners { bus, due }) =
+            resources.start(node, Connection { ports: port, clock }, diagnostics);
         let tasks: Vec<LocalBoxFuture<'static, ()>> =
             vec![Box::pin(async { bus.run().await }), Box::pin(async { due.run().await })];
         Bench { pool: LocalPool::new(), timeline, wire, node, tasks, wakes: 0, probe }

@@ -57,7 +57,8 @@ fn world() -> World {
     for node in nodes() {
         let slave = |board: MockBoard| {
             let device = Instrument { states: [0; STATES], command: 0 };
-            Slave::new(board.node_id, &Profile::DEFAULT, device).with_retained(board.retained)
+            let slave = Slave::builder(board.node_id, &Profile::DEFAULT, device);
+            slave.retained(board.hardware.retained.expect("RAM that outlives a reset")).build()
         };
         world = world.slave(node, slave, idle);
     }

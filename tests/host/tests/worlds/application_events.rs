@@ -7,7 +7,7 @@ use ecss_can::boot::{BootCause, BootError, BootFailure, BootProgress, Difference
 use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::Command as NmtCommand;
-use ecss_can::node::minimal::{MinimalEvent, MinimalSlave, Numbers};
+use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
 use ecss_can::node::{Device as _, MasterEvent, SlaveEvent};
 use ecss_can::pdo::{ReceivedPdo, SetRpdo};
 use ecss_can::redundancy::machine::BabblingStep;
@@ -58,7 +58,7 @@ fn alone(node: impl FnOnce(Builder, IndicatorLog) -> Builder) -> (Vec<String>, I
 /// The application of slave 2 with these events: its log, and its indicators.
 fn slave(events: &'static [SlaveEvent]) -> (Vec<String>, Shown) {
     let (lines, indicators) = alone(|world, indicators| {
-        let node = |board: MockBoard| mission::slave(board.node_id, &STANDARD, vec![0; 64].leak());
+        let node = |board: MockBoard| mission::slave(board.node_id, &STANDARD, vec![0; 64].leak()).build();
         world.slave(TWO, node, move |slave, own| {
             let indicators = indicators.of(TWO, own.reset_line());
             let application = slave::Application::new(slave, Script::of(events), indicators);
@@ -71,9 +71,8 @@ fn slave(events: &'static [SlaveEvent]) -> (Vec<String>, Shown) {
 /// The log of the application of minimal slave 2 with these events.
 fn minimal(events: &'static [MinimalEvent]) -> Vec<String> {
     let (lines, _) = alone(|world, indicators| {
-        let node = |board: MockBoard| {
-            MinimalSlave::new(board.node_id, Numbers::of(&STANDARD, TWO), MinimalMission::new())
-        };
+        let node =
+            |board: MockBoard| MinimalSlave::builder(board.node_id, &STANDARD, MinimalMission::new()).build();
         world.board(TWO, node, move |slave, own| {
             let indicators = indicators.of(TWO, own.reset_line());
             let application = minimal::Application::new(slave, Script::of(events), indicators);
@@ -86,7 +85,7 @@ fn minimal(events: &'static [MinimalEvent]) -> Vec<String> {
 /// The log of the application of the master with these events.
 fn master(events: &'static [MasterEvent]) -> Vec<String> {
     let (lines, _) = alone(|world, indicators| {
-        let node = |_: MockBoard| mission::master(&STANDARD, None);
+        let node = |_: MockBoard| mission::master(&STANDARD).build();
         world.master(node, move |master, own| {
             let (indicators, cables) = (indicators.of(MASTER, own.reset_line()), Box::leak(Box::default()));
             let application = master::Application::new(master, Script::of(events), indicators, cables, &[]);

@@ -51,8 +51,8 @@ fn moved(scet: Scet, ms: i64) -> Scet {
 
 fn world() -> World {
     let mut world = World::builder()
-        .master(|board| mission::master(&PROFILE, board.store), idle)
-        .slave(TWO, |board| mission::slave(board.node_id, &PROFILE, vec![]), idle)
+        .master(|board| mission::master(&PROFILE).hardware(board.hardware).build(), idle)
+        .slave(TWO, |board| mission::slave(board.node_id, &PROFILE, vec![]).build(), idle)
         .drift(TWO, 60)
         .build();
     world.run_until(Time::from_ms(200));

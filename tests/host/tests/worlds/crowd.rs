@@ -1,4 +1,4 @@
-//! As many slaves as CANopen can number: Node-IDs 2 to 127 with the same master.
+//! As many slaves as a spacecraft can number: Node-IDs 2 to 126 with the same master. 127 is that of maintenance mode.
 
 use ecss_can::node::MasterEvent;
 use ecss_can::profile::Profile;
@@ -7,8 +7,8 @@ use mission::STANDARD;
 
 use crate::support::*;
 
-/// Node-IDs 2 to 127.
-const SLAVES: u8 = 126;
+/// Node-IDs 2 to 126.
+const SLAVES: u8 = 125;
 
 /// Few frames of each, as there are many slaves.
 const SLOW: Profile = Profile {
@@ -18,17 +18,17 @@ const SLOW: Profile = Profile {
     ..STANDARD
 };
 
-/// Given 126 slaves, when the nominal bus is cut next to the master, then all of them are started before, stay Operational, and
+/// Given 125 slaves, when the nominal bus is cut next to the master, then all of them are started before, stay Operational, and
 /// follow it; the master has asked each who it is, and loses none.
 ///
 /// Verifies: ECSS 8.3.3b, 8.3.3d, 8.3.3g
 #[test]
-fn master_runs_126_slaves_and_all_follow_it_over_a_cut() {
+fn master_runs_125_slaves_and_all_follow_it_over_a_cut() {
     let mut world = MissionWorld::of(SLOW, SLAVES, |world| world.seed(5));
     world.run_until(ms(1_200));
     assert_eq!(world.slaves().len(), usize::from(SLAVES));
     assert!(world.all_operational());
-    for node in (2..=127).map(|raw| NodeId::new(raw).unwrap()) {
+    for node in (2..=126).map(|raw| NodeId::new(raw).unwrap()) {
         let answers = since(&world, Bus::Nominal, 0x580 + u16::from(node.get()), ms(0));
         assert!(!answers.is_empty(), "node {} answered no SDO", node.get());
         assert_eq!(world.master(|master| master.slave_state(node)), Some(NmtState::Operational));
@@ -47,6 +47,6 @@ fn master_runs_126_slaves_and_all_follow_it_over_a_cut() {
     let lost =
         master_told(&world, ms(0)).into_iter().filter(|event| matches!(event, MasterEvent::SlaveLost { .. }));
     assert_eq!(lost.count(), 0);
-    let beats = since(&world, Bus::Redundant, 0x77F, cut);
-    assert!((1..=3).contains(&beats.len()), "node 127 sends its heartbeat: {}", beats.len());
+    let beats = since(&world, Bus::Redundant, 0x77E, cut);
+    assert!((1..=3).contains(&beats.len()), "node 126 sends its heartbeat: {}", beats.len());
 }

@@ -25,8 +25,8 @@ const BOTH: [NodeKey; 2] = [NodeKey::of(THREE), NodeKey::double(THREE)];
 /// A master and two boards with Node-ID 3 and these patterns, 3.5 s (35 heartbeats) after power-on.
 fn flown(patterns: Option<[u32; 2]>) -> World {
     let slave = |board: MockBoard| -> MissionSlave {
-        mission::slave(board.node_id, &STANDARD, vec![0; 64].leak())
-            .with_late_heartbeats(board.late_heartbeats)
+        let slave = mission::slave(board.node_id, &STANDARD, vec![0; 64].leak());
+        slave.late_heartbeats(board.hardware.late_heartbeats).build()
     };
     let world = World::builder().master(|_| plain_master(&STANDARD), idle);
     let mut world = world.slave(THREE, slave, idle).board(NodeKey::double(THREE), slave, idle);

@@ -80,8 +80,16 @@ impl<const WAY: usize> Device for Display<WAY> {
 fn world<const WAY: usize>() -> World {
     let mut world = World::builder()
         .master(|_| plain_master(&Profile::DEFAULT), idle)
-        .slave(FIVE, |board| Slave::new(board.node_id, &Profile::DEFAULT, Heater::default()), idle)
-        .slave(SIX, |board| Slave::new(board.node_id, &Profile::DEFAULT, Display::<WAY>::default()), idle)
+        .slave(
+            FIVE,
+            |board| Slave::builder(board.node_id, &Profile::DEFAULT, Heater::default()).build(),
+            idle,
+        )
+        .slave(
+            SIX,
+            |board| Slave::builder(board.node_id, &Profile::DEFAULT, Display::<WAY>::default()).build(),
+            idle,
+        )
         .build();
     world.run_for(Time::from_ms(10));
     world

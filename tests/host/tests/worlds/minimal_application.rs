@@ -1,6 +1,6 @@
 //! The application of the minimal slave as it flies, on mock boards.
 
-use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, NodeId};
 use host_worlds::World;
@@ -26,12 +26,12 @@ const SPACECRAFT: Profile = Profile {
 
 /// Node 2 alone on the buses with a foreign node, 100 ms after power-on.
 fn alone<D: MissionDevice>(profile: &Profile, device: fn() -> D) -> (World, IndicatorLog) {
-    let (indicators, numbers) = (IndicatorLog::default(), Numbers::of(profile, TWO));
+    let (indicators, profile) = (IndicatorLog::default(), *profile);
     let shown = indicators.clone();
     let mut world = World::builder()
         .board(
             TWO,
-            move |_| MinimalSlave::new(TWO, numbers, device()),
+            move |_| MinimalSlave::builder(TWO, &profile, device()).build(),
             move |slave, events| minimal_application(slave, events, TWO, shown.clone()),
         )
         .build();

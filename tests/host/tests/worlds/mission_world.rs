@@ -6,7 +6,7 @@ use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::node::{Master, Refusal, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::{MinimalNode, Profile};
@@ -106,7 +106,7 @@ impl MissionWorld {
         let (reactions, indicators, sequences) =
             (Reactions::default(), IndicatorLog::default(), Rc::<Sequences>::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
-        let node = move |_: MockBoard| mission::master(&profile, None);
+        let node = move |_: MockBoard| mission::master(&profile).build();
         let world = if is_busy {
             let shown = indicators.clone();
             World::builder().master(node, move |master, events| {
@@ -127,7 +127,7 @@ impl MissionWorld {
     pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
         let (reactions, indicators) = (Reactions::default(), IndicatorLog::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
-        let of_two = |strap| move |_: MockBoard| mission::master_of_two(&profile, strap, None);
+        let of_two = |strap| move |_: MockBoard| mission::master(&profile).one_of_two(strap).build();
         let [first, second] = [indicators.clone(), IndicatorLog::default()].map(|indicators| {
             move |master, events| master_application(master, events, indicators.clone(), profile.minimal)
         });
@@ -202,7 +202,8 @@ fn with_slaves(
         world.slave(
             id,
             move |board| {
-                mission::slave(board.node_id, &profile, vec![0; STORE].leak()).with_retained(board.retained)
+                let slave = mission::slave(board.node_id, &profile, vec![0; STORE].leak());
+                slave.retained(board.hardware.retained.expect("RAM that outlives a reset")).build()
             },
             move |slave, events| slave_application(slave, events, id, indicators.clone(), reactions.clone()),
         )
@@ -212,9 +213,10 @@ fn with_slaves(
 /// The minimal slaves of a profile.
 fn with_minimal(world: Builder, profile: &Profile, indicators: &IndicatorLog) -> Builder {
     profile.minimal.iter().fold(world, |world, minimal| {
-        let (id, numbers, indicators) =
-            (minimal.node, Numbers::of(profile, minimal.node), indicators.clone());
-        let node = move |board: MockBoard| MinimalSlave::new(board.node_id, numbers, MinimalMission::new());
+        let (id, profile, indicators) = (minimal.node, *profile, indicators.clone());
+        let node = move |board: MockBoard| {
+            MinimalSlave::builder(board.node_id, &profile, MinimalMission::new()).build()
+        };
         world.board(id, node, move |slave, events| minimal_application(slave, events, id, indicators.clone()))
     })
 }

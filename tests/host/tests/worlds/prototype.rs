@@ -5,7 +5,7 @@
 
 use can_wire::time::Time;
 use ecss_can::node::Node;
-use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::types::{Bus, CobId, NodeId};
 use host_worlds::World;
 use mission::LIBRECUBE;
@@ -28,7 +28,7 @@ fn powered() -> World {
 
 /// As [`powered`], with these nodes.
 fn powered_nodes(nodes: &[NodeId]) -> World {
-    let slave = |id| MinimalSlave::new(id, Numbers::of(&LIBRECUBE, id), PrototypeMission::new());
+    let slave = |id| MinimalSlave::builder(id, &LIBRECUBE, PrototypeMission::new()).build();
     let mut builder = World::builder();
     for &id in nodes {
         let application =
@@ -171,9 +171,8 @@ fn time_stamp_object_does_not_set_the_local_time() {
     let later = ((units(&data) - units(&TIME)) * 1_000) >> 24;
     assert!((59..=60).contains(&later), "{later} ms");
 
-    let numbers = Numbers::of(&LIBRECUBE, TWO);
-    let prototype = MinimalSlave::new(TWO, numbers, PrototypeMission::new()).filters();
-    let standard = MinimalSlave::new(TWO, numbers, MinimalMission::new()).filters();
+    let prototype = MinimalSlave::builder(TWO, &LIBRECUBE, PrototypeMission::new()).build().filters();
+    let standard = MinimalSlave::builder(TWO, &LIBRECUBE, MinimalMission::new()).build().filters();
     let stamp = CobId::new(0x100).unwrap();
     assert!(prototype.iter().chain(&standard).all(|filter| !filter.admits(stamp)));
 }

@@ -3,7 +3,7 @@
 //! Verifies: ECSS 9.4.1a
 
 use can_wire::time::Time;
-use ecss_can::node::minimal::{MinimalDevice, MinimalSlave, Numbers, Payload};
+use ecss_can::node::minimal::{MinimalDevice, MinimalSlave, Payload};
 use ecss_can::node::{MasterRequest, Refusal};
 use ecss_can::od::{Access, DataType, Entry, Field, Objects, checked};
 use ecss_can::pdo::{Mapping, StaticMapping};
@@ -133,7 +133,7 @@ fn dictionaries_of_shipped_images_have_no_forbidden_object() {
 
 /// The shipped device in node 5, alone with a foreign node, at this bit rate. The master was heard.
 fn alone(kbit: u32) -> World {
-    let slave = |_| MinimalSlave::new(MINIMAL, Numbers::of(&SPACECRAFT, MINIMAL), MinimalMission::new());
+    let slave = |_| MinimalSlave::builder(MINIMAL, &SPACECRAFT, MinimalMission::new()).build();
     let application = |slave, events| minimal_application(slave, events, MINIMAL, IndicatorLog::default());
     let mut world = World::builder().board(MINIMAL, slave, application).kbit(kbit).build();
     world.run_until(ms(150));
@@ -412,14 +412,14 @@ fn shipped_master_neither_takes_nor_sends_time_stamps() {
 fn objects_of_shipped_images_are_those_of_the_tables() {
     assert_minimal_set::<MinimalObjects>();
     assert_minimal_set::<PrototypeObjects>();
-    let standard = MinimalObjects::new(MINIMAL, &Numbers::of(&SPACECRAFT, MINIMAL));
+    let standard = MinimalObjects::new(MINIMAL, &SPACECRAFT);
     assert_eq!(of(standard.rpdos), [0x205, 0x305, 0x405, 0x505].map(|id| (Some(id), 254)));
     let sent = [(None, 254), (Some(0x285), 1), (Some(0x385), 254), (Some(0x485), 254)];
     assert_eq!(of(standard.tpdos), sent);
     assert_eq!(standard.consumer_heartbeat, [1 << 16 | 250], "the master, 250 ms");
     assert_eq!(standard.producer_heartbeat, 100);
     let six = NodeId::of::<6>();
-    let prototype = PrototypeObjects::new(six, &Numbers::of(&LIBRECUBE, six));
+    let prototype = PrototypeObjects::new(six, &LIBRECUBE);
     assert_eq!(of(prototype.rpdos), [0x181, 0x306, 0x406, 0x506].map(|id| (Some(id), 254)));
     let sent = [(Some(0x186), 1), (None, 254), (Some(0x386), 254), (Some(0x486), 254)];
     assert_eq!(of(prototype.tpdos), sent);
@@ -439,10 +439,10 @@ fn cob_ids_of_shipped_images_follow_every_node_id() {
         let id = NodeId::new(raw).expect("2 to 126");
         let ids = |bases: [u32; 4]| bases.map(|base| Some(base + u32::from(raw)));
         let cob_ids = |pdos| of(pdos).map(|(cob_id, _)| cob_id);
-        let standard = MinimalObjects::new(id, &Numbers::of(&SPACECRAFT, id));
+        let standard = MinimalObjects::new(id, &SPACECRAFT);
         assert_eq!(cob_ids(standard.rpdos), ids([0x200, 0x300, 0x400, 0x500]));
         assert_eq!(cob_ids(standard.tpdos)[1..], ids([0x180, 0x280, 0x380, 0x480])[1..]);
-        let objects = PrototypeObjects::new(id, &Numbers::of(&LIBRECUBE, id));
+        let objects = PrototypeObjects::new(id, &LIBRECUBE);
         assert_eq!(cob_ids(objects.rpdos)[1..], ids([0x200, 0x300, 0x400, 0x500])[1..]);
         let sent = cob_ids(objects.tpdos);
         assert_eq!((sent[0], &sent[2..]), (ids([0x180; 4])[0], &ids([0, 0, 0x380, 0x480])[2..]));
@@ -469,14 +469,14 @@ fn code_and_data(index: u32) -> Vec<u32> {
 fn pdos_in_use_of_shipped_images_have_their_mappings() {
     let mapped =
         |mappings: &[StaticMapping; 4]| mappings.each_ref().map(|mapping| mapping.objects().to_vec());
-    let standard = MinimalObjects::new(MINIMAL, &Numbers::of(&SPACECRAFT, MINIMAL));
+    let standard = MinimalObjects::new(MINIMAL, &SPACECRAFT);
     let received = [eight_bytes(0x6200), code_and_data(0x6201), code_and_data(0x6202), eight_bytes(0x6203)];
     assert_eq!(mapped(&standard.rpdo_mappings), received);
     let sent = [vec![], vec![0x6001_0120, 0x6001_0208], code_and_data(0x6002), eight_bytes(0x6000)];
     assert_eq!(mapped(&standard.tpdo_mappings), sent);
 
     let six = NodeId::of::<6>();
-    let prototype = PrototypeObjects::new(six, &Numbers::of(&LIBRECUBE, six));
+    let prototype = PrototypeObjects::new(six, &LIBRECUBE);
     let time = |index: u32| vec![index << 16 | 0x0218, index << 16 | 0x0120];
     let received = [time(0x2010), code_and_data(0x6200), code_and_data(0x6201), eight_bytes(0x6203)];
     assert_eq!(mapped(&prototype.rpdo_mappings), received);
@@ -493,7 +493,7 @@ fn pdos_in_use_of_shipped_images_have_their_mappings() {
 #[test]
 fn prototype_maps_its_time_as_figure_7_1_has_it() {
     let six = NodeId::of::<6>();
-    let prototype = PrototypeObjects::new(six, &Numbers::of(&LIBRECUBE, six));
+    let prototype = PrototypeObjects::new(six, &LIBRECUBE);
     let [spacecraft_time, ..] = &prototype.rpdo_mappings;
     assert_eq!(spacecraft_time.objects(), [0x2010_0218, 0x2010_0120]);
     let [local_time, ..] = &prototype.tpdo_mappings;
@@ -515,9 +515,8 @@ fn sync_objects_of_shipped_images_have_their_access() {
         assert_eq!(cob_id, 0x80);
         assert!(entry::<D>(0x1006, 0).is_none() && entry::<D>(0x1007, 0).is_none());
     }
-    let numbers = Numbers::of(&SPACECRAFT, MINIMAL);
-    assert_consumer::<MinimalObjects>(MinimalObjects::new(MINIMAL, &numbers).cob_id_sync);
-    assert_consumer::<PrototypeObjects>(PrototypeObjects::new(MINIMAL, &numbers).cob_id_sync);
+    assert_consumer::<MinimalObjects>(MinimalObjects::new(MINIMAL, &SPACECRAFT).cob_id_sync);
+    assert_consumer::<PrototypeObjects>(PrototypeObjects::new(MINIMAL, &SPACECRAFT).cob_id_sync);
 
     fn declared<D: Objects>(_: &D, index: u16) -> Option<(Access, DataType)> {
         entry::<D>(index, 0).map(|entry| (entry.access, entry.data_type))

@@ -53,7 +53,7 @@ impl Hardware for Fitted {
 }
 
 fn slave(board: MockBoard) -> Node {
-    thermometer::slave(board.node_id, vec![0; 2048]).with_retained(board.retained).with_store(board.store)
+    thermometer::slave(board.node_id, vec![0; 2048]).hardware(board.hardware).build()
 }
 
 /// A world with the application of the thermometer, the thermometer's clock 90 ppm fast; and its sensor.
@@ -73,7 +73,7 @@ fn with_thermometer(world: Builder) -> (World, Sensor) {
 }
 
 fn master(board: MockBoard) -> Master<Ground> {
-    Master::new(&PROFILE, Ground::default(), board.store)
+    Master::builder(&PROFILE, Ground::default()).hardware(board.hardware).build()
 }
 
 /// A running world with a master that has no application.

@@ -143,7 +143,7 @@ fn every_form_of_an_upward_arrow_is_found() {
         "use ::ecss_can::node::Slave;",
         "use async_canopen::node::Slave;",
         "use ecss_can::{od::Run, node::Slave};",
-        "fn f() { crate::node::Slave::new() }",
+        "fn f() { crate::node::Slave::builder().build() }",
         "fn f() { ::ecss_can::node::slave() }",
         "fn f(slave: &super::super::node::Slave) {}",
         "struct S<T: crate::node::Node>(T);",

@@ -128,9 +128,9 @@ fn read_line(line: &str, script: &mut Option<Script>) -> Result<(), String> {
     let (word, pairs) = Pairs::of(line)?;
     match (word, &mut *script) {
         ("run", None) => {
-            let slaves = pairs.number("slaves", 126)? as u8;
+            let slaves = pairs.number("slaves", 125)? as u8;
             if slaves == 0 {
-                return Err(format!("`{line}`: slaves=0, allowed are 1 to 126"));
+                return Err(format!("`{line}`: slaves=0, allowed are 1 to 125"));
             }
             *script = Some(Script {
                 seed: pairs.number("seed", u64::MAX)?,
@@ -226,7 +226,7 @@ mod tests {
         };
         refused("", "no line `run");
         refused("cut at=1", "begins with `run`");
-        refused("run slaves=127", "0 to 126");
+        refused("run slaves=126", "0 to 125");
         refused("run slaves=2\nfire at=1", "allowed are cut, short");
         refused("run slaves=2\ncut at=1 bus=third", "nominal and redundant");
         refused("run slaves=2\nreset-slave at=1 node=4", "0 to 3");
@@ -235,7 +235,7 @@ mod tests {
         refused("run masters=2 slaves=2\nreset-slave at=1 node=128", "not possible");
         refused("run slaves=2\nreset-slave at=1", "not possible");
         refused("run slaves=2\ncut soon", "KEY=VALUE");
-        refused("run slaves=0", "line 1: `run slaves=0`: slaves=0, allowed are 1 to 126");
+        refused("run slaves=0", "line 1: `run slaves=0`: slaves=0, allowed are 1 to 125");
         refused(
             "# two\n\nrun slaves=2\ncut at=1 plcae=3",
             "line 4: `cut at=1 plcae=3`: unknown plcae=3, allowed are at,",

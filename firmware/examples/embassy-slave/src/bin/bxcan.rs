@@ -36,7 +36,8 @@ async fn main(spawner: Spawner) {
     can.set_bitrate(1_000_000);
     let port = Adapter::new(Bxcan::new(can));
     let slave = || CanopenSlave::new(NodeId::of::<3>(), &Settings::DEFAULT, Heater::default());
-    let (slave, mut events, runners) = NODE.start(slave, port, Uptime, &DIAGNOSTICS);
+    let (slave, mut events, runners) =
+        NODE.start(slave, Connection { ports: port, clock: Uptime }, &DIAGNOSTICS);
     spawner.spawn(bus(runners.bus).unwrap());
     spawner.spawn(due(runners.due).unwrap());
     loop {

@@ -1,6 +1,5 @@
 //! Heater, slave 3 at 250 kbit/s, on FDCAN1 of a NUCLEO-G474RE (PA11, PA12) or NUCLEO-H743ZI (PD0, PD1).
-#![no_std]
-#![no_main]
+#![cfg_attr(target_os = "none", no_std, no_main)]
 use async_canopen::{link::adapter::Adapter, prelude::*};
 use embassy_executor::{Spawner, main, task};
 use embassy_ports::{Board, Fdcan, Uptime};
@@ -40,7 +39,8 @@ async fn main(spawner: Spawner) {
     let mut can = CanConfigurator::new(p.FDCAN1, p.PD0, p.PD1, Irqs);
     can.set_bitrate(250_000);
     let slave = || CanopenSlave::new(NodeId::of::<3>(), &Settings::DEFAULT, Heater::default());
-    let (slave, mut events, runners) = NODE.start(slave, Adapter::new(Fdcan::new(can)), Uptime, &DIAGNOSTICS);
+    let connection = Connection { ports: Adapter::new(Fdcan::new(can)), clock: Uptime };
+    let (slave, mut events, runners) = NODE.start(slave, connection, &DIAGNOSTICS);
     spawner.spawn(bus(runners.bus).unwrap());
     spawner.spawn(due(runners.due).unwrap());
     loop {

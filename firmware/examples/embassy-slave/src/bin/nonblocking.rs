@@ -66,7 +66,8 @@ async fn main(spawner: Spawner) {
     can.enable().await;
     let port = Adapter::new(Nonblocking::new(Plain(can), &CAN, || Uptime.now()));
     let slave = || CanopenSlave::new(NodeId::of::<3>(), &Settings::DEFAULT, Heater::default());
-    let (slave, mut events, runners) = NODE.start(slave, port, Uptime, &DIAGNOSTICS);
+    let (slave, mut events, runners) =
+        NODE.start(slave, Connection { ports: port, clock: Uptime }, &DIAGNOSTICS);
     spawner.spawn(bus(runners.bus).unwrap());
     spawner.spawn(due(runners.due).unwrap());
     spawner.spawn(poll().unwrap());

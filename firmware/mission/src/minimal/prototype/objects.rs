@@ -1,9 +1,10 @@
 //! The objects that the data sheet of the prototype's minimal slave shows (ECSS 9.2a). No node holds them.
 
 use ecss_can::node::Identity;
-use ecss_can::node::minimal::{MinimalDevice, Numbers, assert_minimal};
+use ecss_can::node::minimal::{MinimalDevice, assert_minimal};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{Mapping, StaticMapping};
+use ecss_can::profile::Profile;
 use ecss_can::time::{ScetGet, ScetSet};
 use ecss_can::types::NodeId;
 
@@ -79,10 +80,10 @@ pub struct PrototypeObjects {
 const _: () = assert_minimal::<PrototypeObjects>(&PrototypeMission::PDOS);
 
 impl PrototypeObjects {
-    /// As they are hard-coded in node `id` with these numbers.
-    pub fn new(id: NodeId, numbers: &Numbers) -> PrototypeObjects {
+    /// As they are hard-coded in node `id` with this profile.
+    pub fn new(id: NodeId, profile: &Profile) -> PrototypeObjects {
         let mut all = PrototypeObjects::default();
-        (all.consumer_heartbeat, all.producer_heartbeat) = consumer(numbers);
+        (all.consumer_heartbeat, all.producer_heartbeat) = consumer(id, profile);
         all.identity = identity(id);
         (all.rpdos, all.tpdos) = parameters(&PrototypeMission::PDOS, id);
         let time = |index| [mapped(index, 2, 24), mapped(index, 1, 32)];

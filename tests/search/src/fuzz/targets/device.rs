@@ -102,5 +102,5 @@ pub struct Telecommand {
 /// The slave before power-on.
 pub fn slave(id: NodeId, profile: &Profile) -> Slave<Instrument> {
     let application = Instrument { block: Domain::new(vec![0; 64]), ..Instrument::default() };
-    Slave::new(id, profile, application)
+    Slave::builder(id, profile, application).build()
 }
