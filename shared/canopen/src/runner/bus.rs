@@ -276,7 +276,7 @@ impl<P: CanPort> BusState<P> {
     fn look<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.looked = now;
         let health = self.port.health();
-        if health != self.health {
+        if word(&health) != word(&self.health) {
             self.differs(shared, health, now);
         }
     }
@@ -408,6 +408,11 @@ impl<P: CanPort> BusState<P> {
         }
         self.due = shared.queues[self.bus].next_expiry().map_or(due, |expiry| due.min(expiry));
     }
+}
+
+/// All of health, compared at once (row `rx.interrupt_to_dictionary_median`).
+fn word(&Health { state, tec, rec, last_error }: &Health) -> u32 {
+    u32::from_le_bytes([state as u8, last_error as u8, tec, rec])
 }
 
 /// The part of health that decisions depend on: the state, and whether frames stay without acknowledgement.
