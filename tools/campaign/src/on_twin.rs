@@ -77,6 +77,7 @@ impl Twin {
                     self.read_command(&trace.frame, &receivers);
                 }
                 Observation::Destroyed { frame, receivers, .. } => self.read_command(&frame, &receivers),
+                Observation::ReceivedLate { at, node, frame, .. } => self.read_command(&frame, &[(node, at)]),
                 _ => {}
             }
         }

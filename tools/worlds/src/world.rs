@@ -127,7 +127,10 @@ impl Cable {
                 }
                 Observation::Destroyed { cause: Destruction::TransmitterLeft, .. } => self.torn += 1,
                 Observation::Misread { .. } => self.misread += 1,
-                Observation::Destroyed { .. } | Observation::Error { .. } | Observation::Fault { .. } => {}
+                Observation::Destroyed { .. }
+                | Observation::ReceivedLate { .. }
+                | Observation::Error { .. }
+                | Observation::Fault { .. } => {}
             }
         }
     }

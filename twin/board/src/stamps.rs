@@ -6,7 +6,7 @@
 
 use can_wire::encode::encode;
 use can_wire::fault::{Fault, FaultError};
-use can_wire::frame::WireId;
+use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
 
@@ -195,14 +195,18 @@ impl Trial {
                     self.note_end(*node, trace.transmitter, trace.end);
                 }
             }
-            // Destroyed in its last bit, when receivers had it already.
+            // Destroyed in its last bit, when receivers had it already, or before the error reached them.
             Observation::Destroyed { frame, transmitter, start, receivers, .. }
                 if record.bus == Bus::Nominal && frame.id == stamped =>
             {
-                let end = *start + Time::from_us(encode(frame).bits().len() as u64);
                 for (node, _) in receivers {
-                    self.note_end(*node, *transmitter, end);
+                    self.note_end(*node, *transmitter, end_of(frame, *start));
                 }
+            }
+            Observation::ReceivedLate { node, frame, transmitter, start, .. }
+                if record.bus == Bus::Nominal && frame.id == stamped =>
+            {
+                self.note_end(*node, *transmitter, end_of(frame, *start));
             }
             _ => {}
         }
@@ -243,6 +247,11 @@ impl Ledger {
         }
         (self.said, self.torn) = (now, false);
     }
+}
+
+/// End of a frame at its transmitter, by its SOF there.
+fn end_of(frame: &WireFrame, start: Time) -> Time {
+    start + Time::from_us(encode(frame).bits().len() as u64)
 }
 
 /// From the `end` of a frame to its `stamp`, both by a timer of 32 bits, ns.

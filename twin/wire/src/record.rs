@@ -29,10 +29,25 @@ pub enum Observation {
         at: Time,
         /// Why.
         cause: Destruction,
-        /// Who received it all the same, because the error came after it was valid there: they will receive it twice.
+        /// Who received it before that, because the error came after it was valid there: they will receive it twice.
+        /// [`Observation::ReceivedLate`] has those that received it later.
         receivers: Vec<(NodeIndex, Time)>,
         /// Piece of the cable, counted from the left; 0 on an uncut one.
         segment: usize,
+    },
+    /// A node received a frame after its transmission had ended without success: the error had not yet reached the node when
+    /// the frame was valid there.
+    ReceivedLate {
+        /// When it was valid.
+        at: Time,
+        /// By whom.
+        node: NodeIndex,
+        /// The frame.
+        frame: WireFrame,
+        /// Who sent it.
+        transmitter: NodeIndex,
+        /// Falling edge of SOF at the transmitter.
+        start: Time,
     },
     /// A node received a frame that nobody sent: an error that no check caught.
     Misread {
@@ -92,6 +107,7 @@ impl Observation {
         match self {
             Observation::Completed { trace, .. } => trace.end,
             Observation::Destroyed { at, .. }
+            | Observation::ReceivedLate { at, .. }
             | Observation::Misread { at, .. }
             | Observation::Error { at, .. }
             | Observation::Fault { at, .. } => *at,

@@ -45,11 +45,19 @@ pub(crate) struct Ledger {
     /// Everything up to here has been told and recorded: a replay keeps silent.
     pub(crate) told_until: Option<Fine>,
     start: Fine,
-    /// SOFs and frames of the transmissions since then that are on record; after a cut has healed there may be two.
-    recorded: Vec<(Fine, WireFrame)>,
+    /// Transmissions since then that are on record; after a cut has healed there may be two.
+    recorded: Vec<Recorded>,
     deliveries: Vec<(NodeIndex, Time, WireFrame)>,
     /// Start of what keeps the bus busy without having been completed.
     busy_from: Option<Fine>,
+}
+
+/// A transmission that is on record.
+#[derive(Clone, Debug)]
+struct Recorded {
+    sof: Fine,
+    frame: WireFrame,
+    transmitter: NodeIndex,
 }
 
 impl Ledger {
@@ -66,17 +74,28 @@ impl Ledger {
         }
     }
 
-    /// Puts `own` on record. `false` when it has been already: it, the same frame of a contender, or with `any` another
-    /// frame that began with it.
-    fn record(&mut self, own: &Transmission, any: bool) -> bool {
-        let same = |&(start, frame): &(Fine, WireFrame)| {
-            start.0.abs_diff(own.start.0) <= own.bit.times(2).0 && (any || frame == own.frame)
+    /// Puts `own` of `transmitter` on record. `false` when it has been already: it, the same frame of a contender, or with `any`
+    /// another frame that began with it.
+    fn record(&mut self, own: &Transmission, transmitter: NodeIndex, any: bool) -> bool {
+        let same = |other: &Recorded| {
+            other.sof.0.abs_diff(own.start.0) <= own.bit.times(2).0 && (any || other.frame == own.frame)
         };
         let is_new = !self.recorded.iter().any(same);
         if is_new {
-            self.recorded.push((own.start, own.frame));
+            self.recorded.push(Recorded { sof: own.start, frame: own.frame, transmitter });
         }
         is_new
+    }
+
+    /// `node` received `frame`.
+    fn received(&mut self, at: Time, node: NodeIndex, frame: WireFrame, observed: &mut Observed) {
+        match self.recorded.iter().find(|recorded| recorded.frame == frame) {
+            Some(&Recorded { sof, transmitter, .. }) => {
+                let start = sof.floor();
+                observed.records.push(Observation::ReceivedLate { at, node, frame, transmitter, start });
+            }
+            None => self.deliveries.push((node, at, frame)),
+        }
     }
 
     /// Nothing is under way from `at` on.
@@ -86,7 +105,7 @@ impl Ledger {
         }
         for (node, at, frame) in self.deliveries.drain(..) {
             // Without any record the transmitter is elsewhere by now: on the other side of a cut.
-            if !self.recorded.is_empty() && !self.recorded.iter().any(|&(_, sent)| sent == frame) {
+            if !self.recorded.is_empty() && !self.recorded.iter().any(|sent| sent.frame == frame) {
                 observed.records.push(Observation::Misread { at, node, frame });
             }
         }
@@ -111,7 +130,7 @@ impl Stage<'_> {
             recorder.lanes[node].events.push((time, event));
         }
         match event {
-            WireEvent::Received(frame) => ledger.deliveries.push((node, time, frame)),
+            WireEvent::Received(frame) => ledger.received(time, node, frame, self.observed),
             WireEvent::Transmitted => self.completed(ledger, node, transmission),
             WireEvent::TransmitError(kind) => {
                 self.error(time, node, kind, true);
@@ -156,7 +175,7 @@ impl Stage<'_> {
 
     fn completed(&mut self, ledger: &mut Ledger, node: NodeIndex, transmission: Option<&Transmission>) {
         let Some(own) = transmission else { return };
-        if !ledger.record(own, false) {
+        if !ledger.record(own, node, false) {
             return;
         }
         let bit = own.bit;
@@ -185,7 +204,7 @@ impl Stage<'_> {
     ) {
         let Some(own) = transmission else { return };
         let is_news = cause == Destruction::TransmitterLeft || ledger.is_news(at);
-        if !is_news || !ledger.record(own, true) {
+        if !is_news || !ledger.record(own, node, true) {
             return;
         }
         ledger.busy_from.get_or_insert(own.start);

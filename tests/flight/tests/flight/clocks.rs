@@ -90,7 +90,8 @@ impl Client {
     }
 }
 
-/// 10 m and 20 m are 50 ns and 100 ns, whatever their transceivers take. A slave that is not there fails.
+/// 10 m and 20 m are 50 ns and 100 ns, whatever their transceivers take. One measurement has a standard deviation of about 10 ns, the
+/// mean of four half of it. A slave that is not there fails.
 #[test]
 fn cables_are_measured_by_both_ends() {
     let mut flight = Flight::of(&MASTER_AND_THREE, |setup| board(setup, true));
@@ -98,10 +99,15 @@ fn cables_are_measured_by_both_ends() {
     flight.fly(SETTLED);
     let mut client = Client { flight, guest };
     for (node, expected) in [(3, 50.0), (4, 100.0)] {
-        client.measure(node, 2_500);
-        assert_eq!([2, 3, 4].map(|sub| client.read(sub)), [2, 0, 0], "measured, no abort, nominal");
-        let delay = f64::from(client.read(5) as i32);
-        assert!((delay - expected).abs() < 20.0, "{delay} ns for {expected} ns");
+        let delays = [(); 4].map(|()| {
+            client.measure(node, 2_500);
+            assert_eq!([2, 3, 4].map(|sub| client.read(sub)), [2, 0, 0], "measured, no abort, nominal");
+            f64::from(client.read(5) as i32)
+        });
+        let mean = delays.iter().sum::<f64>() / 4.0;
+        assert!((mean - expected).abs() < 15.0, "{delays:?} ns for {expected} ns");
+        let is_near = |delay: &f64| (delay - expected).abs() < 40.0;
+        assert!(delays.iter().all(is_near), "{delays:?} ns for {expected} ns");
     }
     client.measure(9, 1_000);
     assert_eq!([client.read(2), client.read(3)], [3, 0x0504_0000], "failed: SDO protocol timed out");

@@ -27,6 +27,9 @@ fn repeated(flight: &Flight) -> usize {
         Observation::Destroyed { frame, receivers, .. } => {
             frame.id == WireId::Standard(COMMAND_TO_TWO) && receivers.iter().any(|(node, _)| *node == two)
         }
+        Observation::ReceivedLate { frame, node, .. } => {
+            frame.id == WireId::Standard(COMMAND_TO_TWO) && *node == two
+        }
         _ => false,
     };
     flight.records.iter().filter(|wire| was_received(&wire.record)).count()

@@ -10,6 +10,7 @@ use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::record::{Destruction, Observation};
 use can_wire::station::Bench;
+use can_wire::wire::WireConfig;
 
 /// Each node sees a wrong bit as the error that it is: stuff errors are the sixth equal bit, form errors a dominant bit in a
 /// delimiter or in EOF, and a receiver sends dominant, so that it can have a bit error, only in the ACK slot and in flags.
@@ -226,6 +227,29 @@ fn a_dominant_last_bit_of_eof_doubles_the_frame() {
     let records = bench.wire.take_records();
     let cause = Destruction::Error(ErrorKind::BitRecessive);
     assert_eq!(destroyed(&records).map(|(cause, _, _, receivers)| (cause, receivers)), Some((cause, 2)));
+}
+
+/// A dominant last but one bit of EOF at the transmitter alone: it ends there when the frame becomes valid, and 10 m farther the
+/// frame is valid before the error arrives. The record of the transmission is made by then.
+#[test]
+fn receivers_farther_away_receive_a_frame_after_its_end() {
+    let places = [(0.0, sending(SOF, sync())), (1.0, idle()), (11.0, idle())];
+    let mut bench = Bench::new(WireConfig::default(), places.into());
+    from_start(&mut bench, [flip_field(Field::Eof(5), &[0])]);
+    bench.leap(us(300));
+    assert_eq!(errors(&bench, 0)[0], (us(SOF + 47), transmit_error(ErrorKind::BitRecessive)));
+    assert_eq!((received(&bench, 1).len(), received(&bench, 2).len()), (2, 2));
+    let records = bench.wire.take_records();
+    let cause = Destruction::Error(ErrorKind::BitRecessive);
+    assert_eq!(destroyed(&records), Some((cause, us(SOF + 47), 0, 0)));
+    let late = records.iter().filter_map(|record| match record {
+        Observation::ReceivedLate { at, node, frame, transmitter, start } => {
+            Some((*node, *at, *frame, *transmitter, *start))
+        }
+        _ => None,
+    });
+    let expected = [1, 2].map(|node| (node, received(&bench, node)[0].0, sync(), 0, us(SOF)));
+    assert_eq!(late.collect::<Vec<_>>(), expected);
 }
 
 /// A dominant last but one bit of EOF at one receiver: it rejects what the other accepts, who gets it twice.
