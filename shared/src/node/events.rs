@@ -1,12 +1,7 @@
 //! Events that slaves and masters have in common.
 
-use async_canopen::node::extend::SlaveEvents;
-
-use super::SlaveEvent;
-use crate::link::Stamp;
-use crate::link::port::Health;
 use crate::time::Step;
-use crate::types::{Bus, CobId, NmtState, NodeId, Scet};
+use crate::types::Scet;
 
 /// Event of a node of a spacecraft beyond CANopen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,41 +137,3 @@ macro_rules! role_events {
 }
 
 pub(super) use role_events;
-
-impl SlaveEvents for SlaveEvent {
-    fn state(state: NmtState) -> Self {
-        SlaveEvent::State(state)
-    }
-
-    fn peer_state(node: NodeId, state: NmtState) -> Self {
-        SlaveEvent::PeerState { node, state }
-    }
-
-    fn peer_missed(node: NodeId) -> Self {
-        SlaveEvent::PeerMissed { node }
-    }
-
-    fn sync(bus: Bus, stamp: Stamp) -> Self {
-        SlaveEvent::Sync { bus, stamp }
-    }
-
-    fn not_sent(bus: Bus, id: CobId, data: [u8; 8]) -> Self {
-        SlaveEvent::NotSent { bus, id, data }
-    }
-
-    fn health(bus: Bus, health: Health) -> Self {
-        SlaveEvent::Health { bus, health }
-    }
-
-    fn bus_stalled(bus: Bus) -> Self {
-        SlaveEvent::BusStalled { bus }
-    }
-
-    fn bus_failed(bus: Bus) -> Self {
-        SlaveEvent::BusFailed { bus }
-    }
-
-    fn reset_node() -> Self {
-        SlaveEvent::ResetNode
-    }
-}

@@ -1,12 +1,14 @@
 //! Events between a slave and its application.
 
+use async_canopen::node::extend::SlaveEvents;
 use thiserror::Error;
 
 use super::events::role_events;
 use crate::link::Stamp;
+use crate::link::port::Health;
 use crate::nmt::Command;
 use crate::redundancy::BusCause;
-use crate::types::{Bus, NmtState, NodeId};
+use crate::types::{Bus, CobId, NmtState, NodeId};
 
 role_events! {
     /// Event that a slave reports to its application.
@@ -95,6 +97,44 @@ role_events! {
             /// reserved for "save", or the store failed.
             is_kept: bool,
         },
+    }
+}
+
+impl SlaveEvents for SlaveEvent {
+    fn state(state: NmtState) -> Self {
+        SlaveEvent::State(state)
+    }
+
+    fn peer_state(node: NodeId, state: NmtState) -> Self {
+        SlaveEvent::PeerState { node, state }
+    }
+
+    fn peer_missed(node: NodeId) -> Self {
+        SlaveEvent::PeerMissed { node }
+    }
+
+    fn sync(bus: Bus, stamp: Stamp) -> Self {
+        SlaveEvent::Sync { bus, stamp }
+    }
+
+    fn not_sent(bus: Bus, id: CobId, data: [u8; 8]) -> Self {
+        SlaveEvent::NotSent { bus, id, data }
+    }
+
+    fn health(bus: Bus, health: Health) -> Self {
+        SlaveEvent::Health { bus, health }
+    }
+
+    fn bus_stalled(bus: Bus) -> Self {
+        SlaveEvent::BusStalled { bus }
+    }
+
+    fn bus_failed(bus: Bus) -> Self {
+        SlaveEvent::BusFailed { bus }
+    }
+
+    fn reset_node() -> Self {
+        SlaveEvent::ResetNode
     }
 }
 
