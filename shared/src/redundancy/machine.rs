@@ -2,7 +2,7 @@
 //!
 //! For nodes of another kind, and for tests. A user of a node needs none of these.
 
-pub use super::babblers::{Babblers, BabblingStep};
+pub use super::babblers::Babblers;
 pub use super::manager::{Action, Manager};
 pub use super::master::{MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, Sending};
 pub use super::peers::{PeerHeartbeat, Peers};

@@ -56,7 +56,8 @@ mod slave_search;
 mod standby;
 mod trial;
 
-pub(crate) use babblers::{Babblers, BabblingStep};
+pub(crate) use babblers::Babblers;
+pub use babblers::BabblingStep;
 pub use manager::SwitchCause;
 pub(crate) use manager::{Action, Manager};
 pub(crate) use master::{MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, Sending};

@@ -6,7 +6,8 @@ use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::machine::{Babblers, BabblingStep};
+use ecss_can::redundancy::BabblingStep;
+use ecss_can::redundancy::machine::Babblers;
 use ecss_can::types::{Bus, Instant, NmtState};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};

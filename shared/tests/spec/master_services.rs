@@ -8,7 +8,7 @@ use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::MasterEvent;
 use ecss_can::node::extend::{ClientNode, LinkEvent};
 use ecss_can::profile::Profile;
-use ecss_can::sdo::machine::Mode;
+use ecss_can::sdo::Mode;
 use ecss_can::types::{Address, Bus, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};

@@ -1,7 +1,7 @@
 //! The SDO client of `ecss-can`, a server that others wrote, and a spacecraft on whose nominal bus they meet.
 
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::Mode;
+use ecss_can::sdo::Mode;
 use ecss_can::types::Address;
 
 use crate::host::Host;

@@ -4,7 +4,8 @@ use std::time::{Duration as Span, Instant as Wall};
 
 use anyhow::{Context, ensure};
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::{Client, Mode, Payload};
+use ecss_can::sdo::Mode;
+use ecss_can::sdo::machine::{Client, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 
 use crate::slcan::Channel;

@@ -5,7 +5,8 @@
 //! for one confirmation. An *abort* ends a transfer with a code.
 //!
 //! ```
-//! use async_canopen::sdo::machine::{Client, Mode};
+//! use async_canopen::sdo::Mode;
+//! use async_canopen::sdo::machine::Client;
 //! use async_canopen::types::{Address, Duration, Instant};
 //!
 //! let mut client = Client::new(Duration::from_millis(500));
@@ -67,8 +68,8 @@ mod servers;
 mod wire;
 
 use crate::types::{AbortCode, Address};
-pub(crate) use client::{Client, Mode};
-pub use client::{Error, STAGING};
+pub(crate) use client::Client;
+pub use client::{Error, Mode, STAGING};
 pub use objects::{SdoParameters, SdoServerObjects};
 pub use second::{SdoChannel, TwoSdoServers};
 pub(crate) use server::Server;

@@ -13,7 +13,7 @@ use crate::node::services::TimeServices;
 use crate::node::{Communication, SpacecraftDevice};
 use crate::profile::Profile;
 use crate::redundancy::MasterBoards;
-use crate::sdo::machine::Mode;
+use crate::sdo::Mode;
 use crate::types::earliest;
 
 /// Bytes taken from the client at once.

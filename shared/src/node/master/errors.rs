@@ -12,7 +12,7 @@ use crate::emcy::{ActiveError, Emergency, ReadOutcome};
 use crate::node::SpacecraftDevice;
 use crate::redundancy::MasterBoards;
 use crate::sdo::Error;
-use crate::sdo::machine::Mode;
+use crate::sdo::Mode;
 use crate::types::{Duration, Instant, NodeId};
 
 /// Between two looks at the register of each slave.

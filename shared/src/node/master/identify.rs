@@ -12,7 +12,7 @@ use super::{Master, MasterEvent, Turn};
 use crate::node::{Communication, SpacecraftDevice};
 use crate::redundancy::MasterBoards;
 use crate::sdo::Error;
-use crate::sdo::machine::Mode;
+use crate::sdo::Mode;
 use crate::types::{Address, Instant};
 
 const DEVICE_TYPE: Address = Communication::DEVICE_TYPE.address();

@@ -12,7 +12,8 @@ use ecss_can::node::{Device, DeviceNode, Node, Slave};
 use ecss_can::od::{Domain, Objects, VisibleString};
 use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::{Client, Mode};
+use ecss_can::sdo::Mode;
+use ecss_can::sdo::machine::Client;
 use ecss_can::types::Address;
 
 use crate::bench::{Bench, NOMINAL, node, span};

@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.1a
 
 use ecss_can::node::Node;
-use ecss_can::sdo::machine::Mode;
+use ecss_can::sdo::Mode;
 use ecss_can::store::ParameterStore;
 
 use super::{

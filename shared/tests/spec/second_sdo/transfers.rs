@@ -4,7 +4,7 @@
 
 use ecss_can::node::DeviceNode;
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::Mode;
+use ecss_can::sdo::Mode;
 use ecss_can::types::AbortCode;
 
 use super::{

@@ -10,7 +10,7 @@ use ecss_can::nmt::Command as NmtCommand;
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
 use ecss_can::node::{Device as _, MasterEvent, SlaveEvent};
 use ecss_can::pdo::{ReceivedPdo, SetRpdo};
-use ecss_can::redundancy::machine::BabblingStep;
+use ecss_can::redundancy::BabblingStep;
 use ecss_can::runner::EventSource;
 use ecss_can::time::Step;
 use ecss_can::types::{Address, Bus, CobId, Instant, NmtState, Scet};

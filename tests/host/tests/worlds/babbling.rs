@@ -7,7 +7,7 @@ use can_wire::time::Time;
 use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::machine::BabblingStep;
+use ecss_can::redundancy::BabblingStep;
 use ecss_can::runner::SlaveHandle;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
 use host_worlds::log::NodeEvent;

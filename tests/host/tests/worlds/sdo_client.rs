@@ -11,7 +11,7 @@ use ecss_can::node::{Communication, Identity, MasterRequest};
 use ecss_can::od::{Field, NotWritable, Readable};
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::Mode;
+use ecss_can::sdo::Mode;
 use ecss_can::types::{AbortCode, Address, Bus, Duration};
 use futures_util::future::select;
 use mission::{LIBRECUBE, MissionObjects, STANDARD};

@@ -4,7 +4,7 @@
 //! Client and server hang on the nominal bus of a spacecraft that flies as usual, with a master of its own.
 
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::Mode;
+use ecss_can::sdo::Mode;
 use ecss_can::types::{AbortCode, Address};
 use second::flight::Flight;
 

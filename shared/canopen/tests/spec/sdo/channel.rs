@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use async_canopen::sdo::Error;
-use async_canopen::sdo::machine::{Client, Mode, Payload, Server};
+use async_canopen::sdo::Mode;
+use async_canopen::sdo::machine::{Client, Payload, Server};
 use async_canopen::types::{Address, Duration, Instant};
 
 use super::fixture::{Objects, TIMEOUT};

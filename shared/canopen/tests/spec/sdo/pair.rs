@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::Error;
-use async_canopen::sdo::machine::Mode;
+use async_canopen::sdo::Mode;
 use async_canopen::types::AbortCode;
 use proptest::prelude::*;
 

@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 6.1a
 
-use async_canopen::sdo::machine::{Client, Mode, Payload};
+use async_canopen::sdo::Mode;
+use async_canopen::sdo::machine::{Client, Payload};
 use async_canopen::types::{Address, Duration, Instant};
 use host_worlds::judge::sdo::{Transfer, checksum, is_written};
 use proptest::prelude::*;

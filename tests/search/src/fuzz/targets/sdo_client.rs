@@ -1,7 +1,8 @@
 //! The SDO client, between an application and any server.
 
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::{Client, Mode, Payload};
+use ecss_can::sdo::Mode;
+use ecss_can::sdo::machine::{Client, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 use host_worlds::judge::sdo::checksum;
 

@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use ecss_can::sdo::Error;
-use ecss_can::sdo::machine::{Client, Mode, Payload};
+use ecss_can::sdo::Mode;
+use ecss_can::sdo::machine::{Client, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 use second::host::{pull, push};
 

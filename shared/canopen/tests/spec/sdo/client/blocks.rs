@@ -2,7 +2,8 @@
 //!
 //! Verifies: ECSS 6.1a
 
-use async_canopen::sdo::machine::{Mode, WINDOW};
+use async_canopen::sdo::Mode;
+use async_canopen::sdo::machine::WINDOW;
 use async_canopen::sdo::{Error, STAGING};
 use async_canopen::types::AbortCode;
 

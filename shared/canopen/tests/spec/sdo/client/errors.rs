@@ -3,7 +3,8 @@
 //! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::Error;
-use async_canopen::sdo::machine::{Client, Mode, WINDOW};
+use async_canopen::sdo::Mode;
+use async_canopen::sdo::machine::{Client, WINDOW};
 use async_canopen::types::{AbortCode, Address, Instant};
 
 use super::{AT, Bench, frames};

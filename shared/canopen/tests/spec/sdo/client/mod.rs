@@ -5,7 +5,8 @@
 mod blocks;
 mod errors;
 
-use async_canopen::sdo::machine::{Client, Mode, Payload};
+use async_canopen::sdo::Mode;
+use async_canopen::sdo::machine::{Client, Payload};
 use async_canopen::sdo::{Error, STAGING};
 use async_canopen::types::{AbortCode, Address, Duration, Instant};
 
