@@ -2,12 +2,14 @@
 #![deny(warnings)]
 
 use ecss_can::boot::Setting;
+use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Duration, NodeId};
 
 const SHORT: Profile = Profile {
     heartbeat: Duration::from_millis(1),
     consumer: Duration::from_millis(2),
+    budget: BudgetPolicy { cob_id: Rate::new(256, 2_000), ..Profile::DEFAULT.budget },
     ..Profile::DEFAULT
 };
 const LONG: Profile = Profile {
