@@ -1,11 +1,9 @@
 //! Tasks of an image: those of a node on two buses, and that of its pulse output.
 
 /// Declares a function that spawns the tasks of a node: `fn NAME(BOARD, NODE)`, with the types of its board and its node. The
-/// function takes a `Spawner` and the [`Runners`](ecss_can::runner::Runners). Tasks of Embassy cannot be generic, so that each
-/// image has its own.
+/// function takes a `Spawner` and the `Runners` of the node. Tasks of Embassy cannot be generic, so that each image has its own.
 ///
-/// The tasks are supervised under the names `bus`, twice, and `due`. The
-/// image depends on `ecss-can` and `embassy-executor`.
+/// The tasks are supervised under the names `bus`, twice, and `due`. The image depends on `ecss-can` and `embassy-executor`.
 ///
 /// ```ignore (a part of an image)
 /// boards_runtime::node_tasks!(fn spawn_node(Board, Slave<Heater>));
