@@ -88,7 +88,6 @@ fn implementation(
     let texts = names.iter().map(|name| name.unraw().to_string());
     quote! {
         impl #krate::od::Variable for #ident {
-            #[inline]
             fn bits(&self) -> ::core::primitive::u64 {
                 let number = match self {
                     #(Self::#names => Self::#names as #repr,)*
@@ -96,7 +95,6 @@ fn implementation(
                 number as ::core::primitive::#unsigned as ::core::primitive::u64
             }
 
-            #[inline]
             fn set_bits(&mut self, bits: ::core::primitive::u64) {
                 let number = bits as #repr;
                 #(
@@ -114,7 +112,6 @@ fn implementation(
                 #krate::od::NamedValue { number: Self::#names as #repr as ::core::primitive::i64, name: #texts }
             ),*];
 
-            #[inline]
             fn is_value(bits: ::core::primitive::u64) -> ::core::primitive::bool {
                 let number = bits as #repr;
                 #(number == Self::#names as #repr)||*
@@ -122,7 +119,6 @@ fn implementation(
         }
 
         impl #krate::od::Number for #ident {
-            #[inline]
             fn from_bits(bits: ::core::primitive::u64) -> ::core::option::Option<Self> {
                 let number = bits as #repr;
                 #(

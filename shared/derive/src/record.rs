@@ -135,7 +135,6 @@ fn implementation(
             }
 
             #[allow(unused_variables)]
-            #[inline]
             fn check(sub: u8, value: &[u8]) -> ::core::result::Result<(), #krate::types::AbortCode> {
                 #(#checks)*
                 ::core::result::Result::Ok(())

@@ -29,7 +29,7 @@ pub fn write<D: Objects>(objects: &mut D, at: Address, value: &[u8]) -> Result<(
 ///
 /// # Errors
 /// [`AbortCode::ValueRange`] for a number that is no value of an enumeration.
-#[inline(always)] // nothing is left of it for other types
+#[inline] // row `instructions.sdo_download`: nothing is left of it for other types
 pub fn value_of<T: Typed>(is_meant: bool, value: &[u8]) -> Result<(), AbortCode> {
     if T::VALUES.is_empty() || !is_meant || T::is_value(number(value)) {
         Ok(())

@@ -38,7 +38,6 @@ pub trait Record {
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for a number that is no value of an enumeration.
-    #[inline]
     fn check(_sub: u8, _value: &[u8]) -> Result<(), AbortCode> {
         Ok(())
     }

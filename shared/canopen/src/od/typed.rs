@@ -52,7 +52,6 @@ pub enum Untyped {}
 )]
 pub trait Number: Typed + Copy + Default {
     /// Returns the number that the low bits are. `None` if they are no value of an enumeration.
-    #[inline]
     fn from_bits(bits: u64) -> Option<Self> {
         let mut value = Self::default();
         value.set_bits(bits);

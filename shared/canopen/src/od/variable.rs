@@ -79,7 +79,6 @@ pub trait Typed: Variable {
     const VALUES: &'static [NamedValue] = &[];
 
     /// Returns whether the low bits, as many as the type has, are a value of the type. Only an enumeration has bits that are none.
-    #[inline(always)]
     fn is_value(_bits: u64) -> bool {
         true
     }

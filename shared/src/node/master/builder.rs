@@ -64,7 +64,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> MasterBuilder<'_, D, B> {
     }
 
     /// Makes the master, before power-on.
-    #[inline(always)] // a copy of a master is 20 kB of stack
+    #[inline(always)] // row `size.pyboard-v11.master.stack`: made in its place
     pub fn build(self) -> Master<D, B> {
         let MasterBuilder { boards, profile, device, hardware } = self;
         Master::new(boards, profile, device, hardware)
