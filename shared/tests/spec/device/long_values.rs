@@ -3,7 +3,7 @@
 use crate::instrument::STANDARD;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, DeviceNode, Slave};
-use ecss_can::od::{Domain, Objects, OctetString, VisibleString};
+use ecss_can::od::{Domain, Enumeration, Number, Objects, OctetString, VisibleString};
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::store::ParameterStore;
 use ecss_can::types::{AbortCode, Address};
@@ -249,4 +249,44 @@ fn a_long_value_that_does_not_fit_any_more_leaves_the_default() {
     let mut smaller = Bench::new(smaller.store(Box::leak(Box::new(memory.clone()))).build());
     assert_eq!(smaller.node.objects().application.calibration.as_bytes(), b"unity");
     assert_eq!(errors(&mut smaller), (1, 1));
+}
+
+/// A number of old firmware that is no variant in new firmware.
+///
+/// Verifies: ECSS 6.8a
+#[test]
+fn a_stored_number_without_a_variant_leaves_the_default() {
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
+    #[repr(u16)]
+    enum Mode {
+        #[default]
+        Idle = 1,
+        Active = 2,
+    }
+    #[derive(Debug, Objects)]
+    #[objects(device)]
+    struct Moded<T: Number + core::fmt::Debug + Send + 'static> {
+        /// Mode
+        #[object(0x2104, rw)]
+        mode: T,
+    }
+    impl<T: Number + core::fmt::Debug + Send> Device for Moded<T> {
+        type Pdos = PdoObjects;
+        type Consumers = HeartbeatConsumers;
+
+        const PDOS: PdoSet = PdoSet::NONE;
+    }
+    fn powered<T: Number + core::fmt::Debug + Send>(memory: &Memory) -> Bench<Slave<Moded<T>>> {
+        let slave = Slave::builder(node(5), &STANDARD, Moded::default());
+        Bench::new(slave.store(Box::leak(Box::new(memory.clone()))).build())
+    }
+    for (stored, mode, reported) in [(2, Mode::Active, (0, 0)), (5, Mode::Idle, (1, 1))] {
+        let memory = Memory::default();
+        let mut older = powered::<u16>(&memory);
+        assert_eq!(write(&mut older, 0x2104, 0, &[stored, 0]), done(0x2104, 0));
+        assert_eq!(write(&mut older, 0x1010, 1, b"save"), done(0x1010, 1));
+        let mut newer = powered::<Mode>(&memory);
+        assert_eq!(newer.node.objects().application.mode, mode);
+        assert_eq!(errors(&mut newer), reported);
+    }
 }
