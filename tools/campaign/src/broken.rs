@@ -1,6 +1,6 @@
 //! Rules that are broken on purpose: the campaign must find each.
 //!
-//! Each was missing once, and a spacecraft did not fly (docs/verification/broken-rules.md). The campaign flies random scripts of the kinds
+//! Each was missing once, and a spacecraft did not fly (docs/verification/mutants.md). The campaign flies random scripts of the kinds
 //! that may meet it. Rules that only a change inside of the nodes breaks are patches in `tests/patches`.
 
 use crate::flight;

@@ -1,6 +1,6 @@
-//! The tables of `docs/performance.md`, made of the stored rows.
+//! The tables of `docs/performance.md` and `docs/performance-details.md`, made of the stored rows.
 //!
-//! The page has sections, and `cargo xtask bench --store` writes what is between their markers:
+//! The pages have sections, and `cargo xtask bench --store` writes what is between their markers:
 //!
 //! ```text
 //! <!-- rows: size.*.*.ram size.canopen_only -->
@@ -24,15 +24,18 @@ const START: &str = "<!-- rows: ";
 const START_ENDS: &str = " -->";
 const END: &str = "<!-- end of rows -->";
 
-/// Path of the page from the root of the project.
+/// The page with the rows that decide. The other page has them too.
 const PAGE: &str = "docs/performance.md";
 
-/// Writes the tables of the page anew.
+/// The page with all rows.
+const DETAILS: &str = "docs/performance-details.md";
+
+/// Writes the tables of both pages anew.
 ///
 /// # Errors
-/// When it cannot be read or written, or as [`with_tables`].
+/// When a page cannot be read or written, or as [`with_tables`].
 pub fn update(stored: &Stored) -> anyhow::Result<()> {
-    rewrite(PAGE, |page| with_tables(page, stored))
+    [PAGE, DETAILS].into_iter().try_for_each(|page| rewrite(page, |text| with_tables(text, stored)))
 }
 
 /// Writes a page of the project anew.
@@ -166,23 +169,25 @@ Text
         assert!(error.to_string().contains("no line '<!-- end of rows -->'"), "{error}");
     }
 
-    /// Given the page and the stored rows of the repository, then the tables of the page have these rows.
+    /// Given the pages and the stored rows of the repository, then the tables of each page have these rows.
     #[test]
-    fn page_is_as_stored() {
+    fn pages_are_as_stored() {
         let stored = Stored::read(&crate::bench::stored::path()).unwrap();
-        let page = fs::read_to_string(project::path(PAGE)).unwrap();
-        let expected = with_tables(&page, &stored).unwrap();
-        let differs = page.lines().zip(expected.lines()).find(|(page, expected)| page != expected);
-        assert!(
-            page == expected,
-            "`cargo xtask bench --store` writes the tables; first difference: {differs:?}"
-        );
+        for name in [PAGE, DETAILS] {
+            let page = fs::read_to_string(project::path(name)).unwrap();
+            let expected = with_tables(&page, &stored).unwrap();
+            let differs = page.lines().zip(expected.lines()).find(|(page, expected)| page != expected);
+            assert!(
+                page == expected,
+                "{name}: `cargo xtask bench --store` writes the tables; first difference: {differs:?}"
+            );
+        }
     }
 
     #[test]
-    fn row_with_a_target_is_in_one_table_of_the_page() {
+    fn row_with_a_target_is_in_one_table_of_the_details() {
         let stored = Stored::read(&crate::bench::stored::path()).unwrap();
-        let page = fs::read_to_string(project::path(PAGE)).unwrap();
+        let page = fs::read_to_string(project::path(DETAILS)).unwrap();
         let patterns: Vec<_> = page.lines().filter_map(patterns).flat_map(str::split_whitespace).collect();
         for (name, _) in stored.rows().filter(|(_, row)| row.get("target").is_some()) {
             assert_eq!(patterns.iter().filter(|pattern| is_match(pattern, name)).count(), 1, "{name}");

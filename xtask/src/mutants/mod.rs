@@ -128,7 +128,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let ((found, viable), at_least) = (outcome.share(), options.at_least);
     ensure!(
         found * 100 >= viable * usize::from(at_least),
-        "fewer than {at_least} percent were caught; docs/mutants.md says what to do"
+        "fewer than {at_least} percent were caught; docs/verification/mutants.md says what to do"
     );
     Ok(())
 }

@@ -131,12 +131,12 @@ fn boards_of_the_project_are_those_of_the_wiring_page() {
     }
 }
 
-/// Given the example of docs/wiring.md, then it describes a board.
+/// Given the example of docs/twin.md, then it describes a board.
 #[test]
-fn example_of_the_wiring_page_is_read() {
-    let page = std::fs::read_to_string(folder().join("../docs/wiring.md")).unwrap();
+fn example_of_the_page_about_the_twin_is_read() {
+    let page = std::fs::read_to_string(folder().join("../docs/twin.md")).unwrap();
     let example = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
-    let board = Description::parse(example, "docs/wiring.md").unwrap();
+    let board = Description::parse(example, "docs/twin.md").unwrap();
     assert_eq!(board.model.part.to_string(), "STM32F407VG");
     assert_eq!(board.model.pins.capture, Some([pin('A', 2), pin('A', 3)]));
     assert!(
