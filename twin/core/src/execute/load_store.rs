@@ -134,6 +134,8 @@ impl Core {
     }
 
     /// STREX, STREXB, STREXH: stores and gives 0, or stores nothing and gives 1.
+    ///
+    /// Without a mark it does not ask the MPU: the manual leaves open which of the two comes first (A3.4.4, A7.7).
     pub(super) fn store_exclusive<B: Bus>(
         &mut self,
         bus: &mut B,

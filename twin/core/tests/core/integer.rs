@@ -73,3 +73,17 @@ fn instructions_give_results_and_flags() {
         assert_eq!((registers.r[3], registers.xpsr), (r3, flags | 1 << 24), "{name}");
     }
 }
+
+/// The sum of the products alone is 2^31; with the third operand the sum fits (A7.7, SMLAD).
+#[test]
+fn smlad_sets_q_by_the_whole_sum() {
+    // SMLAD, SMLADX r3, r0, r1, r2
+    for (third, result, flags) in [(u32::MAX, 0x7FFF_FFFF, 0), (0, 0x8000_0000, Q)] {
+        for program in [[0xFB20, 0x2301], [0xFB20, 0x2311]] {
+            let mut board = Board::new(&program);
+            board.set(|registers| registers.r[..3].copy_from_slice(&[0x8000_8000, 0x8000_8000, third]));
+            let registers = board.steps(1);
+            assert_eq!((registers.r[3], registers.xpsr & Q), (result, flags), "{third:08X}");
+        }
+    }
+}

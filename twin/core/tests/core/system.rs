@@ -167,6 +167,17 @@ fn unprivileged_load_has_the_rights_of_unprivileged_code() {
 }
 
 #[test]
+fn exclusive_store_asks_the_mpu_only_with_a_mark() {
+    // STREX r3, r1, [r0]; LDREX r2, [r0]; STREX r3, r1, [r0]
+    let program = [0xE840, 0x1300, 0xE850, 0x2F00, 0xE840, 0x1300];
+    let mut board = protected(&program, READ_ONLY | EXECUTE_NEVER);
+    board.set(|registers| registers.r[0] = RAM);
+    assert_eq!((board.steps(1).r[3], board.core.exception()), (1, 0));
+    board.steps(2);
+    assert_eq!((board.core.exception(), board.load(MMFAR)), (4, RAM));
+}
+
+#[test]
 fn stack_in_a_refused_region_raises_mstkerr() {
     let mut board = protected(&[NOP], READ_ONLY);
     board.store(NVIC_ISER, 1);

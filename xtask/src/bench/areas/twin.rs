@@ -2,7 +2,7 @@
 //!
 //! Instructions of the host for one instruction of the emulated cores, everything included: cores, boards, buses and the observers of the
 //! demo. valgrind's callgrind counts them for two lengths of the demo flight without faults; the row has the difference, so that the
-//! start of the program does not count. The time of a fork is that of a copy of four boards on their buses, the best of 20.
+//! start of the program does not count. The rows `core_*` have the core alone, with three small programs and plain memory. The time of a fork is that of a copy of four boards on their buses, the best of 20.
 
 use std::path::Path;
 use std::process::Command;
@@ -25,6 +25,9 @@ const LENGTHS: [u64; 2] = [2, 4];
 /// Of one emulated instruction.
 const MOST_INSTRUCTIONS: f64 = 260.0;
 
+/// Emulated instructions of the two runs of a small program.
+const STEPS: [u64; 2] = [100_000, 300_000];
+
 /// Time after power-on at which the spacecraft is copied, number of its boards, and longest time that a copy may take.
 const FORKED: Time = Time::from_ms(2_000);
 const BOARDS: u8 = 4;
@@ -35,6 +38,9 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(vec![
         Row::lower("host_instructions", host_instructions(context)?, "instructions")
             .within(MOST_INSTRUCTIONS),
+        Row::lower("core_integers", core("integers")?, "instructions"),
+        Row::lower("core_floats", core("floats")?, "instructions"),
+        Row::lower("core_checksums", core("checksums")?, "instructions"),
         Row::lower("fork", fork(context)?.as_secs_f64() * 1e3, "ms").within(MOST_MS).noisy(),
     ])
 }
@@ -60,6 +66,15 @@ fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
     let report = String::from_utf8_lossy(&output.stdout);
     let count = report.split_whitespace().next().and_then(|count| count.parse().ok());
     count.with_context(|| format!("no number of instructions: {report}"))
+}
+
+/// Instructions of the host for one instruction of this program of the example `programs`.
+fn core(name: &str) -> anyhow::Result<f64> {
+    // As `cargo test` has it.
+    let program = callgrind::build(&["--package", "twin-core", "--example", "programs"], "dev")?;
+    let run = |steps: u64| callgrind::count(&program, &[name, &steps.to_string()]);
+    let [short, long] = [run(STEPS[0])?, run(STEPS[1])?];
+    Ok(long.saturating_sub(short) as f64 / (STEPS[1] - STEPS[0]) as f64)
 }
 
 /// Wall-clock time of a copy of a spacecraft in flight.
