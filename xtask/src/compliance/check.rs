@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::requirements::{Interpretation, Requirement, Summary, Who};
+use super::requirements::{Applies, Interpretation, Method, Requirement, Summary, Who};
 use super::tags::Tag;
 
 /// A test that names more verifies none of them well.
@@ -129,8 +129,12 @@ fn rows(requirements: &[Requirement]) -> impl Iterator<Item = String> {
             "it has two rows"
         } else if row.text.is_empty() {
             "what it asks for is not said"
-        } else if row.who == Who::Tailored && !names_clause {
-            "tailored without a clause that permits it"
+        } else if row.applies == Applies::No && !names_clause {
+            "not applicable, and the remark names no clause that permits it"
+        } else if row.method.is_some() != (row.applies == Applies::Yes) {
+            "a requirement that applies has a method of verification, and only such a one"
+        } else if row.who == Who::Software && row.method != Some(Method::T) {
+            "on software, and not verified by test"
         } else if matches!(row.who, Who::Board | Who::Integrator) && row.remark.is_empty() {
             "not met by software, and no reason"
         } else {
