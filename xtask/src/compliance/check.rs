@@ -73,6 +73,22 @@ impl Tests {
     }
 }
 
+/// Requirements whose page is not in `docs`, and those on software with a page.
+pub fn check_pages(requirements: &[Requirement], docs: &Path) -> Vec<String> {
+    let wrong = requirements.iter().filter(|row| !row.page.is_empty()).filter_map(|row| {
+        let file = row.page.split('#').next().unwrap_or_default();
+        let reason = if row.who == Who::Software {
+            "on software, and with a page in place of tests"
+        } else if !docs.join(file).exists() {
+            "its page is not in docs"
+        } else {
+            return None;
+        };
+        Some(format!("{}: {reason}", row.id))
+    });
+    wrong.collect()
+}
+
 /// Interpretations that name no requirement or no page of `docs`, or that are no sentence.
 pub fn check_interpretations(
     requirements: &[Requirement],

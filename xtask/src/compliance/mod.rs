@@ -24,7 +24,7 @@ use clap::Args;
 use firmware_images::support::output;
 use firmware_images::support::project::path;
 
-use check::{check, check_interpretations, check_summaries};
+use check::{check, check_interpretations, check_pages, check_summaries};
 use requirements::{Who, clauses, interpretations, requirements, summaries};
 use sources::read_all;
 
@@ -57,6 +57,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let tags = read_all(&path("."))?;
     let mut findings = check(&requirements, &tags);
     findings.extend(check_interpretations(&requirements, &interpretations(), &path(DOCS)));
+    findings.extend(check_pages(&requirements, &path(DOCS)));
     findings.extend(check_summaries(&requirements, &summaries()));
     let text = page::write(&requirements, &interpretations(), &summaries(), &clauses(), &tags);
     let page = path(PAGE);

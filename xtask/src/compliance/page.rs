@@ -20,7 +20,8 @@ This page covers the software of this repository on emulated boards. It claims n
 * **status**: `C` compliant, `P` partly compliant: see its [deviation](#deviations), `N` not compliant: no test verifies it, `open`: the
   integrator shows compliance.
 * **method**: `T` test, `A` analysis, `R` review of design, `I` inspection (ECSS-E-ST-10-02). The integrator does what is `open`.
-* **evidence**: tests. A requirement that sums up others is verified by its own tests and by those of the clauses named in italics.
+* **evidence**: tests, or a page that helps the integrator. A requirement that sums up others is verified by its own tests and by those of
+  the clauses named in italics.
 * **see**: tables below in which the software's reading, extension or deviation stands.
 
 A doc comment \"Notices: ECSS 8.3.3h: ...\" at a test names a violation that makes it fail. For each requirement at least one was tried;
@@ -75,8 +76,9 @@ pub fn write(
             let _ = write!(page, "\n## Clause {clause}\n\n| {} |\n", columns.join(" | "));
             let _ = writeln!(page, "| {} |", columns.map(|_| "---").join(" | "));
         }
-        let mut tests = links(row, tags);
-        tests.extend(summaries.iter().filter(|summary| summary.id == row.id).map(summed_up));
+        let mut evidence = links(row, tags);
+        evidence.extend((!row.page.is_empty()).then(|| format!("[{0}]({0})", row.page)));
+        evidence.extend(summaries.iter().filter(|summary| summary.id == row.id).map(summed_up));
         let see = KINDS.iter().filter(|kind| of(interpretations, row, kind.0).next().is_some());
         let see = see.map(|(_, title, word, _)| format!("[{word}](#{})", title.to_lowercase()));
         let _ = writeln!(
@@ -88,7 +90,7 @@ pub fn write(
             format!("{:?}", row.applies).to_lowercase(),
             Status::of(row, interpretations, tags).map_or("", Status::word),
             row.method.map_or(String::new(), |method| format!("{method:?}")),
-            tests.join("<br>"),
+            evidence.join("<br>"),
             see.collect::<Vec<_>>().join("<br>"),
             row.remark
         );

@@ -13,6 +13,8 @@ pub struct Requirement {
     pub applies: Applies,
     /// How it is verified; `None` if it does not apply or is a permission.
     pub method: Option<Method>,
+    /// Page or folder in `docs` that helps to meet it, with an anchor or without; may be empty. Software has tests instead.
+    pub page: String,
     /// What it asks for, in our words.
     #[serde(rename = "requirement")]
     pub text: String,

@@ -17,7 +17,8 @@ const MARK: &str = "/// Verifies: ECSS";
 fn row(id: &str, who: Who) -> Requirement {
     let (text, remark) = ("a rule".to_owned(), "the harness of clause 5".to_owned());
     let method = Some(if who == Who::Software { Method::T } else { Method::I });
-    Requirement { id: id.to_owned(), who, applies: Applies::Yes, method, text, remark }
+    let (id, page) = (id.to_owned(), String::new());
+    Requirement { id, who, applies: Applies::Yes, method, page, text, remark }
 }
 
 /// Two on software, one that is not.
@@ -274,6 +275,20 @@ fn an_interpretation_without_requirement_sentence_or_page_is_found() {
         let one = Interpretation { id, page, ..interpretation(Kind::Reading, text) };
         assert_eq!(check_interpretations(&table(), &[one], &docs()), Vec::from_iter(reason));
     }
+}
+
+#[test]
+fn page_that_is_not_there_and_page_of_software_are_found() {
+    let with = |who, page: &str| Requirement { page: page.to_owned(), ..row("5.5a", who) };
+    for (row, expected) in [
+        (with(Who::Board, "wiring.md#buses"), None),
+        (with(Who::Board, "eds"), None),
+        (with(Who::Board, "no_page.md"), Some("5.5a: its page is not in docs")),
+        (with(Who::Software, "wiring.md"), Some("5.5a: on software, and with a page in place of tests")),
+    ] {
+        assert_eq!(check_pages(&[row], &docs()), Vec::from_iter(expected));
+    }
+    assert_eq!(check_pages(&requirements(), &docs()), [""; 0]);
 }
 
 #[test]

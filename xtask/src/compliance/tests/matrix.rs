@@ -25,11 +25,12 @@ fn interpretations_stand_in_the_table_of_their_kind() {
 #[test]
 fn rows_have_status_and_method_if_they_apply() {
     let other = |applies, id| Requirement { applies, method: None, ..row(id, Who::Board) };
-    let table = [table(), vec![other(Applies::No, "5.6a"), other(Applies::May, "5.7a")]].concat();
+    let mut table = [table(), vec![other(Applies::No, "5.6a"), other(Applies::May, "5.7a")]].concat();
+    table[2].page = "wiring.md#buses".to_owned();
     let page = page::write(&table, &[], &[], &[], &both());
     for row in [
         "| 8.3.3a | a rule | software | yes | C | T | [heartbeats](../source.rs) |  |",
-        "| 5.5a | a rule | integrator | yes | open | I |  |  |",
+        "| 5.5a | a rule | integrator | yes | open | I | [wiring.md#buses](wiring.md#buses) |  |",
         "| 5.6a | a rule | board | no |  |  |  |  |",
         "| 5.7a | a rule | board | may |  |  |  |  |",
         "| 5 | 0 | 0 | 0 | 1 | 1 | 1 |",
