@@ -68,6 +68,8 @@ pub struct BoardCount {
     pub node: Node,
     /// Instructions that the emulated CPU executed.
     pub instructions: u64,
+    /// Cycles in which the emulated CPU was awake, since its first power-on.
+    pub cycles_awake: u64,
     /// Frames its controllers admitted and its node never handled.
     pub lost_frames: u64,
     /// Transmissions given up: aborted in a mailbox.

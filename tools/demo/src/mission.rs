@@ -255,6 +255,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
     Ok(BoardCount {
         node,
         instructions: counters.instructions,
+        cycles_awake: counters.cycles_awake,
         // A board without power does not handle what its controllers received: this is no loss.
         lost_frames: if board.is_powered() { diagnostics.lost_frames(board) } else { 0 },
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),

@@ -27,8 +27,14 @@ use crate::compliance;
 use firmware_images::support::project;
 
 /// The pages with such figures. On these, no other number may have a unit.
-const PAGES: [&str; 5] =
-    ["README.md", "SECURITY.md", "docs/comparison.md", "docs/limits.md", "shared/canopen/README.md"];
+const PAGES: [&str; 6] = [
+    "README.md",
+    "SECURITY.md",
+    "docs/budget.md",
+    "docs/comparison.md",
+    "docs/limits.md",
+    "shared/canopen/README.md",
+];
 
 const START: &str = "<!--=";
 const START_ENDS: &str = "-->";

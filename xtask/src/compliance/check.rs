@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::requirements::{Interpretation, Requirement, Summary, Who};
+use super::requirements::{Applies, Interpretation, Method, Requirement, Summary, Who};
 use super::tags::Tag;
 
 /// A test that names more verifies none of them well.
@@ -73,6 +73,22 @@ impl Tests {
     }
 }
 
+/// Requirements whose page is not in `docs`, and those on software with a page.
+pub fn check_pages(requirements: &[Requirement], docs: &Path) -> Vec<String> {
+    let wrong = requirements.iter().filter(|row| !row.page.is_empty()).filter_map(|row| {
+        let file = row.page.split('#').next().unwrap_or_default();
+        let reason = if row.who == Who::Software {
+            "on software, and with a page in place of tests"
+        } else if !docs.join(file).exists() {
+            "its page is not in docs"
+        } else {
+            return None;
+        };
+        Some(format!("{}: {reason}", row.id))
+    });
+    wrong.collect()
+}
+
 /// Interpretations that name no requirement or no page of `docs`, or that are no sentence.
 pub fn check_interpretations(
     requirements: &[Requirement],
@@ -129,8 +145,12 @@ fn rows(requirements: &[Requirement]) -> impl Iterator<Item = String> {
             "it has two rows"
         } else if row.text.is_empty() {
             "what it asks for is not said"
-        } else if row.who == Who::Tailored && !names_clause {
-            "tailored without a clause that permits it"
+        } else if row.applies == Applies::No && !names_clause {
+            "not applicable, and the remark names no clause that permits it"
+        } else if row.method.is_some() != (row.applies == Applies::Yes) {
+            "a requirement that applies has a method of verification, and only such a one"
+        } else if row.who == Who::Software && row.method != Some(Method::T) {
+            "on software, and not verified by test"
         } else if matches!(row.who, Who::Board | Who::Integrator) && row.remark.is_empty() {
             "not met by software, and no reason"
         } else {

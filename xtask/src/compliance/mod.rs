@@ -1,15 +1,18 @@
 //! `cargo xtask compliance`: each requirement of the standard, who meets it, and the tests that verify it.
 //!
 //! Requirements are rows of `xtask/compliance/data/requirements.csv`, in our own words. A test names what it verifies in its doc comment:
-//! `Verifies: ECSS 8.3.3h`. Both together are `docs/compliance.md`, with our
-//! readings, extensions and deviations, rows of `data/interpretations.csv`. A requirement that sums up others, as a row of Table 5-2
-//! does, is a row of `data/summaries.csv` too: the tests of those clauses verify it beside its own. The second table of that page is `data/table_11_1.csv`:
-//! what Table 11-1 says of each part of CiA 301, and what we have of it.
+//! `Verifies: ECSS 8.3.3h`. Both together are the matrix of `docs/compliance.md`: whether each requirement applies, its [`status`], its
+//! method of verification and the evidence. Deviations, extensions and readings have tables of their own, from `data/interpretations.csv`.
+//! A requirement that sums up others, as a row of Table 5-2 does, is a row of `data/summaries.csv` too: the tests of those clauses verify
+//! it beside its own. The last table of the page is `data/table_11_1.csv`: what Table 11-1 says of each part of CiA 301, and what we have
+//! of it.
 
 mod check;
+mod counts;
 mod page;
 mod requirements;
 mod sources;
+mod status;
 mod tags;
 #[cfg(test)]
 mod tests;
@@ -21,7 +24,7 @@ use clap::Args;
 use firmware_images::support::output;
 use firmware_images::support::project::path;
 
-use check::{check, check_interpretations, check_summaries};
+use check::{check, check_interpretations, check_pages, check_summaries};
 use requirements::{Who, clauses, interpretations, requirements, summaries};
 use sources::read_all;
 
@@ -54,11 +57,12 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let tags = read_all(&path("."))?;
     let mut findings = check(&requirements, &tags);
     findings.extend(check_interpretations(&requirements, &interpretations(), &path(DOCS)));
+    findings.extend(check_pages(&requirements, &path(DOCS)));
     findings.extend(check_summaries(&requirements, &summaries()));
     let text = page::write(&requirements, &interpretations(), &summaries(), &clauses(), &tags);
     let page = path(PAGE);
-    output::line(page::summary(&requirements, &interpretations(), &tags))?;
-    output::line(page::tests_per_requirement(&requirements, &tags))?;
+    output::line(counts::summary(&requirements, &interpretations(), &tags))?;
+    output::line(counts::tests_per_requirement(&requirements, &tags))?;
     if !options.check {
         fs::write(&page, text).with_context(|| format!("cannot write {}", page.display()))?;
         findings.iter().for_each(output::warn);

@@ -1,9 +1,10 @@
-//! The page: both tables as Markdown.
+//! The page: its tables as Markdown.
 
 use std::fmt::Write as _;
 
-use super::check::Tests;
-use super::requirements::{Clause, Interpretation, Kind, Requirement, Summary, Who};
+use super::counts;
+use super::requirements::{Clause, Interpretation, Kind, Requirement, Summary};
+use super::status::Status;
 use super::tags::Tag;
 
 const HEAD: &str = "# Compliance
@@ -11,16 +12,20 @@ const HEAD: &str = "# Compliance
 Written by `cargo xtask compliance`; do not edit. `cargo xtask compliance --check` fails if a tag names no requirement, stands on
 no test that runs, or a requirement on software has no test of the first tier that is known to notice a violation.
 
-A requirement that sums up others is verified by its own tests and by those of the clauses that it sums up, named in italics.
+This page covers the software of this repository on emulated boards. It claims nothing about a spacecraft:
+[missing evidence](missing-evidence.md) lists what a project adds. Columns of the matrix:
+
+* **on**: who meets the requirement: `software`, `board` (the hardware of a node) or `integrator` (harness, agreements, values).
+* **applies**: `yes`; `no`, with the clause that permits it; `may`: a permission, so there is nothing to verify.
+* **status**: `C` compliant, `P` partly compliant: see its [deviation](#deviations), `N` not compliant: no test verifies it, `open`: the
+  integrator shows compliance.
+* **method**: `T` test, `A` analysis, `R` review of design, `I` inspection (ECSS-E-ST-10-02). The integrator does what is `open`.
+* **evidence**: tests, or a page that helps the integrator. A requirement that sums up others is verified by its own tests and by those of
+  the clauses named in italics.
+* **see**: tables below in which the software's reading, extension or deviation stands.
 
 A doc comment \"Notices: ECSS 8.3.3h: ...\" at a test names a violation that makes it fail. For each requirement at least one was tried;
 others follow from the assertions.
-
-Three columns say how the software interprets a requirement. Their links lead to the decisions.
-
-* reading: the text is unclear, or contradicts another one, and we take it in one way.
-* extension: we meet the text and do more than it asks for.
-* deviation: we do not do what the text says (ECSS-S-ST-00-01C). Your customer has to agree.
 
 ";
 
@@ -33,43 +38,22 @@ A applicable, O optional, NA not used, R for reference, as the standard has it.
 | --- | --- | --- | --- | --- |
 ";
 
-/// How many requirements there are, how many are traced and noticed, and how many have each kind of interpretation, in a line.
-pub fn summary(requirements: &[Requirement], interpretations: &[Interpretation], tags: &[Tag]) -> String {
-    let number = |who: Who| requirements.iter().filter(|row| row.who == who).count();
-    let software = || requirements.iter().filter(|row| row.who == Who::Software);
-    let traced = software().filter(|row| Tests::of(row, tags).number > 0).count();
-    let tried = software().filter(|row| Tests::of(row, tags).notice).count();
-    let of_kind =
-        |kind| requirements.iter().filter(|row| of(interpretations, row, kind).next().is_some()).count();
-    format!(
-        "{} requirements: {} on software ({traced} traced to tests, {tried} of them with a violation that was tried and noticed), {} on boards, {} on the integrator, {} tailored; \
-         {} with a deviation, {} with an extension, {} with a reading",
-        requirements.len(),
-        number(Who::Software),
-        number(Who::Board),
-        number(Who::Integrator),
-        number(Who::Tailored),
-        of_kind(Kind::Deviation),
-        of_kind(Kind::Extension),
-        of_kind(Kind::Reading),
-    )
-}
-
-/// How many requirements on software have one test, two, three, or more, and how many have one of the first tier, in a line.
-pub fn tests_per_requirement(requirements: &[Requirement], tags: &[Tag]) -> String {
-    let software = requirements.iter().filter(|row| row.who == Who::Software);
-    let of_each: Vec<_> = software.map(|row| Tests::of(row, tags)).collect();
-    let with = |such: &dyn Fn(usize) -> bool| of_each.iter().filter(|tests| such(tests.number)).count();
-    format!(
-        "Requirements on software by number of tests: {} with one, {} with two, {} with three, {} with more; {} have a test of the first \
-         tier (`cargo test`)",
-        with(&|number| number == 1),
-        with(&|number| number == 2),
-        with(&|number| number == 3),
-        with(&|number| number > 3),
-        of_each.iter().filter(|tests| tests.of_first_tier > 0).count(),
-    )
-}
+/// Tables of interpretations in their order: kind, heading, link text, and the meaning of the kind.
+const KINDS: [(Kind, &str, &str, &str); 3] = [
+    (
+        Kind::Deviation,
+        "Deviations",
+        "deviation",
+        "We do not do all that the text says (deviation in the sense of ECSS-S-ST-00-01C). Your customer has to agree.",
+    ),
+    (Kind::Extension, "Extensions", "extension", "We meet the text and do more than it asks for."),
+    (
+        Kind::Reading,
+        "Readings",
+        "reading",
+        "The text is unclear, or contradicts another one, and we take it in one way.",
+    ),
+];
 
 /// The whole page.
 pub fn write(
@@ -80,33 +64,43 @@ pub fn write(
     tags: &[Tag],
 ) -> String {
     let mut page = HEAD.to_owned();
-    let _ = writeln!(page, "{}.", summary(requirements, interpretations, tags));
-    let _ = writeln!(page, "\n{}.", tests_per_requirement(requirements, tags));
-    let mut chapter = "";
+    let _ = writeln!(page, "{}.", counts::summary(requirements, interpretations, tags));
+    let _ = writeln!(page, "\n{}.", counts::tests_per_requirement(requirements, tags));
+    page.push_str(&counts::by_clause(requirements, interpretations, tags));
+    let mut clause = "";
     for row in requirements {
-        let own = row.id.split('.').next().unwrap_or_default();
-        if own != chapter {
-            chapter = own;
+        if row.clause() != clause {
+            clause = row.clause();
             let columns =
-                ["id", "requirement", "who", "tests", "reading", "extension", "deviation", "remark"];
-            let _ = write!(page, "\n## Clause {own}\n\n| {} |\n", columns.join(" | "));
+                ["id", "requirement", "on", "applies", "status", "method", "evidence", "see", "remark"];
+            let _ = write!(page, "\n## Clause {clause}\n\n| {} |\n", columns.join(" | "));
             let _ = writeln!(page, "| {} |", columns.map(|_| "---").join(" | "));
         }
-        let mut tests = links(row, tags);
-        tests.extend(summaries.iter().filter(|summary| summary.id == row.id).map(summed_up));
-        let ours = |kind: Kind| of(interpretations, row, kind).map(decision).collect::<Vec<_>>().join("<br>");
+        let mut evidence = links(row, tags);
+        evidence.extend((!row.page.is_empty()).then(|| format!("[{0}]({0})", row.page)));
+        evidence.extend(summaries.iter().filter(|summary| summary.id == row.id).map(summed_up));
+        let see = KINDS.iter().filter(|kind| of(interpretations, row, kind.0).next().is_some());
+        let see = see.map(|(_, title, word, _)| format!("[{word}](#{})", title.to_lowercase()));
         let _ = writeln!(
             page,
-            "| {} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
             row.id,
             row.text,
             format!("{:?}", row.who).to_lowercase(),
-            tests.join("<br>"),
-            ours(Kind::Reading),
-            ours(Kind::Extension),
-            ours(Kind::Deviation),
+            format!("{:?}", row.applies).to_lowercase(),
+            Status::of(row, interpretations, tags).map_or("", Status::word),
+            row.method.map_or(String::new(), |method| format!("{method:?}")),
+            evidence.join("<br>"),
+            see.collect::<Vec<_>>().join("<br>"),
             row.remark
         );
+    }
+    for (kind, title, _, meaning) in KINDS {
+        let _ = write!(page, "\n## {title}\n\n{meaning}\n\n| id | what the software does | decision |\n");
+        page.push_str("| --- | --- | --- |\n");
+        for one in interpretations.iter().filter(|one| one.kind == kind) {
+            let _ = writeln!(page, "| {} | {} | [page]({}) |", one.id, one.text, one.page);
+        }
     }
     page.push_str(BEFORE_CLAUSES);
     for row in clauses {
@@ -117,7 +111,7 @@ pub fn write(
 }
 
 /// The interpretations of a requirement that are of this kind.
-fn of<'a>(
+pub fn of<'a>(
     all: &'a [Interpretation],
     row: &Requirement,
     kind: Kind,
@@ -144,10 +138,6 @@ fn links(row: &Requirement, tags: &[Tag]) -> Vec<String> {
 /// What stands behind the tests of a requirement that sums up others.
 fn summed_up(summary: &Summary) -> String {
     format!("*and the tests of {}: {}*", summary.clauses.replace(' ', ", "), summary.reason)
-}
-
-fn decision(interpretation: &Interpretation) -> String {
-    format!("{} [Decision]({})", interpretation.text, interpretation.page)
 }
 
 /// To the file alone: lines move too often.

@@ -9,11 +9,24 @@ pub struct Requirement {
     pub id: String,
     /// Who meets it.
     pub who: Who,
+    /// Whether it applies to a system with this software and these boards.
+    pub applies: Applies,
+    /// How it is verified; `None` if it does not apply or is a permission.
+    pub method: Option<Method>,
+    /// Page or folder in `docs` that helps to meet it, with an anchor or without; may be empty. Software has tests instead.
+    pub page: String,
     /// What it asks for, in our words.
     #[serde(rename = "requirement")]
     pub text: String,
     /// A reason, or our reading; may be empty.
     pub remark: String,
+}
+
+impl Requirement {
+    /// Returns the number of its clause: `8` of `8.3.3b.1`.
+    pub fn clause(&self) -> &str {
+        self.id.split('.').next().unwrap_or_default()
+    }
 }
 
 /// How we interpret a requirement, where more than its text is needed to say what the software does.
@@ -57,7 +70,7 @@ pub enum Kind {
     Reading,
     /// We meet the text and do more than it asks for.
     Extension,
-    /// We do not do what the text says (ECSS-S-ST-00-01C: deviation). The customer has to agree.
+    /// We do not do all that the text says (ECSS-S-ST-00-01C: deviation). The customer has to agree.
     Deviation,
 }
 
@@ -71,8 +84,31 @@ pub enum Who {
     Board,
     /// Who builds the network, or agrees on values.
     Integrator,
-    /// Nobody: a clause of the standard, named in the remark, permits it.
-    Tailored,
+}
+
+/// Whether a requirement applies.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Applies {
+    /// It applies.
+    Yes,
+    /// It does not apply: the remark names the clause that permits this.
+    No,
+    /// It is a permission, so there is nothing to verify.
+    May,
+}
+
+/// Method of verification, as ECSS-E-ST-10-02 has it.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub enum Method {
+    /// Test.
+    T,
+    /// Analysis.
+    A,
+    /// Review of design.
+    R,
+    /// Inspection.
+    I,
 }
 
 /// A section of CiA 301 in Table 11-1 of the standard.

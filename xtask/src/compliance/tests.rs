@@ -1,9 +1,11 @@
 //! What makes `cargo xtask compliance --check` fail.
 
+mod matrix;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::requirements::{Interpretation, Kind, Requirement, Summary};
+use super::requirements::{Applies, Interpretation, Kind, Method, Requirement, Summary};
 use super::sources::{read, root};
 use super::tags::Tag;
 use super::tags::{self, Reading};
@@ -14,7 +16,9 @@ const MARK: &str = "/// Verifies: ECSS";
 
 fn row(id: &str, who: Who) -> Requirement {
     let (text, remark) = ("a rule".to_owned(), "the harness of clause 5".to_owned());
-    Requirement { id: id.to_owned(), who, text, remark }
+    let method = Some(if who == Who::Software { Method::T } else { Method::I });
+    let (id, page) = (id.to_owned(), String::new());
+    Requirement { id, who, applies: Applies::Yes, method, page, text, remark }
 }
 
 /// Two on software, one that is not.
@@ -56,7 +60,7 @@ fn a_test_notices_what_it_verifies_alone() {
         "8.3.3a: no test that names it has a line `Notices:` for it",
     ];
     assert_eq!(check(&table(), &tags), expected);
-    let summary = page::summary(&table(), &[], &tags);
+    let summary = counts::summary(&table(), &[], &tags);
     assert!(summary.contains("2 on software (2 traced to tests, 1 of them with a violation"), "{summary}");
 }
 
@@ -70,7 +74,7 @@ fn each_requirement_has_a_test_of_the_first_tier() {
     assert_eq!(check(&table(), &tags), ["8.3.3b: no test of the first tier names it"]);
     let expected = "Requirements on software by number of tests: 1 with one, 1 with two, 0 with three, 0 with more; 1 have a test of the \
                     first tier (`cargo test`)";
-    assert_eq!(page::tests_per_requirement(&table(), &tags), expected);
+    assert_eq!(counts::tests_per_requirement(&table(), &tags), expected);
 }
 
 /// Given a file whose own comment names a requirement. Then each of its tests verifies it, and says so no second time.
@@ -167,12 +171,20 @@ fn all_tags_of_a_test_and_members_of_a_range_count_for_limit() {
 fn a_row_without_a_reason_is_found() {
     let mut table = table();
     table[2].remark.clear();
-    table.push(Requirement { remark: "we would rather not".to_owned(), ..row("9.9z", Who::Tailored) });
+    let no = Requirement { applies: Applies::No, method: None, ..row("9.9z", Who::Integrator) };
+    table.push(Requirement { remark: "we would rather not".to_owned(), ..no });
+    table.push(Requirement { method: None, ..row("9.9y", Who::Integrator) });
+    table.push(Requirement { applies: Applies::May, ..row("9.9x", Who::Integrator) });
+    table.push(Requirement { method: Some(Method::R), ..row("8.3.3b", Who::Software) });
+    table.remove(1);
     table.push(row("5.5b", Who::Board));
     table.push(row("5.5b", Who::Board));
     let expected = [
         "5.5a: not met by software, and no reason",
-        "9.9z: tailored without a clause that permits it",
+        "9.9z: not applicable, and the remark names no clause that permits it",
+        "9.9y: a requirement that applies has a method of verification, and only such a one",
+        "9.9x: a requirement that applies has a method of verification, and only such a one",
+        "8.3.3b: on software, and not verified by test",
         "5.5b: it has two rows",
     ];
     assert_eq!(check(&table, &both()), expected);
@@ -246,36 +258,6 @@ fn known_errors_of_the_standard_are_interpreted() {
     }
 }
 
-/// Given a requirement with a reading and a deviation. Then the page has each in its column, and the summary counts both.
-#[test]
-fn interpretations_stand_in_the_column_of_their_kind() {
-    let interpretations =
-        [interpretation(Kind::Reading, "We take it so."), interpretation(Kind::Deviation, "We do not.")];
-    let page = page::write(&table(), &interpretations, &[], &[], &[]);
-    let row = "| 8.3.3a | a rule | software |  | We take it so. [Decision](wiring.md) |  | We do not. [Decision](wiring.md) |";
-    assert!(page.contains(row), "{page}");
-    let summary = page::summary(&table(), &interpretations, &[]);
-    let end = "0 tailored; 1 with a deviation, 0 with an extension, 1 with a reading";
-    assert!(summary.ends_with(end), "{summary}");
-}
-
-/// Given Table 11-1, then the page has each of its sections with its mark, also those for reference.
-///
-/// Verifies: ECSS 11.1d
-/// Notices: ECSS 11.1d: the page marks sections for reference as optional.
-#[test]
-fn sections_of_table_11_1_stand_on_the_page_with_their_marks() {
-    let page = page::write(&table(), &[], &[], &clauses(), &[]);
-    for row in [
-        "| 7.2.4.2 | SDO services | O |",
-        "| 7.2.6 | TIME | NA |",
-        "| 7.3.5 | Restricted CAN identifiers | R |",
-        "| 7.4 | Object dictionary | A |",
-    ] {
-        assert!(page.contains(row), "{row}");
-    }
-}
-
 fn interpretation(kind: Kind, text: &str) -> Interpretation {
     Interpretation { id: "8.3.3a".to_owned(), kind, text: text.to_owned(), page: "wiring.md".to_owned() }
 }
@@ -293,6 +275,20 @@ fn an_interpretation_without_requirement_sentence_or_page_is_found() {
         let one = Interpretation { id, page, ..interpretation(Kind::Reading, text) };
         assert_eq!(check_interpretations(&table(), &[one], &docs()), Vec::from_iter(reason));
     }
+}
+
+#[test]
+fn page_that_is_not_there_and_page_of_software_are_found() {
+    let with = |who, page: &str| Requirement { page: page.to_owned(), ..row("5.5a", who) };
+    for (row, expected) in [
+        (with(Who::Board, "wiring.md#buses"), None),
+        (with(Who::Board, "eds"), None),
+        (with(Who::Board, "no_page.md"), Some("5.5a: its page is not in docs")),
+        (with(Who::Software, "wiring.md"), Some("5.5a: on software, and with a page in place of tests")),
+    ] {
+        assert_eq!(check_pages(&[row], &docs()), Vec::from_iter(expected));
+    }
+    assert_eq!(check_pages(&requirements(), &docs()), [""; 0]);
 }
 
 #[test]
@@ -327,77 +323,5 @@ fn a_summary_without_requirement_clause_or_sentence_is_found() {
     ] {
         let found = check_summaries(&table(), &[summary(id, clauses, reason)]);
         assert_eq!(found, Vec::from_iter(finding), "{id}: {clauses}");
-    }
-}
-
-/// Given a requirement that sums up another one, then the page says so behind its own tests.
-#[test]
-fn a_summary_stands_behind_the_tests_of_its_requirement() {
-    let page = page::write(&table(), &[], &[summary("8.3.3b", "8.3.3a 5.6", "It does.")], &[], &both());
-    let row = "| 8.3.3b | a rule | software | [heartbeats](../source.rs)<br>*and the tests of 8.3.3a, 5.6: It does.* |";
-    assert!(page.contains(row), "{page}");
-}
-
-/// Sections that Table 11-1 does not mark with A, by its marks. The standard leaves the cells of 7.4.2 to 7.4.6 and of 7.4.8.5 empty.
-const MARKS: [(&str, &[&str]); 3] = [
-    (
-        "NA",
-        &[
-            "5.3",
-            "7.1.1",
-            "7.2.2.3",
-            "7.2.2.4.3",
-            "7.2.2.5.2",
-            "7.2.3",
-            "7.2.4.3.16",
-            "7.2.6",
-            "7.2.6.2",
-            "7.2.6.3",
-            "7.2.7",
-            "7.2.8.2.2.1",
-            "7.2.8.2.2.2",
-            "7.2.8.3.2.1",
-            "7.3.1",
-            "7.4.8.5",
-        ],
-    ),
-    ("O", &["7.2.4", "7.2.4.2", "7.3.2.2.5", "7.4.8"]),
-    ("R", &["3", "4", "7.1.2", "7.3.4", "7.3.5", "7.4.1", "7.4.2 to 6", "7.4.7", "7.4.7.2", "7.5.2"]),
-];
-
-/// Given our copy of Table 11-1, then no section has another mark than in the standard.
-///
-/// Verifies: ECSS 11.1a, 11.1b, 11.1c, 11.1d
-/// Notices: ECSS 11.1d: section 7.3.5, for reference, has another mark in our table.
-#[test]
-fn sections_have_the_marks_of_table_11_1() {
-    let clauses = clauses();
-    let sections = |mark: &str| {
-        let marked = clauses.iter().filter(|clause| clause.applicability == mark);
-        marked.map(|clause| clause.section.as_str()).collect::<Vec<_>>()
-    };
-    for (mark, expected) in MARKS {
-        assert_eq!(sections(mark), expected, "{mark}");
-    }
-    assert_eq!(sections("A").len(), 54);
-}
-
-/// Given Table 11-1, then what applies is there or has a reason why not, what is not used but there has a reason, and what is for
-/// reference needs no answer.
-///
-/// Verifies: ECSS 11.1a, 11.1b, 11.1c, 11.1d
-#[test]
-fn sections_of_table_11_1_are_answered_by_their_marks() {
-    for clause in clauses() {
-        let is_absent =
-            clause.ours == "no" || clause.ours.starts_with("no,") || clause.ours.starts_with("no;");
-        let is_used = ["yes", "sent", "checked"].iter().any(|word| clause.ours.starts_with(word));
-        let is_right = match clause.applicability.as_str() {
-            "A" => !clause.ours.is_empty() && (!is_absent || !clause.reason.is_empty()),
-            "O" => !clause.ours.is_empty(),
-            "NA" => !clause.ours.is_empty() && (!is_used || !clause.reason.is_empty()),
-            _ => clause.reason.is_empty(),
-        };
-        assert!(is_right, "{clause:?}");
     }
 }

@@ -6,6 +6,7 @@
 mod acknowledged;
 mod babble;
 mod bare;
+mod bench;
 mod claims;
 mod data_sheet;
 mod division;

@@ -9,6 +9,7 @@ mod holdover;
 mod instructions;
 mod irq;
 mod load;
+mod mission;
 mod rx;
 mod sdo;
 mod size;
@@ -53,7 +54,7 @@ impl Area {
 }
 
 /// All areas, in the order in which they are measured and printed.
-pub const ALL: [Area; 16] = [
+pub const ALL: [Area; 17] = [
     area("size", "flash and RAM of the images, the deepest stacks in operation", size::measure),
     area("instructions", "instructions of the host per operation of a slave", instructions::measure)
         .with(&[VALGRIND]),
@@ -61,6 +62,11 @@ pub const ALL: [Area; 16] = [
         .with(&[VALGRIND]),
     area("rx", "model cycles from receive interrupt to node and application", rx::measure),
     area("load", "frames back to back on both buses, 10 s", load::measure),
+    area(
+        "mission",
+        "processor, stack and bus load of the demonstration by profile and role",
+        mission::measure,
+    ),
     area("failover", "from a cut to commands on the other bus", failover::measure),
     area(
         "takeover",
