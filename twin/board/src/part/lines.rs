@@ -50,7 +50,7 @@ impl Lines {
     pub(crate) const F46X: Lines = Lines::F469.and(Lines::F479);
     pub(crate) const ALL: Lines = Lines::F40X.and(Lines::F42X).and(Lines::F446).and(Lines::F46X);
 
-    /// Both sets together.
+    /// Returns the union of the sets.
     pub(crate) const fn and(self, other: Lines) -> Lines {
         Lines(self.0 | other.0)
     }
@@ -73,7 +73,7 @@ pub(crate) struct Line {
     pub(crate) name: &'static str,
     /// The set of this line alone.
     pub(super) bit: Lines,
-    /// What it shares with others.
+    /// Family with common peripherals.
     pub(super) family: Family,
     /// Letters of its packages.
     pub(super) packages: &'static str,
@@ -118,7 +118,7 @@ pub(crate) const TABLE: &[Line] = &[
     line("STM32F479", Lines::F479, Family::F469, "VZIBN", "GI"),
 ];
 
-/// Lines of the family STM32F4 that are not modelled, and why.
+/// Lines of the family STM32F4 that are not modelled, and the reasons.
 pub(super) const REFUSED: &[(&str, &str)] = &[
     ("STM32F401", "the STM32F401 has no CAN controller"),
     ("STM32F410", "the STM32F410 has no CAN controller"),
