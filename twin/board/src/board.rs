@@ -42,7 +42,7 @@ pub use crate::memory::NotMemory;
 use crate::model::Model;
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, PinChange};
 use crate::pin::Pin;
-use crate::rtt::{Line, Rtt};
+use crate::rtt::{LogLine, Rtt};
 
 /// Configuration of a board: model, program, hardware and position.
 #[derive(Clone, Debug)]
@@ -126,7 +126,7 @@ pub struct EmulatedBoard {
     flash: FlashCare,
     captures_exchanged: bool,
     rtt: Rtt,
-    log: Vec<Line>,
+    log: Vec<LogLine>,
     edges: Vec<Edge>,
     panicked: bool,
     counters: Counters,
@@ -378,7 +378,7 @@ impl EmulatedBoard {
     }
 
     /// Log lines since the last call.
-    pub fn take_log(&mut self) -> Vec<Line> {
+    pub fn take_log(&mut self) -> Vec<LogLine> {
         std::mem::take(&mut self.log)
     }
 

@@ -15,14 +15,14 @@ use std::fmt;
 
 use crate::pin::Pin;
 pub(crate) use lines::{Family, Lines, TABLE};
-use lines::{Line, REFUSED};
+use lines::{ProductLine, REFUSED};
 
 const KIB: u32 = 1 << 10;
 
 /// A microcontroller.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Part {
-    line: &'static Line,
+    line: &'static ProductLine,
     /// Letter of the package.
     package: char,
     /// Letter of the flash size.

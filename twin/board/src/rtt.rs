@@ -32,7 +32,7 @@ impl fmt::Display for Level {
 
 /// A decoded line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct LogLine {
     /// Instant at which the probe read its last byte, at most a quantum after the program wrote it.
     pub at: Time,
     /// `None` for `defmt::println!` and for text.
@@ -103,7 +103,7 @@ impl Rtt {
     }
 
     /// Takes what the program wrote since the last call.
-    pub(crate) fn drain(&mut self, memory: &mut Memory, image: &Image, at: Time, lines: &mut Vec<Line>) {
+    pub(crate) fn drain(&mut self, memory: &mut Memory, image: &Image, at: Time, lines: &mut Vec<LogLine>) {
         let Some(block) = self.control_block.filter(|_| !self.pulled) else { return };
         let (write, read) = (word(memory, block + WRITE), word(memory, block + READ));
         if write == read {
@@ -130,11 +130,11 @@ impl Rtt {
     }
 
     /// Shows whole lines.
-    fn show_text(&mut self, at: Time, lines: &mut Vec<Line>) {
+    fn show_text(&mut self, at: Time, lines: &mut Vec<LogLine>) {
         let Some(end) = self.pending.iter().rposition(|&byte| byte == b'\n') else { return };
         let text = String::from_utf8_lossy(&self.pending[..end]).into_owned();
         self.pending.drain(..=end);
-        lines.extend(text.split('\n').map(|line| Line {
+        lines.extend(text.split('\n').map(|line| LogLine {
             at,
             level: None,
             text: line.trim_end_matches('\r').to_owned(),
@@ -142,7 +142,7 @@ impl Rtt {
     }
 
     /// Decodes complete frames only, because the stream decoder, which borrows the table, cannot keep a partial one.
-    fn decode(&mut self, image: &Image, at: Time, lines: &mut Vec<Line>) {
+    fn decode(&mut self, image: &Image, at: Time, lines: &mut Vec<LogLine>) {
         let (Some(table), Some(end)) =
             (image.log_table().ok().flatten(), self.pending.iter().rposition(|&byte| byte == END_OF_FRAME))
         else {
@@ -153,7 +153,7 @@ impl Rtt {
         self.pending.drain(..=end);
         loop {
             match decoder.decode() {
-                Ok(frame) => lines.push(Line {
+                Ok(frame) => lines.push(LogLine {
                     at,
                     level: frame.level().map(level),
                     text: frame.display_message().to_string(),

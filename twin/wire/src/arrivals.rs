@@ -36,7 +36,7 @@ pub(crate) enum Change {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Arrivals {
     /// Changes that propagate to each node.
-    lines: Vec<Line>,
+    lines: Vec<PendingChanges>,
     /// Instants at which the line of each node becomes dominant or recessive.
     turns: Earliest,
     glitches: BinaryHeap<Reverse<Arrival>>,
@@ -46,7 +46,7 @@ pub(crate) struct Arrivals {
 
 /// Level changes of drivers that propagate to one node.
 #[derive(Clone, Debug, Default)]
-struct Line {
+struct PendingChanges {
     /// Instant, level and driver of each change. At equal instants dominant changes come first, so that there is no
     /// pulse if one driver takes over from another.
     pending: Vec<(Fine, bool, NodeIndex)>,
@@ -67,7 +67,7 @@ pub(crate) enum Next {
     Last,
 }
 
-impl Line {
+impl PendingChanges {
     /// Processes the changes that have arrived at `until`.
     fn take_in(&mut self, until: Fine, seen: &mut Drivers) {
         if self.first.is_none_or(|first| first > until) {
@@ -123,7 +123,7 @@ impl Arrivals {
             return self.push_glitch(arrival);
         };
         if node >= self.lines.len() {
-            self.lines.resize_with(node + 1, Line::default);
+            self.lines.resize_with(node + 1, PendingChanges::default);
             self.turns.resize(node + 1);
         }
         let line = &mut self.lines[node];

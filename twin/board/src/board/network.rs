@@ -4,7 +4,7 @@ use can_wire::time::Time;
 
 use super::EmulatedBoard;
 use crate::bxcan::{Activity, Side, bit_pclks};
-use crate::rtt::{Level, Line};
+use crate::rtt::{Level, LogLine};
 
 /// Bit rates of CiA 301 (table 1), bit/s.
 const BIT_RATES: [u64; 8] = [10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
@@ -102,7 +102,7 @@ impl EmulatedBoard {
     }
 
     fn warn(&mut self, at: Time, text: String) {
-        self.log.push(Line { at, level: Some(Level::Warn), text: format!("twin: {text}") });
+        self.log.push(LogLine { at, level: Some(Level::Warn), text: format!("twin: {text}") });
         if !self.warnings.contains(&text) {
             self.warnings.push(text);
         }

@@ -15,12 +15,12 @@ const INTERMISSION: u64 = 3;
 
 /// Access of a wire to one controller; borrows the pair because the controllers share the filters.
 #[derive(Debug)]
-pub struct Line<'a> {
+pub struct BusTap<'a> {
     pub(super) registers: &'a mut Registers,
     pub(super) filters: &'a FilterBlock,
 }
 
-impl Controller for Line<'_> {
+impl Controller for BusTap<'_> {
     fn attachment(&self) -> Option<Attachment> {
         self.registers.attachment()
     }
@@ -73,7 +73,7 @@ impl Controller for Line<'_> {
     }
 }
 
-impl Line<'_> {
+impl BusTap<'_> {
     /// Runs loopback up to `now`, RM0090 32.5.2: sent frames are received, acknowledge errors are ignored.
     ///
     /// The frames stay inside the controller. It is not modelled that they also appear on CANTX unless silent mode is

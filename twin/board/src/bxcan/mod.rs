@@ -47,7 +47,7 @@ pub(crate) use clock::bit_pclks;
 use controller::Mode;
 pub(crate) use controller::Registers;
 use filter::FilterBlock;
-pub use line::Line;
+pub use line::BusTap;
 use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
 
 /// One of the two controllers.
@@ -274,8 +274,8 @@ impl BxcanPair {
     }
 
     /// Returns the access of a wire to the controller.
-    pub fn line(&mut self, side: Side) -> Line<'_> {
-        Line { registers: &mut self.controllers[side as usize], filters: &self.filters }
+    pub fn line(&mut self, side: Side) -> BusTap<'_> {
+        BusTap { registers: &mut self.controllers[side as usize], filters: &self.filters }
     }
 
     /// Sets the present activity on the controller's bus; [`Activity::Nothing`] before the first call.

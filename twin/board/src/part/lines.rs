@@ -68,7 +68,7 @@ impl Lines {
 
 /// A line of parts.
 #[derive(Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Line {
+pub(crate) struct ProductLine {
     /// First nine characters of the name.
     pub(crate) name: &'static str,
     /// The set of this line alone.
@@ -93,18 +93,18 @@ const fn line(
     family: Family,
     packages: &'static str,
     sizes: &'static str,
-) -> Line {
+) -> ProductLine {
     let (ram_kib, ccm_kib, ports) = match family {
         Family::F405 => (128, 64, 9),
         Family::F42x => (192, 64, 11),
         Family::F446 => (128, 0, 8),
         Family::F469 => (320, 64, 11),
     };
-    Line { name, bit, family, packages, sizes, ram_kib, ccm_kib, ports }
+    ProductLine { name, bit, family, packages, sizes, ram_kib, ccm_kib, ports }
 }
 
 /// By the data sheets DS8626, DS8597, DS9405, DS9484, DS10693, DS11189. Packages whose pins are not in the model (O, A, M, Y) are left out.
-pub(crate) const TABLE: &[Line] = &[
+pub(crate) const TABLE: &[ProductLine] = &[
     line("STM32F405", Lines::F405, Family::F405, "RVZ", "G"),
     line("STM32F407", Lines::F407, Family::F405, "VZI", "EG"),
     line("STM32F415", Lines::F415, Family::F405, "RVZ", "G"),

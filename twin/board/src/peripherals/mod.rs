@@ -30,7 +30,7 @@ mod wires;
 use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
-use crate::bxcan::{BxcanPair, Line, PclkTick, Registers, Side};
+use crate::bxcan::{BusTap, BxcanPair, PclkTick, Registers, Side};
 use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
 use crate::model::{FLASH_BASE, Model, Part, Pins};
 use crate::part::Family;
@@ -462,7 +462,7 @@ impl Peripherals {
     }
 
     /// Returns the access of a wire to the controller; `None` while it has no clock or its pins do not carry it.
-    pub fn can_line(&mut self, side: Side) -> Option<Line<'_>> {
+    pub fn can_line(&mut self, side: Side) -> Option<BusTap<'_>> {
         self.is_can_connected(side).then(|| self.can.line(side))
     }
 

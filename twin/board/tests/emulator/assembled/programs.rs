@@ -185,15 +185,15 @@ pub fn wait_for_clear(address: u32, bit: u16) -> Vec<u16> {
 }
 
 /// A captured line: TIM5 channel and pin of port A, 0 to 3; stream of DMA1; address of its ring of four words.
-pub type Line = (u32, u32, u32);
+pub type CapturedLine = (u32, u32, u32);
 
 /// Captures both edges of two lines at 84 MHz, each by its stream on channel 6. The stream interrupts at the end of its ring and at
 /// a bus error.
-pub fn capture(hse_mhz: u32, lines: [Line; 2]) -> Vec<u16> {
+pub fn capture(hse_mhz: u32, lines: [CapturedLine; 2]) -> Vec<u16> {
     let bits = |bits: u32, per_channel: u32| {
         lines.iter().fold(0, |all, (channel, ..)| all | bits << (per_channel * channel))
     };
-    let stream = |(channel, stream, ring): Line| {
+    let stream = |(channel, stream, ring): CapturedLine| {
         let base = DMA1 + 0x10 + 0x18 * stream;
         // CHSEL 6, MSIZE and PSIZE word, MINC, CIRC, TCIE, TEIE; then EN.
         let cr = 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 2;
