@@ -100,12 +100,12 @@ impl BoardCount {
 }
 
 impl Flight {
-    /// All frames, in order of completion.
+    /// Returns all frames, in order of completion.
     pub fn frames(&self) -> impl Iterator<Item = (Time, &Seen)> {
         frames(&self.records)
     }
 
-    /// All emergency messages, in order of completion.
+    /// Returns all emergency messages, in order of completion.
     pub fn emergencies(&self) -> impl Iterator<Item = (Time, &Seen)> {
         self.frames().filter(|(_, seen)| matches!(seen.meaning, Some(Meaning::Emergency { .. })))
     }
@@ -118,8 +118,8 @@ impl Flight {
         })
     }
 
-    /// Load of a bus over the whole flight, 0 to 1. The pieces of a cut bus are busy at the same time, and so are nodes with several bit
-    /// rates: their sum is cut off at 1.
+    /// Load of a bus over the whole flight, 0 to 1. The pieces of a cut bus are busy at the same time, and so are nodes
+    /// with different bit rates: their sum is limited to 1.
     pub fn load(&self, bus: Bus) -> f64 {
         (self.busy[bus as usize].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)).min(1.0)
     }
@@ -175,7 +175,7 @@ impl Flight {
         self.observer.takeover()
     }
 
-    /// The faults that the demo caused, in order of time: the name of each in the pictures, and when it was.
+    /// Returns the faults that the demo caused, in chronological order: name in the pictures, and instant.
     pub fn faults(&self) -> Vec<(&'static str, Time)> {
         let fault = |record: &Occurrence| match record.what {
             FlightEvent::Reset(_) => Some(("reset", record.at)),
@@ -191,7 +191,7 @@ impl Flight {
         self.boards.iter().filter(|board| is_master(board.node)).count()
     }
 
-    /// First change of bus of the active master, not after it lost its power. A standby changes with it.
+    /// Returns the first change of bus of the active master before its loss of power. A standby changes with it.
     pub fn switch(&self) -> Option<Time> {
         let spans = &self.observer.nodes[&MASTER].spans;
         let switch = spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)?;
