@@ -54,8 +54,8 @@ impl ControlPort {
 }
 
 impl Program {
-    /// # Errors 
- When it has disconnected, does not read its answers, or sends too long a line: it is dropped.
+    /// # Errors
+    /// When it has disconnected, does not read its answers, or sends too long a line: it is dropped.
     fn serve(&mut self, obey: &mut impl FnMut(&str) -> Result<String, String>) -> io::Result<()> {
         let mut part = [0; LONGEST];
         loop {

@@ -33,8 +33,8 @@ pub fn one_controller(plugs: &PerBus<MockPort>) -> PerBus<MockSide> {
 }
 
 impl TransceiverSwitch for MockSwitch {
-    /// # Panics 
- When the controller is still on the old bus, or has pending events of it.
+    /// # Panics
+    /// When the controller is still on the old bus, or has pending events of it.
     fn select(&mut self, bus: Bus) {
         if let Some(&from) = Bus::ALL.get(self.position.replace(bus as usize)) {
             let plug = &self.plugs[from];
